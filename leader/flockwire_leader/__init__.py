@@ -1,0 +1,1 @@
+"""The leader: a drone on a scripted trajectory, or a virtual point."""

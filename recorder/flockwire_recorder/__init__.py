@@ -1,0 +1,1 @@
+"""The recorder: every message in one trace, and the report drawn from it."""

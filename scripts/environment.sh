@@ -1,0 +1,35 @@
+# Sourced by the scripts beside it: makes ../.venv from uv.lock, at once when all is in place. Needs Python 3.11 or
+# newer and no root; uv comes from PyPI, into a corner of the environment, where the machine has none.
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+find_python() {
+  for candidate in "${PYTHON:-}" python3 python3.13 python3.12 python3.11; do
+    if [ -n "$candidate" ] && "$candidate" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then
+      echo "$candidate"
+      return
+    fi
+  done
+  echo "flockwire needs Python 3.11 or newer; none was found (set PYTHON to one)" >&2
+  return 1
+}
+
+sync_environment() { # groups as uv names them
+  local stamp=.venv/flockwire-"$1" python uv
+  if [ -f "$stamp" ] && [ "$stamp" -nt uv.lock ] && [ "$stamp" -nt pyproject.toml ]; then
+    return
+  fi
+  echo "flockwire: setting up .venv (once)" >&2
+  python=$(find_python)
+  uv=$(command -v uv || true)
+  if [ -z "$uv" ]; then
+    if [ ! -x .venv/uv/bin/uv ]; then
+      "$python" -m venv .venv/uv
+      .venv/uv/bin/python -m pip install --quiet --disable-pip-version-check uv
+    fi
+    uv=.venv/uv/bin/uv
+  fi
+  local options=(--locked --quiet --python "$python")
+  [ "$1" = dev ] || options+=(--no-dev --inexact)
+  UV_PYTHON_DOWNLOADS=never UV_PROJECT_ENVIRONMENT=.venv "$uv" sync "${options[@]}"
+  touch "$stamp"
+}

@@ -1,0 +1,1 @@
+"""Drivers: from velocity commands to airframes, real or simulated."""
