@@ -1,0 +1,65 @@
+"""Who hears whom: the directed communication graph with the leader as its root."""
+
+from dataclasses import dataclass
+from math import inf
+
+LEADER = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Graph:
+    """Directed graph over the leader 0 and the followers; w_ij > 0 iff i hears j.
+
+    `followers` holds the followers' ids, `edges` one (source, target, weight) = (j, i, w_ij) for each link: the
+    target hears the source. Raises ValueError for an unknown or repeated id, an edge into the leader, a link to
+    itself, a repeated edge or a weight that is not positive and finite.
+    """
+
+    followers: tuple[int, ...]
+    edges: tuple[tuple[int, int, float], ...]
+
+    def __post_init__(self) -> None:
+        nodes = {LEADER, *self.followers}
+        if len(nodes) != len(self.followers) + 1:
+            raise ValueError(f"followers = {self.followers}: ids must differ from each other and from the leader's 0")
+        seen: set[tuple[int, int]] = set()
+        for source, target, weight in self.edges:
+            name = f"edge {source} -> {target}"
+            if source not in nodes or target not in nodes:
+                raise ValueError(f"{name}: both ends must be the leader or a follower")
+            if target == LEADER:
+                raise ValueError(f"{name}: the leader hears nobody")
+            if source == target:
+                raise ValueError(f"{name}: nobody hears itself")
+            if (source, target) in seen:
+                raise ValueError(f"{name}: listed twice")
+            if not 0.0 < weight < inf:
+                raise ValueError(f"{name}: weight = {weight} must be positive and finite")
+            seen.add((source, target))
+
+    def neighbours(self, i: int) -> dict[int, float]:
+        """Return the in-neighbours N_i of follower i as {j: w_ij}; the leader is in it iff a_i0 > 0."""
+        return {source: weight for source, target, weight in self.edges if target == i}
+
+    def listeners(self, j: int) -> tuple[int, ...]:
+        """Return the followers that hear j, in the order of the edges."""
+        return tuple(target for source, target, _ in self.edges if source == j)
+
+    def depths(self) -> dict[int, int]:
+        """Return the fewest hops from the leader to each node that it reaches; {LEADER: 0} at least."""
+        depths = {LEADER: 0}
+        frontier = [LEADER]
+        while frontier:
+            reached: list[int] = []
+            for source in frontier:
+                for target in self.listeners(source):
+                    if target not in depths:
+                        depths[target] = depths[source] + 1
+                        reached.append(target)
+            frontier = reached
+        return depths
+
+    def unreachable(self) -> tuple[int, ...]:
+        """Return the followers with no path from the leader; empty iff Assumption 2 (a spanning tree) holds."""
+        depths = self.depths()
+        return tuple(i for i in self.followers if i not in depths)

@@ -1,0 +1,92 @@
+"""The leader's scripted trajectories: position relative to the start, and its rate, as functions of mission time.
+
+For t <= 0 a trajectory rests at its start. The rate is the leader's input u_0 of (3), which no follower knows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+from math import cos, sin
+
+from flockwire.control.vector import ZERO, Vector, add, distance, scale, subtract
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """Straight on: x_0(t) = v t."""
+
+    velocity: Vector
+
+    def position(self, t: float) -> Vector:
+        """Return the displacement from the start, m, world frame, at mission time t, s."""
+        return scale(self.velocity, max(t, 0.0))
+
+    def rate(self, t: float) -> Vector:
+        """Return u_0, m/s, world frame."""
+        return self.velocity if t > 0.0 else ZERO
+
+
+@dataclass(frozen=True, slots=True)
+class Circling:
+    """A circle of `radius` m through the start, at `angular_rate` rad/s: x_0(t) = r [sin(w t), 1 - cos(w t), 0]."""
+
+    radius: float
+    angular_rate: float
+
+    def position(self, t: float) -> Vector:
+        """Return the displacement from the start, m, world frame, at mission time t, s."""
+        angle = self.angular_rate * max(t, 0.0)
+        return (self.radius * sin(angle), self.radius * (1.0 - cos(angle)), 0.0)
+
+    def rate(self, t: float) -> Vector:
+        """Return u_0, m/s, world frame."""
+        if t <= 0.0:
+            return ZERO
+        angle, speed = self.angular_rate * t, self.radius * self.angular_rate
+        return (speed * cos(angle), speed * sin(angle), 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Waypoints:
+    """Straight legs at constant `speed` m/s through `points` (relative to the start), once or for ever."""
+
+    points: tuple[Vector, ...]
+    speed: float
+    loop: bool = False
+    _legs: tuple[tuple[float, Vector, Vector], ...] = field(init=False, repr=False)  # (end time, from, velocity)
+
+    def __post_init__(self) -> None:
+        corners = (ZERO, *self.points, *((ZERO,) if self.loop else ()))
+        legs, end = [], 0.0
+        for start, goal in pairwise(corners):
+            length = distance(start, goal)
+            if length > 0.0:
+                end += length / self.speed
+                legs.append((end, start, scale(subtract(goal, start), self.speed / length)))
+        object.__setattr__(self, "_legs", tuple(legs))
+
+    def position(self, t: float) -> Vector:
+        """Return the displacement from the start, m, world frame, at mission time t, s."""
+        begin, start, velocity = self._leg(t)
+        return add(start, scale(velocity, self._wrapped(t) - begin))
+
+    def rate(self, t: float) -> Vector:
+        """Return u_0, m/s, world frame."""
+        return self._leg(t)[2] if t > 0.0 else ZERO
+
+    def _wrapped(self, t: float) -> float:
+        lap = self._legs[-1][0] if self._legs else 0.0
+        return max(t, 0.0) % lap if self.loop and lap else max(t, 0.0)
+
+    def _leg(self, t: float) -> tuple[float, Vector, Vector]:
+        """Return the begin, the start and the velocity of the leg flown at t; after the last one, rest at its end."""
+        t, begin = self._wrapped(t), 0.0
+        for end, start, velocity in self._legs:
+            if t < end:
+                return begin, start, velocity
+            begin = end
+        return begin, (self.points[-1] if not self.loop else ZERO), ZERO
+
+
+Trajectory = Constant | Circling | Waypoints

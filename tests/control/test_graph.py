@@ -1,0 +1,53 @@
+import subprocess
+import sys
+
+import pytest
+from flockwire.control.graph import LEADER, Graph
+
+TREE = Graph((1, 2, 3, 4), ((0, 1, 1.0), (1, 2, 1.0), (1, 3, 0.5), (2, 4, 1.0), (3, 4, 2.0)))
+
+
+def test_neighbours_are_those_heard():
+    assert TREE.neighbours(1) == {LEADER: 1.0}
+    assert TREE.neighbours(4) == {2: 1.0, 3: 2.0}
+
+
+def test_listeners_are_those_who_hear():
+    assert TREE.listeners(1) == (2, 3)
+    assert TREE.listeners(4) == ()
+
+
+def test_depths_count_the_fewest_hops():
+    assert TREE.depths() == {0: 0, 1: 1, 2: 2, 3: 2, 4: 3}
+    shortcut = Graph((1, 2, 3), ((0, 1, 1.0), (1, 2, 1.0), (2, 3, 1.0), (0, 3, 1.0), (3, 1, 1.0)))
+    assert shortcut.depths() == {0: 0, 1: 1, 3: 1, 2: 2}
+
+
+def test_followers_without_a_path_from_the_leader_are_named():
+    assert TREE.unreachable() == ()
+    assert Graph((1, 2, 3), ((0, 1, 1.0), (2, 3, 1.0), (3, 2, 1.0))).unreachable() == (2, 3)
+
+
+@pytest.mark.parametrize(
+    ("followers", "edges", "rule"),
+    [
+        ((1, 1), (), "ids must differ"),
+        ((0, 1), (), "ids must differ"),
+        ((1,), ((0, 2, 1.0),), "edge 0 -> 2: both ends"),
+        ((1,), ((1, 0, 1.0),), "edge 1 -> 0: the leader hears nobody"),
+        ((1,), ((1, 1, 1.0),), "edge 1 -> 1: nobody hears itself"),
+        ((1,), ((0, 1, 1.0), (0, 1, 2.0)), "edge 0 -> 1: listed twice"),
+        ((1,), ((0, 1, 0.0),), r"edge 0 -> 1: weight = 0\.0 must be positive"),
+        ((1,), ((0, 1, float("nan")),), "weight = nan must be positive"),
+    ],
+)
+def test_a_wrong_graph_is_refused_by_name(followers, edges, rule):
+    with pytest.raises(ValueError, match=rule):
+        Graph(followers, edges)
+
+
+def test_the_control_path_does_not_import_numpy():
+    modules = ("graph", "observer", "formation", "key_frames", "survey", "potential", "protocol", "stability")
+    imports = ", ".join(f"flockwire.control.{module}" for module in modules)
+    code = f"import sys, {imports}; sys.exit('numpy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
