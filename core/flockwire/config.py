@@ -1,0 +1,407 @@
+"""The swarm file: TOML in, frozen and documented models out.
+
+One file describes the whole swarm and every process reads it once. Lengths are metres, times seconds, angles
+radians, the world frame is ENU with Z up. Unknown keys are refused; whatever can have a default has one.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+
+from flockwire.control import formation as shapes
+from flockwire.control.graph import LEADER, Graph
+from flockwire.control.key_frames import parse_key_frames
+from flockwire.control.trajectory import Circling, Constant, Trajectory, Waypoints
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Probability = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
+Point = tuple[Finite, Finite, Finite]
+Edge = tuple[int, int] | tuple[int, int, Positive]
+
+
+class SwarmFileError(ValueError):
+    """A swarm file that cannot be flown; each line of the text names one key, its value and the rule."""
+
+
+class Model(BaseModel):
+    """Frozen, typed strictly, and closed against unknown keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+class Control(Model):
+    """The formation tracking protocol (9)."""
+
+    rate_hz: Annotated[int, Field(ge=10, le=500)] = 100
+    law: Literal["paper"] = "paper"
+    formation_gain: Positive = 3.0  # K, 1/s
+    compensation_gain: NotNegative = 0.2  # phi, m/s
+    compensation_smoothing: Positive = 0.01  # epsilon, m
+
+
+class Observer(Model):
+    """The fixed-time observer (8)."""
+
+    step: Literal["implicit", "explicit"] = "implicit"
+    gain: Positive = 3.0  # mu, m/s
+    exponent: Annotated[float, Field(gt=1, allow_inf_nan=False)] = 1.5  # p
+    velocity_time_constant: Positive = 0.15  # s, of the filter behind the published velocity estimate
+
+
+class CircleFormation(Model):
+    """Followers evenly spread on a circle round the leader."""
+
+    kind: Literal["circle"]
+    radius: Positive = 2.0
+    rate: Finite = 0.0  # rad/s about Z
+
+    def build(self, count: int) -> shapes.Formation:
+        """Return the formation of `count` followers."""
+        return shapes.Circle(count, self.radius, self.rate)
+
+
+class LineFormation(Model):
+    """Followers on a line through the leader, alternately before and behind it."""
+
+    kind: Literal["line"]
+    spacing: Positive = 1.0
+    heading: Finite = 0.0
+    rate: Finite = 0.0
+
+    def build(self, count: int) -> shapes.Formation:
+        """Return the formation of `count` followers."""
+        return shapes.Line(count, self.spacing, self.heading, self.rate)
+
+
+class GridFormation(Model):
+    """Followers on a rectangular grid with the leader in one of its cells."""
+
+    kind: Literal["grid"]
+    spacing: Positive = 1.0
+    columns: Annotated[int, Field(ge=1)] = 3
+    rate: Finite = 0.0
+
+    def build(self, count: int) -> shapes.Formation:
+        """Return the formation of `count` followers."""
+        return shapes.Grid(count, self.spacing, self.columns, self.rate)
+
+
+class PolygonFormation(Model):
+    """Followers evenly spread along the perimeter of a regular polygon round the leader."""
+
+    kind: Literal["polygon"]
+    sides: Annotated[int, Field(ge=3)] = 4
+    radius: Positive = 2.0
+    rate: Finite = 0.0
+
+    def build(self, count: int) -> shapes.Formation:
+        """Return the formation of `count` followers."""
+        return shapes.Polygon(count, self.sides, self.radius, self.rate)
+
+
+class KeyFramesFormation(Model):
+    """Offsets from a CSV file `t,drone,x,y,z`, joined by a smooth curve; `frames` holds its text once it is read."""
+
+    kind: Literal["key_frames"]
+    file: str
+    frames: str = ""
+
+    def build(self, count: int) -> shapes.Formation:
+        """Return the formation; the file must have a curve for each of the `count` followers."""
+        formation = parse_key_frames(self.frames)
+        if formation.count != count:
+            raise ValueError(f"{self.file} has offsets for {formation.count} drones, the swarm has {count} followers")
+        return formation
+
+
+Formation = Annotated[
+    CircleFormation | LineFormation | GridFormation | PolygonFormation | KeyFramesFormation,
+    Field(discriminator="kind"),
+]
+
+
+class Avoidance(Model):
+    """The repulsive potentials of (9), what is sensed, and the distances that must be kept."""
+
+    sensing: Literal["nearby", "neighbours"] = "nearby"
+    sensing_radius: Positive = 1.5
+    drone_gain: NotNegative = 0.3  # K_uav
+    obstacle_gain: NotNegative = 0.5  # K_obs
+    drone_influence_radius: Positive = 0.5  # rho_uav
+    obstacle_influence_radius: Positive = 0.5  # rho_obs
+    drone_safety_distance: Positive = 0.4  # r_safe_uav
+    obstacle_safety_distance: Positive = 0.3  # r_safe_obs, from the obstacle's surface
+
+
+class Fence(Model):
+    """The box that no drone may leave."""
+
+    min: Point = (-10.0, -10.0, -0.5)
+    max: Point = (10.0, 10.0, 3.0)
+    margin: Positive = 0.5  # this far outside, a drone lands
+
+
+class Staleness(Model):
+    """How old each input may get before the agent or the driver reacts, in seconds."""
+
+    pose_zero: Positive = 0.1
+    pose_land: Positive = 1.0
+    estimate_drop: Positive = 0.3
+    estimates_hold: Positive = 1.0
+    estimates_land: Positive = 5.0
+    nearby_slow: Positive = 0.1
+    nearby_hold: Positive = 0.5
+    command_zero: Positive = 0.2
+    command_land: Positive = 1.0
+    telemetry_warn: Positive = 1.0
+    telemetry_land: Positive = 3.0
+
+
+class Limits(Model):
+    """Speeds, heights, battery, fence and the staleness ladder."""
+
+    speed: Positive = 3.0
+    blind_speed: Positive = 0.5  # while the nearby bodies are stale
+    takeoff_height: Positive = 1.0
+    vertical_speed: Positive = 0.7  # of take-off and landing
+    battery_takeoff: Probability = 0.2
+    battery_land: Probability = 0.1
+    fence: Fence = Fence()
+    staleness: Staleness = Staleness()
+
+
+class ConstantVelocity(Model):
+    """The leader flies straight on."""
+
+    kind: Literal["constant"]
+    velocity: Point = (0.1, 0.1, 0.0)
+
+    def build(self) -> Trajectory:
+        """Return the trajectory."""
+        return Constant(self.velocity)
+
+
+class CirclingTrajectory(Model):
+    """The leader flies a circle that touches its start."""
+
+    kind: Literal["circle"]
+    radius: Positive = 1.0
+    rate: Finite = 0.1
+
+    def build(self) -> Trajectory:
+        """Return the trajectory."""
+        return Circling(self.radius, self.rate)
+
+
+class WaypointsTrajectory(Model):
+    """The leader flies from point to point, relative to its start, and stays at the last one (or flies round)."""
+
+    kind: Literal["waypoints"]
+    points: Annotated[tuple[Point, ...], Field(min_length=1)]
+    speed: Positive = 0.2
+    loop: bool = False
+
+    def build(self) -> Trajectory:
+        """Return the trajectory."""
+        return Waypoints(self.points, self.speed, self.loop)
+
+
+class Leader(Model):
+    """Who leads: drone 0 on a scripted trajectory, or a virtual point on the same."""
+
+    kind: Literal["trajectory", "virtual"] = "trajectory"
+    trajectory: Annotated[ConstantVelocity | CirclingTrajectory | WaypointsTrajectory, Field(discriminator="kind")] = (
+        ConstantVelocity(kind="constant")
+    )
+    input_bound: Positive = 0.1  # |u_0| per axis, m/s: unknown to the followers, used in Lemma 3
+    tracking_gain: Positive = 2.0  # 1/s, of the leader's own position loop
+    start: Point = (0.0, 0.0, 1.0)  # of a virtual leader
+
+
+class GraphTable(Model):
+    """Who hears whom: `[from, to]` or `[from, to, weight]`, 0 being the leader."""
+
+    edges: tuple[Edge, ...]
+
+
+class Drone(Model):
+    """One drone: 0 is the leader, the others follow."""
+
+    id: Annotated[int, Field(ge=0, le=999)]
+    airframe: str = "kinematics"
+    start: Point
+    host: str | None = None  # the machine its agent runs on; default: the first of [hosts]
+    address: str | None = None  # where its agent listens, "IP:PORT"; default: its host's address and a port of its own
+
+
+class Airframe(Model):
+    """How a simulated airframe answers a velocity command: first-order lag behind a dead time."""
+
+    gain: Positive = 1.0
+    lag: NotNegative = 0.0
+    dead_time: NotNegative = 0.0
+    endurance: Positive = 900.0  # s of flight on a full battery
+
+
+class Obstacle(Model):
+    """An upright cylinder, endless unless it has a height; radius 0 is the paper's point."""
+
+    center: Point
+    radius: NotNegative = 0.0
+    height: Positive | None = None
+
+
+class Gateway(Model):
+    """Where poses come from: simulated cameras that see the simulated airframes."""
+
+    source: Literal["simulated"] = "simulated"
+    rate_hz: Annotated[int, Field(ge=10, le=500)] = 100
+    noise: NotNegative = 0.0  # m, standard deviation per axis
+    latency: NotNegative = 0.0  # s from exposure to sending
+    dropout: Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)] = 0.0  # share of lost samples
+    seed: Annotated[int, Field(ge=0)] = 0
+
+
+class Network(Model):
+    """Endpoints: every process listens on its own port, `base_port` and upwards."""
+
+    transport: Literal["tcp"] = "tcp"
+    base_port: Annotated[int, Field(ge=1024, le=64000)] = 7450
+
+
+class Host(Model):
+    """One machine: its address, and the processes beside its agents that it runs (by identity)."""
+
+    address: str = "127.0.0.1"
+    processes: tuple[str, ...] = ()
+
+
+class Swarm(Model):
+    """A whole swarm, checked: whoever holds one may fly it."""
+
+    name: str
+    frame: str = "world"
+    control: Control = Control()
+    observer: Observer = Observer()
+    formation: Formation
+    formations: dict[str, Formation] = {}
+    avoidance: Avoidance = Avoidance()
+    limits: Limits = Limits()
+    leader: Leader = Leader()
+    graph: GraphTable
+    drones: tuple[Drone, ...]
+    airframes: dict[str, Airframe] = {"kinematics": Airframe()}
+    obstacles: tuple[Obstacle, ...] = ()
+    gateway: Gateway = Gateway()
+    network: Network = Network()
+    hosts: dict[str, Host] = {"local": Host()}
+
+    @field_validator("name", "frame")
+    @classmethod
+    def _one_word(cls, value: str) -> str:
+        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,63}", value):
+            raise ValueError("must be a letter followed by letters, digits and _ (it becomes part of ROS 2 topics)")
+        return value
+
+    @model_validator(mode="after")
+    def _flyable(self) -> Swarm:
+        from flockwire import rules  # noqa: PLC0415  (the rules are written against this class)
+
+        problems = list(rules.problems(self))
+        if problems:
+            raise ValueError("\n".join(problems))
+        return self
+
+    @cached_property
+    def followers(self) -> tuple[int, ...]:
+        """Ids of the followers, ascending; a follower's place in this tuple is its index in the formation."""
+        return tuple(sorted(drone.id for drone in self.drones if drone.id != LEADER))
+
+    @cached_property
+    def flying(self) -> tuple[int, ...]:
+        """Ids of all drones that have an airframe, ascending: the followers and, unless it is virtual, the leader."""
+        return tuple(sorted(drone.id for drone in self.drones))
+
+    @cached_property
+    def topology(self) -> Graph:
+        """The communication graph."""
+        weighted = tuple((e[0], e[1], float(e[2]) if len(e) == 3 else 1.0) for e in self.graph.edges)
+        return Graph(self.followers, weighted)
+
+    def drone(self, number: int) -> Drone:
+        """Return drone `number`; KeyError when the swarm has none."""
+        for drone in self.drones:
+            if drone.id == number:
+                return drone
+        raise KeyError(number)
+
+    def airframe(self, number: int) -> Airframe:
+        """Return the airframe parameters of drone `number`."""
+        return self.airframes[self.drone(number).airframe]
+
+    def build_formation(self, name: str = "") -> shapes.Formation:
+        """Return the formation called `name`, the swarm's first one when empty; KeyError when there is none."""
+        return (self.formations[name] if name else self.formation).build(len(self.followers))
+
+
+def load_swarm(path: Path) -> Swarm:
+    """Read and check a swarm file.
+
+    Raises SwarmFileError with one line for each problem: file, key, value, rule.
+    """
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "is not UTF-8 text"
+        raise SwarmFileError(f"{path}: cannot read the swarm file: {reason}") from error
+    except tomllib.TOMLDecodeError as error:
+        raise SwarmFileError(f"{path}: not TOML: {error}") from error
+    for name, formation in [("formation", table.get("formation")), *_tables(table, "formations")]:
+        if isinstance(formation, dict) and formation.get("kind") == "key_frames" and "file" in formation:
+            formation["frames"] = _read_key_frames(path, name, str(formation["file"]))
+    return parse_swarm(table, str(path))
+
+
+def parse_swarm(table: dict[str, object], origin: str) -> Swarm:
+    """Check the swarm file's content `table`, which came from `origin`; raises SwarmFileError."""
+    try:
+        return Swarm.model_validate_json(json.dumps(table, default=str))
+    except ValidationError as error:
+        lines = [line for detail in error.errors() for line in _lines(dict(detail))]
+        raise SwarmFileError("\n".join(f"{origin}: {line}" for line in lines)) from None
+
+
+def _tables(table: dict[str, object], key: str) -> list[tuple[str, object]]:
+    inner = table.get(key)
+    return [(f"{key}.{name}", value) for name, value in inner.items()] if isinstance(inner, dict) else []
+
+
+def _read_key_frames(swarm_file: Path, key: str, name: str) -> str:
+    try:
+        return (swarm_file.parent / name).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise SwarmFileError(f"{swarm_file}: {key}.file = {name!r}: cannot read it: {error}") from error
+
+
+def _lines(detail: dict[str, object]) -> list[str]:
+    """Turn one of pydantic's errors into lines of key, value and rule."""
+    location = detail["loc"]
+    assert isinstance(location, tuple)  # noqa: S101  (pydantic says so)
+    message = str(detail["msg"]).removeprefix("Value error, ")
+    if not location:
+        return message.split("\n")
+    key = ".".join(str(part) for part in location)
+    if detail["type"] == "missing":
+        return [f"{key}: missing; this key has no default"]
+    if detail["type"] == "extra_forbidden":
+        return [f"{key} = {detail['input']!r}: unknown key"]
+    return [f"{key} = {detail['input']!r}: {message[0].lower()}{message[1:]}"]

@@ -1,0 +1,184 @@
+"""The rules that tie a swarm file's keys together: each function yields one line per problem, `key = value: rule`."""
+
+from __future__ import annotations
+
+import ipaddress
+from collections.abc import Iterator
+from itertools import combinations
+from math import dist, isinf
+from typing import TYPE_CHECKING
+
+from flockwire.control.graph import LEADER
+from flockwire.control.survey import survey
+from flockwire.wiring import PROCESS_IDENTITIES, endpoints
+
+if TYPE_CHECKING:
+    from flockwire.config import Formation, Swarm
+
+SURVEY_HORIZON = 120.0  # s of every formation that are looked at
+SURVEY_SAMPLES = 400
+
+
+def problems(swarm: Swarm) -> Iterator[str]:
+    """Yield every problem; the later groups are looked at only when the earlier ones are sound."""
+    for group in ((_drones, _hosts), (_graph, _addresses, _rates, _avoidance, _fence), (_starts, _formations)):
+        found = [line for rule in group for line in rule(swarm)]
+        yield from found
+        if found:
+            return
+
+
+def _drones(swarm: Swarm) -> Iterator[str]:
+    seen: set[int] = set()
+    for place, drone in enumerate(swarm.drones):
+        if drone.id in seen:
+            yield f"drones.{place}.id = {drone.id}: another drone has this id"
+        seen.add(drone.id)
+        if drone.airframe not in swarm.airframes:
+            yield f"drones.{place}.airframe = {drone.airframe!r}: must be one of [airframes], {sorted(swarm.airframes)}"
+        if drone.host is not None and drone.host not in swarm.hosts:
+            yield f"drones.{place}.host = {drone.host!r}: must be one of [hosts], {sorted(swarm.hosts)}"
+    if not swarm.followers:
+        yield "drones: at least one follower (an id above 0) is needed"
+    virtual = swarm.leader.kind == "virtual"
+    if not virtual and LEADER not in seen:
+        yield f"drones: the leader, id 0, is missing (leader.kind = {swarm.leader.kind!r} flies a drone of its own)"
+    if virtual and LEADER in seen:
+        yield "drones: id 0 is the leader, and leader.kind = 'virtual' has no drone"
+
+
+def _hosts(swarm: Swarm) -> Iterator[str]:
+    if not swarm.hosts:
+        yield "hosts = {}: at least one host is needed (leave the table out for one called local)"
+    claimed: dict[str, str] = {}
+    for name, host in swarm.hosts.items():
+        yield from _ip(f"hosts.{name}.address", host.address)
+        for process in host.processes:
+            if process not in PROCESS_IDENTITIES:
+                yield f"hosts.{name}.processes has {process!r}: must be of {list(PROCESS_IDENTITIES)}"
+            elif process in claimed:
+                yield f"hosts.{name}.processes has {process!r}: host {claimed[process]} runs it already"
+            claimed.setdefault(process, name)
+
+
+def _ip(key: str, text: str) -> Iterator[str]:
+    try:
+        ipaddress.ip_address(text)
+    except ValueError:
+        yield f"{key} = {text!r}: must be an IP address"
+
+
+def _rates(swarm: Swarm) -> Iterator[str]:
+    if swarm.gateway.rate_hz < swarm.control.rate_hz:
+        yield (
+            f"gateway.rate_hz = {swarm.gateway.rate_hz}: must be control.rate_hz = {swarm.control.rate_hz} or more, "
+            "each control step answers a pose"
+        )
+
+
+def _graph(swarm: Swarm) -> Iterator[str]:
+    known = {LEADER, *swarm.followers}
+    seen: set[tuple[int, int]] = set()
+    sound = True
+    for place, edge in enumerate(swarm.graph.edges):
+        source, target = edge[0], edge[1]
+        key = f"graph.edges.{place} = {list(edge)}"
+        for end in (source, target):
+            if end not in known:
+                yield f"{key}: there is no drone {end}"
+                sound = False
+        if target == LEADER:
+            yield f"{key}: the leader listens to nobody"
+        if source == target:
+            yield f"{key}: a drone does not hear itself"
+        if (source, target) in seen:
+            yield f"{key}: this edge is there twice"
+        seen.add((source, target))
+    if sound and (lost := swarm.topology.unreachable()):
+        names = ", ".join(f"uav{i}" for i in lost)
+        yield f"graph.edges: no spanning tree from the leader: it does not reach {names}"
+
+
+def _addresses(swarm: Swarm) -> Iterator[str]:
+    for place, drone in enumerate(swarm.drones):
+        if drone.address is not None:
+            ip, colon, port = drone.address.rpartition(":")
+            if not colon or not port.isdigit() or not 1024 <= int(port) <= 65535:
+                yield f"drones.{place}.address = {drone.address!r}: must be IP:PORT, PORT from 1024 to 65535"
+                return
+            yield from _ip(f"drones.{place}.address", ip)
+    owners: dict[str, str] = {}
+    for identity, endpoint in endpoints(swarm).items():
+        if endpoint in owners:
+            yield f"drones.address: {identity} and {owners[endpoint]} have one address, {endpoint}"
+        owners[endpoint] = identity
+
+
+def _avoidance(swarm: Swarm) -> Iterator[str]:
+    table = swarm.avoidance
+    for kind in ("drone", "obstacle"):
+        influence: float = getattr(table, f"{kind}_influence_radius")
+        safety: float = getattr(table, f"{kind}_safety_distance")
+        if influence <= safety:
+            yield (
+                f"avoidance.{kind}_influence_radius = {influence}: must be above "
+                f"avoidance.{kind}_safety_distance = {safety}, else avoidance begins too late"
+            )
+        if table.sensing_radius < influence:
+            yield (
+                f"avoidance.sensing_radius = {table.sensing_radius}: must reach at least "
+                f"avoidance.{kind}_influence_radius = {influence}"
+            )
+
+
+def _fence(swarm: Swarm) -> Iterator[str]:
+    fence = swarm.limits.fence
+    for axis, low, high in zip("xyz", fence.min, fence.max, strict=True):
+        if low >= high:
+            yield f"limits.fence.min = {list(fence.min)}: must be below limits.fence.max, is not along {axis}"
+
+
+def _starts(swarm: Swarm) -> Iterator[str]:
+    safe = swarm.avoidance
+    fence = swarm.limits.fence
+    for place, drone in enumerate(swarm.drones):
+        key = f"drones.{place}.start = {list(drone.start)}"
+        if any(not low <= x <= high for low, x, high in zip(fence.min, drone.start, fence.max, strict=True)):
+            yield f"{key}: must lie inside limits.fence"
+        for number, obstacle in enumerate(swarm.obstacles):
+            gap = dist(drone.start[:2], obstacle.center[:2]) - obstacle.radius
+            if gap < safe.obstacle_safety_distance:
+                yield f"{key}: {gap:.2f} m from obstacle {number}, must be {safe.obstacle_safety_distance} m or more"
+    for (i, one), (j, other) in combinations(enumerate(swarm.drones), 2):
+        gap = dist(one.start, other.start)
+        if gap < safe.drone_safety_distance:
+            yield (
+                f"drones.{j}.start = {list(other.start)}: {gap:.2f} m from drones.{i}.start, must be "
+                f"avoidance.drone_safety_distance = {safe.drone_safety_distance} m or more"
+            )
+
+
+def _formations(swarm: Swarm) -> Iterator[str]:
+    yield from _formation(swarm, "formation", swarm.formation)
+    for name, formation in swarm.formations.items():
+        yield from _formation(swarm, f"formations.{name}", formation)
+
+
+def _formation(swarm: Swarm, key: str, table: Formation) -> Iterator[str]:
+    try:
+        formation = table.build(len(swarm.followers))
+    except ValueError as error:
+        yield f"{key}: {error}"
+        return
+    shape = survey(formation, SURVEY_HORIZON, SURVEY_SAMPLES)
+    safe = swarm.avoidance.drone_safety_distance
+    if shape.max_speed > swarm.limits.speed:
+        yield f"{key}: its drones fly up to {shape.max_speed:.2f} m/s, limits.speed = {swarm.limits.speed} m/s"
+    for axis, low, high, reach in zip("xyz", swarm.limits.fence.min, swarm.limits.fence.max, shape.extent, strict=True):
+        if 2.0 * reach > high - low:
+            yield f"{key}: reaches {reach:.2f} m from the leader along {axis}, limits.fence is {high - low:.2f} m wide"
+    nearest = (
+        shape.min_distance if swarm.leader.kind == "virtual" else min(shape.min_distance, shape.min_distance_leader)
+    )
+    if nearest < safe and not isinf(nearest):
+        yield f"{key}: its drones come within {nearest:.2f} m, avoidance.drone_safety_distance = {safe} m"
