@@ -1,0 +1,370 @@
+"""The wire: every message as a frozen dataclass with its codec beside it.
+
+The payloads are ROS 2 messages in CDR, so that a trace or a bridge needs no translation. Stamps are Unix time in
+nanoseconds and say for when the content is true. Positions are metres, velocities m/s, both in the world frame (ENU)
+that `frame` names. `decode` raises MessageError for bytes of another form and for numbers that are not finite.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import lru_cache
+from math import isfinite
+from struct import Struct, error
+from typing import ClassVar, Protocol, Self
+
+from flockwire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer, layout
+from flockwire.control.vector import Vector
+
+BILLION = 1_000_000_000
+_PREFIX = Struct("<4siII")
+
+
+class Message(Protocol):
+    """What all messages share."""
+
+    ros_type: ClassVar[str]
+
+    @property
+    def stamp(self) -> int:
+        """Unix time in ns for which the content is true."""
+
+    def encode(self) -> bytes:
+        """Return the CDR bytes."""
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Read CDR bytes; raises MessageError."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """geometry_msgs/PoseStamped: where a body is; the quaternion is x y z w."""
+
+    ros_type: ClassVar[str] = "geometry_msgs/msg/PoseStamped"
+    stamp: int
+    frame: str
+    position: Vector
+    orientation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+
+    def encode(self) -> bytes:
+        """Return the CDR bytes."""
+        return _pack(self.stamp, self.frame, "ddddddd", *self.position, *self.orientation)
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Read CDR bytes; raises MessageError."""
+        stamp, frame, v = _unpack(data, "ddddddd")
+        return cls(stamp, frame, (v[0], v[1], v[2]), (v[3], v[4], v[5], v[6]))
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """flockwire_msgs/LeaderEstimate: one follower's estimate of the leader's position and velocity."""
+
+    ros_type: ClassVar[str] = "flockwire_msgs/msg/LeaderEstimate"
+    stamp: int
+    frame: str
+    position: Vector
+    velocity: Vector
+
+    def encode(self) -> bytes:
+        """Return the CDR bytes."""
+        return _pack(self.stamp, self.frame, "dddddd", *self.position, *self.velocity)
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Read CDR bytes; raises MessageError."""
+        stamp, frame, v = _unpack(data, "dddddd")
+        return cls(stamp, frame, (v[0], v[1], v[2]), (v[3], v[4], v[5]))
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """geometry_msgs/TwistStamped: a velocity command; the stamp is that of the own pose it answers."""
+
+    ros_type: ClassVar[str] = "geometry_msgs/msg/TwistStamped"
+    stamp: int
+    frame: str
+    velocity: Vector
+    yaw_rate: float = 0.0  # rad/s, counter-clockwise
+
+    def encode(self) -> bytes:
+        """Return the CDR bytes."""
+        return _pack(self.stamp, self.frame, "dddddd", *self.velocity, 0.0, 0.0, self.yaw_rate)
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Read CDR bytes; raises MessageError."""
+        stamp, frame, v = _unpack(data, "dddddd")
+        return cls(stamp, frame, (v[0], v[1], v[2]), v[5])
+
+
+class BodyKind(IntEnum):
+    """What a nearby body is."""
+
+    DRONE = 0
+    OBSTACLE = 1
+
+
+_KINDS = {int(kind): kind for kind in BodyKind}
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """A nearby body: from the own position to its nearest axis point, and its radius round that."""
+
+    kind: BodyKind
+    relative_position: Vector
+    radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class Nearby:
+    """flockwire_msgs/NearbyBodies: what a relative sensor on board would see, without identities."""
+
+    ros_type: ClassVar[str] = "flockwire_msgs/msg/NearbyBodies"
+    stamp: int
+    frame: str
+    bodies: tuple[Body, ...]
+
+    def encode(self) -> bytes:
+        """Return the CDR bytes."""
+        values = [x for body in self.bodies for x in (body.kind, *body.relative_position, body.radius)]
+        return _pack(self.stamp, self.frame, "I" + "Bdddd" * len(self.bodies), len(self.bodies), *values)
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Read CDR bytes; raises MessageError."""
+        stamp, frame, head = _unpack(data, "I", whole=False)
+        count = int(head[0])
+        if count > LONGEST_SEQUENCE:
+            raise MessageError(f"{count} nearby bodies, the most is {LONGEST_SEQUENCE}")
+        _, _, v = _unpack(data, "I" + "Bdddd" * count)
+        return cls(stamp, frame, tuple(_body(*v[k : k + 5]) for k in range(1, 1 + 5 * count, 5)))
+
+
+class FlightState(IntEnum):
+    """What an airframe does."""
+
+    GROUNDED = 0
+    FLYING = 1
+    LANDING = 2
+    STOPPED = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Telemetry:
+    """flockwire_msgs/Telemetry: the state of an airframe."""
+
+    ros_type: ClassVar[str] = "flockwire_msgs/msg/Telemetry"
+    stamp: int
+    frame: str
+    state: FlightState
+    battery: float  # share of full, 0 to 1
+    height: float  # m above the ground
+    command_age: float  # s since the last command; -1 before the first
+
+    def encode(self) -> bytes:
+        """Return the CDR bytes."""
+        return _pack(self.stamp, self.frame, "Bddd", self.state, self.battery, self.height, self.command_age)
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Read CDR bytes; raises MessageError."""
+        stamp, frame, v = _unpack(data, "Bddd")
+        if v[0] not in FlightState._value2member_map_:
+            raise MessageError(f"there is no flight state {v[0]}")
+        return cls(stamp, frame, FlightState(int(v[0])), v[1], v[2], v[3])
+
+
+MISSION_VERBS = ("takeoff", "start", "hold", "land")
+
+
+@dataclass(frozen=True, slots=True)
+class Mission:
+    """flockwire_msgs/Mission: what the operator wants of all drones; the newest one holds."""
+
+    ros_type: ClassVar[str] = "flockwire_msgs/msg/Mission"
+    stamp: int
+    frame: str
+    verb: str  # one of MISSION_VERBS
+    start: int = 0  # Unix time in ns at which the formation's time is 0 (verb "start")
+    formation: str = ""  # a name from [formations], empty for [formation]
+
+    def encode(self) -> bytes:
+        """Return the CDR bytes."""
+        writer = _write_header(self.stamp, self.frame)
+        writer.text(self.verb)
+        _write_time(writer, self.start)
+        writer.text(self.formation)
+        return writer.finish()
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Read CDR bytes; raises MessageError."""
+        reader = Reader(data)
+        stamp, frame, verb = _read_time(reader), reader.text(), reader.text()
+        mission = cls(stamp, frame, verb, _read_time(reader), reader.text())
+        reader.end()
+        if verb not in MISSION_VERBS:
+            raise MessageError(f"there is no mission {verb!r}")
+        return mission
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """flockwire_msgs/Stop: emergency stop, motors off."""
+
+    ros_type: ClassVar[str] = "flockwire_msgs/msg/Stop"
+    stamp: int
+    frame: str
+    reason: str
+
+    def encode(self) -> bytes:
+        """Return the CDR bytes."""
+        writer = _write_header(self.stamp, self.frame)
+        writer.text(self.reason)
+        return writer.finish()
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Read CDR bytes; raises MessageError."""
+        reader = Reader(data)
+        stop = cls(_read_time(reader), reader.text(), reader.text())
+        reader.end()
+        return stop
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What a core knows of itself; -1 stands for a figure that does not apply."""
+
+    phase: str
+    detail: str = ""  # what it waits for, or why it is in this phase
+    formation_error: float = -1.0  # m, |x_i - h_i - eta_i|: by its own estimate
+    pose_age: float = -1.0  # s
+    estimate_age: float = -1.0  # s, of the oldest in-neighbour
+    nearby_age: float = -1.0  # s
+    telemetry_age: float = -1.0  # s
+    battery: float = -1.0  # share of full
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """flockwire_msgs/Status: how a process is."""
+
+    ros_type: ClassVar[str] = "flockwire_msgs/msg/Status"
+    stamp: int
+    frame: str
+    identity: str
+    report: Report
+    steps: int
+    late_1ms: int
+    late_5ms: int
+    skipped: int
+    cpu: float  # share of one core since the last status
+    resident: int  # bytes
+    rejected: tuple[tuple[str, int], ...]  # key, messages dropped
+    links: tuple[str, ...]  # the processes that it is linked to
+
+    def encode(self) -> bytes:
+        """Return the CDR bytes."""
+        writer, report = _write_header(self.stamp, self.frame), self.report
+        for text in (self.identity, report.phase, report.detail):
+            writer.text(text)
+        ages = (report.pose_age, report.estimate_age, report.nearby_age, report.telemetry_age)
+        for value in (report.formation_error, *ages, report.battery, self.cpu):
+            writer.put("d", value)
+        for count in (self.steps, self.late_1ms, self.late_5ms, self.skipped, self.resident):
+            writer.put("Q", count)
+        writer.texts(tuple(key for key, _ in self.rejected))
+        writer.numbers("Q", tuple(count for _, count in self.rejected))
+        writer.texts(self.links)
+        return writer.finish()
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Read CDR bytes; raises MessageError."""
+        reader = Reader(data)
+        stamp, frame, identity = _read_time(reader), reader.text(), reader.text()
+        phase, detail = reader.text(), reader.text()
+        figures = [reader.take_float() for _ in range(7)]
+        if not isfinite(sum(figures)):
+            raise MessageError("holds a number that is not finite")
+        steps, late_1ms, late_5ms, skipped, resident = (reader.take("Q") for _ in range(5))
+        keys, rejections, links = reader.texts(), reader.numbers("Q"), reader.texts()
+        reader.end()
+        if len(keys) != len(rejections):
+            raise MessageError(f"{len(keys)} keys with {len(rejections)} counts")
+        rejected = tuple(zip(keys, rejections, strict=True))
+        report = Report(phase, detail, *figures[:6])
+        return cls(
+            stamp, frame, identity, report, steps, late_1ms, late_5ms, skipped, figures[6], resident, rejected, links
+        )  # fmt: skip
+
+
+@lru_cache(maxsize=64)
+def _raw_frame(frame: str) -> bytes:
+    return frame.encode() + b"\0"
+
+
+@lru_cache(maxsize=64)
+def _frame_text(raw: bytes) -> str:
+    if not raw.endswith(b"\0"):
+        raise MessageError("the frame id does not end with NUL")
+    try:
+        return raw[:-1].decode()
+    except UnicodeDecodeError:
+        raise MessageError("the frame id is not UTF-8") from None
+
+
+def _pack(stamp: int, frame: str, body: str, *values: float) -> bytes:
+    raw = _raw_frame(frame)
+    sec, nanosec = divmod(stamp, BILLION)
+    return layout(len(raw), body).pack(HEADER, sec, nanosec, len(raw), raw, *values)
+
+
+def _unpack(data: bytes, body: str, whole: bool = True) -> tuple[int, str, tuple[float, ...]]:
+    """Return stamp, frame and values of `body`; with `whole`, nothing may follow but padding."""
+    try:
+        length = _PREFIX.unpack_from(data)[3]
+        form = layout(min(length, len(data)), body)
+        header, sec, nanosec, _, raw, *values = form.unpack_from(data)
+    except error:
+        raise MessageError(f"ends after {len(data)} bytes, too soon") from None
+    if header != HEADER or nanosec >= BILLION:
+        raise MessageError("the header is not that of a stamped message in little-endian CDR")
+    if whole and len(data) - form.size > 3:
+        raise MessageError(f"{len(data) - form.size} bytes are left over")
+    if not isfinite(sum(values)):
+        raise MessageError("holds a number that is not finite")
+    return sec * BILLION + nanosec, _frame_text(raw), tuple(values)
+
+
+def _body(kind: float, x: float, y: float, z: float, radius: float) -> Body:
+    known = _KINDS.get(int(kind))
+    if known is None or radius < 0.0:
+        raise MessageError(f"there is no body of kind {kind:.0f} and radius {radius}")
+    return Body(known, (x, y, z), radius)
+
+
+def _write_header(stamp: int, frame: str) -> Writer:
+    writer = Writer()
+    _write_time(writer, stamp)
+    writer.text(frame)
+    return writer
+
+
+def _write_time(writer: Writer, time: int) -> None:
+    sec, nanosec = divmod(time, BILLION)
+    writer.put("i", sec)
+    writer.put("I", nanosec)
+
+
+def _read_time(reader: Reader) -> int:
+    sec, nanosec = reader.take("i"), reader.take("I")
+    if nanosec >= BILLION:
+        raise MessageError(f"{nanosec} ns are more than a second")
+    return sec * BILLION + nanosec
