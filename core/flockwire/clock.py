@@ -1,0 +1,20 @@
+"""The only place that reads a clock."""
+
+from __future__ import annotations
+
+import time
+
+
+def now() -> int:
+    """Return Unix time in ns: the time base of all stamps, shared by the processes of one machine."""
+    return time.time_ns()
+
+
+def monotonic() -> int:
+    """Return the monotonic clock in ns: the time base of loops."""
+    return time.monotonic_ns()
+
+
+def cpu_time() -> float:
+    """Return the processor time that this process has used, s."""
+    return time.process_time()
