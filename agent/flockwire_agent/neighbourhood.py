@@ -1,0 +1,68 @@
+"""What an agent hears from its in-neighbours, and which of it still counts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flockwire.control.graph import LEADER
+from flockwire.control.vector import Vector
+from flockwire.flight import NEVER, age
+from flockwire.messages import Estimate, Pose
+
+
+@dataclass(slots=True)
+class Neighbour:
+    """One in-neighbour j: its weight w_ij and the newest that came from it."""
+
+    weight: float
+    stamp: int = 0
+    estimate: Vector | None = None
+    position: Vector | None = None
+
+
+class Neighbourhood:
+    """The in-neighbours N_i of one follower."""
+
+    def __init__(self, weights: dict[int, float], drop_after: float) -> None:
+        self._neighbours = {j: Neighbour(weight) for j, weight in weights.items()}
+        self._drop_after = drop_after
+        self._heard = 0
+
+    def hear_estimate(self, j: int, message: Estimate) -> None:
+        """Take neighbour j's estimate of the leader."""
+        neighbour = self._neighbours[j]
+        neighbour.stamp, neighbour.estimate = message.stamp, message.position
+
+    def hear_pose(self, j: int, message: Pose) -> None:
+        """Take neighbour j's pose; the leader's is also its estimate of itself (eta_0 = x_0)."""
+        neighbour = self._neighbours[j]
+        neighbour.position = message.position
+        if j == LEADER:
+            neighbour.stamp, neighbour.estimate = message.stamp, message.position
+
+    def estimates(self, now: int) -> list[tuple[float, Vector]]:
+        """Return (w_ij, eta_j) of the neighbours that are fresh; a stale one's weight leaves the sum."""
+        fresh = [
+            (neighbour.weight, neighbour.estimate)
+            for neighbour in self._neighbours.values()
+            if neighbour.estimate is not None and age(neighbour.stamp, now) <= self._drop_after
+        ]
+        if fresh:
+            self._heard = now
+        return fresh
+
+    def silence(self, now: int, since: int) -> float:
+        """Return for how long, s, no neighbour has been fresh; counted from `since` before the first was."""
+        return age(max(self._heard, since), now)
+
+    def oldest(self, now: int) -> float:
+        """Return the age, s, of the neighbour that has been silent longest; NEVER when one was not heard yet."""
+        return max((age(neighbour.stamp, now) for neighbour in self._neighbours.values()), default=NEVER)
+
+    def missing(self, now: int) -> tuple[int, ...]:
+        """Return the neighbours that are not fresh."""
+        return tuple(j for j, neighbour in self._neighbours.items() if age(neighbour.stamp, now) > self._drop_after)
+
+    def positions(self) -> list[Vector]:
+        """Return the neighbours' own positions, where they are known (m, world frame)."""
+        return [neighbour.position for neighbour in self._neighbours.values() if neighbour.position is not None]

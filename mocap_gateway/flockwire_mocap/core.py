@@ -1,0 +1,79 @@
+"""The gateway without clock, input or output: it serves each drone its pose and what is near it.
+
+It also repeats the operator's newest order once a second, unchanged, for those who join late.
+"""
+
+from __future__ import annotations
+
+from flockwire.config import Swarm
+from flockwire.control.obstacle import to_axis
+from flockwire.control.vector import Vector, norm, subtract
+from flockwire.keys import MISSION, Key, uav
+from flockwire.messages import Body, BodyKind, Message, Mission, Nearby, Pose, Report
+
+from flockwire_mocap.cameras import BILLION, Cameras, Randomness
+
+FORGET = BILLION  # ns after which a body that is no longer seen is no longer near anybody
+
+
+class GatewayCore:
+    """Poses and nearby bodies of `swarm`, from simulated cameras."""
+
+    def __init__(self, swarm: Swarm, randomness: Randomness) -> None:
+        self._keys = {Key("truth", uav(i)): i for i in swarm.flying}
+        self.trigger = Key("truth", uav(swarm.flying[-1]))  # the kinematics send it last: the frame is complete
+        self.prompt = frozenset({MISSION})
+        self.period = 1.0 / swarm.gateway.rate_hz
+        self._swarm = swarm
+        self._cameras = Cameras(swarm.gateway, randomness)
+        self._seen: dict[int, tuple[int, Vector]] = {}
+        self._followers = frozenset(swarm.followers) if swarm.avoidance.sensing == "nearby" else frozenset()
+        self._mission: Mission | None = None
+        self._repeat_at = 0
+        self._last_frame = 0
+
+    def receive(self, key: Key, message: Message, now: int) -> None:
+        """Take in a message."""
+        match message:
+            case Pose():
+                self._cameras.expose(message.stamp, self._keys[key], message.position)
+            case Mission() if self._mission is None or message.stamp > self._mission.stamp:
+                self._mission, self._repeat_at = message, now + BILLION
+
+    def step(self, now: int) -> list[tuple[Key, Message]]:
+        """Publish the frames that have arrived; for each drone what is near it first, then its pose."""
+        frame, messages = self._swarm.frame, list[tuple[Key, Message]]()
+        arrived = self._cameras.frames(now)
+        for stamp, drone, position in arrived:
+            self._seen[drone] = (stamp, position)
+            self._last_frame = stamp
+        for stamp, drone, position in sorted(arrived):
+            if drone in self._followers:
+                bodies = self._near(drone, position, now)
+                messages.append((Key("nearby", uav(drone)), Nearby(stamp, frame, bodies)))
+            messages.append((Key("pose", uav(drone)), Pose(stamp, frame, position)))
+        if self._mission is not None and now >= self._repeat_at:
+            self._repeat_at = now + BILLION
+            messages.append((MISSION, self._mission))
+        return messages
+
+    def report(self, now: int) -> Report:
+        """Return how the gateway is."""
+        if now - self._last_frame > BILLION:
+            return Report("waiting", "waits for the kinematics' truth")
+        lost = [uav(i) for i in self._swarm.flying if now - self._seen.get(i, (0, None))[0] > BILLION]
+        return Report("tracking", f"does not see {', '.join(lost)}" if lost else "")
+
+    def _near(self, drone: int, position: Vector, now: int) -> tuple[Body, ...]:
+        reach = self._swarm.avoidance.sensing_radius
+        bodies = []
+        for other, (stamp, place) in self._seen.items():
+            if other != drone and now - stamp < FORGET:
+                relative = subtract(place, position)
+                if norm(relative) < reach:
+                    bodies.append(Body(BodyKind.DRONE, relative, 0.0))
+        for obstacle in self._swarm.obstacles:
+            relative = to_axis(position, obstacle.center, obstacle.height)
+            if norm(relative) - obstacle.radius < reach:
+                bodies.append(Body(BodyKind.OBSTACLE, relative, obstacle.radius))
+        return tuple(bodies)

@@ -1,0 +1,77 @@
+"""A simulated airframe: it answers a velocity command with a first-order lag behind a dead time.
+
+    lag v' + v = gain u(t - dead_time),   x' = v        (lag = 0: v = gain u; then (2) of the paper, x' = u)
+
+Both are solved exactly between two moments at which the command changes, so the answer does not depend on how often
+the state is looked at.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from math import exp
+
+from flockwire.config import Airframe
+from flockwire.control.vector import ZERO, Vector, add, scale, subtract
+from flockwire.messages import FlightState
+
+BILLION = 1_000_000_000
+GRAVITY = 9.81  # m/s^2
+CONTACT = 0.01  # m above the ground at which a sinking airframe stands
+
+
+class SimulatedAirframe:
+    """One airframe at `position` (m, world frame) at `now` (Unix ns); it flies when that is above the ground."""
+
+    def __init__(self, parameters: Airframe, position: Vector, now: int) -> None:
+        self.position, self.velocity = position, ZERO
+        self.state = FlightState.FLYING if position[2] > CONTACT else FlightState.GROUNDED
+        self.battery = 1.0
+        self._parameters = parameters
+        self._now = now
+        self._input = ZERO
+        self._coming: deque[tuple[int, Vector]] = deque()  # when it takes effect, command
+
+    def command(self, velocity: Vector, now: int) -> None:
+        """Command a velocity, m/s, world frame, at `now`; a command to rise takes off."""
+        self._coming.append((now + round(self._parameters.dead_time * BILLION), velocity))
+        if self.state is FlightState.GROUNDED and velocity[2] > 0.0:
+            self.state = FlightState.FLYING
+
+    def stop(self) -> None:
+        """Motors off, for good: in flight it falls."""
+        self.state = FlightState.STOPPED
+
+    def advance(self, now: int) -> None:
+        """Move on to `now` (Unix ns)."""
+        while self._coming and self._coming[0][0] <= now:
+            moment, velocity = self._coming.popleft()
+            self._move((max(moment, self._now) - self._now) / BILLION)
+            self._now = max(moment, self._now)
+            self._input = scale(velocity, self._parameters.gain)
+        if now > self._now:
+            self._move((now - self._now) / BILLION)
+            self._now = now
+
+    def _move(self, dt: float) -> None:
+        """Fly, fall or stand for `dt` s under the present input."""
+        if self.state is FlightState.GROUNDED:
+            return
+        if self.state is FlightState.STOPPED:
+            x, y, z = self.velocity
+            self.velocity = (x, y, z - GRAVITY * dt)
+            self.position = add(self.position, scale(self.velocity, dt))
+        else:
+            self._fly(dt)
+            self.battery = max(0.0, self.battery - dt / self._parameters.endurance)
+        if self.position[2] <= CONTACT and self.velocity[2] < 0.0:
+            self.position, self.velocity = (self.position[0], self.position[1], 0.0), ZERO
+            if self.state is not FlightState.STOPPED:
+                self.state = FlightState.GROUNDED
+
+    def _fly(self, dt: float) -> None:
+        lag = self._parameters.lag
+        decay = exp(-dt / lag) if lag else 0.0
+        excess = subtract(self.velocity, self._input)
+        self.position = add(self.position, add(scale(self._input, dt), scale(excess, lag * (1.0 - decay))))
+        self.velocity = add(self._input, scale(excess, decay))

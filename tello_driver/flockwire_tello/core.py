@@ -1,0 +1,95 @@
+"""The drivers and airframes of all simulated drones, without clock, input or output.
+
+The driver's rungs of the staleness ladder are here: without commands it hovers, then lands, until commands come again.
+"""
+
+from __future__ import annotations
+
+from flockwire.config import Staleness, Swarm
+from flockwire.control.vector import ZERO, Vector
+from flockwire.flight import BILLION, age
+from flockwire.keys import STOP, Key, uav
+from flockwire.messages import Command, FlightState, Message, Pose, Report, Stop, Telemetry
+
+from flockwire_tello.airframe import SimulatedAirframe
+
+TELEMETRY_PERIOD = BILLION // 10
+
+
+class SimulatedDrone:
+    """Driver and airframe of one drone."""
+
+    def __init__(self, airframe: SimulatedAirframe, stale: Staleness, sink: float) -> None:
+        self.airframe = airframe
+        self._stale, self._sink = stale, sink
+        self._commanded = 0
+
+    def command(self, velocity: Vector, now: int) -> None:
+        """Pass the agent's command on."""
+        self._commanded = now
+        if self.airframe.state is FlightState.LANDING:
+            self.airframe.state = FlightState.FLYING
+        self.airframe.advance(now)
+        self.airframe.command(velocity, now)
+
+    def advance(self, now: int) -> None:
+        """Move on to `now`; hover or land when the agent has been silent for too long."""
+        silence = age(self._commanded, now)
+        if self.airframe.state in (FlightState.FLYING, FlightState.LANDING) and silence > self._stale.command_zero:
+            landing = silence > self._stale.command_land
+            self.airframe.command((0.0, 0.0, -self._sink) if landing else ZERO, now)
+            if landing:
+                self.airframe.state = FlightState.LANDING
+        self.airframe.advance(now)
+
+    def command_age(self, now: int) -> float:
+        """Return the seconds since the last command, -1 before the first."""
+        return age(self._commanded, now) if self._commanded else -1.0
+
+
+class KinematicsCore:
+    """All simulated drones of `swarm`, begun at `now` (Unix ns)."""
+
+    trigger = None
+
+    def __init__(self, swarm: Swarm, now: int) -> None:
+        self.prompt = frozenset({STOP, *(Key("command", uav(i)) for i in swarm.flying)})
+        self.period = 1.0 / swarm.gateway.rate_hz
+        self._frame = swarm.frame
+        limits = swarm.limits
+        self._drones = {
+            uav(i): SimulatedDrone(
+                SimulatedAirframe(swarm.airframe(i), swarm.drone(i).start, now), limits.staleness, limits.vertical_speed
+            )
+            for i in swarm.flying
+        }
+        self._telemetry_due = now
+
+    def receive(self, key: Key, message: Message, now: int) -> None:
+        """Take in a message."""
+        match message:
+            case Command():
+                self._drones[key.owner].command(message.velocity, now)
+            case Stop():
+                for drone in self._drones.values():
+                    drone.airframe.stop()
+
+    def step(self, now: int) -> list[tuple[Key, Message]]:
+        """Move all drones on to `now` and tell where they are."""
+        messages: list[tuple[Key, Message]] = []
+        for owner, drone in self._drones.items():
+            drone.advance(now)
+            messages.append((Key("truth", owner), Pose(now, self._frame, drone.airframe.position)))
+        if now >= self._telemetry_due:
+            self._telemetry_due = now + TELEMETRY_PERIOD
+            for owner, drone in self._drones.items():
+                frame = drone.airframe
+                height, silence = frame.position[2], drone.command_age(now)
+                telemetry = Telemetry(now, self._frame, frame.state, frame.battery, height, silence)
+                messages.append((Key("telemetry", owner), telemetry))
+        return messages
+
+    def report(self, now: int) -> Report:
+        """Return how the drones are."""
+        flying = sum(drone.airframe.state is FlightState.FLYING for drone in self._drones.values())
+        return Report("simulating", f"{flying} of {len(self._drones)} in flight" if flying else "")

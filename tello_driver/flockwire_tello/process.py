@@ -1,0 +1,14 @@
+"""The process of the kinematics: drivers and airframes of all simulated drones."""
+
+from __future__ import annotations
+
+from flockwire import clock
+from flockwire.config import Swarm
+from flockwire.runtime import run_core
+
+from flockwire_tello.core import KinematicsCore
+
+
+async def run(swarm: Swarm) -> None:
+    """Simulate until the process is told to end."""
+    await run_core(KinematicsCore(swarm, clock.now()), swarm, "kinematics")
