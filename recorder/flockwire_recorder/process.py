@@ -1,0 +1,98 @@
+"""The process of the recorder: everything that is said in the swarm goes into one trace, bytes untouched."""
+
+from __future__ import annotations
+
+import logging
+from operator import itemgetter
+from pathlib import Path
+
+from flockwire import clock, policy
+from flockwire.cdr import MessageError
+from flockwire.config import Swarm
+from flockwire.inbox import read_attachment
+from flockwire.keys import ROWS, key_text
+from flockwire.messages import Report
+from flockwire.runtime import Deadlines, Teller, ending
+from flockwire.session import Session
+from flockwire.ticker import Ticker
+
+from flockwire_recorder.trace import TraceFullError, TraceWriter, describe
+
+IDENTITY = "recorder"
+DRAIN_PERIOD = 0.02  # s
+FLUSH_EVERY = 5  # drains: at most a tenth of a second is lost with the process
+CAPACITY = 2048  # samples of one key that wait between two drains
+
+Row = tuple[int, str, str, bytes, int, bytes]  # source time, topic, type, publisher, sequence, payload
+
+
+class Recorder:
+    """Drains all keys into a trace."""
+
+    def __init__(self, swarm: Swarm, session: Session, trace: TraceWriter) -> None:
+        self._trace = trace
+        self._teller = Teller(swarm, IDENTITY, session)
+        self._deadlines = Deadlines()
+        self._foreign: dict[str, int] = {}
+        self._full = ""
+        self._sources = [
+            (key_text(swarm, key), ROWS[key.kind].message.ros_type, session.every(key, CAPACITY))
+            for key in policy.hears(swarm, IDENTITY)
+        ]
+
+    def tick(self, lateness: int, skipped: int) -> None:
+        """Take what has come since the last tick."""
+        self._deadlines.count(lateness, skipped)
+        now = clock.now()
+        try:
+            self.drain(now)
+            if self._deadlines.steps % FLUSH_EVERY == 0:
+                self._trace.flush()
+        except TraceFullError as error:
+            self._full = str(error)
+            logging.getLogger(IDENTITY).error(self._full)
+        if self._teller.due(now):
+            self._teller.tell(now, self._report(), self._deadlines, tuple(self._foreign.items()))
+
+    def drain(self, now: int) -> None:
+        """Write everything that waits, in the order in which it was sent. Raises TraceFullError once."""
+        rows: list[Row] = []
+        for topic, ros_type, subscriber in self._sources:
+            while (sample := subscriber.try_recv()) is not None:
+                attached = sample.attachment
+                try:
+                    origin = read_attachment(attached.to_bytes() if attached is not None else b"")
+                except MessageError:
+                    self._foreign[f"{topic} malformed"] = self._foreign.get(f"{topic} malformed", 0) + 1
+                    continue
+                rows.append(
+                    (origin.sent, topic, ros_type, origin.publisher, origin.sequence, sample.payload.to_bytes())
+                )
+        rows.sort(key=itemgetter(0))
+        for sent, topic, ros_type, publisher, sequence, payload in rows:
+            self._trace.write(f"/{topic}", ros_type, publisher, sequence, now, sent, payload)
+
+    def _report(self) -> Report:
+        if self._full:
+            return Report("full", f"{self._full}; {self._trace.dropped} messages not recorded")
+        return Report("recording") if self._trace.written > 1 else Report("waiting", "waits for messages")
+
+
+async def run(swarm: Swarm, toml: str, out: Path) -> None:
+    """Record into `out`/trace.mcap until the process is told to end."""
+    ended = ending()
+    out.mkdir(parents=True, exist_ok=True)
+    trace = TraceWriter(out / "trace.mcap", describe(swarm, toml, swarm.gateway.seed, clock.now()))
+    with Session(swarm, IDENTITY) as session:
+        recorder = Recorder(swarm, session, trace)
+        ticker = Ticker(DRAIN_PERIOD, recorder.tick)
+        ticker.start()
+        try:
+            await ended.wait()
+        finally:
+            ticker.stop()
+            try:
+                recorder.drain(clock.now())
+                trace.close()
+            except TraceFullError as error:
+                logging.getLogger(IDENTITY).error(str(error))

@@ -1,0 +1,218 @@
+"""Reads a trace, closed or cut off, into numpy arrays."""
+
+from __future__ import annotations
+
+from array import array
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from flockwire.cdr import MessageError
+from flockwire.config import Swarm
+from flockwire.control.graph import LEADER
+from flockwire.keys import ROWS, Key, all_keys, key_text, uav
+from flockwire.messages import Command, Estimate, Message, Mission, Pose, Status, Stop, Telemetry
+from mcap.records import Channel, Metadata
+from mcap.records import Message as Record
+from numpy.typing import NDArray
+
+from flockwire_recorder.records import WholeRecords
+from flockwire_recorder.trace import METADATA, PUBLISHER
+
+Integers = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+_COLUMNS: dict[type[Message], int] = {Pose: 3, Estimate: 6, Command: 3, Telemetry: 4}
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """The messages of one topic in the order of their stamps, one row each.
+
+    `stamps` (for when the content is true), `published` and `logged` are Unix times in ns, `sequences` the publishers'
+    counts. Columns of `values`, in m, m/s and s: pose and truth x y z; estimate x y z vx vy vz; command vx vy vz;
+    telemetry flight state, battery (share of full), height, command age; none for the others.
+    """
+
+    stamps: Integers
+    published: Integers
+    logged: Integers
+    sequences: Integers
+    values: Floats
+
+    def __len__(self) -> int:
+        return len(self.stamps)
+
+
+@dataclass(frozen=True, slots=True)
+class Vitals:
+    """How one publisher fared: its `last` status, and its mean share of one core."""
+
+    last: Status
+    cpu: float
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """What a trace tells.
+
+    `series` holds what was recorded of each key, `missions` each mission once, by stamp; `vitals` one entry for each
+    publisher of a status. `begin` and `end` are the first and the last log time (Unix ns). `lost` counts the gaps in
+    the publishers' sequences, `malformed` the messages that could not be decoded. A trace that was not `closed` was
+    read up to its last whole record, and `lost_bytes` are behind that.
+    """
+
+    path: Path
+    swarm: Swarm
+    metadata: dict[str, str]
+    series: dict[Key, Series]
+    missions: tuple[Mission, ...]
+    stops: tuple[Stop, ...]
+    vitals: tuple[Vitals, ...]
+    begin: int
+    end: int
+    recorded: int
+    lost: int
+    malformed: int
+    closed: bool
+    lost_bytes: int
+
+    def of(self, kind: str, number: int) -> Series:
+        """Return what was recorded of drone `number`'s key `kind`, possibly nothing."""
+        return self.series.get(Key(kind, uav(number))) or _Columns(kind).series()
+
+    def positions(self, number: int) -> Series:
+        """Return where drone `number` was: its truth where recorded, else its pose."""
+        truth = self.of("truth", number)
+        return truth if len(truth) else self.of("pose", number)
+
+    def placed(self) -> tuple[int, ...]:
+        """Return the drones whose position is known: the leader's number first, virtual or not."""
+        numbers = sorted({LEADER, *self.swarm.flying})
+        return tuple(number for number in numbers if len(self.positions(number)))
+
+
+def read_trace(path: Path) -> Trace:
+    """Read the trace `path`; what is cut off or malformed is counted, not raised.
+
+    Raises ValueError for a file that is no MCAP or does not begin with a swarm, OSError where it cannot be read.
+    """
+    records = WholeRecords(path)
+    reader: _Reader | None = None
+    for record in records:
+        if reader is not None:
+            reader.take(record)
+        elif isinstance(record, Metadata) and record.name == METADATA:
+            reader = _Reader(_swarm(path, record.metadata), record.metadata)
+    if reader is None:
+        raise ValueError(f"{path}: names no swarm: it is another program's file, or was cut off at its very beginning")
+    return reader.trace(path, records.closed, records.lost_bytes)
+
+
+def _swarm(path: Path, metadata: dict[str, str]) -> Swarm:
+    try:
+        return Swarm.model_validate_json(metadata["swarm"])
+    except (KeyError, ValueError) as error:
+        raise ValueError(f"{path}: its swarm is of another version of flockwire: {error}") from error
+
+
+class _Columns:
+    """Collects the rows of one series."""
+
+    def __init__(self, kind: str) -> None:
+        self._times = array("q")
+        self._values = array("d")
+        self._width = _COLUMNS.get(ROWS[kind].message, 0)
+
+    def add(self, message: Message, record: Record) -> None:
+        self._times.extend((message.stamp, record.publish_time, record.log_time, record.sequence))
+        match message:
+            case Pose():
+                self._values.extend(message.position)
+            case Estimate():
+                self._values.extend((*message.position, *message.velocity))
+            case Command():
+                self._values.extend(message.velocity)
+            case Telemetry():
+                self._values.extend((message.state, message.battery, message.height, message.command_age))
+
+    def series(self) -> Series:
+        times = np.array(self._times, np.int64).reshape(-1, 4)
+        values = np.array(self._values, np.float64).reshape(len(times), self._width)
+        order = np.argsort(times[:, 0], kind="stable")
+        stamps, published, logged, sequences = np.ascontiguousarray(times[order].T)
+        return Series(stamps, published, logged, sequences, values[order])
+
+
+@dataclass(slots=True)
+class _Publisher:
+    """One channel: what is published on a topic by one process."""
+
+    key: Key | None
+    sequences: array[int] = field(default_factory=lambda: array("q"))
+    last: Status | None = None
+    cpu: float = 0.0
+
+    def lost(self) -> int:
+        seen = set(self.sequences)
+        return max(seen) - min(seen) + 1 - len(seen) if seen else 0
+
+
+class _Reader:
+    """Sorts the records of a trace."""
+
+    def __init__(self, swarm: Swarm, metadata: dict[str, str]) -> None:
+        self._swarm, self._metadata = swarm, metadata
+        self._keys = {f"/{key_text(swarm, key)}": key for key in all_keys(swarm)}
+        self._publishers: dict[int, _Publisher] = {}
+        self._columns: dict[Key, _Columns] = {}
+        self._missions: dict[tuple[int, str], Mission] = {}
+        self._stops: dict[int, Stop] = {}
+        self._begin = self._end = 0
+        self._recorded = self._malformed = 0
+
+    def take(self, record: object) -> None:
+        match record:
+            case Record() if record.channel_id in self._publishers:
+                self._message(record, self._publishers[record.channel_id])
+            case Channel(metadata=metadata) if PUBLISHER in metadata:
+                self._publishers.setdefault(record.id, _Publisher(self._keys.get(record.topic)))
+
+    def trace(self, path: Path, closed: bool, lost_bytes: int) -> Trace:
+        return Trace(
+            path, self._swarm, self._metadata,
+            {key: columns.series() for key, columns in self._columns.items()},
+            tuple(mission for _, mission in sorted(self._missions.items())),
+            tuple(stop for _, stop in sorted(self._stops.items())),
+            tuple(
+                Vitals(publisher.last, publisher.cpu / len(publisher.sequences))
+                for publisher in self._publishers.values()
+                if publisher.last is not None
+            ),
+            self._begin, self._end, self._recorded,
+            sum(publisher.lost() for publisher in self._publishers.values()),
+            self._malformed, closed, lost_bytes,
+        )  # fmt: skip
+
+    def _message(self, record: Record, publisher: _Publisher) -> None:
+        self._recorded += 1
+        self._begin = min(self._begin or record.log_time, record.log_time)
+        self._end = max(self._end, record.log_time)
+        publisher.sequences.append(record.sequence)
+        key = publisher.key
+        try:
+            if key is None:
+                raise MessageError("of no key of this swarm")
+            message = ROWS[key.kind].message.decode(record.data)
+        except MessageError:
+            self._malformed += 1
+            return
+        match message:
+            case Mission():
+                self._missions[message.stamp, message.verb] = message
+            case Stop():
+                self._stops[message.stamp] = message
+            case Status():
+                publisher.last = message
+                publisher.cpu += message.cpu
+        self._columns.setdefault(key, _Columns(key.kind)).add(message, record)

@@ -1,0 +1,76 @@
+"""How close the drones came to each other and to obstacles, and how fast they flew."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+from flockwire.config import Obstacle
+
+from flockwire_recorder.phases import BILLION, Span
+from flockwire_recorder.reading import Floats, Integers, Trace
+from flockwire_recorder.tracking import interpolated
+
+GRID = BILLION // 100  # ns between the instants at which distances are taken
+SPEED_WINDOW = BILLION // 20  # ns over which a displacement becomes a speed
+
+
+def common_times(span: Span) -> Integers:
+    """Return instants of `span`, 100 Hz, Unix ns."""
+    return np.arange(span.begin, span.end + 1, GRID, dtype=np.int64)
+
+
+def pair_distances(trace: Trace, times: Integers) -> dict[tuple[int, int], Floats]:
+    """Return |x_i - x_j| in m of any two airframes at `times` (Unix ns), NaN where one is unknown."""
+    places = {number: interpolated(trace.positions(number), times) for number in trace.swarm.flying}
+    return {
+        (i, j): np.sqrt(np.sum((places[i] - places[j]) ** 2, axis=1)) for i, j in combinations(trace.swarm.flying, 2)
+    }
+
+
+def obstacle_distances(trace: Trace, times: Integers) -> dict[int, Floats]:
+    """Return each airframe's distance in m to the nearest obstacle's surface at `times`, NaN where it is unknown."""
+    result = {}
+    for number in trace.swarm.flying:
+        places = interpolated(trace.positions(number), times)
+        each = [surface_distance(places, obstacle) for obstacle in trace.swarm.obstacles]
+        result[number] = np.min(each, axis=0)
+    return result
+
+
+def surface_distance(places: Floats, obstacle: Obstacle) -> Floats:
+    """Return the distance in m from `places` (m, shape n x 3) to an obstacle's surface, negative inside.
+
+    The cylinder stands on the ground (z = 0); without a height it is endless and only the horizontal distance counts.
+    """
+    x, y, _ = obstacle.center
+    aside: Floats = np.hypot(places[:, 0] - x, places[:, 1] - y) - obstacle.radius
+    if obstacle.height is None:
+        return aside
+    above = places[:, 2] - obstacle.height
+    outside: Floats = np.hypot(np.maximum(aside, 0.0), np.maximum(above, 0.0))
+    return outside + np.minimum(np.maximum(aside, above), 0.0)
+
+
+def max_speed(trace: Trace, span: Span) -> float | None:
+    """Return the highest speed of any airframe within `span`, m/s, from displacements over about 50 ms."""
+    speeds = [_max_speed(trace, number, span) for number in trace.swarm.flying]
+    return max((speed for speed in speeds if speed is not None), default=None)
+
+
+def smallest(distances: list[Floats]) -> float | None:
+    """Return the smallest of all known distances, None when there is none."""
+    known = [values[np.isfinite(values)] for values in distances]
+    return min((float(values.min()) for values in known if len(values)), default=None)
+
+
+def _max_speed(trace: Trace, number: int, span: Span) -> float | None:
+    series = trace.positions(number)
+    within = span.holds(series.stamps)
+    stamps, places = series.stamps[within], series.values[within]
+    after = np.searchsorted(stamps, stamps + SPEED_WINDOW)
+    first = np.flatnonzero(after < len(stamps))
+    if not len(first):
+        return None
+    moved = np.sqrt(np.sum((places[after[first]] - places[first]) ** 2, axis=1))
+    return float((moved * BILLION / (stamps[after[first]] - stamps[first])).max())

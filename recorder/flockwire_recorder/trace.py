@@ -1,0 +1,133 @@
+"""Writes the trace: every message of a swarm, bytes untouched, into one MCAP file.
+
+Topics are the keys with a `/` before them, one channel for each topic and publisher, schemas are ROS 2 definitions: any
+ROS 2 tool reads the file.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import platform
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from flockwire.schemas import schema_text
+from mcap.writer import CompressionType, Writer
+
+if TYPE_CHECKING:
+    from flockwire.config import Swarm
+
+METADATA = "flockwire"
+PUBLISHER = "publisher"  # in a channel's metadata: who says this topic, in hexadecimal
+PROFILE = "ros2"
+CHUNK_SIZE = 256 * 1024  # bytes after which a chunk ends even when nobody flushes
+SEQUENCE_MASK = 0xFFFF_FFFF  # MCAP keeps 32 bits of a sequence number
+
+
+class TraceFullError(OSError):
+    """The trace takes no more: the disk is full, or gone."""
+
+
+def describe(swarm: Swarm, toml: str, seed: int, started: int) -> dict[str, str]:
+    """Return the metadata of a trace.
+
+    `toml` is the swarm file's text, `seed` that of the run, `started` the Unix time in ns at which it begins.
+    """
+    return {
+        "swarm": swarm.model_dump_json(),
+        "toml": toml,
+        "version": version("flockwire"),
+        "zenoh": version("eclipse-zenoh"),
+        "python": platform.python_version(),
+        "host": platform.node(),
+        "seed": str(seed),
+        "started": datetime.fromtimestamp(started // 1_000_000_000, UTC).isoformat(),
+    }
+
+
+class TraceWriter:
+    """Writes messages to the MCAP file `path`; `metadata` is what `describe` returns.
+
+    What was written before a `flush` outlives the process, even kill -9 (not a power cut: nothing is forced out of the
+    operating system's cache). The first failure raises TraceFullError, from the constructor, `write`, `flush` or
+    `close`; from then on the file stays as it is, and `write` only counts in `dropped`. `recover` makes such a file
+    whole. The constructor raises OSError where the file cannot be opened.
+    """
+
+    def __init__(self, path: Path, metadata: dict[str, str]) -> None:
+        self.written = 0
+        self.dropped = 0
+        self._path = path
+        self._failed = False
+        self._schemas: dict[str, int] = {}
+        self._channels: dict[tuple[str, bytes], int] = {}
+        self._stream = path.open("wb")
+        self._writer = Writer(self._stream, CHUNK_SIZE, CompressionType.ZSTD)
+        try:
+            self._writer.start(PROFILE, f"flockwire {version('flockwire')}")
+            self._writer.add_metadata(METADATA, metadata)
+            self._writer.flush()  # type: ignore[no-untyped-call]
+        except OSError as error:
+            raise self._failure(error) from error
+
+    def write(
+        self,
+        topic: str,
+        ros_type: str,
+        publisher: bytes,
+        sequence: int,
+        log_time: int,
+        publish_time: int,
+        payload: bytes,
+    ) -> None:
+        """Append one message.
+
+        `publisher`, `sequence` and `publish_time` (Unix ns) come from the attachment, `log_time` is when the message
+        was received (Unix ns). Raises KeyError for a `ros_type` without a schema, TraceFullError once.
+        """
+        if self._failed:
+            self.dropped += 1
+            return
+        channel = self._channels.get((topic, publisher)) or self._register(topic, ros_type, publisher)
+        try:
+            self._writer.add_message(channel, max(0, log_time), payload, max(0, publish_time), sequence & SEQUENCE_MASK)
+        except OSError as error:
+            self.dropped += 1
+            raise self._failure(error) from error
+        self.written += 1
+
+    def flush(self) -> None:
+        """End the chunk and hand everything to the operating system. Raises TraceFullError once."""
+        if self._failed:
+            return
+        try:
+            self._writer.flush()  # type: ignore[no-untyped-call]
+        except OSError as error:
+            raise self._failure(error) from error
+
+    def close(self) -> None:
+        """Write the summary section and close the file. Raises TraceFullError where that fails for the first time."""
+        if self._stream.closed:
+            return
+        try:
+            self._writer.finish()  # type: ignore[no-untyped-call]
+            self._stream.close()
+        except OSError as error:
+            raise self._failure(error) from error
+
+    def _register(self, topic: str, ros_type: str, publisher: bytes) -> int:
+        schema = self._schemas.get(ros_type)
+        if schema is None:
+            schema = self._writer.register_schema(ros_type, "ros2msg", schema_text(ros_type).encode())
+            self._schemas[ros_type] = schema
+        channel = self._writer.register_channel(topic, "cdr", schema, {PUBLISHER: publisher.hex()})
+        self._channels[topic, publisher] = channel
+        return channel
+
+    def _failure(self, error: OSError) -> TraceFullError:
+        self._failed = True
+        with contextlib.suppress(OSError):
+            self._stream.close()
+        return TraceFullError(error.errno, f"the trace takes no more: {error.strerror}", str(self._path))

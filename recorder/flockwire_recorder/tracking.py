@@ -1,0 +1,109 @@
+"""How well the followers knew their leader, and kept their places round it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from flockwire_recorder.phases import BILLION, Span, offsets
+from flockwire_recorder.reading import Floats, Integers, Series, Trace
+
+SETTLED_BELOW = 0.1  # m
+SETTLED_FOR = 2 * BILLION  # ns
+SILENCE = BILLION // 2  # ns without a sample after which an error counts as unknown
+
+
+@dataclass(frozen=True, slots=True)
+class Errors:
+    """One follower's error: `stamps` in Unix ns, `values` in m."""
+
+    stamps: Integers
+    values: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorFigures:
+    """Largest and root-mean-square error over the tail, m, and when it settled, s of mission time."""
+
+    max_tail: float | None = None
+    rms_tail: float | None = None
+    settled_s: float | None = None
+
+
+def interpolated(series: Series, stamps: Integers) -> Floats:
+    """Return the first three columns of `series`, linear between its stamps, at `stamps` (Unix ns); NaN outside."""
+    if not len(series):
+        return np.full((len(stamps), 3), np.nan)
+    base = series.stamps[0]
+    known, wanted = (series.stamps - base) / BILLION, (stamps - base) / BILLION
+    columns = [np.interp(wanted, known, series.values[:, axis], np.nan, np.nan) for axis in range(3)]
+    return np.stack(columns, axis=1)
+
+
+def observation_errors(trace: Trace) -> dict[int, Errors]:
+    """Return |eta_i - x_0| of each follower at the stamps of its estimates, where the leader's position is known."""
+    leader = trace.positions(0)
+    result = {}
+    for number in trace.swarm.followers:
+        estimates = trace.of("estimate", number)
+        error = estimates.values[:, :3] - interpolated(leader, estimates.stamps)
+        result[number] = _errors(estimates.stamps, error)
+    return result
+
+
+def formation_errors(trace: Trace) -> dict[int, Errors]:
+    """Return |x_i - h_i - x_0| of each follower at the stamps of its positions, from the formation's time 0."""
+    leader = trace.positions(0)
+    result = {}
+    for number in trace.swarm.followers:
+        places = trace.positions(number)
+        error = places.values - offsets(trace, number, places.stamps) - interpolated(leader, places.stamps)
+        result[number] = _errors(places.stamps, error)
+    return result
+
+
+def figures(errors: dict[int, Errors], phase: Span) -> ErrorFigures:
+    """Judge the errors of all followers within `phase`; None for what a follower without samples leaves open."""
+    tail = phase.tail()
+    tails = [error.values[tail.holds(error.stamps)] for error in errors.values()]
+    settled = settling_time(errors, phase)
+    if not all(len(values) for values in tails):
+        return ErrorFigures(settled_s=settled)
+    values = np.concatenate(tails)
+    return ErrorFigures(float(values.max()), float(np.sqrt(np.mean(values**2))), settled)
+
+
+def settling_time(errors: dict[int, Errors], phase: Span) -> float | None:
+    """Return the begin, in s after that of `phase`, of the first stretch in which all errors are below the threshold.
+
+    The stretch is SETTLED_FOR long at least; a follower that is silent for SILENCE does not count as settled.
+    """
+    blocked = [_unsettled(error, phase) for error in errors.values()]
+    bad = np.unique(np.concatenate([*blocked, [phase.end]]))
+    samples = np.unique(np.concatenate([error.stamps for error in errors.values()]))
+    if bad[0] - phase.begin >= SETTLED_FOR:
+        return 0.0
+    for last, following in pairwise(bad):
+        if following - last >= SETTLED_FOR:
+            begin = samples[np.searchsorted(samples, last, "right")]
+            if following - begin >= SETTLED_FOR:
+                return float(begin - phase.begin) / BILLION
+    return None
+
+
+def _unsettled(error: Errors, phase: Span) -> Integers:
+    """Return stamps at which the error is too large or, closer than SETTLED_FOR, unknown."""
+    within = phase.holds(error.stamps)
+    stamps, values = error.stamps[within], error.values[within]
+    edges = np.concatenate([[phase.begin], stamps, [phase.end]])
+    silences = np.flatnonzero(np.diff(edges) > SILENCE)
+    gaps = [np.append(np.arange(edges[k], edges[k + 1], SILENCE), edges[k + 1]) for k in silences]
+    return np.concatenate([stamps[values >= SETTLED_BELOW], *gaps]).astype(np.int64)
+
+
+def _errors(stamps: Integers, error: Floats) -> Errors:
+    norms = np.sqrt(np.sum(error**2, axis=1))
+    known = np.isfinite(norms)
+    return Errors(stamps[known], norms[known])

@@ -1,0 +1,198 @@
+"""A flight that is known in closed form, written as a trace: followers decay exponentially into a turning circle."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from math import cos, exp, hypot, sin
+from pathlib import Path
+from random import Random
+
+import pytest
+from flockwire.config import Swarm, parse_swarm
+from flockwire.keys import MISSION, ROWS, Key, key_text, uav
+from flockwire.messages import Command, Estimate, FlightState, Message, Mission, Nearby, Pose, Report, Status, Telemetry
+from flockwire.wiring import agent_identity
+from flockwire_recorder.trace import TraceWriter, describe
+
+BILLION = 1_000_000_000
+T0 = 1_790_000_000 * BILLION  # mission time 0
+STEP = BILLION // 100
+MS = BILLION // 1000
+STARTS = ((0.0, 0.0), (-0.9, 1.7), (1.9, 0.6), (0.6, -1.2), (-1.9, -0.7))
+Event = tuple[int, Key, str, int, Message]  # published, key, publisher, sequence, message
+
+
+def swarm_of(obstacle: bool = True, **tables: object) -> Swarm:
+    """Return the paper's simulated swarm: four followers on a chain, r = 2 m, w = 1 rad/s."""
+    table: dict[str, object] = {
+        "name": "paper",
+        "formation": {"kind": "circle", "radius": 2.0, "rate": 1.0},
+        "graph": {"edges": [[0, 1], [1, 2], [2, 3], [3, 4]]},
+        "drones": [{"id": i, "start": [x, y, 0.0]} for i, (x, y) in enumerate(STARTS)],
+        "obstacles": [{"center": [4.2, 0.9, 0.0], "radius": 0.2}] if obstacle else [],
+    }
+    return parse_swarm(table | tables, "test")
+
+
+@dataclass
+class Flight:
+    """The flight's numbers: times in s from mission time 0, lengths in m."""
+
+    swarm: Swarm = field(default_factory=swarm_of)
+    begin: float = -4.0
+    end: float = 40.0
+    decay: float = 1.2  # s, of the followers' distance to their places
+    observer_decay: float = 0.4  # s
+    place_bias: float = 0.0  # of every follower, along X
+    estimate_bias: float = 0.0  # of every estimate, along Y
+    noise: float = 0.0  # m, standard deviation of places and estimates
+    deflection: float = 0.0  # how far from the obstacle's centre followers are pushed
+    started: bool = True
+    holds_at: float | None = None
+    command_delay: int = 2 * MS
+    lost: int = 0  # of uav2's commands
+    silent: frozenset[Key] = frozenset()
+
+    def leader(self, t: float) -> tuple[float, float]:
+        """Return x_0."""
+        return (0.1 * max(t, 0.0), 0.1 * max(t, 0.0))
+
+    def start_error(self, i: int) -> tuple[float, float]:
+        """Return x_i - h_i - x_0 at mission time 0, without the bias."""
+        hx, hy, _ = self.swarm.build_formation().offset(i - 1, 0.0)
+        return (STARTS[i][0] - hx, STARTS[i][1] - hy)
+
+    def position(self, i: int, t: float) -> tuple[float, float, float]:
+        """Return x_i."""
+        height = min(1.0, max(0.0, (t - self.begin - 0.1) * 0.7))
+        x, y = self.leader(t)
+        if i == 0:
+            return (x, y, height)
+        if t < 0.0 or not self.started:
+            return (STARTS[i][0] + self.place_bias, STARTS[i][1], height)
+        hx, hy, _ = self.swarm.build_formation().offset(i - 1, t)
+        ex, ey = self.start_error(i)
+        left = exp(-t / self.decay)
+        return (*self.pushed(x + hx + ex * left + self.place_bias, y + hy + ey * left), height)
+
+    def pushed(self, x: float, y: float) -> tuple[float, float]:
+        """Return the point moved away from the obstacle, smoothly."""
+        if not self.deflection:
+            return (x, y)
+        cx, cy, _ = self.swarm.obstacles[0].center
+        distance = hypot(x - cx, y - cy)
+        stretch = (1.0 + (self.deflection / distance) ** 4) ** 0.25
+        return (cx + (x - cx) * stretch, cy + (y - cy) * stretch)
+
+    def estimate(self, i: int, t: float) -> tuple[float, float, float]:
+        """Return eta_i."""
+        x, y = self.leader(t)
+        left = exp(-(t - self.begin) / self.observer_decay / i)
+        return (
+            x + STARTS[i][0] * left,
+            y + STARTS[i][1] * left + self.estimate_bias,
+            self.position(0, t)[2],
+        )
+
+    def events(self) -> Iterator[Event]:
+        """Yield everything that is said, by time."""
+        steps = range(round(self.begin * 100), round(self.end * 100) + 1)
+        random = Random(1)
+
+        def seen(place: tuple[float, float, float]) -> tuple[float, float, float]:
+            x, y, z = (value + random.gauss(0.0, self.noise) for value in place)
+            return (x, y, z)
+
+        flying, sequence = self.swarm.flying, -1
+        yield from self.missions()
+        for k in steps:
+            stamp, t, sequence = T0 + k * STEP, k / 100, sequence + 1
+            delay = self.command_delay + round(0.4 * MS * (1.0 + sin(k * 0.37)))
+            for i in flying:
+                place, name, who = seen(self.position(i, t)), uav(i), agent_identity(i)
+                yield stamp + MS // 2, Key("truth", name), "kinematics", sequence, Pose(stamp, "world", place)
+                yield stamp + MS, Key("pose", name), "gateway", sequence, Pose(stamp, "world", place)
+                velocity = (-sin(t), cos(t), 0.0)
+                if i != 2 or not 500 <= k < 500 + self.lost:
+                    yield stamp + MS + delay, Key("command", name), who, sequence, Command(stamp, "world", velocity)
+                if i:
+                    said = Estimate(stamp, "world", seen(self.estimate(i, t)), (0.1, 0.1, 0.0))
+                    yield stamp + MS + delay - MS // 10, Key("estimate", name), who, sequence, said
+                    yield stamp + MS, Key("nearby", name), "gateway", sequence, Nearby(stamp, "world", ())
+                if k % 10 == i:
+                    yield stamp + 5 * MS, Key("status", who), who, sequence // 10, self.status(who, stamp, sequence)
+                    state = Telemetry(stamp, "world", FlightState.FLYING, 1.0 - t / 900, place[2], 0.002)
+                    yield stamp + 2 * MS, Key("telemetry", name), "kinematics", sequence // 10, state
+
+    def missions(self) -> Iterator[Event]:
+        """Yield what the operator says."""
+        first = T0 + int(self.begin * BILLION)
+        orders = [Mission(first + BILLION // 10, "world", "takeoff")]
+        if self.started:
+            orders.append(Mission(T0 - BILLION // 5, "world", "start", T0))
+        if self.holds_at is not None:
+            orders.append(Mission(T0 + int(self.holds_at * BILLION), "world", "hold"))
+        for sequence, order in enumerate(orders):
+            yield order.stamp, MISSION, "operator", sequence, order
+            yield order.stamp + MS, MISSION, "gateway", sequence, order
+
+    def status(self, who: str, stamp: int, steps: int) -> Status:
+        """Return how agent `who` is after `steps`."""
+        rejected = (("paper/uav1/pose older than the last", 3),) if who == "uav1" else ()
+        links = ("gateway", "kinematics")
+        return Status(
+            stamp,
+            "world",
+            who,
+            Report("formation"),
+            steps,
+            steps // 50,
+            steps // 500,
+            1,
+            0.07,
+            45 << 20,
+            rejected,
+            links,
+        )
+
+
+def record(path: Path, **numbers: object) -> Flight:
+    """Write the trace of the flight with these numbers, flushing ten times a second."""
+    flight = Flight(**numbers)
+    writer = TraceWriter(path, describe(flight.swarm, 'name = "paper"  # <by hand>\n', 7, T0))
+    said = sorted((event for event in flight.events() if event[1] not in flight.silent), key=lambda event: event[0])
+    flushed = 0
+    for published, key, publisher, sequence, message in said:
+        topic, ros_type = f"/{key_text(flight.swarm, key)}", ROWS[key.kind].message.ros_type
+        who = publisher.encode().ljust(16)
+        writer.write(topic, ros_type, who, sequence, published + MS // 5, published, message.encode())
+        if published - flushed > BILLION // 10:
+            writer.flush()
+            flushed = published
+    writer.close()
+    return flight
+
+
+@pytest.fixture(scope="session")
+def write_flight() -> Callable[..., Flight]:
+    """Write a flight with the given numbers to a path."""
+    return record
+
+
+@pytest.fixture
+def fly(tmp_path: Path) -> Callable[..., Path]:
+    """Write a flight with the given numbers; returns its trace."""
+
+    def write(**numbers: object) -> Path:
+        path = tmp_path / "trace.mcap"
+        record(path, **numbers)
+        return path
+
+    return write
+
+
+@pytest.fixture(scope="session", name="swarm_of")
+def swarm_of_fixture() -> Callable[..., Swarm]:
+    """Make the paper's simulated swarm, tables replaced."""
+    return swarm_of

@@ -1,0 +1,75 @@
+"""What is read from a trace."""
+
+import numpy as np
+import pytest
+from flockwire.keys import Key
+from flockwire_recorder.reading import read_trace
+from flockwire_recorder.trace import TraceWriter, describe
+
+T0 = 1_790_000_000_000_000_000
+
+
+@pytest.fixture
+def writer(tmp_path, swarm_of):
+    return TraceWriter(tmp_path / "a.mcap", describe(swarm_of(), "text", 3, T0))
+
+
+def pose(stamp, x):
+    from flockwire.messages import Pose
+
+    return Pose(stamp, "world", (x, 0.0, 1.0)).encode()
+
+
+def say(writer, publisher, sequence, payload, topic="/paper/uav1/pose"):
+    writer.write(topic, "geometry_msgs/msg/PoseStamped", publisher, sequence, T0 + sequence, T0, payload)
+
+
+def test_series_stand_in_the_order_of_stamps(writer, tmp_path):
+    for sequence, stamp in enumerate((5, 3, 4)):
+        say(writer, b"a", sequence, pose(T0 + stamp, float(stamp)))
+    writer.close()
+    trace = read_trace(tmp_path / "a.mcap")
+    series = trace.of("pose", 1)
+    assert (series.stamps - T0).tolist() == [3, 4, 5]
+    assert series.values[:, 0].tolist() == [3.0, 4.0, 5.0]
+    assert series.sequences.tolist() == [1, 2, 0]
+    assert (series.logged - T0).tolist() == [1, 2, 0]
+    assert series.published.dtype == np.int64
+    assert trace.of("truth", 1).values.shape == (0, 3)
+    assert (trace.begin - T0, trace.end - T0) == (0, 2)
+    assert trace.metadata["toml"] == "text"
+
+
+def test_gaps_are_counted_for_each_publisher(writer, tmp_path):
+    for publisher, sequences in ((b"a", (7, 8, 11, 11)), (b"b", (0, 2))):
+        for sequence in sequences:
+            say(writer, publisher, sequence, pose(T0, 0.0))
+    writer.close()
+    trace = read_trace(tmp_path / "a.mcap")
+    assert (trace.lost, trace.recorded) == (3, 6)
+
+
+def test_what_cannot_be_decoded_is_counted(writer, tmp_path):
+    say(writer, b"a", 0, pose(T0, 0.0))
+    say(writer, b"a", 1, b"nonsense")
+    say(writer, b"a", 2, pose(T0, float("nan")))
+    say(writer, b"a", 3, pose(T0, 0.0), "/paper/uav9/pose")
+    writer.close()
+    trace = read_trace(tmp_path / "a.mcap")
+    assert (trace.recorded, trace.malformed, trace.lost) == (4, 3, 0)
+    assert list(trace.series) == [Key("pose", "uav1")]
+
+
+def test_a_repeated_mission_is_one(fly):
+    trace = read_trace(fly(begin=-2.0, end=0.1))
+    assert [mission.verb for mission in trace.missions] == ["takeoff", "start"]
+    assert len(trace.vitals) == 5
+    assert trace.vitals[0].cpu == pytest.approx(0.07)
+    assert trace.of("telemetry", 1).values.shape[1] == 4
+
+
+def test_another_programs_file_is_refused(tmp_path):
+    path = tmp_path / "a.mcap"
+    TraceWriter(path, {"swarm": "{}"}).close()
+    with pytest.raises(ValueError, match="another version"):
+        read_trace(path)

@@ -1,0 +1,107 @@
+"""A trace that was cut off anywhere can be read, and made whole."""
+
+import pytest
+from flockwire_recorder.reading import read_trace
+from flockwire_recorder.records import WholeRecords
+from flockwire_recorder.recover import Recovered, recover
+from flockwire_recorder.summary import summarise
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from mcap.reader import make_reader
+from mcap.records import Chunk, Message
+from rosbags.highlevel import AnyReader
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory, write_flight):
+    path = tmp_path_factory.mktemp("whole") / "whole.mcap"
+    write_flight(path, begin=-0.5, end=1.5)
+    return path
+
+
+@pytest.fixture(scope="module")
+def work(tmp_path_factory):
+    return tmp_path_factory.mktemp("cut")
+
+
+def messages(path):
+    with path.open("rb") as stream:
+        return [
+            (channel.topic, channel.metadata["publisher"], m.sequence, m.log_time, m.publish_time, m.data)
+            for _, channel, m in make_reader(stream, validate_crcs=True).iter_messages(log_time_order=False)
+        ]
+
+
+def test_a_whole_trace_is_copied_whole(whole, work):
+    out = work / "copy.mcap"
+    recovered = recover(whole, out)
+    assert recovered == Recovered(len(messages(whole)), 0, closed=True)
+    assert messages(out) == messages(whole)
+    with whole.open("rb") as one, out.open("rb") as other:
+        assert [m.metadata for m in make_reader(one).iter_metadata()] == [
+            m.metadata for m in make_reader(other).iter_metadata()
+        ]
+    assert read_trace(out).swarm == read_trace(whole).swarm
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.integers(0, 10**6))
+def test_cut_off_anywhere(whole, work, position):
+    data = whole.read_bytes()
+    cut, out = work / "cut.mcap", work / "recovered.mcap"
+    cut.write_bytes(data[: position % len(data)])
+    if position % len(data) < 8:
+        with pytest.raises(ValueError, match="no MCAP"):
+            recover(cut, out)
+        return
+    recovered = recover(cut, out)
+    kept = messages(out)
+    assert len(kept) == recovered.messages
+    assert kept == messages(whole)[: len(kept)]
+    assert recovered.closed or recovered.lost_bytes < 20_000
+    if recovered.messages:
+        with AnyReader([out]) as reader:
+            assert reader.message_count == recovered.messages
+    try:
+        trace = read_trace(cut)
+    except ValueError as error:
+        assert "names no swarm" in str(error)
+        assert recovered.messages == 0
+        return
+    assert trace.recorded == recovered.messages
+    assert trace.closed or "The trace was not closed: its recorder did not end properly." in summarise(trace).missing
+
+
+def test_a_damaged_chunk_is_left_out(whole, work):
+    data = bytearray(whole.read_bytes())
+    chunk = next(i for i in range(20_000, len(data)) if data[i : i + 4] == b"\x28\xb5\x2f\xfd")
+    data[chunk + 40] ^= 0xFF
+    broken = work / "broken.mcap"
+    broken.write_bytes(data)
+    recovered = recover(broken, work / "rest.mcap")
+    assert 0 < recovered.lost_bytes < 20_000
+    assert len(messages(whole)) - 400 < recovered.messages < len(messages(whole))
+
+
+def test_zeros_after_a_power_cut_end_the_trace(whole, work):
+    broken = work / "zeros.mcap"
+    broken.write_bytes(whole.read_bytes()[:30_000] + bytes(50_000))
+    assert recover(broken, work / "rest.mcap").lost_bytes > 49_000
+
+
+def test_what_is_no_trace_is_refused(work, whole):
+    text = work / "text.mcap"
+    text.write_text("not a trace at all")
+    with pytest.raises(ValueError, match=r"text\.mcap: is no MCAP file"):
+        recover(text, work / "out.mcap")
+    assert not (work / "out.mcap").exists()
+    with pytest.raises(ValueError, match="the trace itself"):
+        recover(whole, whole)
+    with pytest.raises(FileNotFoundError):
+        recover(work / "nothing.mcap", work / "out.mcap")
+
+
+def test_records_in_chunks_come_out_singly(whole):
+    kinds = [type(record) for record in WholeRecords(whole)]
+    assert Message in kinds
+    assert Chunk not in kinds
