@@ -1,0 +1,5 @@
+"""`python -m flockwire_cli` is the `flockwire` command."""
+
+from flockwire_cli.main import main
+
+main()

@@ -1,0 +1,124 @@
+"""`flockwire check`: what can be known of a swarm before it flies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import inf, sqrt
+
+from flockwire import policy
+from flockwire.config import Swarm
+from flockwire.control.convergence import convergence, smallest_observer_gain
+from flockwire.control.graph import LEADER
+from flockwire.control.stability import critical_gain, smallest_smoothing
+from flockwire.control.survey import survey
+from flockwire.rules import SURVEY_HORIZON, SURVEY_SAMPLES
+from flockwire.wiring import endpoints
+
+DEEP = 6  # hops beyond which noise and news of the leader take their toll
+
+
+def describe(swarm: Swarm) -> str:
+    """Return the description that `check` prints."""
+    return "\n".join((*_graph(swarm), "", *_lemma(swarm), "", *_formations(swarm), "", *_links(swarm), *_warned(swarm)))
+
+
+def _graph(swarm: Swarm) -> Iterator[str]:
+    graph, depths = swarm.topology, swarm.topology.depths()
+    yield f"swarm {swarm.name}: {len(swarm.followers)} followers, leader {swarm.leader.kind}, law {swarm.control.law}"
+    yield ""
+    yield "who hears whom (weight)                     hops from the leader"
+    for i in swarm.followers:
+        heard = ", ".join(
+            f"{'leader' if j == LEADER else f'uav{j}'} ({weight:g})" for j, weight in graph.neighbours(i).items()
+        )
+        yield f"  uav{i:<4} hears {heard:<36} {depths[i]}"
+
+
+def _lemma(swarm: Swarm) -> Iterator[str]:
+    observer = swarm.observer
+    result = convergence(swarm.topology, observer.gain, observer.exponent, swarm.leader.input_bound)
+    bound = "none" if result.settling_time_bound == inf else f"{result.settling_time_bound:.1f} s"
+    yield f"observer (8): mu = {observer.gain:g} m/s, p = {observer.exponent:g}, {observer.step} step"
+    yield f"  lambda_min(Lhat) = {result.lambda_min:.5f}   theta = {result.margin:.5f} m/s   settling time <= {bound}"
+
+
+def _formations(swarm: Swarm) -> Iterator[str]:
+    safe, limits = swarm.avoidance.drone_safety_distance, swarm.limits
+    for name in ("", *swarm.formations):
+        kind = (swarm.formations[name] if name else swarm.formation).kind
+        shape = survey(swarm.build_formation(name), SURVEY_HORIZON, SURVEY_SAMPLES)
+        reach = ", ".join(f"{x:.2f}" for x in shape.extent)
+        yield f"formation {name or '(default)'}: {kind}"
+        yield f"  fastest  {shape.max_speed:6.2f} m/s  limit {limits.speed:.2f} m/s"
+        yield f"  tightest {min(shape.min_distance, shape.min_distance_leader):6.2f} m    limit {safe:.2f} m"
+        yield f"  reaches  [{reach}] m from the leader; fence {list(limits.fence.min)} to {list(limits.fence.max)}"
+
+
+def _links(swarm: Swarm) -> Iterator[str]:
+    yield "process       listens at            linked to"
+    for identity, endpoint in endpoints(swarm).items():
+        yield f"  {identity:<11} {endpoint:<21} {', '.join(policy.links(swarm, identity))}"
+
+
+def _warned(swarm: Swarm) -> Iterator[str]:
+    found = list(warnings(swarm))
+    if found:
+        yield ""
+    yield from (f"warning: {line}" for line in found)
+
+
+def warnings(swarm: Swarm) -> Iterator[str]:
+    """Yield what is allowed but unlikely to fly well."""
+    yield from _observer_warnings(swarm)
+    yield from _compensation_warnings(swarm)
+    for number in swarm.followers:
+        yield from _oscillation(swarm, number)
+
+
+def _observer_warnings(swarm: Swarm) -> Iterator[str]:
+    graph, observer, bound = swarm.topology, swarm.observer, swarm.leader.input_bound
+    result = convergence(graph, observer.gain, observer.exponent, bound)
+    if result.margin <= 0.0:
+        smallest = smallest_observer_gain(graph, bound)
+        if smallest == inf:
+            yield (
+                f"theta = {result.margin:.3f}: Lemma 3 proves nothing on this graph, whatever observer.gain (it is a "
+                "sufficient condition; wide graphs fail it and converge all the same)"
+            )
+        else:
+            yield (
+                f"theta = {result.margin:.3f} <= 0: Lemma 3 does not prove convergence; observer.gain = "
+                f"{observer.gain:g} must be above {smallest:.2f} m/s"
+            )
+    deepest = max(graph.depths().values())
+    if deepest > DEEP:
+        yield f"the deepest drone is {deepest} hops from the leader: noise and delay grow with every hop beyond {DEEP}"
+
+
+def _compensation_warnings(swarm: Swarm) -> Iterator[str]:
+    phi, input_norm = swarm.control.compensation_gain, swarm.leader.input_bound * sqrt(2.0)
+    if phi < input_norm:
+        yield (
+            f"control.compensation_gain = {phi:g} m/s is below the leader's largest input, {input_norm:.3f} m/s "
+            "(leader.input_bound on both axes): (9) will not make up for it"
+        )
+
+
+def _oscillation(swarm: Swarm, number: int) -> Iterator[str]:
+    """Predict a limit cycle: the slope of (9) at zero error against the airframe's lag and all delays of the loop."""
+    control, frame = swarm.control, swarm.airframe(number)
+    delay = frame.dead_time + swarm.gateway.latency + 1.0 / control.rate_hz
+    slope = frame.gain * (control.formation_gain + control.compensation_gain / control.compensation_smoothing)
+    critical = critical_gain(frame.lag, delay)
+    if slope <= critical:
+        return
+    least = smallest_smoothing(control.formation_gain, control.compensation_gain, frame.lag, delay)
+    cure = (
+        f"control.compensation_smoothing of {least:.2f} m or more would do"
+        if least is not None
+        else f"control.formation_gain = {control.formation_gain:g} alone is too high for it"
+    )
+    yield (
+        f"uav{number} will oscillate: gain K + phi/eps = {slope:.0f} /s, its airframe (lag {frame.lag:g} s, delays "
+        f"{delay:.3f} s) bears {critical:.1f} /s; {cure}"
+    )

@@ -1,0 +1,219 @@
+"""The `flockwire` command: the contract between the project and its users' scripts.
+
+Exit status: 0 all well; 1 a flight failed, its reason on the last line; 2 bad usage or a bad swarm file.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from collections.abc import Coroutine
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import typer
+from flockwire.config import Swarm, SwarmFileError, load_swarm
+
+app = typer.Typer(
+    help="Distributed edge runtime for formation flight: one process per drone, on Zenoh.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+SwarmFile = Annotated[Path, typer.Argument(metavar="SWARM", help="The swarm file (TOML).")]
+Number = Annotated[int, typer.Argument(metavar="ID", help="The drone's id.")]
+
+
+@app.command()
+def check(swarm: SwarmFile) -> None:
+    """Validate a swarm file; print its graph, observer bounds, formations, links and warnings."""
+    from flockwire_cli.check import describe  # noqa: PLC0415  (numpy)
+
+    print(describe(_load(swarm)))
+
+
+@app.command()
+def up(
+    swarm: SwarmFile,
+    duration: Annotated[float, typer.Option(min=0.0, help="Seconds from take-off to landing; 0: until Ctrl-C.")] = 40.0,
+    out: Annotated[Path | None, typer.Option(help="Folder for trace, report and logs [runs/NAME-TIME].")] = None,
+    headless: Annotated[bool, typer.Option("--headless", help="No live table.")] = False,
+    host: Annotated[str | None, typer.Option(help="Which of [hosts] this is [the first].")] = None,
+) -> None:
+    """Start all processes of this host, fly, land, report."""
+    from flockwire_cli.up import Flight, PortInUseError, conclude, fly  # noqa: PLC0415
+
+    loaded = _load(swarm)
+    if host is not None and host not in loaded.hosts:
+        _refuse(f"--host = {host!r}: must be one of {sorted(loaded.hosts)} ([hosts])")
+    folder = out or Path("runs") / f"{loaded.name}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
+    if (folder / "trace.mcap").exists():
+        _refuse(f"--out = {folder}: there is a trace of another flight; name a new folder")
+    try:
+        failure = asyncio.run(fly(Flight(loaded, swarm, host or next(iter(loaded.hosts)), duration, folder, headless)))
+    except PortInUseError as error:
+        _refuse(str(error))
+    except OSError as error:
+        _refuse(f"--out = {folder}: cannot write there: {error.strerror}")
+    raise typer.Exit(conclude(failure, folder))
+
+
+@app.command()
+def agent(swarm: SwarmFile, number: Number) -> None:
+    """Run the agent of one follower."""
+    from flockwire_agent.process import run  # noqa: PLC0415
+
+    loaded = _load(swarm)
+    if number not in loaded.followers:
+        _refuse(f"ID = {number}: must be one of the followers {list(loaded.followers)}")
+    _serve(f"uav{number}", run(loaded, number))
+
+
+@app.command()
+def leader(swarm: SwarmFile) -> None:
+    """Run the leader."""
+    from flockwire_leader.process import run  # noqa: PLC0415
+
+    _serve("leader", run(_load(swarm)))
+
+
+@app.command()
+def gateway(swarm: SwarmFile) -> None:
+    """Run the gateway, which serves poses and what is nearby."""
+    from flockwire_mocap.process import run  # noqa: PLC0415
+
+    _serve("gateway", run(_load(swarm)))
+
+
+@app.command()
+def kinematics(swarm: SwarmFile) -> None:
+    """Run the simulated airframes with their drivers."""
+    from flockwire_tello.process import run  # noqa: PLC0415
+
+    _serve("kinematics", run(_load(swarm)))
+
+
+@app.command()
+def recorder(
+    swarm: SwarmFile,
+    out: Annotated[Path, typer.Option(help="Folder for trace.mcap.")] = Path("runs/recording"),
+) -> None:
+    """Record everything that is said into OUT/trace.mcap."""
+    from flockwire_recorder.process import run  # noqa: PLC0415
+
+    loaded = _load(swarm)
+    if (out / "trace.mcap").exists():
+        _refuse(f"--out = {out}: there is a trace of another flight; name a new folder")
+    _serve("recorder", run(loaded, swarm.read_text(encoding="utf-8"), out))
+
+
+@app.command()
+def start(
+    swarm: SwarmFile,
+    formation: Annotated[str, typer.Option(help="A name from [formations] [the first formation].")] = "",
+) -> None:
+    """Take off where need be, and fly the formation."""
+    loaded = _load(swarm)
+    if formation and formation not in loaded.formations:
+        _refuse(f"--formation = {formation!r}: must be one of {sorted(loaded.formations)} ([formations])")
+    _give(loaded, "start", formation)
+
+
+@app.command()
+def hold(swarm: SwarmFile) -> None:
+    """Leave the formation and hover on the spot."""
+    _give(_load(swarm), "hold")
+
+
+@app.command()
+def land(swarm: SwarmFile) -> None:
+    """Land all drones where they are."""
+    _give(_load(swarm), "land")
+
+
+@app.command()
+def stop(swarm: SwarmFile) -> None:
+    """Emergency: motors off, at once; what flies falls."""
+    _give(_load(swarm), "stop")
+
+
+@app.command()
+def formation(swarm: SwarmFile, name: Annotated[str, typer.Argument(metavar="NAME")]) -> None:
+    """Change to the formation NAME of [formations]."""
+    start(swarm, name)
+
+
+@app.command()
+def report(
+    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="A trace.mcap.")],
+    out: Annotated[Path | None, typer.Option(help="Folder for the report [the trace's].")] = None,
+) -> None:
+    """Draw the figures of a trace; write report.html and summary.json."""
+    from flockwire_recorder.report import write_report  # noqa: PLC0415
+
+    from flockwire_cli.verdict import print_summary  # noqa: PLC0415
+
+    folder = out or trace.parent
+    failures = print_summary(_trace(lambda: write_report(trace, folder)), folder)
+    if failures:
+        print(f"flockwire: {'; '.join(failures)}", file=sys.stderr)
+        raise typer.Exit(1)
+
+
+@app.command()
+def recover(
+    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="A trace that was cut off.")],
+    out: Annotated[Path | None, typer.Option(help="The whole trace to write [TRACE-recovered.mcap].")] = None,
+) -> None:
+    """Make a trace whole that was cut off by a crash."""
+    from flockwire_recorder.recover import recover as make_whole  # noqa: PLC0415
+
+    target = out or trace.with_name(f"{trace.stem}-recovered.mcap")
+    if target.exists():
+        _refuse(f"--out = {target}: exists; name a new file")
+    found = _trace(lambda: make_whole(trace, target))
+    print(f"flockwire: {found.messages} messages recovered into {target}")
+
+
+def main() -> NoReturn:
+    """Run the command line."""
+    app(prog_name="flockwire")
+    raise SystemExit(0)
+
+
+def _load(path: Path) -> Swarm:
+    try:
+        return load_swarm(path)
+    except SwarmFileError as error:
+        _refuse(str(error))
+
+
+def _trace(work: Any) -> Any:  # noqa: ANN401  (it passes through whatever `work` returns)
+    """Do `work` on a trace; what is wrong with the trace ends the program."""
+    try:
+        return work()
+    except (OSError, ValueError) as error:
+        _refuse(str(error))
+
+
+def _serve(identity: str, process: Coroutine[None, None, None]) -> NoReturn:
+    from flockwire.runtime import main as serve  # noqa: PLC0415
+
+    raise typer.Exit(serve(identity, process))
+
+
+def _give(swarm: Swarm, verb: str, formation: str = "") -> None:
+    from flockwire_cli.operator import give  # noqa: PLC0415
+
+    failure = asyncio.run(give(swarm, verb, formation))
+    if failure:
+        print(f"flockwire: {verb} failed: {failure}", file=sys.stderr)
+        raise typer.Exit(1)
+
+
+def _refuse(reason: str) -> NoReturn:
+    print("\n".join(f"flockwire: {line}" for line in reason.split("\n")), file=sys.stderr)
+    raise typer.Exit(2)

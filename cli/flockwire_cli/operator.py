@@ -1,0 +1,98 @@
+"""The operator: hears how everybody is, and gives orders."""
+
+from __future__ import annotations
+
+import asyncio
+
+from flockwire import clock, policy
+from flockwire.config import Swarm
+from flockwire.flight import Phase
+from flockwire.keys import MISSION, STOP
+from flockwire.messages import Message, Mission, Status, Stop
+from flockwire.session import Session
+from flockwire.wiring import OPERATOR, agent_identity
+
+from flockwire_cli.director import LEAD_TIME, Director, Stage
+
+POLL_PERIOD = 0.05  # s
+LINK_TIME = 5.0  # s to wait for the swarm to be there
+STOPS = 3  # times that an emergency stop is said
+
+
+class Operator:
+    """An operator's session. Use it as a context manager."""
+
+    def __init__(self, swarm: Swarm) -> None:
+        self.statuses: dict[str, Status] = {}
+        self._session = Session(swarm, OPERATOR)
+        self._sources = [self._session.newest(key) for key in policy.hears(swarm, OPERATOR) if key.kind == "status"]
+
+    def __enter__(self) -> Operator:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._session.__exit__()
+
+    def poll(self) -> int:
+        """Take in the newest statuses; returns the present time, Unix ns."""
+        now = clock.now()
+        for source in self._sources:
+            received = source.take(now)
+            if received is not None and isinstance(received.message, Status):
+                self.statuses[received.message.identity] = received.message
+        return now
+
+    def order(self, message: Message | None) -> None:
+        """Publish a mission or a stop; None is no order."""
+        if message is not None:
+            self._session.publish(STOP if isinstance(message, Stop) else MISSION, message)
+
+
+def pilots(swarm: Swarm) -> tuple[str, ...]:
+    """Return the identities of all that must be in phase for a flight to go on."""
+    return tuple(agent_identity(i) for i in swarm.flying)
+
+
+async def give(swarm: Swarm, verb: str, formation: str = "") -> str:
+    """Give one order to a swarm that runs; returns why that failed, empty when it did not."""
+    with Operator(swarm) as operator:
+        if not await _meet(operator, pilots(swarm)):
+            there = ", ".join(sorted(operator.statuses)) or "nobody"
+            return f"not all of the swarm answer within {LINK_TIME:.0f} s; there: {there}"
+        now = clock.now()
+        if verb == "stop":
+            for _ in range(STOPS):
+                operator.order(Stop(clock.now(), swarm.frame, "the operator says so"))
+                await asyncio.sleep(POLL_PERIOD)
+        elif verb == "start":
+            return await _start(operator, swarm, formation)
+        else:
+            operator.order(Mission(now, swarm.frame, verb))
+        await asyncio.sleep(2 * POLL_PERIOD)  # what is sent must leave before the session closes
+    return ""
+
+
+async def _meet(operator: Operator, expected: tuple[str, ...]) -> bool:
+    for _ in range(round(LINK_TIME / POLL_PERIOD)):
+        operator.poll()
+        if all(identity in operator.statuses for identity in expected):
+            return True
+        await asyncio.sleep(POLL_PERIOD)
+    return False
+
+
+async def _start(operator: Operator, swarm: Swarm, formation: str) -> str:
+    """Take off where need be, then start the formation."""
+    now = clock.now()
+    in_flight = {operator.statuses[pilot].report.phase for pilot in pilots(swarm)} <= {Phase.HOLD, Phase.FORMATION}
+    if not in_flight:
+        director = Director(pilots(swarm), swarm.frame, 0.0, now)
+        while director.stage not in (Stage.FLYING, Stage.OVER):
+            operator.order(director.step(operator.statuses, operator.poll()))
+            await asyncio.sleep(POLL_PERIOD)
+        if director.failure:
+            return director.failure
+    now = clock.now()
+    operator.order(Mission(now, swarm.frame, "start", now + LEAD_TIME, formation))
+    await asyncio.sleep(2 * POLL_PERIOD)
+    return ""

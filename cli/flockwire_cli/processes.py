@@ -1,0 +1,106 @@
+"""The processes of one host, as children that never outlive their parent."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import errno
+import os
+import signal
+import socket
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from flockwire.config import Swarm
+from flockwire.runtime import LIFELINE
+from flockwire.wiring import endpoints
+
+GRACE = 2.5  # s between being told to end and being killed
+
+
+def command(identity: str, swarm_file: Path, out: Path) -> list[str]:
+    """Return the command line that runs `identity`."""
+    base = [sys.executable, "-m", "flockwire_cli"]
+    if identity.startswith("uav"):
+        return [*base, "agent", str(swarm_file), identity.removeprefix("uav")]
+    extra = ["--out", str(out)] if identity == "recorder" else []
+    return [*base, identity, str(swarm_file), *extra]
+
+
+def busy_endpoint(swarm: Swarm, identities: Iterable[str]) -> str:
+    """Return a line about the first of the endpoints that cannot be listened at, empty when all can."""
+    for identity in identities:
+        address, _, port = endpoints(swarm)[identity].rpartition(":")
+        family = socket.AF_INET6 if address.startswith("[") else socket.AF_INET
+        with socket.socket(family, socket.SOCK_STREAM) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                probe.bind((address.strip("[]"), int(port)))
+            except OSError as error:
+                reason = "is in use" if error.errno == errno.EADDRINUSE else str(error.strerror).lower()
+                return (
+                    f"network.base_port = {swarm.network.base_port}: {identity} listens at {address}:{port}, which "
+                    f"{reason}; end what runs there or choose another base_port"
+                )
+    return ""
+
+
+class Children:
+    """The running processes, by identity. Their standard error goes to `out`/logs/IDENTITY.log."""
+
+    def __init__(self, swarm_file: Path, out: Path) -> None:
+        self._swarm_file, self._out = swarm_file, out
+        self._running: dict[str, asyncio.subprocess.Process] = {}
+        self._read_end, self._write_end = os.pipe()
+        (out / "logs").mkdir(parents=True, exist_ok=True)
+
+    async def start(self, identity: str) -> None:
+        """Start the process of `identity`."""
+        with self.log(identity).open("wb") as log:
+            self._running[identity] = await asyncio.create_subprocess_exec(
+                *command(identity, self._swarm_file, self._out),
+                stdin=asyncio.subprocess.DEVNULL,
+                stdout=log,
+                stderr=log,
+                pass_fds=(self._read_end,),
+                env={**os.environ, LIFELINE: str(self._read_end)},
+                start_new_session=True,  # the terminal's Ctrl-C is ours to handle
+            )
+
+    def log(self, identity: str) -> Path:
+        """Return where the process of `identity` logs."""
+        return self._out / "logs" / f"{identity}.log"
+
+    def died(self) -> str:
+        """Return a line about a process that ended by itself, empty when all run."""
+        for identity, process in self._running.items():
+            if process.returncode is not None:
+                lines = self.log(identity).read_text(errors="replace").strip().splitlines()
+                how = _how(process.returncode)
+                return f"{identity} ended by itself ({how}){': ' + lines[-1] if lines else ''}"
+        return ""
+
+    async def end(self) -> None:
+        """End all processes, the recorder last, and wait for them; kill what does not end in time."""
+        order = sorted(self._running, key=lambda identity: identity == "recorder")
+        for group in (order[:-1], order[-1:]) if "recorder" in self._running else (order,):
+            await asyncio.gather(*(self._end(self._running[identity]) for identity in group))
+        self._running.clear()
+        for fd in (self._read_end, self._write_end):
+            with contextlib.suppress(OSError):
+                os.close(fd)
+
+    async def _end(self, process: asyncio.subprocess.Process) -> None:
+        with contextlib.suppress(ProcessLookupError):
+            process.terminate()
+        try:
+            await asyncio.wait_for(process.wait(), GRACE)
+        except TimeoutError:
+            with contextlib.suppress(ProcessLookupError):
+                process.kill()
+            await process.wait()
+
+
+def _how(status: int) -> str:
+    return f"signal {signal.Signals(-status).name}" if status < 0 else f"exit status {status}"
