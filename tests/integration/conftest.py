@@ -1,0 +1,81 @@
+"""Real processes on real Zenoh: every one that a test starts ends with it, also when the test fails."""
+
+from __future__ import annotations
+
+import contextlib
+import tomllib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+from fleet import Fleet, Tower, free_ports, processes_of
+from flockwire.config import Swarm
+
+SWARMS = Path(__file__).parents[2] / "swarms"
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark all tests of this folder."""
+    for item in items:
+        if Path(__file__).parent in item.path.parents:
+            item.add_marker(pytest.mark.integration)
+
+
+@pytest.fixture
+def make_swarm(tmp_path: Path) -> Callable[..., Path]:
+    """Return a function that copies a shipped swarm file to free ports; keywords replace lines `key = value`."""
+
+    def make(source: str = "paper_simulation", **replaced: str) -> Path:
+        text = (SWARMS / f"{source}.toml").read_text()
+        name = replaced.pop("name", tomllib.loads(text)["name"])
+        lines = [f'name = "{name}"' if line.startswith("name = ") else line for line in text.splitlines()]
+        for key, value in replaced.items():
+            assert any(line.startswith(f"{key} = ") for line in lines), key
+            lines = [f"{key} = {value}" if line.startswith(f"{key} = ") else line for line in lines]
+        text = "\n".join(line for line in lines if not line.startswith(("[network]", "base_port")))
+        path = tmp_path / f"{name}.toml"
+        path.write_text(f"{text}\n[network]\nbase_port = {free_ports()}\n")
+        return path
+
+    return make
+
+
+@pytest.fixture
+def make_fleet(tmp_path: Path) -> Iterator[Callable[[Path], Fleet]]:
+    """Return a function that makes a Fleet; its processes end with the test."""
+    fleets: list[Fleet] = []
+
+    def make(swarm_file: Path) -> Fleet:
+        fleets.append(Fleet(swarm_file, tmp_path / f"fleet{len(fleets)}"))
+        return fleets[-1]
+
+    yield make
+    for fleet in fleets:
+        fleet.end_all()
+
+
+@pytest.fixture
+def make_tower() -> Iterator[Callable[[Swarm], Tower]]:
+    """Return a function that makes a Tower; its session ends with the test."""
+    towers: list[Tower] = []
+
+    def make(swarm: Swarm) -> Tower:
+        towers.append(Tower(swarm))
+        return towers[-1]
+
+    yield make
+    for tower in towers:
+        tower.close()
+
+
+@pytest.fixture(autouse=True)
+def nothing_left(tmp_path: Path) -> Iterator[None]:
+    """Check that no test leaves a process behind; end those that it did."""
+    yield
+    left = [process for file in tmp_path.glob("*.toml") for process in processes_of(file)]
+    names = [" ".join(process.cmdline()) for process in left if process.is_running()]
+    for process in left:
+        with contextlib.suppress(psutil.Error):
+            process.kill()
+    assert not names

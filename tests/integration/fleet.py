@@ -1,0 +1,136 @@
+"""Starts, commands and watches the real processes of a swarm."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import psutil
+from flockwire import clock, policy
+from flockwire.config import Swarm, load_swarm
+from flockwire.keys import MISSION
+from flockwire.messages import Mission, Status
+from flockwire.session import Session
+from flockwire.wiring import OPERATOR, identities
+from flockwire_cli.processes import command
+
+PORTS_NEEDED = 12
+
+
+_bases = iter(range(20000 + os.getpid() * PORTS_NEEDED % 9000, 32000, PORTS_NEEDED))
+
+
+def free_ports() -> int:
+    """Return a base port with free ports above it, another one at each call."""
+    for base in _bases:
+        with contextlib.ExitStack() as stack, contextlib.suppress(OSError):
+            for port in range(base, base + PORTS_NEEDED):
+                stack.enter_context(socket.socket()).bind(("127.0.0.1", port))
+            return base
+    raise RuntimeError("no free ports")
+
+
+class Fleet:
+    """The processes of one swarm, each started by hand."""
+
+    def __init__(self, swarm_file: Path, out: Path) -> None:
+        self.swarm_file, self.out = swarm_file, out
+        self.swarm: Swarm = load_swarm(swarm_file)
+        self.running: dict[str, subprocess.Popen[bytes]] = {}
+        out.mkdir(exist_ok=True)
+
+    def start(self, *names: str, **options: object) -> None:
+        """Start the named processes, all but the operator without names."""
+        for name in names or identities(self.swarm)[:-1]:
+            with (self.out / f"{name}.log").open("ab") as log:
+                line = command(name, self.swarm_file, self.out)
+                self.running[name] = subprocess.Popen(line, stderr=log, stdout=log, **options)
+
+    def log(self, name: str) -> str:
+        """Return what a process logged."""
+        return (self.out / f"{name}.log").read_text()
+
+    def end(self, name: str, number: int = signal.SIGTERM) -> float:
+        """End a process; returns the seconds that it took."""
+        process = self.running.pop(name)
+        began = time.monotonic()
+        process.send_signal(number)
+        process.wait(10)
+        return time.monotonic() - began
+
+    def end_all(self) -> None:
+        """End what still runs."""
+        for process in self.running.values():
+            process.kill()
+        for process in self.running.values():
+            process.wait()
+
+
+class Tower:
+    """An operator that waits for what it wants to see."""
+
+    def __init__(self, swarm: Swarm) -> None:
+        self._swarm, self._session = swarm, Session(swarm, OPERATOR)
+        self._sources = [self._session.newest(key) for key in policy.hears(swarm, OPERATOR) if key.kind == "status"]
+        self.statuses: dict[str, Status] = {}
+
+    def close(self) -> None:
+        """End the session."""
+        self._session.__exit__()
+
+    def order(self, verb: str, delay: float = 0.5) -> None:
+        """Give an order."""
+        now = clock.now()
+        self._session.publish(MISSION, Mission(now, self._swarm.frame, verb, now + round(delay * 1e9)))
+
+    def wait(self, met: Callable[[dict[str, Status]], bool], seconds: float = 20.0) -> dict[str, Status]:
+        """Poll until the fresh statuses are as wanted."""
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            now = clock.now()
+            for source in self._sources:
+                received = source.take(now)
+                if received is not None:
+                    self.statuses[received.message.identity] = received.message
+            fresh = {name: status for name, status in self.statuses.items() if now - status.stamp < 1_000_000_000}
+            if met(fresh):
+                return fresh
+            time.sleep(0.02)
+        states = {name: (status.report.phase, status.report.detail) for name, status in self.statuses.items()}
+        raise AssertionError(f"not seen within {seconds} s; last: {states}")
+
+    def all_in(self, phase: str, *names: str, seconds: float = 20.0) -> dict[str, Status]:
+        """Wait until all pilots, or those named, are in a phase."""
+        wanted = names or ("leader", *(f"uav{i}" for i in self._swarm.followers))
+        return self.wait(lambda seen: all(n in seen and seen[n].report.phase == phase for n in wanted), seconds)
+
+    def fly(self) -> None:
+        """Take off and start the formation."""
+        self.all_in("ready")
+        self.order("takeoff")
+        self.all_in("hold")
+        self.order("start")
+        self.all_in("formation")
+
+
+def flockwire(*arguments: str | Path, **options: object) -> subprocess.Popen[str]:
+    """Start a `flockwire` command."""
+    line = [sys.executable, "-m", "flockwire_cli", *(str(argument) for argument in arguments)]
+    return subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+
+
+def processes_of(swarm_file: Path) -> list[psutil.Process]:
+    """Return all living processes that run for a swarm file."""
+    found = []
+    for process in psutil.process_iter():
+        with contextlib.suppress(psutil.Error):
+            if str(swarm_file) in process.cmdline() and process.status() != psutil.STATUS_ZOMBIE:
+                found.append(process)
+    return found

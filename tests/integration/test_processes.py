@@ -1,0 +1,170 @@
+"""Each process started by hand, in any order, killed, restarted, fed with junk."""
+
+from __future__ import annotations
+
+import asyncio
+import random
+import resource
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from fleet import Fleet, Tower, flockwire
+from flockwire import clock, policy
+from flockwire.config import Swarm
+from flockwire.flight import BILLION
+from flockwire.keys import Key, key_text, uav
+from flockwire.messages import Message, Report
+from flockwire.runtime import Shell
+from flockwire.session import Session
+from flockwire_recorder.reading import read_trace
+
+MakeSwarm = Callable[..., Path]
+MakeFleet = Callable[[Path], Fleet]
+MakeTower = Callable[[Swarm], Tower]
+
+
+def test_any_order_will_do_and_each_says_what_it_waits_for_and_ends_in_time(
+    make_swarm: MakeSwarm, make_fleet: MakeFleet, make_tower: MakeTower
+) -> None:
+    fleet = make_fleet(make_swarm())
+    tower = make_tower(fleet.swarm)
+    fleet.start("uav4", "uav2")
+    tower.wait(lambda seen: "waits for" in seen["uav2"].report.detail if "uav2" in seen else False)
+    fleet.start("recorder", "leader", "uav1", "uav3", "gateway", "kinematics")
+    tower.all_in("ready")
+    names = list(fleet.running)
+    took = {name: fleet.end(name, signal.SIGINT if k % 2 else signal.SIGTERM) for k, name in enumerate(names)}
+    assert max(took.values()) < 2.0, took
+    assert "uav4: grounded: waits for" in fleet.log("uav4")
+    assert all("Traceback" not in fleet.log(name) for name in names)
+
+
+def test_an_agent_killed_in_flight_rejoins(make_swarm: MakeSwarm, make_fleet: MakeFleet, make_tower: MakeTower) -> None:
+    fleet = make_fleet(make_swarm(takeoff_height="1.5"))
+    tower = make_tower(fleet.swarm)
+    fleet.start()
+    tower.fly()
+    fleet.end("uav3", signal.SIGKILL)
+    fleet.start("uav3")
+    began = clock.now()
+
+    def rejoined(seen: dict) -> bool:
+        status = seen.get("uav3")
+        return status is not None and status.stamp > began and 0.0 <= status.report.formation_error < 0.1
+
+    tower.wait(lambda seen: rejoined(seen) and seen["uav4"].report.formation_error < 0.1)
+    tower.order("land")
+    tower.all_in("ready")
+    for name in [name for name in fleet.running if name != "recorder"]:
+        fleet.end(name)
+    fleet.end("recorder")
+    trace = read_trace(fleet.out / "trace.mcap")
+    assert trace.closed
+    assert trace.lost == 0
+    assert {mission.verb for mission in trace.missions} == {"takeoff", "start", "land"}
+
+
+class Spy:
+    """A core in an agent's place that notes which keys reach it."""
+
+    def __init__(self, number: int, period: float) -> None:
+        self.trigger = Key("pose", uav(number))
+        self.prompt: frozenset[Key] = frozenset()
+        self.period = period
+        self.keys: set[Key] = set()
+
+    def receive(self, key: Key, message: Message, now: int) -> None:
+        self.keys.add(key)
+
+    def step(self, now: int) -> list[tuple[Key, Message]]:
+        return []
+
+    def report(self, now: int) -> Report:
+        return Report("spying")
+
+
+def test_an_agent_receives_its_own_and_its_neighbours_and_nothing_else(
+    make_swarm: MakeSwarm, make_fleet: MakeFleet, make_tower: MakeTower
+) -> None:
+    fleet = make_fleet(make_swarm())
+    fleet.start("gateway", "kinematics", "leader", "uav1", "uav2", "uav4", "recorder")
+    tower = make_tower(fleet.swarm)
+    spy = Spy(3, 0.01)
+
+    async def listen() -> None:
+        with Session(fleet.swarm, "uav3") as session:
+            shell = Shell(spy, fleet.swarm, "uav3", session)
+            shell.start()
+            await asyncio.to_thread(
+                tower.wait, lambda seen: "uav3" in seen and seen.get("uav1") and seen["uav1"].report.phase == "ready"
+            )
+            tower.order("hold")
+            await asyncio.sleep(2.0)
+            shell.stop()
+
+    asyncio.run(listen())
+    names = {key_text(fleet.swarm, key) for key in spy.keys}
+    assert names == {
+        "paper/uav3/pose", "paper/uav3/nearby", "paper/uav3/telemetry", "paper/uav2/estimate", "paper/mission",
+    }  # fmt: skip
+
+
+def test_junk_on_every_key_is_counted_and_the_flight_goes_on(
+    make_swarm: MakeSwarm, make_fleet: MakeFleet, make_tower: MakeTower
+) -> None:
+    fleet = make_fleet(make_swarm())
+    tower = make_tower(fleet.swarm)
+    fleet.start()
+    tower.fly()
+    time.sleep(3)
+    dice = random.Random(1)
+    with Session(fleet.swarm, "operator") as session:
+        for _ in range(50):
+            for key in policy.hears(fleet.swarm, "uav2") + policy.hears(fleet.swarm, "kinematics"):
+                junk = dice.randbytes(dice.randrange(120))
+                session._zenoh.put(key_text(fleet.swarm, key), junk, attachment=dice.randbytes(33))
+            time.sleep(0.02)
+        seen = tower.wait(lambda seen: len(seen["uav2"].rejected) >= 3 and seen["kinematics"].rejected)
+    assert any("malformed" in key for key, _ in seen["kinematics"].rejected)
+    tower.all_in("formation")
+    tower.wait(lambda seen: all(0 <= seen[f"uav{i}"].report.formation_error < 0.05 for i in range(1, 5)))
+
+
+def test_a_recorder_killed_loses_a_fifth_of_a_second_at_most(
+    make_swarm: MakeSwarm, make_fleet: MakeFleet, make_tower: MakeTower
+) -> None:
+    fleet = make_fleet(make_swarm())
+    tower = make_tower(fleet.swarm)
+    fleet.start()
+    tower.all_in("ready")
+    time.sleep(1.5)
+    killed = clock.now()
+    fleet.end("recorder", signal.SIGKILL)
+    broken, whole = fleet.out / "trace.mcap", fleet.out / "trace-recovered.mcap"
+    assert not read_trace(broken).closed
+    recovery = flockwire("recover", broken)
+    _, errors = recovery.communicate(timeout=30)
+    assert recovery.returncode == 0, errors
+    trace = read_trace(whole)
+    assert trace.closed
+    newest = max(trace.of("pose", i).published[-1] for i in range(5))
+    assert (killed - newest) / BILLION < 0.2
+
+
+def test_a_full_disk_under_the_recorder_leaves_the_swarm_in_flight(
+    make_swarm: MakeSwarm, make_fleet: MakeFleet, make_tower: MakeTower
+) -> None:
+    fleet = make_fleet(make_swarm())
+    tower = make_tower(fleet.swarm)
+    limit = 200_000
+    fleet.start("recorder", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
+    fleet.start(*(name for name in ("gateway", "kinematics", "leader", "uav1", "uav2", "uav3", "uav4")))
+    tower.fly()
+    seen = tower.wait(lambda seen: seen["recorder"].report.phase == "full")
+    assert "not recorded" in seen["recorder"].report.detail
+    tower.all_in("formation")
+    fleet.end("recorder")
+    assert (fleet.out / "trace.mcap").stat().st_size <= limit
+    assert read_trace(fleet.out / "trace.mcap").recorded > 1000

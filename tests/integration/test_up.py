@@ -1,0 +1,112 @@
+"""`flockwire up`: a whole flight, and every way to end it."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from fleet import flockwire, processes_of
+from independent_reader import figures
+
+PICTURES = ("trajectories", "observation_error", "formation_error", "distances", "obstacle_distances", "latency")
+
+
+def test_a_flight_converges_and_its_trace_says_so(make_swarm: Callable[..., Path], tmp_path: Path) -> None:
+    swarm, out = make_swarm(), tmp_path / "out"
+    process = flockwire("up", swarm, "--headless", "--duration", "14", "--out", out)
+    output, errors = process.communicate(timeout=120)
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["observation_error_m"]["max_tail"] < 0.015
+    assert summary["formation_error_m"]["max_tail"] < 0.040
+    assert summary["formation_error_m"]["settled_s"] < 8.0
+    assert summary["messages"]["lost"] == 0
+    assert summary["messages"]["rejected"] == 0
+    assert min(summary["rate"].values()) > 0.95
+    for name in PICTURES:
+        assert (out / f"{name}.png").stat().st_size > 10_000
+    assert "<html" in (out / "report.html").read_text()[:200]
+    assert sorted(path.stem for path in (out / "logs").iterdir()) == sorted(
+        ["gateway", "kinematics", "leader", "recorder", "uav1", "uav2", "uav3", "uav4"]
+    )
+    assert process.returncode == 0, errors + output
+    recomputed = figures(out / "trace.mcap", "paper", radius=2.0, rate=1.0)
+    assert abs(recomputed["observation"] - summary["observation_error_m"]["max_tail"]) < 0.001
+    assert abs(recomputed["formation"] - summary["formation_error_m"]["max_tail"]) < 0.001
+    assert abs(recomputed["nearest"] - summary["min_distance_uav_m"]) < 0.001
+    assert not processes_of(swarm)
+
+
+def test_two_swarms_fly_side_by_side(make_swarm: Callable[..., Path], tmp_path: Path) -> None:
+    swarms = [make_swarm(name=name) for name in ("one", "other")]
+    flights = [
+        flockwire("up", swarm, "--headless", "--duration", "10", "--out", tmp_path / swarm.stem) for swarm in swarms
+    ]
+    for swarm, flight in zip(swarms, flights, strict=True):
+        _, errors = flight.communicate(timeout=120)
+        summary = json.loads((tmp_path / swarm.stem / "summary.json").read_text())
+        assert summary["formation_error_m"]["settled_s"] is not None, errors
+        assert summary["drones"] == 5
+
+
+def test_ctrl_c_lands_and_leaves_a_report(make_swarm: Callable[..., Path], tmp_path: Path) -> None:
+    swarm, out = make_swarm(), tmp_path / "out"
+    process = flockwire("up", swarm, "--headless", "--duration", "0", "--out", out)
+    for line in process.stdout:
+        if "in formation" in line:
+            break
+    time.sleep(7)
+    process.send_signal(signal.SIGINT)
+    output, _ = process.communicate(timeout=60)
+    assert "landing" in output
+    assert (out / "report.html").exists()
+    assert process.returncode == 0
+
+
+def test_no_process_outlives_a_killed_parent(make_swarm: Callable[..., Path], tmp_path: Path) -> None:
+    swarm = make_swarm()
+    process = flockwire("up", swarm, "--headless", "--out", tmp_path / "out")
+    for line in process.stdout:
+        if "taking off" in line:
+            break
+    process.kill()
+    process.communicate()
+    deadline = time.monotonic() + 5.0
+    while processes_of(swarm) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not processes_of(swarm)
+    assert time.monotonic() - deadline + 5.0 < 3.0
+
+
+def test_a_dead_agent_fails_the_flight_and_the_rest_land(make_swarm: Callable[..., Path], tmp_path: Path) -> None:
+    swarm, out = make_swarm(), tmp_path / "out"
+    process = flockwire("up", swarm, "--headless", "--out", out)
+    for line in process.stdout:
+        if "in formation" in line:
+            break
+    victim = next(p for p in processes_of(swarm) if p.cmdline()[-3:] == ["agent", str(swarm), "3"])
+    os.kill(victim.pid, signal.SIGKILL)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert "uav3 ended by itself (signal SIGKILL)" in errors.strip().splitlines()[-1]
+
+
+def test_a_port_in_use_is_named_before_anything_starts(make_swarm: Callable[..., Path], tmp_path: Path) -> None:
+    swarm = make_swarm()
+    base = int(swarm.read_text().split("base_port = ")[1])
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", base + 4))
+        taken.listen()
+        process = flockwire("up", swarm, "--headless", "--out", tmp_path / "out")
+        _, errors = process.communicate(timeout=30)
+        single = flockwire("agent", swarm, "2")
+        _, single_errors = single.communicate(timeout=30)
+    assert process.returncode == 2
+    assert f"127.0.0.1:{base + 4}" in errors
+    assert len(errors.strip().splitlines()) == 1
+    assert single.returncode == 2
+    assert f"127.0.0.1:{base + 4}" in single_errors.strip().splitlines()[-1]
