@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from flockwire.config import Swarm
 from flockwire.control.observer import ObserverParameters, explicit_step, implicit_step, rate_estimate
 from flockwire.control.protocol import ProtocolParameters, control_input
@@ -53,7 +55,7 @@ class AgentCore:
         self._leader: Vector | None = None  # eta_i
         self._leader_velocity = ZERO
         self._observed = 0  # the stamp of the newest estimate
-        self._place = ZERO  # where it holds, or took off
+        self._place: Vector | None = None  # where it holds, or took off; None until it knows where it is
         self._stepped = now
         self._error = -1.0
 
@@ -79,9 +81,10 @@ class AgentCore:
         """Observe, decide, command: what to publish at `now`."""
         dt = min((now - self._stepped) / BILLION, LONGEST_STEP)
         self._stepped = now
-        inputs = self._inputs(now)
-        stamp, fresh = command_stamp(self._pose, now, self._swarm.limits.staleness.pose_zero)
         self._advance_observer(now, dt)
+        inputs = self._inputs(now)
+        self._error = -1.0
+        stamp, fresh = command_stamp(self._pose, now, self._swarm.limits.staleness.pose_zero)
         self._decide(now, inputs)
         velocity = self._velocity(stamp, inputs) if fresh else self._blind_velocity()
         messages: list[tuple[Key, Message]] = [(self._command_key, Command(stamp, self._swarm.frame, velocity))]
@@ -135,19 +138,19 @@ class AgentCore:
                 now,
                 unready_reason(inputs, self._neighbourhood.missing(now), limits),
                 hold_reason(inputs, limits.staleness),
-                land_reason(inputs, limits),
+                land_reason(replace(inputs, pose=min(inputs.pose, age(self._born, now))), limits),
                 flying,
                 height >= 0.95 * limits.takeoff_height,
             )
         )
-        if phase is not was and phase in (Phase.TAKEOFF, Phase.HOLD, Phase.LANDING) and self._pose is not None:
-            self._place = self._pose.position
+        if phase is not was:
+            self._place = None
 
     def _velocity(self, stamp: int, inputs: Inputs) -> Vector:
         """Return the velocity to command for the pose stamped `stamp`."""
         assert self._pose is not None  # noqa: S101  (a fresh pose is one)
         position, limits, phase = self._pose.position, self._swarm.limits, self._flight.phase
-        self._error = -1.0
+        self._place = self._place or position
         if phase is Phase.LANDING:
             return climb(position, self._place, -limits.vertical_speed)
         if phase is Phase.TAKEOFF:

@@ -10,6 +10,7 @@ from flockwire.messages import Mission, Status
 
 LEAD_TIME = BILLION // 2  # ns from the order to start until the formation's time 0, so that all begin together
 PATIENCE = 30 * BILLION  # ns that a stage may take
+_LOST = (Phase.LANDING, Phase.STOPPED, Phase.GROUNDED)
 STALE = 2 * BILLION  # ns after which a status says nothing
 
 
@@ -44,15 +45,17 @@ class Director:
         if self.stage is Stage.TAKING_OFF and self._all(phases, Phase.HOLD):
             return self._go(Stage.FLYING, Mission(now, self._frame, "start", now + LEAD_TIME))
         if self.stage is Stage.FLYING:
-            landed = [i for i in self._pilots if phases.get(i) in (Phase.LANDING, Phase.STOPPED, Phase.GROUNDED)]
-            if landed:
-                return self._fail(f"{landed[0]} left the formation: {_why(statuses, landed[0])}", now)
+            lost = [i for i in self._pilots if phases.get(i, Phase.GROUNDED) in _LOST]
+            if lost:
+                why = _why(statuses, lost[0]) if lost[0] in phases else "silent"
+                return self._fail(f"{lost[0]} left the formation: {why}", now)
             if self._duration and now - self._took_off >= self._duration:
                 return self.land(now)
-        if self.stage is Stage.LANDING and all(
-            phases.get(i) in (Phase.GROUNDED, Phase.READY, Phase.STOPPED, None) for i in self._pilots
-        ):
-            self.stage = Stage.OVER
+        if self.stage is Stage.LANDING:
+            told = {i: phase for i, phase in phases.items() if statuses[i].stamp > self._since}
+            silent = [i for i in self._pilots if i not in phases]
+            if all(told.get(i) in (Phase.GROUNDED, Phase.READY, Phase.STOPPED) or i in silent for i in self._pilots):
+                self.stage = Stage.OVER
         if self.stage not in (Stage.FLYING, Stage.OVER) and now - self._since > PATIENCE:
             return self._out_of_patience(statuses, phases, now)
         return None

@@ -9,6 +9,7 @@ import asyncio
 import sys
 from collections.abc import Coroutine
 from datetime import datetime
+from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -46,19 +47,22 @@ def up(
     """Start all processes of this host, fly, land, report."""
     from flockwire_cli.up import Flight, PortInUseError, conclude, fly  # noqa: PLC0415
 
+    if not isfinite(duration):
+        _refuse(f"--duration = {duration}: must be a number of seconds; 0 flies until Ctrl-C")
     loaded = _load(swarm)
     if host is not None and host not in loaded.hosts:
         _refuse(f"--host = {host!r}: must be one of {sorted(loaded.hosts)} ([hosts])")
     folder = out or Path("runs") / f"{loaded.name}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
     if (folder / "trace.mcap").exists():
         _refuse(f"--out = {folder}: there is a trace of another flight; name a new folder")
+    flight = Flight(loaded, swarm, host or next(iter(loaded.hosts)), duration, folder, headless)
     try:
-        failure = asyncio.run(fly(Flight(loaded, swarm, host or next(iter(loaded.hosts)), duration, folder, headless)))
+        failure = asyncio.run(fly(flight))
     except PortInUseError as error:
         _refuse(str(error))
     except OSError as error:
         _refuse(f"--out = {folder}: cannot write there: {error.strerror}")
-    raise typer.Exit(conclude(failure, folder))
+    raise typer.Exit(conclude(failure, flight))
 
 
 @app.command()

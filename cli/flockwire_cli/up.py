@@ -1,4 +1,7 @@
-"""`flockwire up`: all processes of this host, watched; a flight from take-off to landing; its report."""
+"""`flockwire up`: all processes of this host, watched; a flight from take-off to landing; its report.
+
+Of several hosts, the one that runs the recorder conducts the flight; the others serve until they are told to end.
+"""
 
 from __future__ import annotations
 
@@ -36,6 +39,11 @@ class Flight:
     out: Path
     headless: bool
 
+    @property
+    def conducts(self) -> bool:
+        """Whether this host gives the orders, and gets the trace."""
+        return "recorder" in processes_on(self.swarm, self.host)
+
 
 class PortInUseError(OSError):
     """A process of the swarm cannot listen where it should."""
@@ -67,12 +75,16 @@ async def _conduct(flight: Flight, children: Children, operator: Operator) -> st
         heeded = 0
         while director.stage is not Stage.OVER and interrupts.count < 2:
             now = operator.poll()
+            died = died or children.died()
+            if not flight.conducts and (died or interrupts.count):
+                return died
+            if died and not director.failure:
+                operator.order(director.abort(died, now))
             if interrupts.count > heeded:
                 heeded = interrupts.count
                 operator.order(director.land(now))
-            if not died and (died := children.died()):
-                operator.order(director.abort(died, now))
-            operator.order(director.step(operator.statuses, now))
+            if flight.conducts:
+                operator.order(director.step(operator.statuses, now))
             display.update(operator, now)
             await asyncio.sleep(POLL_PERIOD)
     return director.failure
@@ -135,19 +147,18 @@ class Display:
         self._stage = self._director.stage
 
 
-def conclude(failure: str, out: Path) -> int:
-    """Write the report of the flight in `out`, print its figures and verdict; returns the exit status."""
-    from flockwire_recorder.report import write_report  # noqa: PLC0415  (matplotlib takes a second to import)
-
-    trace = out / "trace.mcap"
+def conclude(failure: str, flight: Flight) -> int:
+    """Write the report of a flight, print its figures and verdict; returns the exit status."""
+    trace = flight.out / "trace.mcap"
     failures = [failure] if failure else []
     if trace.exists():
-        summary = write_report(trace, out)
+        from flockwire_recorder.report import write_report  # noqa: PLC0415  (matplotlib takes a second to import)
+
         from flockwire_cli.verdict import print_summary  # noqa: PLC0415
 
-        failures += print_summary(summary, out)
-    else:
-        failures.append("there is no trace: this host runs no recorder" if not failure else "there is no trace")
+        failures += print_summary(write_report(trace, flight.out), flight.out)
+    elif flight.conducts:
+        failures.append("there is no trace")
     if failures:
         print(f"flockwire: the flight failed: {'; '.join(failures)}", file=sys.stderr)
         return 1

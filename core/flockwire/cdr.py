@@ -25,11 +25,13 @@ def layout(frame_length: int, body: str) -> Struct:
     `body` is a string of struct codes; each is aligned to its size, at most 8. The packed values are: HEADER, sec,
     nanosec, frame_length, the frame id with its NUL, and the body's values.
     """
-    form = f"<4siII{frame_length}s"
+    offset, parts = 12 + frame_length, [f"<4siII{frame_length}s"]
     for code in body:
         size = calcsize(f"<{code}")
-        form += f"{-(calcsize(form) - 4) % size}x{code}"
-    return Struct(form)
+        padding = -offset % size
+        parts.append(f"{padding}x{code}")
+        offset += padding + size
+    return Struct("".join(parts))
 
 
 class Writer:

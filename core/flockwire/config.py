@@ -10,10 +10,11 @@ import json
 import re
 import tomllib
 from functools import cached_property
+from math import inf
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from flockwire.control import formation as shapes
 from flockwire.control.graph import LEADER, Graph
@@ -25,7 +26,18 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Probability = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 Point = tuple[Finite, Finite, Finite]
-Edge = tuple[int, int] | tuple[int, int, Positive]
+
+
+def _edge(ends: object) -> tuple[int, int, float]:
+    match ends:
+        case [int(source), int(target)]:
+            return source, target, 1.0
+        case [int(source), int(target), int(weight) | float(weight)] if 0.0 < weight < inf:
+            return source, target, float(weight)
+    raise ValueError("must be [from, to] or [from, to, weight]: two ids of drones, and a weight above 0")
+
+
+Edge = Annotated[tuple[int, int, float], BeforeValidator(_edge)]
 
 
 class SwarmFileError(ValueError):
@@ -334,8 +346,7 @@ class Swarm(Model):
     @cached_property
     def topology(self) -> Graph:
         """The communication graph."""
-        weighted = tuple((e[0], e[1], float(e[2]) if len(e) == 3 else 1.0) for e in self.graph.edges)
-        return Graph(self.followers, weighted)
+        return Graph(self.followers, self.graph.edges)
 
     def drone(self, number: int) -> Drone:
         """Return drone `number`; KeyError when the swarm has none."""
@@ -388,8 +399,13 @@ def _tables(table: dict[str, object], key: str) -> list[tuple[str, object]]:
 def _read_key_frames(swarm_file: Path, key: str, name: str) -> str:
     try:
         return (swarm_file.parent / name).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, ValueError) as error:
         raise SwarmFileError(f"{swarm_file}: {key}.file = {name!r}: cannot read it: {error}") from error
+
+
+def _is_kind(path: tuple[object, ...]) -> bool:
+    """Return whether pydantic puts a table's kind behind `path`, which is no key of the file."""
+    return path in (("formation",), ("leader", "trajectory")) or (len(path) == 2 and path[0] == "formations")
 
 
 def _lines(detail: dict[str, object]) -> list[str]:
@@ -399,7 +415,7 @@ def _lines(detail: dict[str, object]) -> list[str]:
     message = str(detail["msg"]).removeprefix("Value error, ")
     if not location:
         return message.split("\n")
-    key = ".".join(str(part) for part in location)
+    key = ".".join(str(part) for place, part in enumerate(location) if not _is_kind(location[:place]))
     if detail["type"] == "missing":
         return [f"{key}: missing; this key has no default"]
     if detail["type"] == "extra_forbidden":

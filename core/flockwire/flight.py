@@ -72,7 +72,7 @@ class Flight:
         """Return the phase that follows from `situation`."""
         was = self.phase
         self.phase, self.reason = self._next(situation)
-        if was is Phase.LANDING and self.phase is Phase.GROUNDED:
+        if was in IN_FLIGHT and self.phase is Phase.GROUNDED:
             self._obeyed_from = situation.now
         return self.phase
 
@@ -84,6 +84,8 @@ class Flight:
             return (Phase.LANDING, self.reason) if at.airborne else (Phase.GROUNDED, at.unready)
         if self.phase in (Phase.GROUNDED, Phase.READY):
             return self._on_ground(at, verb)
+        if self.phase is not Phase.TAKEOFF and not at.airborne:  # its driver set it down
+            return Phase.GROUNDED, at.unready
         if verb == "land" or at.land:
             return Phase.LANDING, at.land
         return self._in_flight(at, verb)

@@ -18,6 +18,7 @@ from flockwire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer
 from flockwire.control.vector import Vector
 
 BILLION = 1_000_000_000
+SMALLEST_BODY = 33  # bytes that a nearby body takes at least
 _PREFIX = Struct("<4siII")
 
 
@@ -139,8 +140,8 @@ class Nearby:
         """Read CDR bytes; raises MessageError."""
         stamp, frame, head = _unpack(data, "I", whole=False)
         count = int(head[0])
-        if count > LONGEST_SEQUENCE:
-            raise MessageError(f"{count} nearby bodies, the most is {LONGEST_SEQUENCE}")
+        if count > LONGEST_SEQUENCE or count * SMALLEST_BODY > len(data):
+            raise MessageError(f"{count} nearby bodies in {len(data)} bytes; the most is {LONGEST_SEQUENCE}")
         _, _, v = _unpack(data, "I" + "Bdddd" * count)
         return cls(stamp, frame, tuple(_body(*v[k : k + 5]) for k in range(1, 1 + 5 * count, 5)))
 
@@ -336,7 +337,7 @@ def _unpack(data: bytes, body: str, whole: bool = True) -> tuple[int, str, tuple
         raise MessageError(f"ends after {len(data)} bytes, too soon") from None
     if header != HEADER or nanosec >= BILLION:
         raise MessageError("the header is not that of a stamped message in little-endian CDR")
-    if whole and len(data) - form.size > 3:
+    if whole and (len(data) - form.size > 3 or any(data[form.size :])):
         raise MessageError(f"{len(data) - form.size} bytes are left over")
     if not isfinite(sum(values)):
         raise MessageError("holds a number that is not finite")

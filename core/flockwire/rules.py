@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import ipaddress
+import re
 from collections.abc import Iterator
-from itertools import combinations
+from itertools import combinations, pairwise
 from math import dist, isinf
 from typing import TYPE_CHECKING
 
@@ -21,7 +22,7 @@ SURVEY_SAMPLES = 400
 
 def problems(swarm: Swarm) -> Iterator[str]:
     """Yield every problem; the later groups are looked at only when the earlier ones are sound."""
-    for group in ((_drones, _hosts), (_graph, _addresses, _rates, _avoidance, _fence), (_starts, _formations)):
+    for group in ((_drones, _hosts), (_graph, _addresses, _rates, _limits, _avoidance, _fence), (_starts, _formations)):
         found = [line for rule in group for line in rule(swarm)]
         yield from found
         if found:
@@ -79,22 +80,20 @@ def _rates(swarm: Swarm) -> Iterator[str]:
 def _graph(swarm: Swarm) -> Iterator[str]:
     known = {LEADER, *swarm.followers}
     seen: set[tuple[int, int]] = set()
-    sound = True
+    problems = []
     for place, edge in enumerate(swarm.graph.edges):
         source, target = edge[0], edge[1]
-        key = f"graph.edges.{place} = {list(edge)}"
-        for end in (source, target):
-            if end not in known:
-                yield f"{key}: there is no drone {end}"
-                sound = False
+        key = f"graph.edges.{place} = [{source}, {target}]"
+        problems += [f"{key}: there is no drone {end}" for end in (source, target) if end not in known]
         if target == LEADER:
-            yield f"{key}: the leader listens to nobody"
+            problems.append(f"{key}: the leader listens to nobody")
         if source == target:
-            yield f"{key}: a drone does not hear itself"
+            problems.append(f"{key}: a drone does not hear itself")
         if (source, target) in seen:
-            yield f"{key}: this edge is there twice"
+            problems.append(f"{key}: this edge is there twice")
         seen.add((source, target))
-    if sound and (lost := swarm.topology.unreachable()):
+    yield from problems
+    if not problems and (lost := swarm.topology.unreachable()):
         names = ", ".join(f"uav{i}" for i in lost)
         yield f"graph.edges: no spanning tree from the leader: it does not reach {names}"
 
@@ -102,11 +101,14 @@ def _graph(swarm: Swarm) -> Iterator[str]:
 def _addresses(swarm: Swarm) -> Iterator[str]:
     for place, drone in enumerate(swarm.drones):
         if drone.address is not None:
-            ip, colon, port = drone.address.rpartition(":")
-            if not colon or not port.isdigit() or not 1024 <= int(port) <= 65535:
-                yield f"drones.{place}.address = {drone.address!r}: must be IP:PORT, PORT from 1024 to 65535"
+            split = re.fullmatch(r"(?:\[(?P<v6>[^]]+)\]|(?P<v4>[^:]+)):(?P<port>[0-9]{4,5})", drone.address)
+            if split is None or not 1024 <= int(split["port"]) <= 65535:
+                yield (
+                    f"drones.{place}.address = {drone.address!r}: must be IP:PORT, "
+                    "PORT from 1024 to 65535 (IPv6: [IP]:PORT)"
+                )
                 return
-            yield from _ip(f"drones.{place}.address", ip)
+            yield from _ip(f"drones.{place}.address", split["v6"] or split["v4"])
     owners: dict[str, str] = {}
     for identity, endpoint in endpoints(swarm).items():
         if endpoint in owners:
@@ -136,6 +138,24 @@ def _fence(swarm: Swarm) -> Iterator[str]:
     for axis, low, high in zip("xyz", fence.min, fence.max, strict=True):
         if low >= high:
             yield f"limits.fence.min = {list(fence.min)}: must be below limits.fence.max, is not along {axis}"
+
+
+def _limits(swarm: Swarm) -> Iterator[str]:
+    limits, stale = swarm.limits, swarm.limits.staleness
+    top = limits.fence.max[2]
+    if limits.takeoff_height > top:
+        yield f"limits.takeoff_height = {limits.takeoff_height}: must be below the fence's top, {top} m"
+    if limits.vertical_speed > limits.speed:
+        yield f"limits.vertical_speed = {limits.vertical_speed}: must be limits.speed = {limits.speed} or less"
+    if limits.battery_land > limits.battery_takeoff:
+        most = f"limits.battery_takeoff = {limits.battery_takeoff}"
+        yield f"limits.battery_land = {limits.battery_land}: must be {most} or less"
+    ladder = ("pose_zero", "pose_land"), ("estimate_drop", "estimates_hold", "estimates_land")
+    for rungs in (*ladder, ("nearby_slow", "nearby_hold"), ("command_zero", "command_land")):
+        for lower, upper in pairwise(rungs):
+            low, high = getattr(stale, lower), getattr(stale, upper)
+            if low >= high:
+                yield f"limits.staleness.{lower} = {low}: must be below limits.staleness.{upper} = {high}"
 
 
 def _starts(swarm: Swarm) -> Iterator[str]:

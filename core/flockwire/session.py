@@ -132,7 +132,7 @@ class Session:
             key_text(self._swarm, key),
             priority=priority,
             congestion_control=congestion,
-            express=ROWS[key.kind].delivery is not Delivery.BACKGROUND,
+            express=ROWS[key.kind].delivery is Delivery.EVENT,
         )
 
 

@@ -23,7 +23,8 @@ class FlyingLeader:
         self._flight = Flight(now)
         self._pose: Pose | None = None
         self._telemetry: Telemetry | None = None
-        self._place = ZERO  # where it holds, or took off
+        self._born = now
+        self._place: Vector | None = None  # where it holds, or took off; None until it knows where it is
         self._begin = ZERO  # where the trajectory begins
 
     def receive(self, key: Key, message: Message, now: int) -> None:
@@ -70,8 +71,9 @@ class FlyingLeader:
             else f"battery at {battery:.0%}" if battery < limits.battery_takeoff
             else ""
         )  # fmt: skip
+        blind = min(pose_age, age(self._born, now))
         land = (
-            f"own pose lost for {pose_age:.1f} s" if pose_age > stale.pose_land
+            f"own pose lost for {blind:.1f} s" if blind > stale.pose_land
             else f"telemetry lost for {telemetry_age:.1f} s" if telemetry_age > stale.telemetry_land
             else f"battery at {battery:.0%}" if battery < limits.battery_land
             else f"{beyond:.1f} m outside the fence" if beyond > fence.margin
@@ -81,14 +83,15 @@ class FlyingLeader:
         hold = "own pose is stale" if pose_age > stale.pose_zero else ""
         high = position[2] >= 0.95 * limits.takeoff_height
         phase = self._flight.update(Situation(now, unready, hold, land, flying, high))
-        if phase is not was and phase in (Phase.TAKEOFF, Phase.HOLD, Phase.LANDING):
-            self._place = position
+        if phase is not was:
+            self._place = None
         if phase is Phase.FORMATION and was is not Phase.FORMATION:
             self._begin = subtract(position, self._trajectory.position(self._flight.mission_time(now) or 0.0))
 
     def _velocity(self, stamp: int) -> Vector:
         assert self._pose is not None  # noqa: S101  (a fresh pose is one)
         position, limits, phase = self._pose.position, self._swarm.limits, self._flight.phase
+        self._place = self._place or position
         if phase is Phase.LANDING:
             return climb(position, self._place, -limits.vertical_speed)
         if phase is Phase.TAKEOFF:
@@ -110,7 +113,7 @@ class FlyingLeader:
 
 
 class VirtualLeader:
-    """A point that moves along the trajectory and needs no airframe."""
+    """A point that moves along the trajectory while the order is to start, and rests otherwise."""
 
     trigger = None
 
@@ -120,17 +123,23 @@ class VirtualLeader:
         self._swarm = swarm
         self._trajectory = swarm.leader.trajectory.build()
         self._flight = Flight(now)
+        self._position: Vector = swarm.leader.start
+        self._begin: Vector = swarm.leader.start  # where the trajectory begins
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Take in a message."""
         if isinstance(message, Mission):
             self._flight.order(message)
+            t = self._flight.mission_time(now)
+            if t is not None and self._flight.mission is message:
+                self._begin = subtract(self._position, self._trajectory.position(t))
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Say where the point is at `now`."""
-        t = self._flight.mission_time(now) or 0.0
-        position = add(self._swarm.leader.start, self._trajectory.position(t))
-        return [(Key("pose", uav(LEADER)), Pose(now, self._swarm.frame, position))]
+        t = self._flight.mission_time(now)
+        if t is not None:
+            self._position = add(self._begin, self._trajectory.position(t))
+        return [(Key("pose", uav(LEADER)), Pose(now, self._swarm.frame, self._position))]
 
     def report(self, now: int) -> Report:
         """Return how the leader is."""

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 INK, MUTED, GRID, DANGER = "#1b1f27", "#69707d", "#e6e8ec", "#b3261e"
 OKABE_ITO = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 MOST_POINTS = 4000  # of one line
+ENVELOPE = 400
 
 STYLE: dict[Any, Any] = {
     "font.family": "DejaVu Sans", "font.size": 10.5, "text.color": INK, "axes.labelcolor": INK,
@@ -82,12 +83,12 @@ class Canvas:
 
     def mark_phases(self, axes: Axes, begin: float, end: float) -> None:
         """Draw what the operator ordered as lines at their times, and shade the tail of the formation phase."""
-        for mission in self.trace.missions:
+        for row, mission in enumerate(self.trace.missions):
             when = mission.start if mission.verb == "start" else mission.stamp
             at = (when - self.origin) / BILLION
             if begin <= at <= end:
                 axes.axvline(at, color=MUTED, linewidth=0.9, linestyle=(0, (1, 2.5)), zorder=1.5)
-                _name(axes, f"{mission.verb} {mission.formation}".strip(), at, "left")
+                _name(axes, f"{mission.verb} {mission.formation}".strip(), at, "left", row % 2)
         if self.phase is not None:
             tail = self.phase.tail()
             left, right = ((edge - self.origin) / BILLION for edge in (tail.begin, tail.end))
@@ -111,11 +112,18 @@ def thinned(times: Floats, values: Floats) -> tuple[Floats, Floats]:
     return times[picked], values[picked]
 
 
-def _name(axes: Axes, text: str, at: float, side: Literal["left", "right"]) -> None:
-    """Write beside the vertical line at `at`, under the upper edge."""
+def envelope(times: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """Return the largest value of each of some ENVELOPE blocks: what an error does not exceed."""
+    block = max(1, len(times) // ENVELOPE)
+    whole = len(times) // block * block
+    return times[:whole:block], values[:whole].reshape(-1, block).max(axis=1)
+
+
+def _name(axes: Axes, text: str, at: float, side: Literal["left", "right"], row: int = 0) -> None:
+    """Write beside the vertical line at `at`, in the given row under the upper edge."""
     axes.annotate(
-        text, (at, 1.0), (3 if side == "left" else -4, -3), xycoords=("data", "axes fraction"), va="top", ha=side,
-        textcoords="offset points", color=MUTED, fontsize=8.5,
+        text, (at, 1.0), (3 if side == "left" else -4, -3 - 12 * row), xycoords=("data", "axes fraction"),
+        va="top", ha=side, textcoords="offset points", color=MUTED, fontsize=8.5,
     )  # fmt: skip
 
 

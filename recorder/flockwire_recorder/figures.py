@@ -13,7 +13,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogLocator, NullLocator
 
 from flockwire_recorder import separation, tracking
-from flockwire_recorder.drawing import DANGER, INK, MUTED, OKABE_ITO, STYLE, Canvas, thinned, title
+from flockwire_recorder.drawing import DANGER, INK, MUTED, OKABE_ITO, STYLE, Canvas, envelope, thinned, title
 from flockwire_recorder.latency import HOPS, latencies, percentiles
 from flockwire_recorder.reading import Floats, Trace
 from flockwire_recorder.tracking import SETTLED_BELOW, Errors
@@ -79,8 +79,8 @@ def _errors(canvas: Canvas, errors: dict[int, Errors], name: str, label: str, ca
         return None
     figure, axes = canvas.panel()
     for number, error in known.items():
-        times, values = thinned(canvas.seconds(error.stamps), np.maximum(error.values, FLOOR))
-        axes.plot(times, values, color=canvas.colour(number), linewidth=1.0, alpha=0.9)
+        times, values = envelope(canvas.seconds(error.stamps), np.maximum(error.values, FLOOR))
+        axes.plot(times, values, color=canvas.colour(number), linewidth=1.3, alpha=0.9)
     top = max(float(error.values.max()) for error in known.values())
     axes.set_yscale("log")
     axes.set_ylim(FLOOR, max(2.5 * top, 4 * SETTLED_BELOW))
@@ -91,7 +91,9 @@ def _errors(canvas: Canvas, errors: dict[int, Errors], name: str, label: str, ca
     canvas.mark_phases(axes, min(float(span[0]) for span in spans), max(float(span[1]) for span in spans))
     canvas.legend(axes, known)
     title(axes, name)
-    caption += " Logarithmic; the shaded tail is what the flight is judged by."
+    caption += (
+        " The largest of every tenth of a second or so, logarithmic; the shaded tail is what the flight is judged by."
+    )
     return Picture(canvas.save(figure, f"{name.lower().replace(' ', '_')}.png"), name, caption)
 
 

@@ -59,8 +59,8 @@ class SimulatedAirframe:
             return
         if self.state is FlightState.STOPPED:
             x, y, z = self.velocity
+            self.position = add(self.position, (x * dt, y * dt, z * dt - GRAVITY * dt * dt / 2.0))
             self.velocity = (x, y, z - GRAVITY * dt)
-            self.position = add(self.position, scale(self.velocity, dt))
         else:
             self._fly(dt)
             self.battery = max(0.0, self.battery - dt / self._parameters.endurance)

@@ -110,3 +110,19 @@ def test_a_port_in_use_is_named_before_anything_starts(make_swarm: Callable[...,
     assert len(errors.strip().splitlines()) == 1
     assert single.returncode == 2
     assert f"127.0.0.1:{base + 4}" in single_errors.strip().splitlines()[-1]
+
+
+def test_two_hosts_fly_one_swarm(make_swarm: Callable[..., Path], tmp_path: Path) -> None:
+    swarm, out = make_swarm(), tmp_path / "out"
+    text = swarm.read_text().replace("id = 3\n", 'id = 3\nhost = "second"\n')
+    swarm.write_text(f'{text}[hosts.first]\n[hosts.second]\naddress = "127.0.0.2"\nprocesses = ["leader"]\n')
+    second = flockwire("up", swarm, "--headless", "--host", "second", "--out", tmp_path / "second")
+    first = flockwire("up", swarm, "--headless", "--duration", "8", "--out", out)
+    _, errors = first.communicate(timeout=120)
+    second.send_signal(signal.SIGINT)
+    second.communicate(timeout=30)
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["formation_error_m"]["settled_s"] is not None, errors
+    assert second.returncode == 0
+    assert (tmp_path / "second" / "logs" / "uav3.log").exists()
+    assert not (out / "logs" / "uav3.log").exists()

@@ -1,0 +1,98 @@
+"""The exit status, as a user's script sees it."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PAPER = Path(__file__).parents[2] / "swarms" / "paper_simulation.toml"
+
+
+def flockwire(*arguments):
+    line = [sys.executable, "-m", "flockwire_cli", *map(str, arguments)]
+    return subprocess.run(line, capture_output=True, text=True, timeout=30, check=False)
+
+
+@pytest.fixture
+def broken(tmp_path):
+    """Return the builder of the paper's swarm file with one line replaced."""
+
+    def build(old, new):
+        text = PAPER.read_text()
+        assert old in text
+        path = tmp_path / "broken.toml"
+        path.write_text(text.replace(old, new))
+        return path
+
+    return build
+
+
+def refused(*arguments):
+    """Return the line that refuses a command line."""
+    done = flockwire(*arguments)
+    assert done.returncode == 2, done.stderr
+    assert done.stdout == ""
+    assert "Traceback" not in done.stderr
+    (line,) = done.stderr.strip().split("\n")
+    return line
+
+
+def test_a_sound_swarm_is_described_and_all_is_well():
+    done = flockwire("check", PAPER)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("swarm paper: 4 followers")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        ("rate_hz = 100", "rate_hz = '100'", "control.rate_hz = '100': input should be a valid integer"),
+        ("[2, 3]", "[4, 3]", "graph.edges: no spanning tree from the leader: it does not reach uav3, uav4"),
+        ("speed = 3.0", "sped = 3.0", "limits.sped = 3.0: unknown key"),
+    ],
+)
+def test_a_bad_swarm_file_is_refused_in_one_line(broken, old, new, line):
+    path = broken(old, new)
+    assert refused("check", path) == f"flockwire: {path}: {line}"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (("check", "nowhere.toml"), "flockwire: nowhere.toml: cannot read the swarm file: No such file or directory"),
+        (("agent", PAPER, 9), "flockwire: ID = 9: must be one of the followers [1, 2, 3, 4]"),
+        (("start", PAPER, "--formation", "x"), "flockwire: --formation = 'x': must be one of [] ([formations])"),
+        (("up", PAPER, "--host", "mars"), "flockwire: --host = 'mars': must be one of ['local'] ([hosts])"),
+        (("report", "nowhere.mcap"), "flockwire: "),
+        (("recover", "nowhere.mcap"), "flockwire: "),
+    ],
+    ids=lambda value: value[0] if isinstance(value, tuple) else "",
+)
+def test_a_bad_argument_is_refused_in_one_line(arguments, line):
+    assert refused(*arguments).startswith(line)
+
+
+def refused_usage(*arguments):
+    """Return what is said about a command line that is wrong."""
+    done = flockwire(*arguments)
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    return done.stderr
+
+
+@pytest.mark.parametrize("arguments", [("fly",), ("check",), ("agent", PAPER, "x"), ("up", PAPER, "--duration", "-1")])
+def test_bad_usage_is_status_two_without_a_traceback(arguments):
+    assert refused_usage(*arguments)
+
+
+def test_a_trace_of_another_flight_is_never_written_over(tmp_path):
+    (tmp_path / "trace.mcap").touch()
+    for process in ("up", "recorder"):
+        assert "there is a trace of another flight" in refused(process, PAPER, "--out", tmp_path)
+
+
+def test_a_flight_of_endless_duration_is_refused_before_anything_starts(broken, tmp_path):
+    path = broken("[control]", "[network]\nbase_port = 28650\n[control]")
+    assert "--duration" in refused_usage("up", path, "--duration", "inf", "--headless", "--out", tmp_path / "out")
+    assert not (tmp_path / "out").exists()

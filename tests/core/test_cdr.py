@@ -1,0 +1,77 @@
+import pytest
+from flockwire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer, layout
+from hypothesis import given
+from hypothesis import strategies as st
+
+CODES = st.sampled_from("BIQd")
+
+
+@given(st.lists(st.tuples(CODES, st.integers(0, 255))))
+def test_what_the_writer_puts_the_reader_takes(values):
+    writer = Writer()
+    for code, value in values:
+        writer.put(code, value)
+    reader = Reader(writer.finish())
+    assert [reader.take(code) for code, _ in values] == [value for _, value in values]
+    reader.end()
+
+
+@given(st.integers(0, 40), st.text("BIQd", max_size=20))
+def test_a_compiled_layout_aligns_as_the_writer_does(frame_length, body):
+    writer = Writer()
+    for code, value in (("i", 1), ("I", 2), ("I", frame_length), *(("B", 0) for _ in range(frame_length))):
+        writer.put(code, value)
+    for code in body:
+        writer.put(code, 7)
+    packed = layout(frame_length, body).pack(HEADER, 1, 2, frame_length, bytes(frame_length), *(7 for _ in body))
+    assert packed == writer.finish()
+
+
+@given(st.lists(st.text()), st.lists(st.integers(0, 2**64 - 1)))
+def test_sequences_come_back(texts, numbers):
+    writer = Writer()
+    writer.texts(tuple(texts))
+    writer.numbers("Q", tuple(numbers))
+    reader = Reader(writer.finish())
+    assert reader.texts() == tuple(texts)
+    assert reader.numbers("Q") == tuple(numbers)
+    reader.end()
+
+
+@pytest.mark.parametrize("header", [b"", b"\0\1", b"\0\0\0\0", b"\0\2\0\0"])
+def test_another_representation_is_refused(header):
+    with pytest.raises(MessageError, match="header of little-endian CDR"):
+        Reader(header)
+
+
+def test_a_sequence_longer_than_any_is_refused_before_it_is_read():
+    writer = Writer()
+    writer.put("I", LONGEST_SEQUENCE + 1)
+    with pytest.raises(MessageError, match="the most is"):
+        Reader(writer.finish()).texts()
+
+
+@pytest.mark.parametrize(
+    ("raw", "rule"),
+    [
+        (b"\5\0\0\0abcd", "does not end"),
+        (b"\4\0\0\0abcd", "does not end"),
+        (b"\0\0\0\0", "does not end"),
+        (b"\xff\xff\xff\xff", "does not end"),
+        (b"\2\0\0\0\xff\0", "not UTF-8"),
+        (b"\2\0", "too soon"),
+    ],
+)
+def test_a_broken_string_is_refused(raw, rule):
+    with pytest.raises(MessageError, match=rule):
+        Reader(HEADER + raw).text()
+
+
+@pytest.mark.parametrize(("rest", "sound"), [(b"", True), (b"\0\0\0", True), (b"\0\0\0\0", False), (b"\1", False)])
+def test_only_padding_may_be_left_over(rest, sound):
+    reader = Reader(HEADER + rest)
+    if sound:
+        reader.end()
+    else:
+        with pytest.raises(MessageError, match="left over"):
+            reader.end()

@@ -1,0 +1,186 @@
+import datetime
+from pathlib import Path
+
+import pytest
+from flockwire.config import Swarm, SwarmFileError, load_swarm, parse_swarm
+
+SHIPPED = sorted((Path(__file__).parents[2] / "swarms").glob("*.toml"))
+FRAMES = "t,drone,x,y,z\n0,1,1,0,0\n9,1,2,0,0\n0,2,0,1,0\n0,3,-1,0,0\n0,4,0,-1,0\n"
+BASE = """
+name = "flock"
+formation = {{ {formation} }}
+graph.edges = [[0, 1], [1, 2], [2, 3], [3, 4]]
+drones = [
+  {{ id = 0, start = [0.0, 0.0, 0.0] }}, {{ id = 1, start = [1.0, 0.0, 0.0] }}, {{ id = 2, start = [2.0, 0.0, 0.0] }},
+  {{ id = 3, start = [3.0, 0.0, 0.0] }}, {{ id = 4, start = [4.0, 0.0, 0.0] }},
+]
+"""
+
+
+def refusal(table):
+    """Return the one line that refuses `table`, without its origin."""
+    with pytest.raises(SwarmFileError) as refused:
+        parse_swarm(table, "test.toml")
+    (line,) = str(refused.value).split("\n")
+    assert line.startswith("test.toml: ")
+    return line.removeprefix("test.toml: ")
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_every_shipped_swarm_loads_and_survives_a_round_trip(path):
+    swarm = load_swarm(path)
+    assert Swarm.model_validate_json(swarm.model_dump_json()) == swarm
+
+
+def test_there_are_shipped_swarms():
+    assert {"paper_simulation", "paper_flight", "paper_literal"} <= {path.stem for path in SHIPPED}
+
+
+def test_whatever_can_have_a_default_has_one(make_swarm):
+    swarm = make_swarm({"leader": None})
+    assert swarm.control.rate_hz == 100
+    assert swarm.limits.staleness.pose_zero == 0.1
+    assert swarm.followers == (1, 2, 3, 4)
+    assert swarm.flying == (0, 1, 2, 3, 4)
+    assert swarm.airframe(3) == swarm.airframes["kinematics"]
+
+
+def test_drones_may_stand_in_any_order(make_swarm):
+    swarm = make_swarm({"drones": [{"id": i, "start": [float(i), 0.0, 0.0]} for i in (4, 0, 2, 1, 3)]})
+    assert swarm.followers == (1, 2, 3, 4)
+    assert swarm.drone(2).start == (2.0, 0.0, 0.0)
+    with pytest.raises(KeyError):
+        swarm.drone(9)
+
+
+def test_weights_default_to_one(make_swarm):
+    swarm = make_swarm({"graph.edges": [[0, 1, 2.5], [1, 2], [2, 3], [3, 4]]})
+    assert swarm.topology.neighbours(1) == {0: 2.5}
+    assert swarm.topology.neighbours(2) == {1: 1.0}
+
+
+def test_a_virtual_leader_flies_no_drone(make_swarm):
+    swarm = make_swarm({"leader.kind": "virtual", "drones.0": None})
+    assert swarm.flying == swarm.followers == (1, 2, 3, 4)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "line"),
+    [
+        ("speed", 3, "speed = 3: unknown key"),
+        ("control.gain", 3.0, "control.gain = 3.0: unknown key"),
+        ("drones.1.maxv", 1, "drones.1.maxv = 1: unknown key"),
+        ("name", None, "name: missing; this key has no default"),
+        ("drones.2.start", None, "drones.2.start: missing; this key has no default"),
+        ("formation", None, "formation: missing; this key has no default"),
+        ("control.formation_gain", "3", "control.formation_gain = '3': input should be a valid number"),
+        ("control.formation_gain", True, "control.formation_gain = True: input should be a valid number"),
+        ("control.rate_hz", True, "control.rate_hz = True: input should be a valid integer"),
+        ("control.rate_hz", 99.5, "control.rate_hz = 99.5: input should be a valid integer"),
+        ("control.rate_hz", 5, "control.rate_hz = 5: input should be greater than or equal to 10"),
+        ("control.law", "mpc", "control.law = 'mpc': input should be 'paper'"),
+        ("observer.gain", 0.0, "observer.gain = 0.0: input should be greater than 0"),
+        ("observer.exponent", 1.0, "observer.exponent = 1.0: input should be greater than 1"),
+        ("observer.gain", float("nan"), "observer.gain = nan: input should be a finite number"),
+        ("limits.speed", float("inf"), "limits.speed = inf: input should be a finite number"),
+        ("limits.battery_land", 1.5, "limits.battery_land = 1.5: input should be less than or equal to 1"),
+        ("gateway.dropout", 1.0, "gateway.dropout = 1.0: input should be less than 1"),
+        ("network.base_port", 80, "network.base_port = 80: input should be greater than or equal to 1024"),
+        ("drones", 5, "drones = 5: input should be a valid array"),
+        ("name", "two words", "name = 'two words': must be a letter followed by"),
+        ("name", "a/b", "name = 'a/b': must be a letter followed by"),
+        ("name", datetime.date(2022, 1, 1), "name = '2022-01-01': must be a letter followed by"),
+        ("frame", "", "frame = '': must be a letter followed by"),
+        ("formation.kind", "heart", "formation = {'kind': 'heart'"),
+    ],
+)
+def test_a_bad_value_is_refused_with_key_value_and_rule(swarm_table, key, value, line):
+    assert refusal(swarm_table({key: value})).startswith(line)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "line"),
+    [
+        ("formation.radius", "x", "formation.radius = 'x': input should be a valid number"),
+        ("formation.sides", 4, "formation.sides = 4: unknown key"),
+        ("leader.trajectory.velocity", [0.1, "y", 0.0], "leader.trajectory.velocity.1 = 'y': input should be"),
+        ("graph.edges.1", [1, "a"], "graph.edges.1"),
+        ("graph.edges.1", [1, 2, -1.0], "graph.edges.1"),
+        ("graph.edges.1", [1], "graph.edges.1"),
+    ],
+)
+def test_a_table_of_several_kinds_is_refused_by_the_keys_of_the_file(swarm_table, key, value, line):
+    found = refusal(swarm_table({key: value}))
+    assert found.startswith(line)
+    assert "tuple[" not in found
+
+
+def test_each_problem_has_its_line(swarm_table):
+    with pytest.raises(SwarmFileError) as refused:
+        parse_swarm(swarm_table({"speed": 3, "control.formation_gain": "3"}), "test.toml")
+    assert len(str(refused.value).split("\n")) == 2
+
+
+def test_a_missing_file_is_refused_in_one_line(tmp_path):
+    with pytest.raises(SwarmFileError, match=r"nowhere\.toml: cannot read the swarm file: No such file") as refused:
+        load_swarm(tmp_path / "nowhere.toml")
+    assert "\n" not in str(refused.value)
+
+
+def test_a_folder_is_no_swarm_file(tmp_path):
+    with pytest.raises(SwarmFileError, match="cannot read the swarm file: Is a directory"):
+        load_swarm(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("content", "rule"), [(b"name = \n", "not TOML"), (b"\xff\xfe", "not UTF-8"), (b"", "missing; this key")]
+)
+def test_what_is_no_swarm_is_refused(tmp_path, content, rule):
+    path = tmp_path / "swarm.toml"
+    path.write_bytes(content)
+    with pytest.raises(SwarmFileError, match=rule):
+        load_swarm(path)
+
+
+@pytest.fixture
+def key_frames(tmp_path):
+    """Return a swarm file with a formation of key frames, whose content is given."""
+
+    def write(text, name="frames.csv"):
+        if text is not None:
+            (tmp_path / "frames.csv").write_text(text)
+        path = tmp_path / "swarm.toml"
+        path.write_text(BASE.format(formation=f'kind = "key_frames", file = "{name}"'))
+        return path
+
+    return write
+
+
+def test_key_frames_are_read_from_beside_the_swarm_file_and_kept(key_frames, tmp_path):
+    swarm = load_swarm(key_frames(FRAMES))
+    (tmp_path / "frames.csv").unlink()
+    again = Swarm.model_validate_json(swarm.model_dump_json())
+    assert again == swarm
+    assert again.build_formation().offset(0, 9.0) == (2.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (None, "formation.file = 'frames.csv': cannot read it"),
+        ("t,drone,x,y,z\n0,1,1,0,0\n", "formation: frames.csv has offsets for 1 drones, the swarm has 4 followers"),
+        ("a,b\n", "formation: line 1: header is 'a,b'"),
+        (FRAMES + "1,2,nan,0,0\n", "formation: line 7: x = 'nan' must be a finite number"),
+    ],
+)
+def test_bad_key_frames_are_refused_in_one_line(key_frames, text, line):
+    path = key_frames(text)
+    with pytest.raises(SwarmFileError) as refused:
+        load_swarm(path)
+    assert str(refused.value).startswith(f"{path}: {line}")
+    assert "\n" not in str(refused.value)
+
+
+def test_a_file_name_that_cannot_be_one_is_refused_like_any_bad_value(key_frames):
+    with pytest.raises(SwarmFileError, match=r"formation\.file"):
+        load_swarm(key_frames(FRAMES, "frames\\u0000.csv"))

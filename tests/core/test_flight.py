@@ -1,0 +1,208 @@
+from math import hypot
+
+import pytest
+from flockwire.flight import (
+    BILLION,
+    NEVER,
+    Flight,
+    Phase,
+    Situation,
+    age,
+    climb,
+    command_stamp,
+    fenced,
+    keep_place,
+    outside,
+)
+from flockwire.messages import Mission, Pose
+from hypothesis import given
+from hypothesis import strategies as st
+
+BORN = 1_790_000_000 * BILLION
+LOW, HIGH = (-1.0, -2.0, 0.0), (1.0, 2.0, 3.0)
+coordinates = st.floats(-5.0, 5.0)
+vectors = st.tuples(coordinates, coordinates, coordinates)
+
+
+class Pilot:
+    """A flight and the situation it is in; every update comes a second after the last."""
+
+    def __init__(self):
+        self.flight, self.now = Flight(BORN), BORN
+        self.unready = self.hold = self.land = ""
+        self.airborne = self.high = False
+
+    def update(self, **changes):
+        for name, value in changes.items():
+            setattr(self, name, value)
+        self.now += BILLION
+        situation = Situation(self.now, self.unready, self.hold, self.land, self.airborne, self.high)
+        return self.flight.update(situation)
+
+    def order(self, verb, start=0):
+        self.now += 1
+        self.flight.order(Mission(self.now, "world", verb, start))
+        return self.update()
+
+
+@pytest.fixture
+def pilot():
+    return Pilot()
+
+
+@pytest.fixture
+def flyer(pilot):
+    """Return a pilot in formation."""
+    pilot.update()
+    pilot.order("takeoff")
+    pilot.update(airborne=True, high=True)
+    assert pilot.order("start") is Phase.FORMATION
+    return pilot
+
+
+def test_a_flight_goes_from_the_ground_to_formation_and_back(pilot):
+    assert pilot.update(unready="waits") is Phase.GROUNDED
+    assert pilot.flight.reason == "waits"
+    assert pilot.update(unready="") is Phase.READY
+    assert pilot.order("takeoff") is Phase.TAKEOFF
+    assert pilot.update(airborne=True) is Phase.TAKEOFF
+    assert pilot.update(high=True) is Phase.HOLD
+    assert pilot.order("start", pilot.now + 3 * BILLION) is Phase.HOLD
+    assert [pilot.update() for _ in range(2)] == [Phase.HOLD, Phase.FORMATION]
+    assert pilot.order("hold") is Phase.HOLD
+    assert pilot.order("land") is Phase.LANDING
+    assert pilot.update(airborne=False, high=False) is Phase.GROUNDED
+    assert pilot.update() is Phase.READY
+
+
+def test_it_does_not_take_off_while_something_is_missing(pilot):
+    pilot.unready = "waits for its own pose"
+    assert pilot.order("takeoff") is Phase.GROUNDED
+    assert pilot.update(unready="") is Phase.TAKEOFF
+
+
+@pytest.mark.parametrize("verb", ["takeoff", "start", "hold"])
+def test_any_order_to_fly_takes_off(pilot, verb):
+    pilot.update()
+    assert pilot.order(verb) is Phase.TAKEOFF
+
+
+def test_an_order_to_land_does_not_take_off(pilot):
+    assert pilot.order("land") is Phase.READY
+
+
+def test_a_reason_to_hold_interrupts_the_formation(flyer):
+    assert flyer.update(hold="own pose is stale") is Phase.HOLD
+    assert flyer.flight.reason == "own pose is stale"
+    assert flyer.update(hold="") is Phase.FORMATION
+
+
+def test_a_reason_to_land_lands_and_is_told_until_the_ground(flyer):
+    assert flyer.update(land="battery at 9%") is Phase.LANDING
+    assert flyer.update(land="") is Phase.LANDING
+    assert flyer.flight.reason == "battery at 9%"
+
+
+def test_landing_is_not_taken_back_in_the_air(flyer):
+    flyer.order("land")
+    assert flyer.order("start") is Phase.LANDING
+
+
+def test_landed_by_a_failure_it_waits_for_a_new_order(flyer):
+    flyer.update(land="telemetry lost for 3.1 s")
+    flyer.update(land="", airborne=False, high=False)
+    assert [flyer.update() for _ in range(3)] == [Phase.READY] * 3
+    assert flyer.order("takeoff") is Phase.TAKEOFF
+
+
+def test_a_failure_during_take_off_lands(pilot):
+    pilot.update()
+    pilot.order("takeoff")
+    assert pilot.update(airborne=True, land="own pose lost for 1.1 s") is Phase.LANDING
+
+
+def test_a_process_that_begins_anew_in_flight_holds_and_goes_on(pilot):
+    pilot.flight.order(Mission(BORN - 60 * BILLION, "world", "start", BORN - 50 * BILLION))
+    assert pilot.update(airborne=True, high=True) is Phase.HOLD
+    assert pilot.update() is Phase.FORMATION
+
+
+def test_a_process_that_begins_anew_in_flight_holds_even_when_unready(pilot):
+    assert pilot.update(airborne=True, high=True, unready="waits for its own pose") is Phase.HOLD
+
+
+def test_a_process_that_begins_on_the_ground_obeys_no_order_older_than_itself(pilot):
+    pilot.flight.order(Mission(BORN - 1, "world", "takeoff"))
+    assert [pilot.update() for _ in range(3)] == [Phase.READY] * 3
+    assert pilot.order("takeoff") is Phase.TAKEOFF
+
+
+def test_the_newest_order_holds_whatever_comes_after(flyer):
+    flyer.flight.order(Mission(BORN, "world", "land"))
+    assert flyer.update() is Phase.FORMATION
+
+
+@pytest.mark.parametrize("verb", ["takeoff", "start", "hold", "land"])
+def test_stop_is_final(flyer, verb):
+    flyer.flight.stop()
+    assert flyer.update() is Phase.STOPPED
+    assert flyer.order(verb) is Phase.STOPPED
+    assert flyer.update(airborne=False, high=False) is Phase.STOPPED
+    assert flyer.flight.reason == "emergency stop"
+
+
+def test_mission_time_counts_from_the_start_and_is_none_before_one(pilot):
+    assert pilot.flight.mission_time(BORN) is None
+    pilot.flight.order(Mission(BORN, "world", "start", BORN + 2 * BILLION))
+    assert pilot.flight.mission_time(BORN) == -2.0
+    assert pilot.flight.mission_time(BORN + 5 * BILLION) == 3.0
+    pilot.order("hold")
+    assert pilot.flight.mission_time(BORN) is None
+
+
+@given(vectors, vectors, st.floats(0.1, 2.0))
+def test_keeping_a_place_leads_there_within_the_speed(position, place, speed):
+    velocity = keep_place(position, place, speed)
+    assert hypot(*velocity) <= speed * (1 + 1e-12)
+    assert sum(v * (b - a) for v, a, b in zip(velocity, position, place, strict=True)) >= 0.0
+
+
+@given(vectors, vectors, st.sampled_from([0.7, -0.7]))
+def test_a_climb_is_straight_above_its_place(position, place, vertical):
+    x, y, z = climb(position, place, vertical)
+    assert z == vertical
+    assert hypot(x, y) <= 0.7 * (1 + 1e-12)
+    assert climb((place[0], place[1], 9.0), place, vertical) == (0.0, 0.0, vertical)
+
+
+@given(vectors, vectors)
+def test_the_fence_takes_only_what_leads_further_out(velocity, position):
+    for v, kept, p, low, high in zip(velocity, fenced(velocity, position, LOW, HIGH), position, LOW, HIGH, strict=True):
+        outward = (p <= low and v < 0.0) or (p >= high and v > 0.0)
+        assert kept == (0.0 if outward else v)
+
+
+@given(vectors)
+def test_outside_is_the_largest_excess_over_the_axes(position):
+    beyond = outside(position, LOW, HIGH)
+    inside = all(low <= p <= high for p, low, high in zip(position, LOW, HIGH, strict=True))
+    assert (beyond == 0.0) == inside
+    assert outside((1.0, 2.5, 4.0), LOW, HIGH) == 1.0
+
+
+def test_what_never_came_is_infinitely_old():
+    assert age(0, BORN) == NEVER
+    assert age(BORN - BILLION // 2, BORN) == 0.5
+
+
+@given(st.lists(st.tuples(st.integers(1, 60), st.booleans()), max_size=40), st.integers(0, 90))
+def test_stamps_of_commands_never_go_back_whether_poses_come_or_not(steps, latency):
+    pose, now, last = None, BORN, 0
+    for wait, seen in steps:
+        now += wait * BILLION // 1000
+        if seen:
+            pose = Pose(now - latency * BILLION // 1000, "world", LOW)
+        stamp, answers = command_stamp(pose, now, 0.1)
+        assert stamp >= last
+        assert answers == (pose is not None and now - pose.stamp <= BILLION // 10)
+        last = stamp

@@ -1,0 +1,130 @@
+import pytest
+from flockwire.inbox import AHEAD, ATTACHMENT, BILLION, Inbox, attachment
+from flockwire.keys import MISSION, ROWS, STOP, Key
+from flockwire.messages import Mission, Pose, Stop
+from hypothesis import given
+from hypothesis import strategies as st
+
+NOW = 1_790_000_000 * BILLION
+US, OTHER = b"a" * 16, b"b" * 16
+POSE = Key("pose", "uav1")
+
+
+def pose(stamp=NOW):
+    return Pose(stamp, "world", (1.0, 2.0, 3.0)).encode()
+
+
+def inbox_of(key):
+    return Inbox(key, ROWS[key.kind])
+
+
+@pytest.fixture
+def inbox():
+    """Return an inbox that took sequence number 5 at NOW."""
+    inbox = inbox_of(POSE)
+    assert inbox.accept(pose(), attachment(5, NOW, US), NOW)
+    return inbox
+
+
+def test_a_message_passes_with_its_origin():
+    received = inbox_of(POSE).accept(pose(), attachment(3, NOW + 1, US), NOW)
+    assert received.message == Pose(NOW, "world", (1.0, 2.0, 3.0))
+    assert received.origin == (3, NOW + 1, US)
+    assert received.missed == 0
+
+
+@pytest.mark.parametrize(
+    ("stamp", "sequence", "publisher", "reason"),
+    [
+        (NOW + 1, 5, US, "repeated"),
+        (NOW + 1, 4, US, "repeated"),
+        (NOW - 1, 6, US, "older than the last"),
+        (NOW - 1, 0, OTHER, "older than the last"),
+        (NOW + AHEAD + 1, 6, US, "ahead of time"),
+    ],
+)
+def test_a_message_that_comes_late_or_early_is_counted_by_its_reason(inbox, stamp, sequence, publisher, reason):
+    assert inbox.accept(pose(stamp), attachment(sequence, NOW, publisher), NOW) is None
+    assert inbox.rejected == {reason: 1}
+
+
+def test_a_message_past_its_lifetime_is_expired():
+    inbox = inbox_of(POSE)
+    lifetime = round(ROWS["pose"].lifetime * BILLION)
+    assert inbox.accept(pose(NOW - lifetime - 1), attachment(0, NOW, US), NOW) is None
+    assert inbox.rejected == {"expired": 1}
+    assert inbox.accept(pose(NOW - lifetime), attachment(1, NOW, US), NOW)
+
+
+def test_a_stop_expires_too():
+    inbox = inbox_of(STOP)
+    assert inbox.accept(Stop(NOW, "world", "").encode(), attachment(0, NOW, US), NOW + 6 * BILLION) is None
+
+
+def test_a_mission_never_expires():
+    day = 86_400 * BILLION
+    assert inbox_of(MISSION).accept(Mission(NOW - day, "world", "hold").encode(), attachment(0, NOW, US), NOW)
+
+
+def test_a_stamp_may_be_ahead_by_the_clocks_offset(inbox):
+    assert inbox.accept(pose(NOW + AHEAD), attachment(6, NOW, US), NOW)
+
+
+def test_equal_stamps_pass(inbox):
+    assert inbox.accept(pose(), attachment(6, NOW, US), NOW)
+    assert inbox.accept(pose(), attachment(0, NOW, OTHER), NOW)
+
+
+def test_gaps_in_the_numbers_are_missed_messages(inbox):
+    assert inbox.accept(pose(NOW + 1), attachment(9, NOW, US), NOW).missed == 3
+    assert inbox.accept(pose(NOW + 2), attachment(10, NOW, US), NOW).missed == 0
+
+
+def test_a_publisher_that_began_anew_is_heard_from_its_first_message(inbox):
+    received = inbox.accept(pose(NOW + 1), attachment(0, NOW, OTHER), NOW)
+    assert received.missed == 0
+    assert inbox.accept(pose(NOW + 2), attachment(2, NOW, OTHER), NOW).missed == 1
+
+
+def test_a_message_turned_away_leaves_no_trace_but_its_count(inbox):
+    inbox.accept(b"nonsense", attachment(6, NOW, US), NOW)
+    inbox.accept(pose(NOW - 1), attachment(7, NOW, OTHER), NOW)
+    assert inbox.accept(pose(NOW + 1), attachment(6, NOW, US), NOW).missed == 0
+
+
+@pytest.mark.parametrize(
+    ("payload", "attached"),
+    [
+        (b"", attachment(6, NOW, US)),
+        (pose()[:-1], attachment(6, NOW, US)),
+        (pose(), b""),
+        (pose(), attachment(6, NOW, US)[:-1]),
+        (pose(), attachment(6, NOW, US) + b"\0"),
+        (pose(), attachment(-1, NOW, US)),
+        (pose(), ATTACHMENT.pack(6, NOW, 15, US)),
+    ],
+)
+def test_malformed_samples_are_counted(inbox, payload, attached):
+    assert inbox.accept(payload, attached, NOW) is None
+    assert inbox.rejected == {"malformed": 1}
+
+
+@given(st.sampled_from(tuple(ROWS)), st.binary(max_size=200), st.binary(max_size=60))
+def test_random_bytes_are_never_raised_into_the_loop(kind, payload, attached):
+    inbox = inbox_of(Key(kind))
+    for sample in ((payload, attached), (payload, attachment(1, NOW, US)), (pose(), attached)):
+        received = inbox.accept(*sample, NOW)
+        assert (received is None) == (inbox.rejected.total() > 0)
+        inbox.rejected.clear()
+
+
+@given(st.lists(st.tuples(st.integers(-3, 3), st.integers(0, 4), st.sampled_from((US, OTHER))), max_size=30))
+def test_what_passes_never_goes_back_in_time(samples):
+    inbox = inbox_of(POSE)
+    passed = [
+        received.message.stamp
+        for offset, sequence, publisher in samples
+        if (received := inbox.accept(pose(NOW + offset), attachment(sequence, NOW, publisher), NOW))
+    ]
+    assert passed == sorted(passed)
+    assert len(passed) + inbox.rejected.total() == len(samples)

@@ -1,0 +1,157 @@
+"""Whatever arrives, decode returns a message or raises MessageError, soon."""
+
+import time
+from dataclasses import replace
+from struct import pack
+
+import pytest
+from flockwire.cdr import HEADER, LONGEST_SEQUENCE, MessageError
+from flockwire.messages import (
+    Body,
+    BodyKind,
+    Command,
+    Estimate,
+    FlightState,
+    Mission,
+    Nearby,
+    Pose,
+    Report,
+    Status,
+    Stop,
+    Telemetry,
+)
+from hypothesis import given
+from hypothesis import strategies as st
+
+STAMP, PLACE = 1_790_000_000_123_456_789, (1.0, -2.0, 3.0)
+SOUND = (
+    Pose(STAMP, "world", PLACE),
+    Estimate(STAMP, "world", PLACE, PLACE),
+    Command(STAMP, "world", PLACE),
+    Nearby(STAMP, "world", (Body(BodyKind.DRONE, PLACE, 0.0), Body(BodyKind.OBSTACLE, PLACE, 0.2))),
+    Telemetry(STAMP, "world", FlightState.FLYING, 0.9, 1.0, 0.01),
+    Mission(STAMP, "world", "start", STAMP, "line"),
+    Stop(STAMP, "world", "why"),
+    Status(STAMP, "world", "uav1", Report("hold"), 1, 2, 3, 4, 0.5, 6, (("a", 1),), ("gateway", "uav2")),
+)
+KINDS = tuple(type(message) for message in SOUND)
+each = pytest.mark.parametrize("message", SOUND, ids=lambda m: type(m).__name__)
+
+
+def read(kind, data):
+    """Decode; nothing but MessageError may come out of it."""
+    try:
+        return kind.decode(data)
+    except MessageError:
+        return None
+
+
+@given(st.binary(max_size=300), st.booleans())
+def test_random_bytes_do_no_harm(data, headed):
+    for kind in KINDS:
+        read(kind, HEADER + data if headed else data)
+
+
+@each
+def test_every_truncation_is_refused(message):
+    whole = message.encode()
+    for length in range(len(whole)):
+        with pytest.raises(MessageError):
+            type(message).decode(whole[:length])
+
+
+@each
+@given(data=st.data())
+def test_a_mutated_message_does_no_harm(message, data):
+    raw = bytearray(message.encode())
+    for _ in range(data.draw(st.integers(1, 4))):
+        raw[data.draw(st.integers(0, len(raw) - 1))] = data.draw(st.integers(0, 255))
+    read(type(message), bytes(raw))
+
+
+@each
+def test_every_single_byte_may_be_the_largest_or_the_smallest(message):
+    whole = message.encode()
+    for place in range(len(whole)):
+        for value in (0x00, 0x7F, 0x80, 0xFF):
+            read(type(message), whole[:place] + bytes([value]) + whole[place + 1 :])
+
+
+@each
+def test_a_word_of_any_size_at_any_place_does_no_harm(message):
+    whole = message.encode()
+    for place in range(4, len(whole) - 3, 4):
+        for count in (0, 1, LONGEST_SEQUENCE + 1, 2**31 - 1, 2**31, 2**32 - 1):
+            read(type(message), whole[:place] + pack("<I", count) + whole[place + 4 :])
+
+
+@pytest.mark.parametrize("count", [1, 900, LONGEST_SEQUENCE, LONGEST_SEQUENCE + 1, 2**32 - 1])
+def test_a_claim_of_many_bodies_is_refused_at_once(count):
+    claim = Nearby(STAMP, "a_frame_of_its_own", ()).encode()[:-4] + pack("<I", count)
+    began = time.process_time()
+    with pytest.raises(MessageError):
+        Nearby.decode(claim)
+    assert time.process_time() - began < 0.05
+
+
+@pytest.mark.parametrize("wrong", [float("nan"), float("inf"), float("-inf")])
+def test_numbers_that_are_not_finite_are_refused(wrong):
+    pose, estimate, command, nearby, telemetry, _, _, status = SOUND
+    for place in ((wrong, 0.0, 0.0), (0.0, wrong, 0.0), (0.0, 0.0, wrong), (wrong, -wrong, 0.0)):
+        for message in (
+            replace(pose, position=place),
+            replace(pose, orientation=(*place, 1.0)),
+            replace(estimate, position=place),
+            replace(estimate, velocity=place),
+            replace(command, velocity=place),
+            replace(nearby, bodies=(Body(BodyKind.DRONE, place, 0.0),)),
+        ):
+            with pytest.raises(MessageError, match="not finite"):
+                type(message).decode(message.encode())
+    for message in (
+        replace(command, yaw_rate=wrong),
+        replace(nearby, bodies=(Body(BodyKind.DRONE, PLACE, wrong),)),
+        replace(telemetry, battery=wrong),
+        replace(telemetry, height=wrong),
+        replace(telemetry, command_age=wrong),
+        replace(status, cpu=wrong),
+        replace(status, report=Report("hold", formation_error=wrong)),
+        replace(status, report=Report("hold", battery=wrong)),
+    ):
+        with pytest.raises(MessageError, match="not finite"):
+            type(message).decode(message.encode())
+
+
+@pytest.mark.parametrize(
+    ("message", "rule"),
+    [
+        (Nearby(STAMP, "world", (Body(7, PLACE, 0.0),)), "no body of kind 7"),
+        (Nearby(STAMP, "world", (Body(BodyKind.DRONE, PLACE, -0.1),)), "radius -0.1"),
+        (Telemetry(STAMP, "world", 9, 0.9, 1.0, 0.0), "no flight state 9"),
+        (Mission(STAMP, "world", "dance"), "no mission 'dance'"),
+    ],
+)
+def test_content_that_means_nothing_is_refused(message, rule):
+    with pytest.raises(MessageError, match=rule):
+        type(message).decode(message.encode())
+
+
+@each
+def test_more_than_padding_behind_a_message_is_refused(message):
+    with pytest.raises(MessageError, match="left over"):
+        type(message).decode(message.encode() + bytes(4))
+
+
+@each
+def test_a_second_of_more_than_a_billion_nanoseconds_is_refused(message):
+    whole = message.encode()
+    with pytest.raises(MessageError):
+        type(message).decode(whole[:8] + pack("<I", 1_000_000_000) + whole[12:])
+
+
+@each
+@pytest.mark.parametrize("frame", [b"\6\0\0\0worldX", b"\6\0\0\0wor\xff\xfe\0", b"\0\0\0\0"])
+def test_a_broken_frame_id_is_refused(message, frame):
+    whole = message.encode()
+    with pytest.raises(MessageError):
+        type(message).decode(whole[:12] + frame + whole[22:])

@@ -1,0 +1,108 @@
+import pytest
+from flockwire.config import SwarmFileError
+
+VIRTUAL = {"leader.kind": "virtual", "drones.0": None}
+WRONG = [
+    # drones
+    ({"drones.2.id": 1}, "drones.2.id = 1: another drone has this id"),
+    ({"drones.1.airframe": "kite"}, "drones.1.airframe = 'kite': must be one of [airframes], ['kinematics']"),
+    ({"drones.1.host": "mars"}, "drones.1.host = 'mars': must be one of [hosts], ['local']"),
+    ({"drones": [{"id": 0, "start": [0, 0, 0]}]}, "drones: at least one follower"),
+    ({"drones.0": None}, "drones: the leader, id 0, is missing (leader.kind = 'trajectory'"),
+    ({"leader.kind": "virtual"}, "drones: id 0 is the leader, and leader.kind = 'virtual' has no drone"),
+    # hosts
+    ({"hosts": {}}, "hosts = {}: at least one host is needed"),
+    ({"hosts.a.address": "nowhere"}, "hosts.a.address = 'nowhere': must be an IP address"),
+    ({"hosts.a.processes": ["uav1"]}, "hosts.a.processes has 'uav1': must be of ['gateway', 'kinematics'"),
+    (
+        {"hosts": {"a": {"processes": ["leader"]}, "b": {"processes": ["leader"]}}},
+        "hosts.b.processes has 'leader': host a runs it already",
+    ),
+    # graph
+    ({"graph.edges.1": [1, 7]}, "graph.edges.1 = [1, 7]: there is no drone 7"),
+    ({"graph.edges.0": [0, 0]}, "graph.edges.0 = [0, 0]: the leader listens to nobody"),
+    ({"graph.edges.2": [2, 2]}, "graph.edges.2 = [2, 2]: a drone does not hear itself"),
+    ({"graph.edges.2": [1, 2]}, "graph.edges.2 = [1, 2]: this edge is there twice"),
+    ({"graph.edges.1": [4, 3]}, "graph.edges: no spanning tree from the leader: it does not reach uav2, uav3, uav4"),
+    ({"graph.edges": []}, "graph.edges: no spanning tree from the leader: it does not reach uav1, uav2, uav3, uav4"),
+    # addresses
+    ({"drones.1.address": "10.0.0.1"}, "drones.1.address = '10.0.0.1': must be IP:PORT"),
+    ({"drones.1.address": "10.0.0.1:80"}, "drones.1.address = '10.0.0.1:80': must be IP:PORT, PORT from 1024"),
+    ({"drones.1.address": "10.0.0.1:²"}, "drones.1.address = '10.0.0.1:²': must be IP:PORT"),
+    ({"drones.1.address": "drone:9000"}, "drones.1.address = 'drone': must be an IP address"),
+    (
+        {"drones.1.address": "10.0.0.1:9000", "drones.2.address": "10.0.0.1:9000"},
+        "drones.address: uav2 and uav1 have one address, 10.0.0.1:9000",
+    ),
+    ({"drones.1.address": "127.0.0.1:7450"}, "drones.address: uav1 and gateway have one address, 127.0.0.1:7450"),
+    # rates
+    ({"gateway.rate_hz": 50}, "gateway.rate_hz = 50: must be control.rate_hz = 100 or more"),
+    # avoidance
+    (
+        {"avoidance.drone_influence_radius": 0.4},
+        "avoidance.drone_influence_radius = 0.4: must be above avoidance.drone_safety_distance = 0.4",
+    ),
+    (
+        {"avoidance.obstacle_safety_distance": 0.6},
+        "avoidance.obstacle_influence_radius = 0.5: must be above avoidance.obstacle_safety_distance = 0.6",
+    ),
+    (
+        {"avoidance.sensing_radius": 0.6, "avoidance.drone_influence_radius": 0.7},
+        "avoidance.sensing_radius = 0.6: must reach at least avoidance.drone_influence_radius = 0.7",
+    ),
+    # fence and starts
+    ({"limits.fence.min": [-9.0, 10.0, -0.5]}, "limits.fence.min = [-9.0, 10.0, -0.5]: must be below limits.fence.max"),
+    ({"drones.3.start": [11.0, 0.0, 0.0]}, "drones.3.start = [11.0, 0.0, 0.0]: must lie inside limits.fence"),
+    ({"drones.3.start": [0.0, 0.3, 0.0]}, "drones.3.start = [0.0, 0.3, 0.0]: 0.30 m from drones.0.start, must be"),
+    (
+        {"obstacles": [{"center": [3.0, -0.8, 0.0], "radius": 0.05}]},
+        "drones.2.start = [2.9, -0.8, 0.0]: 0.05 m from obstacle 0, must be 0.3 m or more",
+    ),
+    # formations
+    ({"formation.rate": 1.6}, "formation: its drones fly up to 3.20 m/s, limits.speed = 3.0 m/s"),
+    ({"formation.radius": 0.25}, "formation: its drones come within 0.25 m, avoidance.drone_safety_distance = 0.4 m"),
+    ({"formation.radius": 11.0, "formation.rate": 0.0}, "formation: reaches 11.00 m from the leader along x"),
+    (
+        {"formations.tight": {"kind": "line", "spacing": 0.1}},
+        "formations.tight: its drones come within 0.10 m, avoidance.drone_safety_distance = 0.4 m",
+    ),
+    ({**VIRTUAL, "formation.radius": 0.25}, "formation: its drones come within 0.35 m"),
+]
+
+
+@pytest.mark.parametrize(("changes", "line"), WRONG, ids=[line.partition(":")[0] for _, line in WRONG])
+def test_a_broken_rule_names_key_value_and_rule(make_swarm, changes, line):
+    with pytest.raises(SwarmFileError) as refused:
+        make_swarm(changes)
+    lines = str(refused.value).split("\n")
+    assert any(found.startswith(f"test.toml: {line}") for found in lines), lines
+
+
+def test_every_unsound_pair_of_starts_is_named(make_swarm):
+    with pytest.raises(SwarmFileError) as refused:
+        make_swarm({"drones": [{"id": i, "start": [0.05 * i, 0.0, 0.0]} for i in range(5)]})
+    assert len(str(refused.value).split("\n")) == 10
+
+
+def test_an_unsound_graph_is_told_before_what_depends_on_it(make_swarm):
+    with pytest.raises(SwarmFileError) as refused:
+        make_swarm({"drones.2.id": 1, "graph.edges.1": [1, 7], "formation.rate": 9.0})
+    assert str(refused.value) == "test.toml: drones.2.id = 1: another drone has this id"
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        VIRTUAL,
+        {**VIRTUAL, "formation.radius": 0.3},  # nobody is in the middle
+        {"graph.edges": [[0, i] for i in range(1, 5)]},
+        {"drones.1.address": "10.0.0.1:9000"},
+        {"drones.1.address": "[::1]:9000"},
+        {"hosts.a.address": "::1"},
+        {"avoidance.sensing": "neighbours"},
+        {"formation": {"kind": "grid", "spacing": 0.5}},
+        {"drones.2.id": 999, "graph.edges": [[0, 1], [1, 999], [999, 3], [3, 4]]},
+    ],
+)
+def test_what_keeps_the_rules_is_accepted(make_swarm, changes):
+    make_swarm(changes)

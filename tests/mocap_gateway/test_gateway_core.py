@@ -1,0 +1,143 @@
+from random import Random
+
+import pytest
+from flockwire.flight import BILLION
+from flockwire.keys import MISSION, Key, uav
+from flockwire.messages import Body, BodyKind, Mission, Nearby, Pose
+from flockwire_mocap.core import GatewayCore
+
+BEGAN = 1_790_000_000 * BILLION
+FRAME = BILLION // 100
+FAR = {i: (10.0 * i, 0.0, 1.0) for i in range(5)}
+
+
+class Stage:
+    """A gateway that is shown bodies frame by frame."""
+
+    def __init__(self, swarm):
+        self.now, self.core, self.places = BEGAN, GatewayCore(swarm, Random(1)), dict(FAR)
+
+    def step(self, frames=1):
+        """Show `frames` frames; returns what the last one made the gateway say."""
+        said = []
+        for _ in range(frames):
+            self.now += FRAME
+            for i, place in self.places.items():
+                self.core.receive(Key("truth", uav(i)), Pose(self.now, "world", place), self.now)
+            said = self.core.step(self.now)
+        return dict(said)
+
+    def near(self, i):
+        return self.step()[Key("nearby", uav(i))].bodies
+
+
+@pytest.fixture
+def stage(make_swarm):
+    """Return the builder of a gateway."""
+    return lambda changes=None: Stage(make_swarm(changes))
+
+
+def test_every_drone_gets_its_pose_and_followers_what_is_near(stage):
+    said = stage().step()
+    assert {key for key in said if key.kind == "pose"} == {Key("pose", uav(i)) for i in range(5)}
+    assert {key for key in said if key.kind == "nearby"} == {Key("nearby", uav(i)) for i in range(1, 5)}
+    assert said[Key("pose", "uav2")].position == FAR[2]
+
+
+def test_what_is_near_is_said_before_the_pose_that_makes_the_agent_step(stage):
+    keys = list(stage().step())
+    for i in range(1, 5):
+        assert keys.index(Key("nearby", uav(i))) < keys.index(Key("pose", uav(i)))
+
+
+def test_a_pose_carries_the_stamp_of_its_exposure(stage):
+    gateway = stage({"gateway.latency": 0.03})
+    assert gateway.step(3) == {}
+    said = gateway.step()
+    assert {message.stamp for message in said.values()} == {gateway.now - 3 * FRAME}
+
+
+def test_a_lost_body_is_silent_and_never_repeated(stage):
+    gateway = stage()
+    gateway.step()
+    del gateway.places[2]
+    for _ in range(5):
+        said = gateway.step()
+        assert not {key for key in said if key.owner == "uav2"}
+        assert Key("pose", "uav3") in said
+
+
+def test_a_body_that_was_dropped_is_silent_for_that_frame(stage):
+    gateway = stage({"gateway.dropout": 0.5})
+    counts = [len([key for key in gateway.step() if key.kind == "pose"]) for _ in range(400)]
+    assert sum(counts) == pytest.approx(0.5 * 5 * 400, rel=0.1)
+
+
+def test_near_is_only_what_is_within_the_sensing_radius(stage):
+    gateway = stage({"avoidance.sensing_radius": 1.5})
+    gateway.places = {**FAR, 1: (0.0, 0.0, 1.0), 2: (1.4, 0.0, 1.0), 3: (1.6, 0.0, 1.0), 4: (1.0, 1.0, 2.0)}
+    gateway.step()
+    assert set(gateway.near(1)) == {
+        Body(BodyKind.DRONE, (0.0, 0.0, 0.0), 0.0),
+        Body(BodyKind.DRONE, (1.4, 0.0, 0.0), 0.0),
+    }
+
+
+def test_a_nearby_message_has_no_identities():
+    assert set(Nearby.__slots__) == {"stamp", "frame", "bodies"}
+    assert set(Body.__slots__) == {"kind", "relative_position", "radius"}
+
+
+def test_obstacles_are_near_by_their_surface_and_seen_along_their_axis(stage):
+    far_and_near = [
+        {"center": [12.0, 0.0, 0.0], "radius": 1.0, "height": 0.5},
+        {"center": [14.0, 0.0, 0.0], "radius": 1.0},
+    ]
+    gateway = stage({"obstacles": far_and_near})
+    assert gateway.near(1) == (Body(BodyKind.OBSTACLE, (2.0, 0.0, -0.5), 1.0),)
+
+
+def test_a_body_that_is_long_gone_is_near_nobody(stage):
+    gateway = stage()
+    gateway.places = {**FAR, 1: (20.5, 0.0, 1.0)}
+    assert len(gateway.step(2)[Key("nearby", "uav2")].bodies) == 1
+    del gateway.places[1]
+    gateway.step(105)
+    assert gateway.near(2) == ()
+
+
+def test_without_sensing_nothing_is_near(stage):
+    assert {key.kind for key in stage({"avoidance.sensing": "neighbours"}).step()} == {"pose"}
+
+
+def test_a_virtual_leader_has_no_body(stage):
+    gateway = stage({"leader.kind": "virtual", "drones.0": None})
+    del gateway.places[0]
+    assert Key("pose", "uav0") not in gateway.step()
+    assert gateway.core.trigger == Key("truth", "uav4")
+
+
+def test_the_mission_is_repeated_unchanged_every_second(stage):
+    gateway, order = stage(), Mission(BEGAN, "world", "start", BEGAN + 5)
+    gateway.core.receive(MISSION, order, BEGAN)
+    repeats = [(gateway.now, said[MISSION]) for _ in range(350) if MISSION in (said := gateway.step())]
+    assert [mission for _, mission in repeats] == [order] * 3
+    assert [(at - BEGAN) // BILLION for at, _ in repeats] == [1, 2, 3]
+
+
+def test_the_newest_mission_is_the_one_repeated(stage):
+    gateway, newest = stage(), Mission(BEGAN + 1, "world", "land")
+    for order in (newest, Mission(BEGAN, "world", "start")):
+        gateway.core.receive(MISSION, order, BEGAN)
+    assert gateway.step(100)[MISSION] == newest
+
+
+def test_it_reports_what_it_does_not_see(stage):
+    gateway = stage()
+    assert gateway.core.report(BEGAN).phase == "waiting"
+    gateway.step()
+    assert gateway.core.report(gateway.now).detail == ""
+    del gateway.places[2]
+    gateway.step(102)
+    assert gateway.core.report(gateway.now).detail == "does not see uav2"
+    assert gateway.core.report(gateway.now + 2 * BILLION).phase == "waiting"
