@@ -14,7 +14,9 @@ from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
+from flockwire import clock
 from flockwire.config import Swarm, SwarmFileError, load_swarm
+from flockwire.credentials import CredentialsError, default_folder
 
 app = typer.Typer(
     help="Distributed edge runtime for formation flight: one process per drone, on Zenoh.",
@@ -25,15 +27,23 @@ app = typer.Typer(
 )
 
 SwarmFile = Annotated[Path, typer.Argument(metavar="SWARM", help="The swarm file (TOML).")]
+Keys = Annotated[
+    Path | None, typer.Option(envvar="FLOCKWIRE_KEYS", help="Folder of the certificates [.flockwire/NAME/keys].")
+]
 Number = Annotated[int, typer.Argument(metavar="ID", help="The drone's id.")]
 
 
 @app.command()
-def check(swarm: SwarmFile) -> None:
+def check(swarm: SwarmFile, keys: Keys = None) -> None:
     """Validate a swarm file; print its graph, observer bounds, formations, links and warnings."""
+    from flockwire.pki import expiring  # noqa: PLC0415
+
     from flockwire_cli.check import describe  # noqa: PLC0415  (numpy)
 
-    print(describe(_load(swarm)))
+    loaded = _load(swarm)
+    print(describe(loaded))
+    for line in expiring(loaded, keys or default_folder(loaded.name), clock.utc()):
+        print(f"warning: {line}")
 
 
 @app.command()
@@ -42,6 +52,7 @@ def up(
     duration: Annotated[float, typer.Option(min=0.0, help="Seconds from take-off to landing; 0: until Ctrl-C.")] = 40.0,
     out: Annotated[Path | None, typer.Option(help="Folder for trace, report and logs [runs/NAME-TIME].")] = None,
     headless: Annotated[bool, typer.Option("--headless", help="No live table.")] = False,
+    keys: Keys = None,
     host: Annotated[str | None, typer.Option(help="Which of [hosts] this is [the first].")] = None,
 ) -> None:
     """Start all processes of this host, fly, land, report."""
@@ -55,10 +66,10 @@ def up(
     folder = out or Path("runs") / f"{loaded.name}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
     if (folder / "trace.mcap").exists():
         _refuse(f"--out = {folder}: there is a trace of another flight; name a new folder")
-    flight = Flight(loaded, swarm, host or next(iter(loaded.hosts)), duration, folder, headless)
+    flight = Flight(loaded, swarm, host or next(iter(loaded.hosts)), duration, folder, _made(loaded, keys), headless)
     try:
         failure = asyncio.run(fly(flight))
-    except PortInUseError as error:
+    except (PortInUseError, CredentialsError) as error:
         _refuse(str(error))
     except OSError as error:
         _refuse(f"--out = {folder}: cannot write there: {error.strerror}")
@@ -66,44 +77,56 @@ def up(
 
 
 @app.command()
-def agent(swarm: SwarmFile, number: Number) -> None:
+def agent(swarm: SwarmFile, number: Number, keys: Keys = None) -> None:
     """Run the agent of one follower."""
     from flockwire_agent.process import run  # noqa: PLC0415
 
     loaded = _load(swarm)
     if number not in loaded.followers:
         _refuse(f"ID = {number}: must be one of the followers {list(loaded.followers)}")
-    _serve(f"uav{number}", run(loaded, number))
+    _serve(f"uav{number}", run(loaded, number, keys))
 
 
 @app.command()
-def leader(swarm: SwarmFile) -> None:
+def leader(swarm: SwarmFile, keys: Keys = None) -> None:
     """Run the leader."""
     from flockwire_leader.process import run  # noqa: PLC0415
 
-    _serve("leader", run(_load(swarm)))
+    _serve("leader", run(_load(swarm), keys))
 
 
 @app.command()
-def gateway(swarm: SwarmFile) -> None:
+def gateway(swarm: SwarmFile, keys: Keys = None) -> None:
     """Run the gateway, which serves poses and what is nearby."""
     from flockwire_mocap.process import run  # noqa: PLC0415
 
-    _serve("gateway", run(_load(swarm)))
+    _serve("gateway", run(_load(swarm), keys))
 
 
 @app.command()
-def kinematics(swarm: SwarmFile) -> None:
+def kinematics(swarm: SwarmFile, keys: Keys = None) -> None:
     """Run the simulated airframes with their drivers."""
     from flockwire_tello.process import run  # noqa: PLC0415
 
-    _serve("kinematics", run(_load(swarm)))
+    _serve("kinematics", run(_load(swarm), keys))
+
+
+@app.command()
+def router(swarm: SwarmFile, keys: Keys = None) -> None:
+    """Run the router of `[network] mode = "router"`."""
+    from flockwire.router import run  # noqa: PLC0415
+
+    loaded = _load(swarm)
+    if loaded.network.mode != "router":
+        _refuse(f"network.mode = {loaded.network.mode!r}: only mode = 'router' has a router")
+    _serve("router", run(loaded, keys))
 
 
 @app.command()
 def recorder(
     swarm: SwarmFile,
     out: Annotated[Path, typer.Option(help="Folder for trace.mcap.")] = Path("runs/recording"),
+    keys: Keys = None,
 ) -> None:
     """Record everything that is said into OUT/trace.mcap."""
     from flockwire_recorder.process import run  # noqa: PLC0415
@@ -111,43 +134,61 @@ def recorder(
     loaded = _load(swarm)
     if (out / "trace.mcap").exists():
         _refuse(f"--out = {out}: there is a trace of another flight; name a new folder")
-    _serve("recorder", run(loaded, swarm.read_text(encoding="utf-8"), out))
+    _serve("recorder", run(loaded, swarm.read_text(encoding="utf-8"), out, keys))
 
 
 @app.command()
 def start(
     swarm: SwarmFile,
     formation: Annotated[str, typer.Option(help="A name from [formations] [the first formation].")] = "",
+    keys: Keys = None,
 ) -> None:
     """Take off where need be, and fly the formation."""
     loaded = _load(swarm)
     if formation and formation not in loaded.formations:
         _refuse(f"--formation = {formation!r}: must be one of {sorted(loaded.formations)} ([formations])")
-    _give(loaded, "start", formation)
+    _give(loaded, keys, "start", formation)
 
 
 @app.command()
-def hold(swarm: SwarmFile) -> None:
+def hold(swarm: SwarmFile, keys: Keys = None) -> None:
     """Leave the formation and hover on the spot."""
-    _give(_load(swarm), "hold")
+    _give(_load(swarm), keys, "hold")
 
 
 @app.command()
-def land(swarm: SwarmFile) -> None:
+def land(swarm: SwarmFile, keys: Keys = None) -> None:
     """Land all drones where they are."""
-    _give(_load(swarm), "land")
+    _give(_load(swarm), keys, "land")
 
 
 @app.command()
-def stop(swarm: SwarmFile) -> None:
+def stop(swarm: SwarmFile, keys: Keys = None) -> None:
     """Emergency: motors off, at once; what flies falls."""
-    _give(_load(swarm), "stop")
+    _give(_load(swarm), keys, "stop")
 
 
 @app.command()
-def formation(swarm: SwarmFile, name: Annotated[str, typer.Argument(metavar="NAME")]) -> None:
+def formation(swarm: SwarmFile, name: Annotated[str, typer.Argument(metavar="NAME")], keys: Keys = None) -> None:
     """Change to the formation NAME of [formations]."""
-    start(swarm, name)
+    start(swarm, name, keys)
+
+
+@app.command()
+def keys(
+    swarm: SwarmFile,
+    out: Annotated[Path | None, typer.Option(help="Folder of the certificates [.flockwire/NAME/keys].")] = None,
+    rotate: Annotated[
+        bool, typer.Option("--rotate", help="A new authority: all keys made before are worthless.")
+    ] = False,
+) -> None:
+    """Make the swarm's certificates, and renew what is about to expire."""
+    from flockwire.pki import make_keys  # noqa: PLC0415
+
+    loaded = _load(swarm)
+    folder = out or default_folder(loaded.name)
+    made = _written(folder, lambda: make_keys(loaded, folder, clock.utc(), rotate))
+    print(f"flockwire: {folder}: {', '.join(made) + ' made' if made else 'all good, nothing to do'}")
 
 
 @app.command()
@@ -203,16 +244,48 @@ def _trace(work: Any) -> Any:  # noqa: ANN401  (it passes through whatever `work
         _refuse(str(error))
 
 
+def _warn_of(swarm: Swarm) -> None:
+    if swarm.network.security == "none":
+        print(
+            "flockwire: warning: network.security = 'none': whoever reaches a port hears and says all", file=sys.stderr
+        )
+
+
+def _made(swarm: Swarm, keys: Path | None) -> Path:
+    """Return the folder of the certificates, after making what it lacks where the authority's key is here."""
+    from flockwire.pki import make_keys  # noqa: PLC0415
+
+    folder = keys or default_folder(swarm.name)
+    _warn_of(swarm)
+    here = not (folder / "ca.crt").exists() or (folder / "authority" / "ca.key").exists()
+    if swarm.network.security == "mtls" and here:
+        _written(folder, lambda: make_keys(swarm, folder, clock.utc()))
+    return folder
+
+
+def _written(folder: Path, work: Any) -> Any:  # noqa: ANN401  (it passes through whatever `work` returns)
+    try:
+        return work()
+    except OSError as error:
+        _refuse(f"{folder}: cannot write keys there: {error.strerror}")
+    except ValueError as error:
+        _refuse(f"{folder}: holds something else than keys: {error}; name another folder or use --rotate")
+
+
 def _serve(identity: str, process: Coroutine[None, None, None]) -> NoReturn:
     from flockwire.runtime import main as serve  # noqa: PLC0415
 
     raise typer.Exit(serve(identity, process))
 
 
-def _give(swarm: Swarm, verb: str, formation: str = "") -> None:
+def _give(swarm: Swarm, keys: Path | None, verb: str, formation: str = "") -> None:
     from flockwire_cli.operator import give  # noqa: PLC0415
 
-    failure = asyncio.run(give(swarm, verb, formation))
+    _warn_of(swarm)
+    try:
+        failure = asyncio.run(give(swarm, keys, verb, formation))
+    except CredentialsError as error:
+        _refuse(str(error))
     if failure:
         print(f"flockwire: {verb} failed: {failure}", file=sys.stderr)
         raise typer.Exit(1)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+from pathlib import Path
 
 from flockwire import clock, policy
 from flockwire.config import Swarm
 from flockwire.flight import Phase
 from flockwire.keys import MISSION, STOP
 from flockwire.messages import Message, Mission, Status, Stop
-from flockwire.session import Session
-from flockwire.wiring import OPERATOR, agent_identity
+from flockwire.session import RouterAbsentError, Session
+from flockwire.wiring import OPERATOR, ROUTER, agent_identity, endpoints
 
 from flockwire_cli.director import LEAD_TIME, Director, Stage
 
@@ -20,18 +21,12 @@ STOPS = 3  # times that an emergency stop is said
 
 
 class Operator:
-    """An operator's session. Use it as a context manager."""
+    """Speaks and listens as the operator on `session`."""
 
-    def __init__(self, swarm: Swarm) -> None:
+    def __init__(self, swarm: Swarm, session: Session) -> None:
         self.statuses: dict[str, Status] = {}
-        self._session = Session(swarm, OPERATOR)
+        self._session = session
         self._sources = [self._session.newest(key) for key in policy.hears(swarm, OPERATOR) if key.kind == "status"]
-
-    def __enter__(self) -> Operator:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._session.__exit__()
 
     def poll(self) -> int:
         """Take in the newest statuses; returns the present time, Unix ns."""
@@ -53,9 +48,14 @@ def pilots(swarm: Swarm) -> tuple[str, ...]:
     return tuple(agent_identity(i) for i in swarm.flying)
 
 
-async def give(swarm: Swarm, verb: str, formation: str = "") -> str:
-    """Give one order to a swarm that runs; returns why that failed, empty when it did not."""
-    with Operator(swarm) as operator:
+async def give(swarm: Swarm, keys: Path | None, verb: str, formation: str = "") -> str:
+    """Give one order to a swarm that runs; returns why that failed, empty when it did not. Raises CredentialsError."""
+    try:
+        session = Session(swarm, OPERATOR, keys)
+    except RouterAbsentError:
+        return f"the router at {endpoints(swarm)[ROUTER]} does not answer"
+    with session:
+        operator = Operator(swarm, session)
         if not await _meet(operator, pilots(swarm)):
             there = ", ".join(sorted(operator.statuses)) or "nobody"
             return f"not all of the swarm answer within {LINK_TIME:.0f} s; there: {there}"

@@ -19,18 +19,20 @@ from flockwire.wiring import endpoints
 GRACE = 2.5  # s between being told to end and being killed
 
 
-def command(identity: str, swarm_file: Path, out: Path) -> list[str]:
+def command(identity: str, swarm_file: Path, out: Path, keys: Path) -> list[str]:
     """Return the command line that runs `identity`."""
     base = [sys.executable, "-m", "flockwire_cli"]
-    if identity.startswith("uav"):
-        return [*base, "agent", str(swarm_file), identity.removeprefix("uav")]
     extra = ["--out", str(out)] if identity == "recorder" else []
-    return [*base, identity, str(swarm_file), *extra]
+    if identity.startswith("uav"):
+        verb, number = "agent", [identity.removeprefix("uav")]
+    else:
+        verb, number = identity, []
+    return [*base, verb, str(swarm_file), *number, "--keys", str(keys), *extra]
 
 
 def busy_endpoint(swarm: Swarm, identities: Iterable[str]) -> str:
     """Return a line about the first of the endpoints that cannot be listened at, empty when all can."""
-    for identity in identities:
+    for identity in (identity for identity in identities if identity in endpoints(swarm)):
         address, _, port = endpoints(swarm)[identity].rpartition(":")
         family = socket.AF_INET6 if address.startswith("[") else socket.AF_INET
         with socket.socket(family, socket.SOCK_STREAM) as probe:
@@ -49,8 +51,8 @@ def busy_endpoint(swarm: Swarm, identities: Iterable[str]) -> str:
 class Children:
     """The running processes, by identity. Their standard error goes to `out`/logs/IDENTITY.log."""
 
-    def __init__(self, swarm_file: Path, out: Path) -> None:
-        self._swarm_file, self._out = swarm_file, out
+    def __init__(self, swarm_file: Path, out: Path, keys: Path) -> None:
+        self._swarm_file, self._out, self._keys = swarm_file, out, keys
         self._running: dict[str, asyncio.subprocess.Process] = {}
         self._read_end, self._write_end = os.pipe()
         (out / "logs").mkdir(parents=True, exist_ok=True)
@@ -59,7 +61,7 @@ class Children:
         """Start the process of `identity`."""
         with self.log(identity).open("wb") as log:
             self._running[identity] = await asyncio.create_subprocess_exec(
-                *command(identity, self._swarm_file, self._out),
+                *command(identity, self._swarm_file, self._out, self._keys),
                 stdin=asyncio.subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,

@@ -38,7 +38,18 @@ def draw(title: str, order: tuple[str, ...], statuses: Mapping[str, Status], rat
     table = Table(title=title, title_justify="left", title_style="bold", expand=False)
     table.add_column("process")
     table.add_column("phase", min_width=22)
-    for heading in ("error mm", "pose ms", "estimate ms", "rate Hz", "late >1 ms", "CPU", "MB", "rejected"):
+    for heading in (
+        "error mm",
+        "pose ms",
+        "estimate ms",
+        "rate Hz",
+        "late >1 ms",
+        "CPU",
+        "MB",
+        "links",
+        "rejected",
+        "refused",
+    ):
         table.add_column(heading, justify="right")
     for identity in order:
         status = statuses.get(identity)
@@ -60,7 +71,8 @@ def _row(status: Status, rates: Rates, now: int) -> tuple[str, ...]:
     return (
         status.identity, phase, _figure(report.formation_error, 1000), _figure(report.pose_age, 1000),
         _figure(report.estimate_age, 1000), f"{rates.rate(status):.1f}", f"{late:.1%}", f"{status.cpu:.1%}",
-        f"{status.resident / 2**20:.0f}", str(sum(count for _, count in status.rejected) or ""),
+        f"{status.resident / 2**20:.0f}", str(len(status.links)),
+        str(sum(count for _, count in status.rejected) or ""), str(status.refused or ""),
     )  # fmt: skip
 
 

@@ -16,7 +16,8 @@ from pathlib import Path
 from flockwire import clock
 from flockwire.config import Swarm
 from flockwire.flight import BILLION
-from flockwire.wiring import processes_on
+from flockwire.session import connect
+from flockwire.wiring import OPERATOR, processes_on
 from rich.console import Console
 from rich.live import Live
 
@@ -25,6 +26,7 @@ from flockwire_cli.operator import POLL_PERIOD, Operator, pilots
 from flockwire_cli.processes import Children, busy_endpoint
 from flockwire_cli.table import Rates, draw
 
+STARTED_FIRST = ("router", "recorder")
 RECORDER_HEAD_START = 0.3  # s: so that the trace has the first messages too
 
 
@@ -37,6 +39,7 @@ class Flight:
     host: str
     duration: float
     out: Path
+    keys: Path
     headless: bool
 
     @property
@@ -55,14 +58,16 @@ async def fly(flight: Flight) -> str:
     busy = busy_endpoint(flight.swarm, identities)
     if busy:
         raise PortInUseError(busy)
-    children = Children(flight.swarm_file, flight.out)
+    children = Children(flight.swarm_file, flight.out, flight.keys)
     try:
-        for identity in sorted(identities, key=lambda i: i != "recorder"):
+        for identity in sorted(identities, key=STARTED_FIRST.__contains__, reverse=True):
             await children.start(identity)
             if identity == "recorder":
                 await asyncio.sleep(RECORDER_HEAD_START)
-        with Operator(flight.swarm) as operator:
-            return await _conduct(flight, children, operator)
+        session = await connect(flight.swarm, OPERATOR, flight.keys, asyncio.Event())
+        assert session is not None  # noqa: S101  (only the event that nobody sets would make it so)
+        with session:
+            return await _conduct(flight, children, Operator(flight.swarm, session))
     finally:
         await children.end()
 

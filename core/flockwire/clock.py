@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import time
+from datetime import UTC, datetime
 
 
 def now() -> int:
     """Return Unix time in ns: the time base of all stamps, shared by the processes of one machine."""
     return time.time_ns()
+
+
+def utc() -> datetime:
+    """Return the time as certificates count it."""
+    return datetime.now(UTC)
 
 
 def monotonic() -> int:

@@ -284,9 +284,10 @@ class Gateway(Model):
 
 
 class Network(Model):
-    """Endpoints: every process listens on its own port, `base_port` and upwards."""
+    """Who links to whom and how; every process that listens has a port of its own, `base_port` and upwards."""
 
-    transport: Literal["tcp"] = "tcp"
+    mode: Literal["peers", "router"] = "peers"  # each dials whom it must hear; or all dial one router
+    security: Literal["mtls", "none"] = "mtls"  # "none" is for measurements on one machine
     base_port: Annotated[int, Field(ge=1024, le=64000)] = 7450
 
 

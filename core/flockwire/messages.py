@@ -265,6 +265,7 @@ class Status:
     late_1ms: int
     late_5ms: int
     skipped: int
+    refused: int  # connections
     cpu: float  # share of one core since the last status
     resident: int  # bytes
     rejected: tuple[tuple[str, int], ...]  # key, messages dropped
@@ -278,7 +279,7 @@ class Status:
         ages = (report.pose_age, report.estimate_age, report.nearby_age, report.telemetry_age)
         for value in (report.formation_error, *ages, report.battery, self.cpu):
             writer.put("d", value)
-        for count in (self.steps, self.late_1ms, self.late_5ms, self.skipped, self.resident):
+        for count in (self.steps, self.late_1ms, self.late_5ms, self.skipped, self.refused, self.resident):
             writer.put("Q", count)
         writer.texts(tuple(key for key, _ in self.rejected))
         writer.numbers("Q", tuple(count for _, count in self.rejected))
@@ -294,7 +295,7 @@ class Status:
         figures = [reader.take_float() for _ in range(7)]
         if not isfinite(sum(figures)):
             raise MessageError("holds a number that is not finite")
-        steps, late_1ms, late_5ms, skipped, resident = (reader.take("Q") for _ in range(5))
+        steps, late_1ms, late_5ms, skipped, refused, resident = (reader.take("Q") for _ in range(6))
         keys, rejections, links = reader.texts(), reader.numbers("Q"), reader.texts()
         reader.end()
         if len(keys) != len(rejections):
@@ -302,7 +303,8 @@ class Status:
         rejected = tuple(zip(keys, rejections, strict=True))
         report = Report(phase, detail, *figures[:6])
         return cls(
-            stamp, frame, identity, report, steps, late_1ms, late_5ms, skipped, figures[6], resident, rejected, links
+            stamp, frame, identity, report, steps, late_1ms, late_5ms, skipped, refused, figures[6], resident,
+            rejected, links,
         )  # fmt: skip
 
 

@@ -22,7 +22,11 @@ SURVEY_SAMPLES = 400
 
 def problems(swarm: Swarm) -> Iterator[str]:
     """Yield every problem; the later groups are looked at only when the earlier ones are sound."""
-    for group in ((_drones, _hosts), (_graph, _addresses, _rates, _limits, _avoidance, _fence), (_starts, _formations)):
+    for group in (
+        (_drones, _hosts),
+        (_graph, _addresses, _rates, _limits, _avoidance, _fence),
+        (_security, _starts, _formations),
+    ):
         found = [line for rule in group for line in rule(swarm)]
         yield from found
         if found:
@@ -75,6 +79,16 @@ def _rates(swarm: Swarm) -> Iterator[str]:
             f"gateway.rate_hz = {swarm.gateway.rate_hz}: must be control.rate_hz = {swarm.control.rate_hz} or more, "
             "each control step answers a pose"
         )
+
+
+def _security(swarm: Swarm) -> Iterator[str]:
+    if swarm.network.security == "none":
+        for identity, endpoint in endpoints(swarm).items():
+            if not ipaddress.ip_address(endpoint.rpartition(":")[0].strip("[]")).is_loopback:
+                yield (
+                    f"network.security = 'none': {identity} would listen at {endpoint}; without security only loopback "
+                    "addresses are allowed"
+                )
 
 
 def _graph(swarm: Swarm) -> Iterator[str]:

@@ -15,12 +15,15 @@ import signal
 import sys
 import threading
 from collections.abc import Coroutine, Iterable
+from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from flockwire import clock, policy
+from flockwire.credentials import CredentialsError
 from flockwire.keys import Key, key_text
 from flockwire.messages import Message, Report, Status
-from flockwire.session import EndpointInUseError, Newest, Prompt, Session
+from flockwire.refusals import Refusals
+from flockwire.session import EndpointInUseError, Newest, Prompt, Session, connect
 from flockwire.ticker import BILLION, Ticker
 
 if TYPE_CHECKING:
@@ -73,10 +76,10 @@ class Deadlines:
 class Shell:
     """Runs one core on one session in the running loop."""
 
-    def __init__(self, core: Core, swarm: Swarm, identity: str, session: Session) -> None:
+    def __init__(self, core: Core, swarm: Swarm, identity: str, session: Session, refusals: Refusals) -> None:
         self._core, self._swarm, self._session = core, swarm, session
         self._deadlines = Deadlines()
-        self._teller = Teller(swarm, identity, session)
+        self._teller = Teller(swarm, identity, session, refusals)
         self._running = False
         self._stepped = False
         self._next_stamp = 0
@@ -151,8 +154,8 @@ class Shell:
 class Teller:
     """Tells how a process is: a status message ten times a second, a line of log when its state changes."""
 
-    def __init__(self, swarm: Swarm, identity: str, session: Session) -> None:
-        self._swarm, self._identity, self._session = swarm, identity, session
+    def __init__(self, swarm: Swarm, identity: str, session: Session, refusals: Refusals) -> None:
+        self._swarm, self._identity, self._session, self._refusals = swarm, identity, session, refusals
         self._vitals = Vitals()
         self._due = 0
         self._said = ""
@@ -169,7 +172,8 @@ class Teller:
             Status(
                 now, self._swarm.frame, self._identity, report,
                 counts.steps, counts.late_1ms, counts.late_5ms, counts.skipped,
-                self._vitals.cpu_share(now), self._vitals.resident(), rejected, (),
+                self._refusals.count, self._vitals.cpu_share(now), self._vitals.resident(),
+                rejected, self._session.linked(),
             ),
         )  # fmt: skip
         said = f"{report.phase}: {report.detail}" if report.detail else str(report.phase)
@@ -197,11 +201,15 @@ class Vitals:
         return most if sys.platform == "darwin" else most * 1024
 
 
-async def run_core(core: Core, swarm: Swarm, identity: str) -> None:
-    """Fly `core` as `identity` until the process is told to end."""
-    ended = ending()
-    with Session(swarm, identity) as session:
-        shell = Shell(core, swarm, identity, session)
+async def run_core(core: Core, swarm: Swarm, identity: str, keys: Path | None) -> None:
+    """Fly `core` as `identity`, with the certificates in `keys`, until the process is told to end."""
+    ended, refusals = ending(), Refusals(identity)
+    refusals.watch()
+    session = await connect(swarm, identity, keys, ended)
+    if session is None:
+        return
+    with session:
+        shell = Shell(core, swarm, identity, session, refusals)
         shell.start()
         try:
             await ended.wait()
@@ -250,7 +258,7 @@ def main(identity: str, process: Coroutine[None, None, None]) -> int:
     )
     try:
         asyncio.run(process)
-    except EndpointInUseError as error:
+    except (CredentialsError, EndpointInUseError) as error:
         logging.getLogger(identity).error(str(error))
         return 2
     return 0

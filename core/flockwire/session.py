@@ -1,23 +1,27 @@
 """Opens Zenoh as the key table and the graph prescribe, and carries samples between its threads and asyncio.
 
 Every process is a peer that listens on its own endpoint and dials only linked processes before it in the order of
-dialling. Scouting and gossip are off. Messages that trigger a step cross the threads once, at once, and only the newest
-waits; all others rest in a ring of one until a step reads them.
+dialling (in router mode: a client of the router). Scouting and gossip are off, every link is mutual TLS. Messages that
+trigger a step cross the threads once, at once, and only the newest waits; all others rest in a ring of one until a step
+reads them.
 """
 
 from __future__ import annotations
 
 import asyncio
 import json
+import logging
 import os
 import uuid
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from flockwire import clock, policy
+from flockwire.credentials import Credentials, default_folder, load_credentials
 from flockwire.inbox import ATTACHMENT, Inbox, Received
 from flockwire.keys import ROWS, Delivery, Key, key_text
-from flockwire.wiring import endpoints
+from flockwire.wiring import ROUTER, endpoints
 
 # One runtime thread instead of five: a third less processor time at 100 Hz. Read when zenoh's runtime starts.
 os.environ.setdefault(
@@ -33,6 +37,9 @@ if TYPE_CHECKING:
     from flockwire.messages import Message
 
 BURST = 16  # messages of one step that may wait for the network before the next is dropped; 16 is the most
+LARGEST_MESSAGE = 65536  # bytes
+SPARE_SESSIONS = 4  # beside one for each link: operators come and go
+ROUTER_PATIENCE = 500  # ms that one attempt to reach the router may take
 RETRY = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
 
 _QOS = {
@@ -49,40 +56,91 @@ class EndpointInUseError(OSError):
     """The process cannot listen where the swarm file says."""
 
 
-def configuration(swarm: Swarm, identity: str) -> dict[str, object]:
-    """Return the Zenoh configuration of `identity`: endpoints, links, nothing found by itself."""
+class RouterAbsentError(OSError):
+    """The router does not answer yet."""
+
+
+async def connect(swarm: Swarm, identity: str, keys: Path | None, ended: asyncio.Event) -> Session | None:
+    """Open the session of `identity`, in router mode as soon as the router is there; None when `ended` comes first.
+
+    Raises CredentialsError, and EndpointInUseError.
+    """
+    waiting = False
+    while not ended.is_set():
+        try:
+            return await asyncio.to_thread(Session, swarm, identity, keys)
+        except RouterAbsentError:
+            if not waiting:
+                logging.getLogger(identity).info("waits for the router at %s", endpoints(swarm)[ROUTER])
+            waiting = True
+    return None
+
+
+def configuration(swarm: Swarm, identity: str, credentials: Credentials | None) -> dict[str, object]:
+    """Return the Zenoh configuration of `identity`: endpoints, links, access control, nothing found by itself.
+
+    Without `credentials` nothing is encrypted, authenticated or refused.
+    """
     address = endpoints(swarm)
-    scheme = swarm.network.transport
-    return {
-        "mode": "peer",
+    kind = "peer" if swarm.network.mode == "peers" else "router" if identity == ROUTER else "client"
+    scheme = "tls" if credentials is not None else "tcp"
+    link: dict[str, object] = {
+        "tx": {"lease": 1000, "keep_alive": 4, "queue": {"size": {"real_time": BURST}}},
+        "rx": {"max_message_size": LARGEST_MESSAGE},
+    }
+    config: dict[str, object] = {
+        "mode": kind,
         "listen": {"endpoints": [f"{scheme}/{address[identity]}"] if identity in address else []},
         "connect": {
             "endpoints": [f"{scheme}/{address[other]}" for other in policy.dials(swarm, identity)],
-            "timeout_ms": -1,
-            "exit_on_failure": False,
+            "timeout_ms": ROUTER_PATIENCE if kind == "client" else -1,
+            "exit_on_failure": kind == "client",
             "retry": RETRY,
         },
         "open": {"return_conditions": {"connect_scouted": False, "declares": False}},
         "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
         "transport": {
-            "link": {"tx": {"lease": 1000, "keep_alive": 4, "queue": {"size": {"real_time": BURST}}}},
+            "link": link,
+            "unicast": {"max_sessions": len(policy.links(swarm, identity)) + SPARE_SESSIONS},
             "shared_memory": {"enabled": False},
         },
     }
+    if credentials is not None:
+        certificate, key = str(credentials.certificate), str(credentials.key)
+        link["tls"] = {
+            "root_ca_certificate": str(credentials.authority),
+            "enable_mtls": True,
+            "verify_name_on_connect": True,
+            "close_link_on_expiration": True,
+            "listen_certificate": certificate,
+            "listen_private_key": key,
+            "connect_certificate": certificate,
+            "connect_private_key": key,
+        }
+        config["access_control"] = policy.access_control(swarm, identity)
+    return config
 
 
 class Session:
     """One process's connection to the swarm. Use it as a context manager: a session left open hangs the exit."""
 
-    def __init__(self, swarm: Swarm, identity: str) -> None:
+    def __init__(self, swarm: Swarm, identity: str, keys: Path | None = None) -> None:
+        """Open the session of `identity`; `keys` is the folder of the certificates, the default one without it.
+
+        Raises CredentialsError, EndpointInUseError, and in router mode RouterAbsentError.
+        """
         self._swarm = swarm
         self._publisher_id = uuid.uuid4().bytes
         self._sequences: dict[Key, int] = {}
-        zenoh.init_log_from_env_or("off")
-        config = configuration(swarm, identity)
+        credentials = None
+        if swarm.network.security == "mtls":
+            credentials = load_credentials(keys or default_folder(swarm.name), identity, clock.utc())
+        config = configuration(swarm, identity, credentials)
         try:
             self._zenoh = zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
         except zenoh.ZError as error:
+            if config["mode"] == "client":
+                raise RouterAbsentError from None
             where = endpoints(swarm).get(identity, "nowhere")
             raise EndpointInUseError(
                 f"{identity} cannot listen at {where} (network.base_port = {swarm.network.base_port}): {_reason(error)}"
@@ -122,9 +180,9 @@ class Session:
         ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(capacity)
         return self._zenoh.declare_subscriber(key_text(self._swarm, key), ring)
 
-    def linked(self) -> int:
-        """Return the number of processes that this one is linked to."""
-        return len(self._zenoh.info.peers_zid())
+    def linked(self) -> tuple[str, ...]:
+        """Return who is at the other end of each link, by authenticated identity (without security: nobody known)."""
+        return tuple(sorted(link.auth_identifier or "unknown" for link in self._zenoh.info.links()))
 
     def _declare(self, key: Key) -> zenoh.Publisher:
         priority, congestion = _QOS[ROWS[key.kind].delivery]

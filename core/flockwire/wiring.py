@@ -13,7 +13,8 @@ from flockwire.control.graph import LEADER
 if TYPE_CHECKING:
     from flockwire.config import Host, Swarm
 
-PROCESS_IDENTITIES = ("gateway", "kinematics", "leader", "recorder")
+PROCESS_IDENTITIES = ("router", "gateway", "kinematics", "leader", "recorder")
+ROUTER = "router"
 OPERATOR = "operator"
 
 
@@ -25,7 +26,8 @@ def agent_identity(number: int) -> str:
 def identities(swarm: Swarm) -> tuple[str, ...]:
     """Return the identities of all processes, the order of dialling."""
     agents = tuple(agent_identity(i) for i in swarm.followers)
-    return ("gateway", "kinematics", "leader", *agents, "recorder", OPERATOR)
+    router = (ROUTER,) if swarm.network.mode == "router" else ()
+    return (*router, "gateway", "kinematics", "leader", *agents, "recorder", OPERATOR)
 
 
 def host_of(swarm: Swarm, identity: str) -> str:
@@ -45,9 +47,9 @@ def processes_on(swarm: Swarm, host: str) -> tuple[str, ...]:
 
 
 def endpoints(swarm: Swarm) -> dict[str, str]:
-    """Return `IP:PORT` of every process that listens."""
+    """Return `IP:PORT` of every process that listens: all but the operator, in router mode the router alone."""
     own = {agent_identity(drone.id): drone.address for drone in swarm.drones if drone.address is not None}
-    listening = identities(swarm)[:-1]
+    listening = (ROUTER,) if swarm.network.mode == "router" else identities(swarm)[:-1]
     return {
         identity: own.get(identity) or _join(_host(swarm, identity).address, swarm.network.base_port + place)
         for place, identity in enumerate(listening)

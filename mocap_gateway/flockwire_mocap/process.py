@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from pathlib import Path
 
 from flockwire.config import Swarm
 from flockwire.runtime import run_core
@@ -10,6 +11,6 @@ from flockwire.runtime import run_core
 from flockwire_mocap.core import GatewayCore
 
 
-async def run(swarm: Swarm) -> None:
+async def run(swarm: Swarm, keys: Path | None) -> None:
     """Serve poses until the process is told to end."""
-    await run_core(GatewayCore(swarm, random.Random(swarm.gateway.seed)), swarm, "gateway")  # noqa: S311 (noise)
+    await run_core(GatewayCore(swarm, random.Random(swarm.gateway.seed)), swarm, "gateway", keys)  # noqa: S311 (noise)

@@ -12,8 +12,9 @@ from flockwire.config import Swarm
 from flockwire.inbox import read_attachment
 from flockwire.keys import ROWS, key_text
 from flockwire.messages import Report
+from flockwire.refusals import Refusals
 from flockwire.runtime import Deadlines, Teller, ending
-from flockwire.session import Session
+from flockwire.session import Session, connect
 from flockwire.ticker import Ticker
 
 from flockwire_recorder.trace import TraceFullError, TraceWriter, describe
@@ -29,9 +30,9 @@ Row = tuple[int, str, str, bytes, int, bytes]  # source time, topic, type, publi
 class Recorder:
     """Drains all keys into a trace."""
 
-    def __init__(self, swarm: Swarm, session: Session, trace: TraceWriter) -> None:
+    def __init__(self, swarm: Swarm, session: Session, trace: TraceWriter, refusals: Refusals) -> None:
         self._trace = trace
-        self._teller = Teller(swarm, IDENTITY, session)
+        self._teller = Teller(swarm, IDENTITY, session, refusals)
         self._deadlines = Deadlines()
         self._foreign: dict[str, int] = {}
         self._full = ""
@@ -78,13 +79,17 @@ class Recorder:
         return Report("recording") if self._trace.written > 1 else Report("waiting", "waits for messages")
 
 
-async def run(swarm: Swarm, toml: str, out: Path) -> None:
+async def run(swarm: Swarm, toml: str, out: Path, keys: Path | None) -> None:
     """Record into `out`/trace.mcap until the process is told to end."""
-    ended = ending()
+    ended, refusals = ending(), Refusals(IDENTITY)
+    refusals.watch()
+    session = await connect(swarm, IDENTITY, keys, ended)
+    if session is None:
+        return
     out.mkdir(parents=True, exist_ok=True)
     trace = TraceWriter(out / "trace.mcap", describe(swarm, toml, swarm.gateway.seed, clock.now()))
-    with Session(swarm, IDENTITY) as session:
-        recorder = Recorder(swarm, session, trace)
+    with session:
+        recorder = Recorder(swarm, session, trace, refusals)
         ticker = Ticker(DRAIN_PERIOD, recorder.tick)
         ticker.start()
         try:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from flockwire import clock
 from flockwire.config import Swarm
 from flockwire.runtime import run_core
@@ -9,6 +11,6 @@ from flockwire.runtime import run_core
 from flockwire_tello.core import KinematicsCore
 
 
-async def run(swarm: Swarm) -> None:
+async def run(swarm: Swarm, keys: Path | None) -> None:
     """Simulate until the process is told to end."""
-    await run_core(KinematicsCore(swarm, clock.now()), swarm, "kinematics")
+    await run_core(KinematicsCore(swarm, clock.now()), swarm, "kinematics", keys)

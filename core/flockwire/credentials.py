@@ -1,0 +1,96 @@
+"""What one process shows to prove its identity, checked before it is used: a bad certificate is refused in silence."""
+
+from __future__ import annotations
+
+import stat
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+from cryptography import x509
+from cryptography.exceptions import InvalidSignature
+from cryptography.hazmat.primitives import serialization
+from cryptography.hazmat.primitives.asymmetric.types import PrivateKeyTypes
+from cryptography.x509.oid import NameOID
+
+FORMAT = "%Y-%m-%d %H:%M UTC"
+
+
+class CredentialsError(ValueError):
+    """Keys that cannot be used; the text is one line: the file, what is wrong, what to do."""
+
+
+def default_folder(name: str) -> Path:
+    """Return where the keys of the swarm called `name` are unless the user says otherwise."""
+    return Path(".flockwire") / name / "keys"
+
+
+@dataclass(frozen=True, slots=True)
+class Credentials:
+    """The files of one identity."""
+
+    authority: Path
+    certificate: Path
+    key: Path
+
+
+def load_credentials(folder: Path, identity: str, now: datetime) -> Credentials:
+    """Check the keys of `identity` in `folder` as of `now`; raises CredentialsError."""
+    files = Credentials(folder / "ca.crt", folder / f"{identity}.crt", folder / f"{identity}.key")
+    if not folder.is_dir():
+        raise CredentialsError(f"{folder}: there is no such keys folder; `flockwire keys SWARM` makes it")
+    authority, certificate = _certificate(files.authority), _certificate(files.certificate)
+    key = _key(files.key)
+    mode = stat.S_IMODE(files.key.stat().st_mode)
+    if mode & 0o077:
+        raise CredentialsError(f"{files.key}: others may read this private key (mode {mode:04o}); chmod 600 it")
+    if certificate.public_key() != key.public_key():
+        raise CredentialsError(f"{files.certificate}: does not belong to the key {files.key.name} beside it")
+    name = common_name(certificate)
+    if name != identity:
+        raise CredentialsError(f"{files.certificate}: is for {name!r}, this process is {identity!r}")
+    try:
+        certificate.verify_directly_issued_by(authority)
+    except (ValueError, TypeError, InvalidSignature):
+        raise CredentialsError(f"{files.certificate}: was not signed by the authority {files.authority}") from None
+    for path, held in ((files.certificate, certificate), (files.authority, authority)):
+        _check_dates(path, held, now)
+    return files
+
+
+def common_name(certificate: x509.Certificate) -> str:
+    """Return whom a certificate is for."""
+    return str(certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)[0].value)
+
+
+def _check_dates(path: Path, certificate: x509.Certificate, now: datetime) -> None:
+    begin, end = certificate.not_valid_before_utc, certificate.not_valid_after_utc
+    if now > end:
+        raise CredentialsError(f"{path}: expired on {end:{FORMAT}}; `flockwire keys SWARM` renews it")
+    if now < begin:
+        raise CredentialsError(
+            f"{path}: is valid from {begin:{FORMAT}} on, and this machine's clock says {now:{FORMAT}}; set the clock"
+        )
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise CredentialsError(f"{path}: cannot read it: {error.strerror}; `flockwire keys SWARM` makes it") from None
+
+
+def _certificate(path: Path) -> x509.Certificate:
+    data = _read(path)
+    try:
+        return x509.load_pem_x509_certificate(data)
+    except ValueError:
+        raise CredentialsError(f"{path}: is not a certificate in PEM form") from None
+
+
+def _key(path: Path) -> PrivateKeyTypes:
+    data = _read(path)
+    try:
+        return serialization.load_pem_private_key(data, None)
+    except (ValueError, TypeError):
+        raise CredentialsError(f"{path}: is not a private key in PEM form, without a password") from None

@@ -1,0 +1,179 @@
+"""The swarm's certificates: one authority, one EC P-256 certificate per identity, its name the identity.
+
+    FOLDER/authority/ca.key            signs; stays off the drones
+    FOLDER/ca.crt                      what every process trusts
+    FOLDER/IDENTITY.crt, IDENTITY.key  what a process shows, to those that it dials and those that dial it
+
+Making keys is idempotent: what is good stays, what is about to expire or names another host's address is made anew.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+
+from flockwire.wiring import host_of, identities
+
+if TYPE_CHECKING:
+    from flockwire.config import Swarm
+
+LIFE = timedelta(days=90)
+AUTHORITY_LIFE = timedelta(days=3650)
+RENEW = timedelta(days=30)  # before its end a certificate is renewed
+WARN = timedelta(days=14)  # before its end `check` warns
+BACKDATED = timedelta(hours=1)  # so that a machine whose clock is a little behind trusts it too
+
+
+@dataclass(frozen=True, slots=True)
+class Signer:
+    """A certificate with its private key."""
+
+    certificate: x509.Certificate
+    key: ec.EllipticCurvePrivateKey
+
+
+def make_keys(swarm: Swarm, folder: Path, now: datetime, rotate: bool = False) -> tuple[str, ...]:
+    """Make what is missing or about to expire; returns the names of what was made.
+
+    With `rotate`, a new authority and all certificates anew: whatever was signed before is worthless afterwards.
+    """
+    made = []
+    authority = None if rotate else _read_authority(folder)
+    if authority is None or authority.certificate.not_valid_after_utc - now < RENEW:
+        authority = _authority(swarm.name, now)
+        _write(folder / "authority" / "ca.key", _pem(authority.key), private=True)
+        _write(folder / "ca.crt", authority.certificate.public_bytes(serialization.Encoding.PEM))
+        made.append("ca")
+    for identity in identities(swarm):
+        names = alternative_names(swarm, identity)
+        if made[:1] == ["ca"] or not _good(folder, identity, names, now):
+            signer = issue(authority, identity, names, now - BACKDATED, now + LIFE)
+            _write(folder / f"{identity}.key", _pem(signer.key), private=True)
+            _write(folder / f"{identity}.crt", signer.certificate.public_bytes(serialization.Encoding.PEM))
+            made.append(identity)
+    return tuple(made)
+
+
+def alternative_names(swarm: Swarm, identity: str) -> tuple[str, ...]:
+    """Return the addresses and names under which `identity` is dialled: its host's, its own as a service, loopback."""
+    host = host_of(swarm, identity)
+    return tuple(dict.fromkeys((swarm.hosts[host].address, "127.0.0.1", "::1", host, identity, "localhost")))
+
+
+def issue(authority: Signer, name: str, alternatives: tuple[str, ...], begin: datetime, end: datetime) -> Signer:
+    """Return a new certificate for `name`, valid from `begin` to `end`, with its key."""
+    key = ec.generate_private_key(ec.SECP256R1())
+    certificate = (
+        _builder(name, authority.certificate.subject, key, begin, end)
+        .add_extension(x509.SubjectAlternativeName(list(_general_names(alternatives))), critical=False)
+        .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
+        .add_extension(
+            x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH]), critical=False
+        )
+        .sign(authority.key, hashes.SHA256())
+    )
+    return Signer(certificate, key)
+
+
+def expiring(swarm: Swarm, folder: Path, now: datetime) -> Iterator[str]:
+    """Yield a line for each certificate that ends within two weeks of `now`, or has ended."""
+    for identity in ("ca", *identities(swarm)):
+        path = folder / f"{identity}.crt"
+        if path.exists():
+            end = x509.load_pem_x509_certificate(path.read_bytes()).not_valid_after_utc
+            if end - now < WARN:
+                yield f"{path}: ends on {end:%Y-%m-%d}; `flockwire keys` renews it"
+
+
+def save(signer: Signer, folder: Path, name: str) -> None:
+    """Write a certificate and its key as `name`.crt and `name`.key."""
+    _write(folder / f"{name}.key", _pem(signer.key), private=True)
+    _write(folder / f"{name}.crt", signer.certificate.public_bytes(serialization.Encoding.PEM))
+
+
+def read_authority(folder: Path) -> Signer:
+    """Read the authority with its key; raises FileNotFoundError where the key is kept elsewhere."""
+    authority = _read_authority(folder)
+    if authority is None:
+        raise FileNotFoundError(f"{folder / 'authority' / 'ca.key'}: the authority's key is not here")
+    return authority
+
+
+def _read_authority(folder: Path) -> Signer | None:
+    try:
+        key = serialization.load_pem_private_key((folder / "authority" / "ca.key").read_bytes(), None)
+        certificate = x509.load_pem_x509_certificate((folder / "ca.crt").read_bytes())
+    except FileNotFoundError:
+        return None
+    return Signer(certificate, key) if isinstance(key, ec.EllipticCurvePrivateKey) else None
+
+
+def _authority(name: str, now: datetime) -> Signer:
+    key = ec.generate_private_key(ec.SECP256R1())
+    subject = _name(f"flockwire {name}")
+    certificate = (
+        _builder(f"flockwire {name}", subject, key, now - BACKDATED, now + AUTHORITY_LIFE)
+        .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
+        .sign(key, hashes.SHA256())
+    )
+    return Signer(certificate, key)
+
+
+def _builder(
+    name: str, issuer: x509.Name, key: ec.EllipticCurvePrivateKey, begin: datetime, end: datetime
+) -> x509.CertificateBuilder:
+    return (
+        x509.CertificateBuilder()
+        .subject_name(_name(name))
+        .issuer_name(issuer)
+        .public_key(key.public_key())
+        .serial_number(x509.random_serial_number())
+        .not_valid_before(begin)
+        .not_valid_after(end)
+    )
+
+
+def _name(common_name: str) -> x509.Name:
+    return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, common_name)])
+
+
+def _general_names(names: tuple[str, ...]) -> Iterator[x509.GeneralName]:
+    for name in names:
+        try:
+            yield x509.IPAddress(ipaddress.ip_address(name))
+        except ValueError:
+            yield x509.DNSName(name)
+
+
+def _good(folder: Path, identity: str, names: tuple[str, ...], now: datetime) -> bool:
+    """Return whether the certificate on disk can stay."""
+    path = folder / f"{identity}.crt"
+    if not path.exists() or not (folder / f"{identity}.key").exists():
+        return False
+    certificate = x509.load_pem_x509_certificate(path.read_bytes())
+    alternatives = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+    return certificate.not_valid_after_utc - now > RENEW and list(alternatives) == list(_general_names(names))
+
+
+def _pem(key: ec.EllipticCurvePrivateKey) -> bytes:
+    return key.private_bytes(
+        serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
+    )
+
+
+def _write(path: Path, data: bytes, private: bool = False) -> None:
+    """Write a file whole, readable by its owner alone when it is private."""
+    path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+    part = path.with_name(f"{path.name}.part")
+    part.touch(0o600 if private else 0o644)
+    part.write_bytes(data)
+    part.replace(path)

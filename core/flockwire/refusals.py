@@ -1,0 +1,61 @@
+"""Counts the connections that this process refused.
+
+Zenoh tells of a failed handshake in its log alone, which it writes to the standard output. So that is led through a
+pipe: refusals are counted and told once for each reason, all else goes to the standard error.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+import re
+import sys
+from collections import Counter
+
+import zenoh
+
+_COLOUR = re.compile(r"\x1b\[[0-9;]*m")
+_REFUSAL = re.compile(r"WARN .*zenoh_link_tls::\w+: (?P<reason>.*)")
+_NOISE = re.compile(r"(: verification time| Hint:).*")  # differs from one refusal to the next, or misleads
+LOG_FILTER = "off,zenoh_link_tls=warn"
+
+
+class Refusals:
+    """Watches the log of this process's Zenoh; nothing else may write to the standard output afterwards."""
+
+    def __init__(self, identity: str) -> None:
+        self.reasons: Counter[str] = Counter()
+        self._log = logging.getLogger(identity)
+        self._rest = b""
+
+    def watch(self) -> None:
+        """Begin, in the running loop, before a session opens."""
+        read_end, write_end = os.pipe()
+        os.dup2(write_end, sys.stdout.fileno())
+        os.close(write_end)
+        os.set_blocking(read_end, False)
+        zenoh.init_log_from_env_or(LOG_FILTER)
+        asyncio.get_running_loop().add_reader(read_end, self._readable, read_end)
+
+    @property
+    def count(self) -> int:
+        """The connections refused so far."""
+        return self.reasons.total()
+
+    def _readable(self, read_end: int) -> None:
+        *lines, self._rest = (self._rest + os.read(read_end, 65536)).split(b"\n")
+        for line in lines:
+            self.take(line.decode(errors="replace"))
+
+    def take(self, line: str) -> None:
+        """Count one line of the log if it tells of a refusal, else pass it on."""
+        plain = _COLOUR.sub("", line)
+        refusal = _REFUSAL.search(plain)
+        if refusal is None:
+            print(plain, file=sys.stderr)
+            return
+        reason = _NOISE.sub("", refusal["reason"]).rstrip(".")
+        self.reasons[reason] += 1
+        if self.reasons[reason] == 1:
+            self._log.warning("refused a connection: %s (told once, counted in status)", reason)
