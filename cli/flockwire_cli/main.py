@@ -56,7 +56,8 @@ def up(
     host: Annotated[str | None, typer.Option(help="Which of [hosts] this is [the first].")] = None,
 ) -> None:
     """Start all processes of this host, fly, land, report."""
-    from flockwire_cli.up import Flight, PortInUseError, conclude, fly  # noqa: PLC0415
+    from flockwire_cli.processes import PortInUseError  # noqa: PLC0415
+    from flockwire_cli.up import Flight, conclude, fly  # noqa: PLC0415
 
     if not isfinite(duration):
         _refuse(f"--duration = {duration}: must be a number of seconds; 0 flies until Ctrl-C")
@@ -189,6 +190,31 @@ def keys(
     folder = out or default_folder(loaded.name)
     made = _written(folder, lambda: make_keys(loaded, folder, clock.utc(), rotate))
     print(f"flockwire: {folder}: {', '.join(made) + ' made' if made else 'all good, nothing to do'}")
+
+
+@app.command()
+def probe(
+    swarm: SwarmFile,
+    out: Annotated[Path, typer.Option(help="Folder for probe.json.")] = Path("runs/probe"),
+    keys: Keys = None,
+) -> None:
+    """Attack the swarm with every identity, key and link mode; name each leak and each thing blocked."""
+    from flockwire_cli.probe import run  # noqa: PLC0415
+    from flockwire_cli.processes import PortInUseError  # noqa: PLC0415
+
+    loaded = _load(swarm)
+    if loaded.network.security == "none":
+        _refuse("network.security = 'none': there is nothing to prove; whoever reaches a port hears and says all")
+    try:
+        found = asyncio.run(run(loaded, swarm, _made(loaded, keys), out))
+    except (PortInUseError, CredentialsError, FileNotFoundError) as error:
+        _refuse(str(error))
+    except TimeoutError as error:
+        print(f"flockwire: {error}", file=sys.stderr)
+        raise typer.Exit(1) from None
+    if found:
+        print(f"flockwire: the wire is not as the graph says: {found[0].sentence()}", file=sys.stderr)
+        raise typer.Exit(1)
 
 
 @app.command()

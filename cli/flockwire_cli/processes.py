@@ -19,6 +19,10 @@ from flockwire.wiring import endpoints
 GRACE = 2.5  # s between being told to end and being killed
 
 
+class PortInUseError(OSError):
+    """A process of the swarm cannot listen where it should."""
+
+
 def command(identity: str, swarm_file: Path, out: Path, keys: Path) -> list[str]:
     """Return the command line that runs `identity`."""
     base = [sys.executable, "-m", "flockwire_cli"]

@@ -23,7 +23,7 @@ from rich.live import Live
 
 from flockwire_cli.director import Director, Stage
 from flockwire_cli.operator import POLL_PERIOD, Operator, pilots
-from flockwire_cli.processes import Children, busy_endpoint
+from flockwire_cli.processes import Children, PortInUseError, busy_endpoint
 from flockwire_cli.table import Rates, draw
 
 STARTED_FIRST = ("router", "recorder")
@@ -46,10 +46,6 @@ class Flight:
     def conducts(self) -> bool:
         """Whether this host gives the orders, and gets the trace."""
         return "recorder" in processes_on(self.swarm, self.host)
-
-
-class PortInUseError(OSError):
-    """A process of the swarm cannot listen where it should."""
 
 
 async def fly(flight: Flight) -> str:

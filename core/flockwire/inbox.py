@@ -12,6 +12,7 @@ from flockwire.messages import Message
 
 BILLION = 1_000_000_000
 ATTACHMENT = Struct("<qqB16s")  # as rmw_zenoh: sequence number, source time in ns, 16, publisher id
+CANARY = b"flockwire canary"  # what the conformance probe says in place of a message: dropped, and counted as such
 AHEAD = BILLION // 2  # ns by which a stamp may lie in the future: a bound on the offset between two machines' clocks
 
 
@@ -63,7 +64,7 @@ class Inbox:
         try:
             message, origin = self._row.message.decode(payload), read_attachment(attached)
         except MessageError:
-            self.rejected["malformed"] += 1
+            self.rejected["canary" if payload.startswith(CANARY) else "malformed"] += 1
             return None
         known = origin.publisher == self._publisher
         reason = self._staleness(message.stamp, known and origin.sequence <= self._sequence, now)

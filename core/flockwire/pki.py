@@ -49,7 +49,7 @@ def make_keys(swarm: Swarm, folder: Path, now: datetime, rotate: bool = False) -
     made = []
     authority = None if rotate else _read_authority(folder)
     if authority is None or authority.certificate.not_valid_after_utc - now < RENEW:
-        authority = _authority(swarm.name, now)
+        authority = new_authority(swarm.name, now)
         _write(folder / "authority" / "ca.key", _pem(authority.key), private=True)
         _write(folder / "ca.crt", authority.certificate.public_bytes(serialization.Encoding.PEM))
         made.append("ca")
@@ -117,7 +117,8 @@ def _read_authority(folder: Path) -> Signer | None:
     return Signer(certificate, key) if isinstance(key, ec.EllipticCurvePrivateKey) else None
 
 
-def _authority(name: str, now: datetime) -> Signer:
+def new_authority(name: str, now: datetime) -> Signer:
+    """Return a new authority for the swarm called `name`."""
     key = ec.generate_private_key(ec.SECP256R1())
     subject = _name(f"flockwire {name}")
     certificate = (

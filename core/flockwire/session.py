@@ -2,8 +2,7 @@
 
 Every process is a peer that listens on its own endpoint and dials only linked processes before it in the order of
 dialling (in router mode: a client of the router). Scouting and gossip are off, every link is mutual TLS. Messages that
-trigger a step cross the threads once, at once, and only the newest waits; all others rest in a ring of one until a step
-reads them.
+trigger a step cross the threads at once, the others rest until a step reads them; of several, the newest counts.
 """
 
 from __future__ import annotations
@@ -13,6 +12,7 @@ import json
 import logging
 import os
 import uuid
+from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from flockwire.messages import Message
 
 BURST = 16  # messages of one step that may wait for the network before the next is dropped; 16 is the most
+BACKLOG = 256  # samples of one key that wait for a step; beyond, the oldest is gone and counted as an overflow
 LARGEST_MESSAGE = 65536  # bytes
 SPARE_SESSIONS = 4  # beside one for each link: operators come and go
 ROUTER_PATIENCE = 500  # ms that one attempt to reach the router may take
@@ -151,6 +152,10 @@ class Session:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the session; one that is left open hangs the process's exit."""
         self._zenoh.close()  # type: ignore[no-untyped-call]
 
     def publish(self, key: Key, message: Message) -> None:
@@ -162,7 +167,7 @@ class Session:
 
     def newest(self, key: Key) -> Newest:
         """Subscribe to `key`, keeping its newest sample until it is asked for."""
-        ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(1)
+        ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(BACKLOG)
         subscriber = self._zenoh.declare_subscriber(
             key_text(self._swarm, key), ring, allowed_origin=zenoh.Locality.REMOTE
         )
@@ -195,31 +200,35 @@ class Session:
 
 
 class Newest:
-    """The newest sample of a key, read when a step wants it."""
+    """The newest sample of a key, read when a step wants it; all others are judged and counted on the way."""
 
     def __init__(self, inbox: Inbox, subscriber: Subscription) -> None:
         self.inbox = inbox
         self._subscriber = subscriber
 
     def take(self, now: int) -> Received | None:
-        """Return the message that came since the last call, None when there is none or it was turned away."""
-        sample = self._subscriber.try_recv()
-        return None if sample is None else _accept(self.inbox, sample, now)
+        """Return the newest message that came since the last call and was accepted, None when there is none."""
+        newest, count = None, 0
+        while (sample := self._subscriber.try_recv()) is not None:
+            newest, count = _accept(self.inbox, sample, now) or newest, count + 1
+        if count >= BACKLOG:
+            self.inbox.rejected["overflow"] += 1
+        return newest
 
 
 class Prompt:
-    """The newest sample of a key, announced as soon as it arrives."""
+    """The newest sample of a key, announced as soon as it arrives; all others are judged and counted on the way."""
 
     def __init__(self, inbox: Inbox, wake: Callable[[Prompt], None]) -> None:
         self.inbox = inbox
         self._wake = wake
         self._loop = asyncio.get_running_loop()
-        self._sample: zenoh.Sample | None = None
+        self._waiting: deque[zenoh.Sample] = deque(maxlen=BACKLOG)
         self._announced = False
 
     def arrived(self, sample: zenoh.Sample) -> None:
         """Keep the sample and wake the loop. Called by Zenoh, in its thread."""
-        self._sample = sample
+        self._waiting.append(sample)
         if not self._announced:
             self._announced = True
             try:
@@ -228,10 +237,14 @@ class Prompt:
                 return
 
     def take(self, now: int) -> Received | None:
-        """Return the message that came since the last call, None when there is none or it was turned away."""
+        """Return the newest message that came since the last call and was accepted, None when there is none."""
         self._announced = False
-        sample, self._sample = self._sample, None
-        return None if sample is None else _accept(self.inbox, sample, now)
+        newest, count = None, len(self._waiting)
+        for _ in range(count):
+            newest = _accept(self.inbox, self._waiting.popleft(), now) or newest
+        if count >= BACKLOG:
+            self.inbox.rejected["overflow"] += 1
+        return newest
 
 
 def _accept(inbox: Inbox, sample: zenoh.Sample, now: int) -> Received | None:

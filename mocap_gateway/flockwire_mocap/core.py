@@ -1,6 +1,6 @@
 """The gateway without clock, input or output: it serves each drone its pose and what is near it.
 
-It also repeats the operator's newest order once a second, unchanged, for those who join late.
+It also repeats the operator's newest order twice a second, unchanged, for those who join late.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from flockwire.messages import Body, BodyKind, Message, Mission, Nearby, Pose, R
 
 from flockwire_mocap.cameras import BILLION, Cameras, Randomness
 
+REPEAT = BILLION // 2  # ns between two repetitions of the newest order
 FORGET = BILLION  # ns after which a body that is no longer seen is no longer near anybody
 
 
@@ -38,7 +39,7 @@ class GatewayCore:
             case Pose():
                 self._cameras.expose(message.stamp, self._keys[key], message.position)
             case Mission() if self._mission is None or message.stamp > self._mission.stamp:
-                self._mission, self._repeat_at = message, now + BILLION
+                self._mission, self._repeat_at = message, now + REPEAT
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Publish the frames that have arrived; for each drone what is near it first, then its pose."""
@@ -53,7 +54,7 @@ class GatewayCore:
                 messages.append((Key("nearby", uav(drone)), Nearby(stamp, frame, bodies)))
             messages.append((Key("pose", uav(drone)), Pose(stamp, frame, position)))
         if self._mission is not None and now >= self._repeat_at:
-            self._repeat_at = now + BILLION
+            self._repeat_at = now + REPEAT
             messages.append((MISSION, self._mission))
         return messages
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import logging
+from collections import Counter
 from operator import itemgetter
 from pathlib import Path
 
 from flockwire import clock, policy
 from flockwire.cdr import MessageError
 from flockwire.config import Swarm
-from flockwire.inbox import read_attachment
+from flockwire.inbox import CANARY, read_attachment
 from flockwire.keys import ROWS, key_text
 from flockwire.messages import Report
 from flockwire.refusals import Refusals
@@ -34,7 +35,7 @@ class Recorder:
         self._trace = trace
         self._teller = Teller(swarm, IDENTITY, session, refusals)
         self._deadlines = Deadlines()
-        self._foreign: dict[str, int] = {}
+        self._rejected: Counter[str] = Counter()
         self._full = ""
         self._sources = [
             (key_text(swarm, key), ROWS[key.kind].message.ros_type, session.every(key, CAPACITY))
@@ -53,22 +54,23 @@ class Recorder:
             self._full = str(error)
             logging.getLogger(IDENTITY).error(self._full)
         if self._teller.due(now):
-            self._teller.tell(now, self._report(), self._deadlines, tuple(self._foreign.items()))
+            self._teller.tell(now, self._report(), self._deadlines, tuple(self._rejected.items()))
 
     def drain(self, now: int) -> None:
         """Write everything that waits, in the order in which it was sent. Raises TraceFullError once."""
         rows: list[Row] = []
         for topic, ros_type, subscriber in self._sources:
             while (sample := subscriber.try_recv()) is not None:
-                attached = sample.attachment
+                attached, payload = sample.attachment, sample.payload.to_bytes()
+                if payload.startswith(CANARY):
+                    self._rejected[f"{topic} canary"] += 1
+                    continue
                 try:
                     origin = read_attachment(attached.to_bytes() if attached is not None else b"")
                 except MessageError:
-                    self._foreign[f"{topic} malformed"] = self._foreign.get(f"{topic} malformed", 0) + 1
+                    self._rejected[f"{topic} malformed"] += 1
                     continue
-                rows.append(
-                    (origin.sent, topic, ros_type, origin.publisher, origin.sequence, sample.payload.to_bytes())
-                )
+                rows.append((origin.sent, topic, ros_type, origin.publisher, origin.sequence, payload))
         rows.sort(key=itemgetter(0))
         for sent, topic, ros_type, publisher, sequence, payload in rows:
             self._trace.write(f"/{topic}", ros_type, publisher, sequence, now, sent, payload)

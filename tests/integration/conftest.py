@@ -10,7 +10,6 @@ from pathlib import Path
 import psutil
 import pytest
 from fleet import Fleet, Tower, free_ports, processes_of
-from flockwire.config import Swarm
 
 SWARMS = Path(__file__).parents[2] / "swarms"
 
@@ -56,12 +55,12 @@ def make_fleet(tmp_path: Path) -> Iterator[Callable[[Path], Fleet]]:
 
 
 @pytest.fixture
-def make_tower() -> Iterator[Callable[[Swarm], Tower]]:
+def make_tower() -> Iterator[Callable[[Fleet], Tower]]:
     """Return a function that makes a Tower; its session ends with the test."""
     towers: list[Tower] = []
 
-    def make(swarm: Swarm) -> Tower:
-        towers.append(Tower(swarm))
+    def make(fleet: Fleet) -> Tower:
+        towers.append(Tower(fleet.swarm, fleet.keys))
         return towers[-1]
 
     yield make

@@ -17,6 +17,7 @@ from flockwire import clock, policy
 from flockwire.config import Swarm, load_swarm
 from flockwire.keys import MISSION
 from flockwire.messages import Mission, Status
+from flockwire.pki import make_keys
 from flockwire.session import Session
 from flockwire.wiring import OPERATOR, identities
 from flockwire_cli.processes import command
@@ -37,20 +38,27 @@ def free_ports() -> int:
     raise RuntimeError("no free ports")
 
 
+def keys_of(swarm_file: Path) -> Path:
+    """Return where a test keeps the certificates of a swarm."""
+    return swarm_file.with_name(f"keys-{swarm_file.stem}")
+
+
 class Fleet:
     """The processes of one swarm, each started by hand."""
 
     def __init__(self, swarm_file: Path, out: Path) -> None:
         self.swarm_file, self.out = swarm_file, out
+        self.keys = keys_of(swarm_file)
         self.swarm: Swarm = load_swarm(swarm_file)
         self.running: dict[str, subprocess.Popen[bytes]] = {}
         out.mkdir(exist_ok=True)
+        make_keys(self.swarm, self.keys, clock.utc())
 
     def start(self, *names: str, **options: object) -> None:
         """Start the named processes, all but the operator without names."""
         for name in names or identities(self.swarm)[:-1]:
             with (self.out / f"{name}.log").open("ab") as log:
-                line = command(name, self.swarm_file, self.out)
+                line = command(name, self.swarm_file, self.out, self.keys)
                 self.running[name] = subprocess.Popen(line, stderr=log, stdout=log, **options)
 
     def log(self, name: str) -> str:
@@ -76,14 +84,14 @@ class Fleet:
 class Tower:
     """An operator that waits for what it wants to see."""
 
-    def __init__(self, swarm: Swarm) -> None:
-        self._swarm, self._session = swarm, Session(swarm, OPERATOR)
+    def __init__(self, swarm: Swarm, keys: Path) -> None:
+        self._swarm, self._session = swarm, Session(swarm, OPERATOR, keys)
         self._sources = [self._session.newest(key) for key in policy.hears(swarm, OPERATOR) if key.kind == "status"]
         self.statuses: dict[str, Status] = {}
 
     def close(self) -> None:
         """End the session."""
-        self._session.__exit__()
+        self._session.close()
 
     def order(self, verb: str, delay: float = 0.5) -> None:
         """Give an order."""
@@ -123,6 +131,9 @@ class Tower:
 def flockwire(*arguments: str | Path, **options: object) -> subprocess.Popen[str]:
     """Start a `flockwire` command."""
     line = [sys.executable, "-m", "flockwire_cli", *(str(argument) for argument in arguments)]
+    swarm_file = next((a for a in arguments if isinstance(a, Path) and a.suffix == ".toml"), None)
+    if swarm_file is not None:
+        line += ["--keys", str(keys_of(swarm_file))]
     return subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
 
 

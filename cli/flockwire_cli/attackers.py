@@ -1,0 +1,146 @@
+"""Attackers on the wire: sessions with any certificate, as peer, client or router, that dial every endpoint.
+
+They keep to no rule: no access control of their own, every key tried, by every verb that Zenoh has.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from itertools import count
+from typing import Any
+
+import zenoh
+from flockwire import clock
+from flockwire.config import Swarm
+from flockwire.credentials import Credentials
+from flockwire.inbox import CANARY, attachment
+from flockwire.keys import Key, all_keys, key_text
+from flockwire.wiring import endpoints
+
+MODES = ("peer", "client", "router")
+LINK_TIME = 0.8  # s that an attacker gives the swarm to accept it
+POLL = 0.02  # s
+TRIES = 4  # canaries on each key
+QUERY_TIMEOUT = 0.2  # s
+_PUBLISHER = b"flockwire probe\0"
+
+
+@dataclass(frozen=True, slots=True)
+class Attacker:
+    """Whose certificate it shows (`identity` names it in the results; no certificate at all: None), and its mode."""
+
+    identity: str
+    credentials: Credentials | None
+    mode: str
+
+
+class Attack:
+    """One attacker's sessions: one that dials every endpoint, as client one for each. Use it as a context manager."""
+
+    def __init__(self, swarm: Swarm, attacker: Attacker, authority: str) -> None:
+        self.heard: set[str] = set()
+        self.answered: set[str] = set()
+        self._swarm, self._attacker = swarm, attacker
+        self._keys = {key_text(swarm, key): key for key in all_keys(swarm)}
+        self._held: list[object] = []
+        self._numbers = count()
+        targets = [f"tls/{endpoint}" for endpoint in endpoints(swarm).values()]
+        groups = [[target] for target in targets] if attacker.mode == "client" else [targets]
+        self._links_wanted = len(targets)
+        self._sessions: list[zenoh.Session] = []
+        for group in groups:
+            with contextlib.suppress(zenoh.ZError):  # refused at once
+                self._sessions.append(zenoh.open(_config(attacker, group, authority)))
+
+    def __enter__(self) -> Attack:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for session in self._sessions:
+            session.close()  # type: ignore[no-untyped-call]
+
+    def link(self) -> int:
+        """Wait until every endpoint has accepted a link, or LINK_TIME is over; returns how many have."""
+        deadline = time.monotonic() + LINK_TIME
+        while (linked := self._linked()) < self._links_wanted and time.monotonic() < deadline:
+            time.sleep(POLL)
+        return linked
+
+    def listen(self) -> None:
+        """Subscribe to every key, exactly and by wildcards, in every way there is; `heard` and `answered` fill."""
+        name = self._swarm.name
+        patterns = (*self._keys, "**", f"{name}/**", f"{name}/*/estimate", f"{name}/*/pose", "*/uav1/*")
+        for session in self._sessions:
+            liveliness = session.liveliness()
+            for pattern in patterns:
+                self._hold(
+                    session.declare_subscriber(pattern, _direct(self._hear), allowed_origin=zenoh.Locality.REMOTE)
+                )
+                session.get(pattern, _direct(self._answer), timeout=QUERY_TIMEOUT)
+            for pattern in ("**", f"{name}/**"):
+                self._hold(liveliness.declare_subscriber(pattern, _direct(self._hear)))
+                liveliness.get(pattern, _direct(self._answer), timeout=QUERY_TIMEOUT)
+
+    def forge(self) -> None:
+        """Say a canary on every key, delete every key, and offer to answer for all of them."""
+        for session in self._sessions:
+            self._hold(session.declare_queryable(f"{self._swarm.name}/**", _direct(lambda _: None)))
+            self._hold(session.liveliness().declare_token(f"{self._swarm.name}/uav1/alive"))
+        for _ in range(TRIES):
+            for session in self._sessions:
+                for text in self._keys:
+                    session.put(
+                        text,
+                        CANARY + self._attacker.identity.encode(),
+                        attachment=attachment(next(self._numbers), clock.now(), _PUBLISHER),
+                    )
+                    session.delete(text)
+            time.sleep(POLL)
+
+    def keys_heard(self) -> set[Key]:
+        """Return the swarm's keys on which something of others arrived, by sample or by answer."""
+        return {self._keys[text] for text in self.heard | self.answered if text in self._keys}
+
+    def _hold(self, declared: object) -> None:
+        self._held.append(declared)
+
+    def _linked(self) -> int:
+        return sum(len(session.info.links()) for session in self._sessions)
+
+    def _hear(self, sample: zenoh.Sample) -> None:
+        """Note a sample, unless it is this attacker's own that came back."""
+        if not sample.payload.to_bytes().startswith(CANARY + self._attacker.identity.encode()):
+            self.heard.add(str(sample.key_expr))
+
+    def _answer(self, reply: zenoh.Reply) -> None:
+        if reply.ok is not None:
+            self.answered.add(str(reply.ok.key_expr))
+
+
+def _direct(callback: Callable[..., None]) -> zenoh.handlers.Callback[Any]:
+    return zenoh.handlers.Callback(callback, indirect=False)
+
+
+def _config(attacker: Attacker, targets: Iterable[str], authority: str) -> zenoh.Config:
+    tls: dict[str, object] = {"root_ca_certificate": authority, "verify_name_on_connect": False}
+    if attacker.credentials is not None:
+        certificate, key = str(attacker.credentials.certificate), str(attacker.credentials.key)
+        tls |= {"enable_mtls": True, "connect_certificate": certificate, "connect_private_key": key}
+    config = {
+        "mode": attacker.mode,
+        "listen": {"endpoints": []},
+        "connect": {
+            "endpoints": list(targets),
+            "timeout_ms": round(LINK_TIME * 1000) if attacker.mode == "client" else -1,
+            "exit_on_failure": attacker.mode == "client",
+            "retry": {"period_init_ms": 100, "period_max_ms": 300, "period_increase_factor": 1.5},
+        },
+        "open": {"return_conditions": {"connect_scouted": False, "declares": False}},
+        "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
+        "transport": {"link": {"tls": tls}},
+    }
+    return zenoh.Config.from_json5(json.dumps(config))
