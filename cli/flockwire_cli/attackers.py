@@ -54,7 +54,7 @@ class Attack:
         self._sessions: list[zenoh.Session] = []
         for group in groups:
             with contextlib.suppress(zenoh.ZError):  # refused at once
-                self._sessions.append(zenoh.open(_config(attacker, group, authority)))
+                self._sessions.append(zenoh.open(attacker_configuration(attacker, group, authority)))
 
     def __enter__(self) -> Attack:
         return self
@@ -125,7 +125,8 @@ def _direct(callback: Callable[..., None]) -> zenoh.handlers.Callback[Any]:
     return zenoh.handlers.Callback(callback, indirect=False)
 
 
-def _config(attacker: Attacker, targets: Iterable[str], authority: str) -> zenoh.Config:
+def attacker_configuration(attacker: Attacker, targets: Iterable[str], authority: str) -> zenoh.Config:
+    """Return the Zenoh configuration of an attacker that dials `targets`; `authority` is the certificate it trusts."""
     tls: dict[str, object] = {"root_ca_certificate": authority, "verify_name_on_connect": False}
     if attacker.credentials is not None:
         certificate, key = str(attacker.credentials.certificate), str(attacker.credentials.key)

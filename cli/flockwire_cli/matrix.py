@@ -51,15 +51,20 @@ def may_hear(swarm: Swarm, identity: str) -> frozenset[Key]:
 
 
 def may_say(swarm: Swarm, identity: str) -> frozenset[tuple[Key, str]]:
-    """Return (key, receiver) of what is let in from `identity` by those who listen."""
+    """Return (key, receiver) of what is let in from `identity`.
+
+    The operator is left out as a receiver: it dials, nobody dials it. A router passes on to everybody else, which for
+    an attacker includes the process whose certificate it shows; a peer knows no link to itself.
+    """
     if identity not in _insiders(swarm):
         return frozenset()
+    deaf = {OPERATOR} if swarm.network.mode == "router" else {OPERATOR, identity}
     return frozenset(
         (key, receiver)
         for key in all_keys(swarm)
         if identity in ROWS[key.kind].said_by(swarm, key.owner)
         for receiver in ROWS[key.kind].heard_by(swarm, key.owner)
-        if receiver not in (OPERATOR, identity)  # the operator dials, nobody dials it
+        if receiver not in deaf
     )
 
 

@@ -32,7 +32,7 @@ from flockwire_cli.processes import Children, PortInUseError, busy_endpoint
 
 HEARING = 0.6  # s, longer than the gateway takes to repeat an order
 ANSWER_TIME = 1.5  # s for a swarm that runs to answer
-START_TIME = 20.0  # s for it to start
+START_TIME = 10.0  # s for it to start
 WAITING = ("grounded", "waiting")
 SETTLING = 0.3  # s, longer than two statuses take
 
@@ -78,7 +78,7 @@ def probe(
 async def run(swarm: Swarm, swarm_file: Path, keys: Path, out: Path) -> list[Finding]:
     """Probe the swarm, after starting it where it does not run yet; returns all findings, after printing them.
 
-    Raises CredentialsError, FileNotFoundError without the authority's key, PortInUseError, TimeoutError.
+    Raises CredentialsError, FileNotFoundError without the authority's key, PortInUseError.
     """
     children = None
     session = None
@@ -94,7 +94,8 @@ async def run(swarm: Swarm, swarm_file: Path, keys: Path, out: Path) -> list[Fin
         session = await connect(swarm, OPERATOR, keys, asyncio.Event())
         assert session is not None  # noqa: S101  (only the event that nobody sets would make it so)
         operator = Operator(swarm, session)
-        await asyncio.to_thread(_await_all, swarm, operator)
+        for line in await asyncio.to_thread(_await_all, swarm, operator):
+            print(f"flockwire: note: {line}")
         if children is not None:  # an order that means nothing on the ground, for the gateway to repeat
             operator.order(Mission(clock.now(), swarm.frame, "land"))
         began = time.monotonic()
@@ -120,18 +121,18 @@ async def _runs(swarm: Swarm, keys: Path) -> bool:
         return bool(operator.statuses)
 
 
-def _await_all(swarm: Swarm, operator: Operator) -> None:
-    """Wait until the whole swarm is up and exchanges what it has to."""
-    wanted = set(identities(swarm)[:-1])
+def _await_all(swarm: Swarm, operator: Operator) -> list[str]:
+    """Wait until the whole swarm is up and exchanges what it has to; returns what still was not so after START_TIME."""
+    wanted = identities(swarm)[:-1]
     deadline = time.monotonic() + START_TIME
     while time.monotonic() < deadline:
-        waiting = {i for i in wanted if i not in _alive(operator) or operator.statuses[i].report.phase in WAITING}
+        alive = _alive(operator)
+        waiting = [i for i in wanted if i not in alive or operator.statuses[i].report.phase in WAITING]
         if not waiting:
-            return
+            return []
         time.sleep(POLL)
-    raise TimeoutError(
-        f"not all of the swarm answer or are ready within {START_TIME:.0f} s: {', '.join(sorted(waiting))}"
-    )
+    told = {name: operator.statuses[name].report.detail for name in _alive(operator)}
+    return [f"{name}: {told.get(name) or 'does not answer'}" for name in waiting]
 
 
 def write(swarm: Swarm, observations: list[Observation], found: list[Finding], seconds: float, out: Path) -> None:

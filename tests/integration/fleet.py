@@ -9,17 +9,20 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import psutil
+import zenoh
 from flockwire import clock, policy
 from flockwire.config import Swarm, load_swarm
+from flockwire.credentials import Credentials
 from flockwire.keys import MISSION
 from flockwire.messages import Mission, Status
 from flockwire.pki import make_keys
-from flockwire.session import Session
-from flockwire.wiring import OPERATOR, identities
+from flockwire.session import RouterAbsentError, Session
+from flockwire.wiring import OPERATOR, endpoints, identities
+from flockwire_cli.attackers import Attacker, attacker_configuration
 from flockwire_cli.processes import command
 
 PORTS_NEEDED = 12
@@ -61,6 +64,19 @@ class Fleet:
                 line = command(name, self.swarm_file, self.out, self.keys)
                 self.running[name] = subprocess.Popen(line, stderr=log, stdout=log, **options)
 
+    @contextlib.contextmanager
+    def insider(self, identity: str, mode: str = "peer") -> Iterator[zenoh.Session]:
+        """Open a session with the certificate of `identity` that keeps to no rule and dials everybody."""
+        credentials = Credentials(self.keys / "ca.crt", self.keys / f"{identity}.crt", self.keys / f"{identity}.key")
+        targets = [f"tls/{endpoint}" for endpoint in endpoints(self.swarm).values()]
+        attacker = Attacker(identity, credentials, mode)
+        with zenoh.open(attacker_configuration(attacker, targets, str(self.keys / "ca.crt"))) as session:
+            deadline = time.monotonic() + 3.0
+            while len(session.info.links()) < len(targets) and time.monotonic() < deadline:
+                time.sleep(0.02)
+            time.sleep(0.3)  # until the others' subscriptions are known
+            yield session
+
     def log(self, name: str) -> str:
         """Return what a process logged."""
         return (self.out / f"{name}.log").read_text()
@@ -81,11 +97,18 @@ class Fleet:
             process.wait()
 
 
+def _opened(swarm: Swarm, keys: Path) -> Session:
+    for _ in range(40):
+        with contextlib.suppress(RouterAbsentError):
+            return Session(swarm, OPERATOR, keys)
+    raise AssertionError("the router does not answer")
+
+
 class Tower:
     """An operator that waits for what it wants to see."""
 
     def __init__(self, swarm: Swarm, keys: Path) -> None:
-        self._swarm, self._session = swarm, Session(swarm, OPERATOR, keys)
+        self._swarm, self._session = swarm, _opened(swarm, keys)
         self._sources = [self._session.newest(key) for key in policy.hears(swarm, OPERATOR) if key.kind == "status"]
         self.statuses: dict[str, Status] = {}
 

@@ -123,12 +123,11 @@ def test_junk_on_every_key_is_counted_and_the_flight_goes_on(
     before = tower.all_in("formation")
     tries, dice, sent = 100, random.Random(1), Counter()
     for insider in ("gateway", "kinematics", "uav1", "operator"):
-        with Session(fleet.swarm, insider, fleet.keys) as session:
-            time.sleep(0.5)
+        with fleet.insider(insider) as session:
             for _ in range(tries):
                 for key in policy.says(fleet.swarm, insider):
                     text = key_text(fleet.swarm, key)
-                    session._zenoh.put(text, dice.randbytes(dice.randrange(120)), attachment=dice.randbytes(33))
+                    session.put(text, dice.randbytes(dice.randrange(120)), attachment=dice.randbytes(33))
                     sent[text] += 1
                 time.sleep(0.01)
     expected = {

@@ -1,0 +1,211 @@
+"""The wire itself: who is linked, what a replay does, what the probe finds when a rule is wrong."""
+
+from __future__ import annotations
+
+import json
+import random
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
+import zenoh
+from fleet import Fleet, Tower, flockwire
+from flockwire import policy
+from flockwire.keys import key_text
+
+MakeSwarm = Callable[..., Path]
+MakeFleet = Callable[[Path], Fleet]
+MakeTower = Callable[[Fleet], Tower]
+
+PATCHED = """
+import sys
+from flockwire import policy
+right = policy.access_control
+
+def wrong(swarm, identity):
+    rules = right(swarm, identity)
+    if identity == {identity!r}:
+        for rule in rules["rules"]:
+            if rule["id"] == {rule!r}:
+                {change}
+    return rules
+
+policy.access_control = wrong
+sys.argv[0] = "flockwire"
+from flockwire_cli.main import main
+main()
+"""
+
+
+def start_patched(fleet: Fleet, identity: str, rule: str, change: str, *arguments: str) -> None:
+    """Start the process of `identity` with one of its rules changed."""
+    script = fleet.out / f"patched_{identity}.py"
+    script.write_text(PATCHED.format(identity=identity, rule=rule, change=textwrap.dedent(change)))
+    with (fleet.out / f"{identity}.log").open("ab") as log:
+        line = [sys.executable, str(script), *arguments, "--keys", str(fleet.keys)]
+        fleet.running[identity] = subprocess.Popen(line, stderr=log, stdout=log)
+
+
+def probe(fleet: Fleet, out: Path) -> tuple[int, dict, str]:
+    """Run the probe against a swarm that runs; returns its exit status, probe.json and what it printed."""
+    process = flockwire("probe", fleet.swarm_file, "--out", str(out))
+    output, errors = process.communicate(timeout=280)
+    return process.returncode, json.loads((out / "probe.json").read_text()), output + errors
+
+
+def test_every_process_is_linked_to_whom_it_must_hear_and_nobody_else(
+    make_swarm: MakeSwarm, make_fleet: MakeFleet, make_tower: MakeTower
+) -> None:
+    fleet = make_fleet(make_swarm())
+    tower = make_tower(fleet)
+    fleet.start()
+    tower.all_in("ready")
+    wanted = {name: sorted(policy.partners(fleet.swarm, name)) for name in fleet.running}
+    tower.wait(lambda seen: all(name in seen and len(seen[name].links) >= len(wanted[name]) for name in wanted))
+    time.sleep(1)
+    seen = tower.wait(lambda seen: len(seen) == len(wanted))
+    assert {name: sorted(status.links) for name, status in seen.items()} == wanted
+
+
+def test_the_probe_names_a_rule_that_was_widened_and_one_that_was_removed(
+    make_swarm: MakeSwarm, make_fleet: MakeFleet, make_tower: MakeTower, tmp_path: Path
+) -> None:
+    fleet = make_fleet(make_swarm())
+    widen = 'rule["key_exprs"] = rule["key_exprs"] + ["paper/uav3/pose"]'
+    both = f'{widen}\n            if rule["id"] == "uav1 asked":\n                {widen}'
+    file = str(fleet.swarm_file)
+    start_patched(fleet, "gateway", "uav1 says", both, "gateway", file)
+    start_patched(fleet, "uav4", "uav3 hears", 'rule["permission"] = "deny"', "agent", file, "4")
+    fleet.start("recorder", "kinematics", "leader", "uav1", "uav2", "uav3")
+    tower = make_tower(fleet)
+    tower.all_in("ready", "leader", "uav1", "uav2", "uav3")
+    tower.close()
+    status, results, printed = probe(fleet, tmp_path / "probe")
+    assert status == 1
+    assert {line.split(" as ")[0] for line in results["leaks"]} == {"leak: uav1"}
+    assert all("heard paper/uav3/pose" in line for line in results["leaks"])
+    assert len(results["leaks"]) == 3  # in each link mode
+    assert results["blocked"]
+    assert all("uav3 as " in line and "paper/uav3/estimate said by uav4" in line for line in results["blocked"])
+    assert "leak: uav1 as peer heard paper/uav3/pose; it must not" in printed
+
+
+def test_router_mode_keeps_to_the_same_graph(make_swarm: MakeSwarm, tmp_path: Path) -> None:
+    swarm = make_swarm()
+    swarm.write_text(swarm.read_text().replace("[network]", '[network]\nmode = "router"'))
+    process = flockwire("probe", swarm, "--out", str(tmp_path / "probe"))
+    output, errors = process.communicate(timeout=280)
+    assert process.returncode == 0, output + errors
+    results = json.loads((tmp_path / "probe" / "probe.json").read_text())
+    assert results["leaks"] == results["blocked"] == []
+    assert len(results["attackers"]) == 3 * (3 + 10)
+
+
+def test_the_router_dies_and_returns_and_the_flight_resumes(
+    make_swarm: MakeSwarm, make_fleet: MakeFleet, make_tower: MakeTower
+) -> None:
+    swarm = make_swarm(takeoff_height="2.5")
+    text = swarm.read_text().replace("[network]", '[network]\nmode = "router"')
+    ladder = "pose_land = 8.0\nestimates_land = 9.0\ncommand_land = 8.0\ntelemetry_land = 9.0"
+    swarm.write_text(f"{text}\n[limits.staleness]\n{ladder}\n")
+    fleet = make_fleet(swarm)
+    fleet.start("router")
+    tower = make_tower(fleet)
+    fleet.start(*(name for name in ("recorder", "gateway", "kinematics", "leader", "uav1", "uav2", "uav3", "uav4")))
+    tower.fly()
+    tower.wait(lambda seen: all(0 <= seen[f"uav{i}"].report.formation_error < 0.05 for i in range(1, 5)))
+    fleet.end("router", signal.SIGKILL)
+    time.sleep(0.7)
+    fleet.start("router")
+    tower.wait(lambda seen: all(0 <= seen[f"uav{i}"].report.formation_error < 0.05 for i in range(1, 5)), 30)
+    for i in range(1, 5):
+        assert "hold" in fleet.log(f"uav{i}").split("formation", 1)[1]
+
+
+def test_a_recorded_minute_played_back_by_an_insider_moves_nobody(
+    make_swarm: MakeSwarm, make_fleet: MakeFleet, make_tower: MakeTower
+) -> None:
+    fleet = make_fleet(make_swarm())
+    tower = make_tower(fleet)
+    fleet.start()
+    tower.fly()
+    recorded: list[tuple[str, bytes, bytes]] = []
+
+    def record(sample: zenoh.Sample) -> None:
+        recorded.append((str(sample.key_expr), sample.payload.to_bytes(), sample.attachment.to_bytes()))
+
+    overhear(fleet, record, 4.0)
+    tower.wait(lambda seen: all(0 <= seen[f"uav{i}"].report.formation_error < 0.03 for i in range(1, 5)))
+    sent: Counter[str] = Counter()
+    worst = 0.0
+    for insider in ("gateway", "kinematics", "uav1", "uav2"):
+        said = {key_text(fleet.swarm, key) for key in policy.says(fleet.swarm, insider)}
+        with fleet.insider(insider) as session:
+            for place, (key, payload, attached) in enumerate(row for row in recorded if row[0] in said):
+                session.put(key, payload, attachment=attached, congestion_control=zenoh.CongestionControl.BLOCK)
+                sent[key] += 1
+                if place % 20 == 0:
+                    seen = tower.wait(lambda seen: all(f"uav{i}" in seen for i in range(1, 5)))
+                    worst = max(worst, *(seen[f"uav{i}"].report.formation_error for i in range(1, 5)))
+    assert worst < 0.03
+    time.sleep(0.5)
+    seen = tower.wait(lambda seen: len(seen) == 8)
+    readers = (
+        ("uav2", "paper/uav2/pose"), ("uav2", "paper/uav1/estimate"), ("uav3", "paper/uav2/estimate"),
+        ("kinematics", "paper/uav1/command"), ("gateway", "paper/uav3/truth"), ("uav1", "paper/uav1/telemetry"),
+    )  # fmt: skip
+    counted = {key: _turned_away(seen[receiver], key) for receiver, key in readers}
+    assert counted == {key: sent[key] for _, key in readers}
+    assert min(counted.values()) > 30
+
+
+def overhear(fleet: Fleet, take: Callable[[zenoh.Sample], object], seconds: float) -> None:
+    """Listen as the recorder for a while."""
+    with fleet.insider("recorder") as session:
+        for key in policy.hears(fleet.swarm, "recorder"):
+            session.declare_subscriber(key_text(fleet.swarm, key), zenoh.handlers.Callback(take, indirect=False))
+        time.sleep(seconds)
+
+
+def _turned_away(status: object, key: str) -> int:
+    return sum(count for name, count in status.rejected if name.startswith(f"{key} "))
+
+
+def test_a_hundred_thousand_payloads_end_no_process_and_delay_no_step(
+    make_swarm: MakeSwarm, make_fleet: MakeFleet, make_tower: MakeTower
+) -> None:
+    fleet = make_fleet(make_swarm())
+    tower = make_tower(fleet)
+    fleet.start()
+    tower.fly()
+    tower.wait(lambda seen: all(0 <= seen[f"uav{i}"].report.formation_error < 0.05 for i in range(1, 5)))
+    genuine: dict[str, bytes] = {}
+    overhear(fleet, lambda sample: genuine.setdefault(str(sample.key_expr), sample.payload.to_bytes()), 1.0)
+    assert len(genuine) > 30
+    before = tower.all_in("formation")
+    dice, sent = random.Random(7), Counter()
+    for insider in ("gateway", "kinematics", "leader", "uav1", "uav2", "uav3", "uav4", "operator"):
+        keys = [key_text(fleet.swarm, key) for key in policy.says(fleet.swarm, insider)]
+        with fleet.insider(insider) as session:
+            for k in range(100_000 // 8):
+                key = keys[k % len(keys)]
+                payload = bytearray(genuine.get(key, b"")) if k % 2 else bytearray(dice.randbytes(dice.randrange(200)))
+                if payload:
+                    payload[dice.randrange(len(payload))] ^= 1 << dice.randrange(8)
+                session.put(key, bytes(payload), attachment=dice.randbytes(33))
+                sent[key] += 1
+                if k % 10 == 9:
+                    time.sleep(0.004)
+    assert sent.total() >= 99_000
+    after = tower.all_in("formation")
+    tower.wait(lambda seen: _turned_away(seen["uav2"], "paper/uav2/pose") == sent["paper/uav2/pose"])
+    for name, key in (("uav3", "paper/uav2/estimate"), ("kinematics", "paper/uav1/command"), ("uav1", "paper/stop")):
+        tower.wait(lambda seen, name=name, key=key: _turned_away(seen[name], key) == sent[key])
+    assert all(after[name].steps > before[name].steps for name in before)
+    assert all(process.poll() is None for process in fleet.running.values())
+    tower.wait(lambda seen: all(0 <= seen[f"uav{i}"].report.formation_error < 0.05 for i in range(1, 5)))
