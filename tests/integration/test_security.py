@@ -149,7 +149,9 @@ def test_a_recorded_minute_played_back_by_an_insider_moves_nobody(
             for place, (key, payload, attached) in enumerate(row for row in recorded if row[0] in said):
                 session.put(key, payload, attachment=attached, congestion_control=zenoh.CongestionControl.BLOCK)
                 sent[key] += 1
-                if place % 20 == 0:
+                if place % 10 == 0:
+                    time.sleep(0.005)
+                if place % 50 == 0:
                     seen = tower.wait(lambda seen: all(f"uav{i}" in seen for i in range(1, 5)))
                     worst = max(worst, *(seen[f"uav{i}"].report.formation_error for i in range(1, 5)))
     assert worst < 0.03
