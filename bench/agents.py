@@ -83,13 +83,13 @@ def fly(folder: Path, followers: int, seconds: float) -> dict[str, float]:
     command = [sys.executable, "-m", "flockwire_cli", "up", str(swarm_file(folder, followers)), "--headless"]
     subprocess.run([*command, "--duration", str(seconds), "--out", str(out)], check=False, capture_output=True)
     summary = json.loads((out / "summary.json").read_text())
-    last = [vitals.last for vitals in read_trace(out / "trace.mcap").vitals]
-    agents = [status for status in last if status.identity.startswith("uav")]
+    vitals = read_trace(out / "trace.mcap").vitals
+    agents = [row for row in vitals if row.last.identity.startswith("uav")]
     deadlines, latency = summary["deadlines"], summary["latency_ms"]["pose_to_command"]
     return row | {
-        "agent_cpu": 100 * statistics.median(status.cpu for status in agents),
-        "agent_mb": max(status.resident for status in agents) / 2**20,
-        "gateway_cpu": 100 * next(status.cpu for status in last if status.identity == "gateway"),
+        "agent_cpu": 100 * statistics.median(row.cpu for row in agents),
+        "agent_mb": max(row.last.resident for row in agents) / 2**20,
+        "gateway_cpu": 100 * next(row.cpu for row in vitals if row.last.identity == "gateway"),
         "p50": latency["p50"],
         "p99": latency["p99"],
         "late": 100 * deadlines["late_1ms"] / deadlines["ticks"],

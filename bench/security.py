@@ -29,12 +29,12 @@ def fly(folder: Path, security: str, number: int, seconds: float) -> dict[str, f
     options = ["--duration", str(seconds), "--out", str(out), "--keys", str(folder / "keys")]
     subprocess.run([*command, *options], check=False, capture_output=True)
     summary = json.loads((out / "summary.json").read_text())
-    agents = [v.last for v in read_trace(out / "trace.mcap").vitals if v.last.identity.startswith("uav")]
+    agents = [row for row in read_trace(out / "trace.mcap").vitals if row.last.identity.startswith("uav")]
     latency = summary["latency_ms"]["pose_to_command"]
     return {
         "p50 ms": latency["p50"],
         "p99 ms": latency["p99"],
-        "agent CPU %": 100 * statistics.fmean(status.cpu for status in agents),
+        "agent CPU %": 100 * statistics.fmean(row.cpu for row in agents),
         "observation mm": 1000 * summary["observation_error_m"]["max_tail"],
         "formation mm": 1000 * summary["formation_error_m"]["max_tail"],
     }

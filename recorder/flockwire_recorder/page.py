@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from importlib.resources import files
 from string import Template
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from flockwire_recorder.graph_picture import graph_svg
 from flockwire_recorder.reading import Trace
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 UNKNOWN = "\N{EN DASH}"
 
 
-def page(trace: Trace, summary: Summary, pictures: Sequence[Picture]) -> str:
-    """Return the page; figures are embedded, all text from the trace is escaped."""
+def page(trace: Trace, summary: Summary, pictures: Sequence[Picture], probe: dict[str, Any] | None) -> str:
+    """Return the page; figures are embedded, all text from the trace is escaped. `probe` is what probe.json holds."""
     template = Template((files("flockwire_recorder") / "report_template.html").read_text(encoding="utf-8"))
     failed = len(summary.failures())
     return template.substitute(
@@ -38,6 +38,7 @@ def page(trace: Trace, summary: Summary, pictures: Sequence[Picture]) -> str:
         deadlines=_deadlines(summary),
         agents=_processes(trace, summary),
         rejected=_rejected(summary),
+        probe=_probe(probe) if probe else "",
         toml=escape(trace.metadata.get("toml", "")),
         versions=_versions(trace),
     )  # fmt: skip
@@ -111,11 +112,24 @@ def _processes(trace: Trace, summary: Summary) -> str:
                 escape(last.identity), escape(last.report.phase), rate,
                 f"{last.steps:,}", f"{last.late_1ms:,}", f"{last.late_5ms:,}", f"{last.skipped:,}",
                 f"{100 * vitals.cpu:.1f} %", f"{last.resident / 2**20:.0f} MB",
-                f"{sum(count for _, count in last.rejected):,}",
+                f"{sum(count for _, count in last.rejected):,}", f"{last.refused:,}", escape(", ".join(vitals.links)),
             )
         )  # fmt: skip
-    head = ("process", "last phase", "rate", "steps", "> 1 ms", "> 5 ms", "skipped", "cpu", "memory", "rejected")
-    return _table(head, rows, numeric=range(2, 10)) if rows else '<p class="muted">No process told how it is.</p>'
+    head: tuple[str, ...] = (
+        "process",
+        "last phase",
+        "rate",
+        "steps",
+        "> 1 ms",
+        "> 5 ms",
+        "skipped",
+        "cpu",
+        "memory",
+        "rejected",
+        "refused",
+    )
+    head += ("linked to, by certificate",)
+    return _table(head, rows, numeric=range(2, 11)) if rows else '<p class="muted">No process told how it is.</p>'
 
 
 def _rejected(summary: Summary) -> str:
@@ -124,6 +138,28 @@ def _rejected(summary: Summary) -> str:
     text += f"{counts.rejected:,} turned away by their receivers."
     rows = [(escape(key), f"{count:,}") for key, count in counts.rejected_by_key.items()]
     return f"<p>{text}</p>" + (_table(("key and reason", "messages"), rows, numeric=(1,)) if rows else "")
+
+
+def _probe(results: dict[str, Any]) -> str:
+    """Tell what the conformance probe found: a row for each attacker."""
+    wrong = [escape(sentence) for sentence in (*results["leaks"], *results["blocked"])]
+    rows = [
+        (
+            escape(attacker["identity"]), escape(attacker["mode"]), str(attacker["links"]),
+            f"{len(attacker['heard'])} of {len(attacker['heard_expected'])}",
+            f"{len(attacker['said'])} of {len(attacker['said_expected'])}",
+            str(attacker["refused"]),
+        )
+        for attacker in results["attackers"]
+    ]  # fmt: skip
+    verdict = f"{len(results['leaks'])} leaks, {len(results['blocked'])} blocked, in {results['seconds']:g} s."
+    head = ("attacker's certificate", "as", "links", "heard, of what it may", "said, of what it may", "refused")
+    table = _table(head, rows, numeric=range(2, 6))
+    sentences = "".join(f"<li>{sentence}</li>" for sentence in wrong)
+    return (
+        f"<section><h2>Conformance probe</h2><p>{verdict}</p><ul>{sentences}</ul>"
+        f"<details><summary>All {len(rows)} attackers</summary>{table}</details></section>"
+    )
 
 
 def _versions(trace: Trace) -> str:

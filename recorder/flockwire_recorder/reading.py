@@ -46,10 +46,11 @@ class Series:
 
 @dataclass(frozen=True, slots=True)
 class Vitals:
-    """How one publisher fared: its `last` status, and its mean share of one core."""
+    """How one publisher fared: its `last` status, its mean share of one core, and whom it was ever linked to."""
 
     last: Status
     cpu: float
+    links: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,6 +153,7 @@ class _Publisher:
     sequences: array[int] = field(default_factory=lambda: array("q"))
     last: Status | None = None
     cpu: float = 0.0
+    links: set[str] = field(default_factory=set)
 
     def lost(self) -> int:
         seen = set(self.sequences)
@@ -185,7 +187,7 @@ class _Reader:
             tuple(mission for _, mission in sorted(self._missions.items())),
             tuple(stop for _, stop in sorted(self._stops.items())),
             tuple(
-                Vitals(publisher.last, publisher.cpu / len(publisher.sequences))
+                Vitals(publisher.last, publisher.cpu / len(publisher.sequences), tuple(sorted(publisher.links)))
                 for publisher in self._publishers.values()
                 if publisher.last is not None
             ),
@@ -215,4 +217,5 @@ class _Reader:
             case Status():
                 publisher.last = message
                 publisher.cpu += message.cpu
+                publisher.links.update(message.links)
         self._columns.setdefault(key, _Columns(key.kind)).add(message, record)

@@ -13,8 +13,9 @@ from flockwire_recorder.summary import Summary, summarise
 def write_report(trace: Path, out: Path) -> Summary:
     """Read `trace` and write summary.json, the figures as PNG and report.html into the folder `out`.
 
-    A trace that was cut off is read as far as it goes. Raises ValueError for a file that is no trace of a swarm,
-    OSError where one cannot be read or written.
+    What `flockwire probe` left in that folder, probe.json, becomes a part of the report. A trace that was cut off is
+    read as far as it goes. Raises ValueError for a file that is no trace of a swarm, OSError where one cannot be read
+    or written.
     """
     read = read_trace(trace)
     summary = summarise(read)
@@ -23,5 +24,7 @@ def write_report(trace: Path, out: Path) -> Summary:
     from flockwire_recorder.figures import draw  # noqa: PLC0415  (matplotlib takes a second to import)
 
     pictures = draw(read, out)
-    (out / "report.html").write_text(page(read, summary, pictures), encoding="utf-8")
+    probe = out / "probe.json"
+    results = json.loads(probe.read_text(encoding="utf-8")) if probe.exists() else None
+    (out / "report.html").write_text(page(read, summary, pictures, results), encoding="utf-8")
     return summary
