@@ -16,7 +16,8 @@ from typing import Annotated, Any, NoReturn
 import typer
 from flockwire import clock
 from flockwire.config import Swarm, SwarmFileError, load_swarm
-from flockwire.credentials import CredentialsError, default_folder
+from flockwire.credentials import CredentialsError, default_folder, load_credentials
+from flockwire.wiring import OPERATOR, processes_on
 
 app = typer.Typer(
     help="Distributed edge runtime for formation flight: one process per drone, on Zenoh.",
@@ -67,7 +68,8 @@ def up(
     folder = out or Path("runs") / f"{loaded.name}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
     if (folder / "trace.mcap").exists():
         _refuse(f"--out = {folder}: there is a trace of another flight; name a new folder")
-    flight = Flight(loaded, swarm, host or next(iter(loaded.hosts)), duration, folder, _made(loaded, keys), headless)
+    here = host or next(iter(loaded.hosts))
+    flight = Flight(loaded, swarm, here, duration, folder, _made(loaded, keys, here), headless)
     try:
         failure = asyncio.run(fly(flight))
     except (PortInUseError, CredentialsError) as error:
@@ -206,7 +208,7 @@ def probe(
     if loaded.network.security == "none":
         _refuse("network.security = 'none': there is nothing to prove; whoever reaches a port hears and says all")
     try:
-        found = asyncio.run(run(loaded, swarm, _made(loaded, keys), out))
+        found = asyncio.run(run(loaded, swarm, _made(loaded, keys, next(iter(loaded.hosts))), out))
     except (PortInUseError, CredentialsError, FileNotFoundError) as error:
         _refuse(str(error))
     if found:
@@ -274,15 +276,22 @@ def _warn_of(swarm: Swarm) -> None:
         )
 
 
-def _made(swarm: Swarm, keys: Path | None) -> Path:
-    """Return the folder of the certificates, after making what it lacks where the authority's key is here."""
+def _made(swarm: Swarm, keys: Path | None, host: str) -> Path:
+    """Return the folder of the certificates, after making what it lacks where the authority's key is or may be here."""
     from flockwire.pki import make_keys  # noqa: PLC0415
 
     folder = keys or default_folder(swarm.name)
     _warn_of(swarm)
-    here = not (folder / "ca.crt").exists() or (folder / "authority" / "ca.key").exists()
-    if swarm.network.security == "mtls" and here:
-        _written(folder, lambda: make_keys(swarm, folder, clock.utc()))
+    first = next(iter(swarm.hosts)) == host  # another host's keys come from the first one
+    here = (first and not (folder / "ca.crt").exists()) or (folder / "authority" / "ca.key").exists()
+    if swarm.network.security == "mtls":
+        if here:
+            _written(folder, lambda: make_keys(swarm, folder, clock.utc()))
+        try:
+            for identity in (*processes_on(swarm, host), OPERATOR):
+                load_credentials(folder, identity, clock.utc())
+        except CredentialsError as error:
+            _refuse(str(error))
     return folder
 
 
@@ -290,9 +299,9 @@ def _written(folder: Path, work: Any) -> Any:  # noqa: ANN401  (it passes throug
     try:
         return work()
     except OSError as error:
-        _refuse(f"{folder}: cannot write keys there: {error.strerror}")
+        _refuse(f"{folder}: cannot write keys there: {error.strerror or error}")
     except ValueError as error:
-        _refuse(f"{folder}: holds something else than keys: {error}; name another folder or use --rotate")
+        _refuse(str(error))
 
 
 def _serve(identity: str, process: Coroutine[None, None, None]) -> NoReturn:

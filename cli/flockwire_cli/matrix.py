@@ -29,7 +29,7 @@ class Finding:
 
     identity: str
     mode: str
-    verb: str  # "heard", "said"
+    verb: str  # "heard", "said", "linked" (an outsider), "silent" (a process that does not answer)
     key: str
     receiver: str  # who let it in, where it was said
     leak: bool  # else: allowed, and blocked
@@ -37,6 +37,10 @@ class Finding:
     def sentence(self) -> str:
         """Tell it in words."""
         whom = f" and {self.receiver} let it in" if self.receiver else ""
+        if self.verb == "linked":
+            return f"leak: {self.identity} as {self.mode} was accepted by somebody; it must not get a link"
+        if self.verb == "silent":
+            return f"blocked: {self.identity} does not answer; nothing about it could be shown"
         if self.leak:
             return f"leak: {self.identity} as {self.mode} {self.verb} {self.key}{whom}; it must not"
         whom = f" by {self.receiver}" if self.receiver else ""
@@ -71,6 +75,8 @@ def may_say(swarm: Swarm, identity: str) -> frozenset[tuple[Key, str]]:
 def findings(swarm: Swarm, observation: Observation, alive: frozenset[str]) -> Iterator[Finding]:
     """Yield every leak, and everything blocked among those who are `alive`."""
     hear, say = may_hear(swarm, observation.identity), may_say(swarm, observation.identity)
+    if observation.identity in OUTSIDERS and observation.links:
+        yield Finding(observation.identity, observation.mode, "linked", "", "", leak=True)
     who = (observation.identity, observation.mode)
     for key in sorted(observation.heard - hear):
         yield Finding(*who, "heard", key_text(swarm, key), "", leak=True)

@@ -33,7 +33,9 @@ class Operator:
         now = clock.now()
         for source in self._sources:
             received = source.take(now)
-            if received is not None and isinstance(received.message, Status):
+            if received is None or not isinstance(received.message, Status):
+                continue
+            if received.message.identity == source.inbox.key.owner:  # nobody speaks for another
                 self.statuses[received.message.identity] = received.message
         return now
 

@@ -62,7 +62,12 @@ def probe(
     swarm: Swarm, keys: Path, operator: Operator, tell: Callable[[str], None]
 ) -> tuple[list[Observation], list[Finding]]:
     """Attack the swarm that `operator` watches; returns what was seen and how it differs from what is allowed."""
-    observations, found = [], []
+    observations: list[Observation] = []
+    found = [
+        Finding(identity, "", "silent", "", "", leak=False)
+        for identity in identities(swarm)[:-1]
+        if identity not in _alive(operator)
+    ]
     with tempfile.TemporaryDirectory() as scratch:
         for attacker in attackers(swarm, keys, Path(scratch)):
             alive = _alive(operator)

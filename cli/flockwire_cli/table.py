@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from flockwire.flight import BILLION
 from flockwire.messages import Status
+from rich.markup import escape
 from rich.table import Table
 
 _PHASE_STYLES = {
@@ -64,7 +65,7 @@ def _row(status: Status, rates: Rates, now: int) -> tuple[str, ...]:
     report = status.report
     silent = (now - status.stamp) / BILLION
     style = _PHASE_STYLES.get(report.phase, "default")
-    phase = f"[{style}]{report.phase}[/]" + (f" [dim]{report.detail}[/]" if report.detail else "")
+    phase = f"[{style}]{_plain(report.phase)}[/]" + (f" [dim]{_plain(report.detail)}[/]" if report.detail else "")
     if silent > 1.0:
         phase = f"[bold red]silent for {silent:.0f} s[/]"
     late = status.late_1ms / status.steps if status.steps else 0.0
@@ -74,6 +75,11 @@ def _row(status: Status, rates: Rates, now: int) -> tuple[str, ...]:
         f"{status.resident / 2**20:.0f}", str(len(status.links)),
         str(sum(count for _, count in status.rejected) or ""), str(status.refused or ""),
     )  # fmt: skip
+
+
+def _plain(text: str) -> str:
+    """Return `text` as it may reach a terminal: what others say is not markup, and controls nothing."""
+    return escape("".join(character for character in text if character.isprintable()))
 
 
 def _figure(value: float, factor: float) -> str:

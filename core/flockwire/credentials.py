@@ -13,6 +13,7 @@ from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric.types import PrivateKeyTypes
 from cryptography.x509.oid import NameOID
 
+NO_FOLDER = "there is no such keys folder; `flockwire keys SWARM` makes it"
 FORMAT = "%Y-%m-%d %H:%M UTC"
 
 
@@ -37,8 +38,18 @@ class Credentials:
 def load_credentials(folder: Path, identity: str, now: datetime) -> Credentials:
     """Check the keys of `identity` in `folder` as of `now`; raises CredentialsError."""
     files = Credentials(folder / "ca.crt", folder / f"{identity}.crt", folder / f"{identity}.key")
-    if not folder.is_dir():
-        raise CredentialsError(f"{folder}: there is no such keys folder; `flockwire keys SWARM` makes it")
+    try:
+        mode = folder.stat().st_mode
+    except OSError as error:
+        if isinstance(error, FileNotFoundError):
+            raise CredentialsError(f"{folder}: {NO_FOLDER}") from None
+        raise CredentialsError(f"{folder}: cannot read this keys folder: {error.strerror}") from None
+    if not stat.S_ISDIR(mode):
+        raise CredentialsError(f"{folder}: {NO_FOLDER}")
+    if mode & 0o022:
+        raise CredentialsError(
+            f"{folder}: others may write into this keys folder (mode {mode & 0o777:04o}); chmod 700 it"
+        )
     authority, certificate = _certificate(files.authority), _certificate(files.certificate)
     key = _key(files.key)
     mode = stat.S_IMODE(files.key.stat().st_mode)
@@ -59,8 +70,9 @@ def load_credentials(folder: Path, identity: str, now: datetime) -> Credentials:
 
 
 def common_name(certificate: x509.Certificate) -> str:
-    """Return whom a certificate is for."""
-    return str(certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)[0].value)
+    """Return whom a certificate is for, empty when it does not say."""
+    names = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
+    return str(names[0].value) if names else ""
 
 
 def _check_dates(path: Path, certificate: x509.Certificate, now: datetime) -> None:

@@ -13,7 +13,8 @@ from flockwire.messages import Message
 BILLION = 1_000_000_000
 ATTACHMENT = Struct("<qqB16s")  # as rmw_zenoh: sequence number, source time in ns, 16, publisher id
 CANARY = b"flockwire canary"  # what the conformance probe says in place of a message: dropped, and counted as such
-AHEAD = BILLION // 2  # ns by which a stamp may lie in the future: a bound on the offset between two machines' clocks
+MOST_MISSED = 1_000_000  # a larger gap is somebody's joke, and must not overflow a counter
+AHEAD = BILLION // 10  # ns by which a stamp may lie in the future: a bound on the offset between two machines' clocks
 
 
 def attachment(sequence: int, sent: int, publisher: bytes) -> bytes:
@@ -66,12 +67,14 @@ class Inbox:
         except MessageError:
             self.rejected["canary" if payload.startswith(CANARY) else "malformed"] += 1
             return None
+        if self._newest > now + AHEAD:  # this machine's clock was set back
+            self._newest = 0
         known = origin.publisher == self._publisher
         reason = self._staleness(message.stamp, known and origin.sequence <= self._sequence, now)
         if reason:
             self.rejected[reason] += 1
             return None
-        missed = origin.sequence - self._sequence - 1 if known else 0
+        missed = min(origin.sequence - self._sequence - 1, MOST_MISSED) if known else 0
         self._newest, self._publisher, self._sequence = message.stamp, origin.publisher, origin.sequence
         return Received(message, origin, missed)
 

@@ -44,7 +44,7 @@ class Row:
     said_by: Callable[[Swarm, str], tuple[str, ...]]
     heard_by: Callable[[Swarm, str], tuple[str, ...]]
     delivery: Delivery = Delivery.STATE
-    lifetime: float | None = 5.0  # s after its stamp a message is worth nothing; None: until a newer one comes
+    lifetime: float | None = 1.0  # s after its stamp a message is worth nothing; None: until a newer one comes
 
 
 def uav(number: int) -> str:

@@ -9,7 +9,10 @@ Making keys is idempotent: what is good stays, what is about to expire or names 
 
 from __future__ import annotations
 
+import fcntl
 import ipaddress
+import os
+import secrets
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime, timedelta
@@ -17,11 +20,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cryptography import x509
+from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-from flockwire.wiring import host_of, identities
+from flockwire.wiring import endpoints, host_of, identities
 
 if TYPE_CHECKING:
     from flockwire.config import Swarm
@@ -33,6 +37,10 @@ WARN = timedelta(days=14)  # before its end `check` warns
 BACKDATED = timedelta(hours=1)  # so that a machine whose clock is a little behind trusts it too
 
 
+class KeysError(ValueError):
+    """Keys that cannot be made; the text is one line: the file, what is wrong, what to do."""
+
+
 @dataclass(frozen=True, slots=True)
 class Signer:
     """A certificate with its private key."""
@@ -42,12 +50,26 @@ class Signer:
 
 
 def make_keys(swarm: Swarm, folder: Path, now: datetime, rotate: bool = False) -> tuple[str, ...]:
-    """Make what is missing or about to expire; returns the names of what was made.
+    """Make what is missing, wrong or about to expire; returns the names of what was made.
 
     With `rotate`, a new authority and all certificates anew: whatever was signed before is worthless afterwards.
+    Raises KeysError, and OSError where the folder cannot be written.
     """
+    folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+    folder.chmod(0o700)
+    lock = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # two who make keys at once take turns
+        return _make_keys(swarm, folder, now, rotate)
+    finally:
+        os.close(lock)
+
+
+def _make_keys(swarm: Swarm, folder: Path, now: datetime, rotate: bool) -> tuple[str, ...]:
     made = []
     authority = None if rotate else _read_authority(folder)
+    if authority is None and not rotate and (folder / "ca.crt").exists():
+        return _without_authority(swarm, folder, now)
     if authority is None or authority.certificate.not_valid_after_utc - now < RENEW:
         authority = new_authority(swarm.name, now)
         _write(folder / "authority" / "ca.key", _pem(authority.key), private=True)
@@ -55,18 +77,32 @@ def make_keys(swarm: Swarm, folder: Path, now: datetime, rotate: bool = False) -
         made.append("ca")
     for identity in identities(swarm):
         names = alternative_names(swarm, identity)
-        if made[:1] == ["ca"] or not _good(folder, identity, names, now):
-            signer = issue(authority, identity, names, now - BACKDATED, now + LIFE)
-            _write(folder / f"{identity}.key", _pem(signer.key), private=True)
-            _write(folder / f"{identity}.crt", signer.certificate.public_bytes(serialization.Encoding.PEM))
+        if not _good(folder, identity, names, authority.certificate, now):
+            save(issue(authority, identity, names, now - BACKDATED, now + LIFE), folder, identity)
             made.append(identity)
     return tuple(made)
+
+
+def _without_authority(swarm: Swarm, folder: Path, now: datetime) -> tuple[str, ...]:
+    """Make nothing where the authority's key is kept elsewhere; raises KeysError when something would have to be."""
+    certificate = x509.load_pem_x509_certificate((folder / "ca.crt").read_bytes())
+    for identity in identities(swarm):
+        if not (folder / f"{identity}.crt").exists():
+            continue  # another host's
+        if not _good(folder, identity, alternative_names(swarm, identity), certificate, now):
+            raise KeysError(
+                f"{folder / identity}.crt: has to be made anew, and the authority's key is not here; run "
+                "`flockwire keys` where authority/ca.key is and copy the files, or use --rotate for a new authority"
+            )
+    return ()
 
 
 def alternative_names(swarm: Swarm, identity: str) -> tuple[str, ...]:
     """Return the addresses and names under which `identity` is dialled: its host's, its own as a service, loopback."""
     host = host_of(swarm, identity)
-    return tuple(dict.fromkeys((swarm.hosts[host].address, "127.0.0.1", "::1", host, identity, "localhost")))
+    listening = endpoints(swarm).get(identity, "").rpartition(":")[0].strip("[]")
+    names = (listening, swarm.hosts[host].address, "127.0.0.1", "::1", host, identity, "localhost")
+    return tuple(dict.fromkeys(name for name in names if name))
 
 
 def issue(authority: Signer, name: str, alternatives: tuple[str, ...], begin: datetime, end: datetime) -> Signer:
@@ -88,8 +124,13 @@ def expiring(swarm: Swarm, folder: Path, now: datetime) -> Iterator[str]:
     """Yield a line for each certificate that ends within two weeks of `now`, or has ended."""
     for identity in ("ca", *identities(swarm)):
         path = folder / f"{identity}.crt"
-        if path.exists():
+        try:
             end = x509.load_pem_x509_certificate(path.read_bytes()).not_valid_after_utc
+        except FileNotFoundError:
+            continue
+        except (OSError, ValueError):
+            yield f"{path}: is not a certificate; `flockwire keys` makes it anew"
+        else:
             if end - now < WARN:
                 yield f"{path}: ends on {end:%Y-%m-%d}; `flockwire keys` renews it"
 
@@ -114,15 +155,19 @@ def _read_authority(folder: Path) -> Signer | None:
         certificate = x509.load_pem_x509_certificate((folder / "ca.crt").read_bytes())
     except FileNotFoundError:
         return None
-    return Signer(certificate, key) if isinstance(key, ec.EllipticCurvePrivateKey) else None
+    except (ValueError, TypeError) as error:
+        raise KeysError(f"{folder}: its authority cannot be read: {error}; --rotate makes a new one") from None
+    if not isinstance(key, ec.EllipticCurvePrivateKey) or certificate.public_key() != key.public_key():
+        raise KeysError(f"{folder / 'authority' / 'ca.key'}: is not the key of ca.crt; --rotate makes a new authority")
+    return Signer(certificate, key)
 
 
 def new_authority(name: str, now: datetime) -> Signer:
     """Return a new authority for the swarm called `name`."""
     key = ec.generate_private_key(ec.SECP256R1())
-    subject = _name(f"flockwire {name}")
+    common_name = f"flockwire {name}"[:64]  # no longer one fits into a certificate
     certificate = (
-        _builder(f"flockwire {name}", subject, key, now - BACKDATED, now + AUTHORITY_LIFE)
+        _builder(common_name, _name(common_name), key, now - BACKDATED, now + AUTHORITY_LIFE)
         .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
         .sign(key, hashes.SHA256())
     )
@@ -155,14 +200,22 @@ def _general_names(names: tuple[str, ...]) -> Iterator[x509.GeneralName]:
             yield x509.DNSName(name)
 
 
-def _good(folder: Path, identity: str, names: tuple[str, ...], now: datetime) -> bool:
-    """Return whether the certificate on disk can stay."""
-    path = folder / f"{identity}.crt"
-    if not path.exists() or not (folder / f"{identity}.key").exists():
+def _good(folder: Path, identity: str, names: tuple[str, ...], authority: x509.Certificate, now: datetime) -> bool:
+    """Return whether the certificate on disk can stay: whole, this authority's, for these names, for a while yet."""
+    try:
+        certificate = x509.load_pem_x509_certificate((folder / f"{identity}.crt").read_bytes())
+        key = serialization.load_pem_private_key((folder / f"{identity}.key").read_bytes(), None)
+        certificate.verify_directly_issued_by(authority)
+        alternatives = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+    except (FileNotFoundError, ValueError, TypeError, InvalidSignature, x509.ExtensionNotFound):
         return False
-    certificate = x509.load_pem_x509_certificate(path.read_bytes())
-    alternatives = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
-    return certificate.not_valid_after_utc - now > RENEW and list(alternatives) == list(_general_names(names))
+    return (
+        certificate.not_valid_after_utc - now > RENEW
+        and certificate.subject == _name(identity)
+        and certificate.public_key() == key.public_key()
+        and list(alternatives) == list(_general_names(names))
+        and (folder / f"{identity}.key").stat().st_mode & 0o077 == 0
+    )
 
 
 def _pem(key: ec.EllipticCurvePrivateKey) -> bytes:
@@ -172,9 +225,12 @@ def _pem(key: ec.EllipticCurvePrivateKey) -> bytes:
 
 
 def _write(path: Path, data: bytes, private: bool = False) -> None:
-    """Write a file whole, readable by its owner alone when it is private."""
+    """Write a file whole or not at all, readable by its owner alone when it is private."""
     path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-    part = path.with_name(f"{path.name}.part")
-    part.touch(0o600 if private else 0o644)
-    part.write_bytes(data)
+    part = path.with_name(f".{path.name}.{secrets.token_hex(8)}")
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW
+    with os.fdopen(os.open(part, flags, 0o600 if private else 0o644), "wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
     part.replace(path)

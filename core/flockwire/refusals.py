@@ -18,6 +18,8 @@ import zenoh
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 _REFUSAL = re.compile(r"WARN .*zenoh_link_tls::\w+: (?P<reason>.*)")
 _NOISE = re.compile(r"(: verification time| Hint:).*")  # differs from one refusal to the next, or misleads
+LONGEST_LINE = 4096
+MOST_REASONS = 32
 LOG_FILTER = "off,zenoh_link_tls=warn"
 
 
@@ -32,6 +34,7 @@ class Refusals:
     def watch(self) -> None:
         """Begin, in the running loop, before a session opens."""
         read_end, write_end = os.pipe()
+        os.set_blocking(write_end, False)  # a full pipe loses a line of log, and never holds Zenoh up
         os.dup2(write_end, sys.stdout.fileno())
         os.close(write_end)
         os.set_blocking(read_end, False)
@@ -44,7 +47,8 @@ class Refusals:
         return self.reasons.total()
 
     def _readable(self, read_end: int) -> None:
-        *lines, self._rest = (self._rest + os.read(read_end, 65536)).split(b"\n")
+        *lines, rest = (self._rest + os.read(read_end, 65536)).split(b"\n")
+        self._rest = rest[-LONGEST_LINE:]
         for line in lines:
             self.take(line.decode(errors="replace"))
 
@@ -56,6 +60,8 @@ class Refusals:
             print(plain, file=sys.stderr)
             return
         reason = _NOISE.sub("", refusal["reason"]).rstrip(".")
+        if reason not in self.reasons and len(self.reasons) >= MOST_REASONS:
+            reason = "other reasons"
         self.reasons[reason] += 1
         if self.reasons[reason] == 1:
             self._log.warning("refused a connection: %s (told once, counted in status)", reason)

@@ -56,6 +56,9 @@ def _hosts(swarm: Swarm) -> Iterator[str]:
     if not swarm.hosts:
         yield "hosts = {}: at least one host is needed (leave the table out for one called local)"
     claimed: dict[str, str] = {}
+    for name in swarm.hosts:
+        if not re.fullmatch(r"[A-Za-z0-9]([A-Za-z0-9-]{0,61}[A-Za-z0-9])?", name):
+            yield f"hosts.{name}: must be a host name: letters, digits and hyphens, at most 63"
     for name, host in swarm.hosts.items():
         yield from _ip(f"hosts.{name}.address", host.address)
         for process in host.processes:

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 BURST = 16  # messages of one step that may wait for the network before the next is dropped; 16 is the most
 BACKLOG = 256  # samples of one key that wait for a step; beyond, the oldest is gone and counted as an overflow
 LARGEST_MESSAGE = 65536  # bytes
-SPARE_SESSIONS = 4  # beside one for each link: operators come and go
+SPARE_SESSIONS = 64  # beside one for each link: operators come and go, and nobody alone may keep a stop out
 ROUTER_PATIENCE = 500  # ms that one attempt to reach the router may take
 RETRY = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
 

@@ -214,6 +214,8 @@ class _Reader:
                 self._missions[message.stamp, message.verb] = message
             case Stop():
                 self._stops[message.stamp] = message
+            case Status() if message.identity != key.owner:  # nobody speaks for another
+                self._malformed += 1
             case Status():
                 publisher.last = message
                 publisher.cpu += message.cpu

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import platform
+from collections import Counter
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -23,6 +24,8 @@ METADATA = "flockwire"
 PUBLISHER = "publisher"  # in a channel's metadata: who says this topic, in hexadecimal
 PROFILE = "ros2"
 CHUNK_SIZE = 256 * 1024  # bytes after which a chunk ends even when nobody flushes
+MOST_PUBLISHERS = 64  # of one topic that have a channel of their own; all further ones share one
+OTHERS = b"others".ljust(16, b"\0")
 SEQUENCE_MASK = 0xFFFF_FFFF  # MCAP keeps 32 bits of a sequence number
 
 
@@ -63,6 +66,7 @@ class TraceWriter:
         self._failed = False
         self._schemas: dict[str, int] = {}
         self._channels: dict[tuple[str, bytes], int] = {}
+        self._publishers: Counter[str] = Counter()
         self._stream = path.open("wb")
         self._writer = Writer(self._stream, CHUNK_SIZE, CompressionType.ZSTD)
         try:
@@ -90,6 +94,8 @@ class TraceWriter:
         if self._failed:
             self.dropped += 1
             return
+        if (topic, publisher) not in self._channels and self._publishers[topic] >= MOST_PUBLISHERS:
+            publisher = OTHERS
         channel = self._channels.get((topic, publisher)) or self._register(topic, ros_type, publisher)
         try:
             self._writer.add_message(channel, max(0, log_time), payload, max(0, publish_time), sequence & SEQUENCE_MASK)
@@ -124,6 +130,7 @@ class TraceWriter:
             self._schemas[ros_type] = schema
         channel = self._writer.register_channel(topic, "cdr", schema, {PUBLISHER: publisher.hex()})
         self._channels[topic, publisher] = channel
+        self._publishers[topic] += 1
         return channel
 
     def _failure(self, error: OSError) -> TraceFullError:

@@ -35,7 +35,7 @@ class Tower:
 
 def status(identity, stamp, phase):
     report = Report(*phase) if isinstance(phase, tuple) else Report(phase)
-    return Status(stamp, "world", identity, report, 0, 0, 0, 0, 0.0, 0, (), ())
+    return Status(stamp, "world", identity, report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
 
 
 @pytest.fixture

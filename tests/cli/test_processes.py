@@ -41,10 +41,12 @@ def test_a_free_endpoint_is_no_problem(make_swarm):
 @pytest.mark.parametrize(
     ("identity", "arguments"),
     [
-        ("uav3", ["agent", "s.toml", "3"]),
-        ("leader", ["leader", "s.toml"]),
-        ("recorder", ["recorder", "s.toml", "--out", "runs/x"]),
+        ("uav3", ["agent", "s.toml", "3", "--keys", "k"]),
+        ("leader", ["leader", "s.toml", "--keys", "k"]),
+        ("router", ["router", "s.toml", "--keys", "k"]),
+        ("recorder", ["recorder", "s.toml", "--keys", "k", "--out", "runs/x"]),
     ],
 )
 def test_a_process_is_started_by_its_own_command(identity, arguments):
-    assert command(identity, Path("s.toml"), Path("runs/x")) == [sys.executable, "-m", "flockwire_cli", *arguments]
+    line = command(identity, Path("s.toml"), Path("runs/x"), Path("k"))
+    assert line == [sys.executable, "-m", "flockwire_cli", *arguments]

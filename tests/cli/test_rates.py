@@ -8,7 +8,7 @@ BEGAN = 1_790_000_000 * BILLION
 
 def status(seconds, steps, identity="uav1"):
     stamp = BEGAN + round(seconds * BILLION)
-    return Status(stamp, "world", identity, Report("hold"), steps, 0, 0, 0, 0.0, 0, (), ())
+    return Status(stamp, "world", identity, Report("hold"), steps, 0, 0, 0, 0, 0.0, 0, (), ())
 
 
 def told(*statuses):

@@ -40,6 +40,7 @@ def test_whatever_can_have_a_default_has_one(make_swarm):
     swarm = make_swarm({"leader": None})
     assert swarm.control.rate_hz == 100
     assert swarm.limits.staleness.pose_zero == 0.1
+    assert (swarm.network.mode, swarm.network.security) == ("peers", "mtls")
     assert swarm.followers == (1, 2, 3, 4)
     assert swarm.flying == (0, 1, 2, 3, 4)
     assert swarm.airframe(3) == swarm.airframes["kinematics"]
@@ -86,6 +87,9 @@ def test_a_virtual_leader_flies_no_drone(make_swarm):
         ("limits.battery_land", 1.5, "limits.battery_land = 1.5: input should be less than or equal to 1"),
         ("gateway.dropout", 1.0, "gateway.dropout = 1.0: input should be less than 1"),
         ("network.base_port", 80, "network.base_port = 80: input should be greater than or equal to 1024"),
+        ("network.transport", "tcp", "network.transport = 'tcp': unknown key"),
+        ("network.mode", "mesh", "network.mode = 'mesh': input should be 'peers' or 'router'"),
+        ("network.security", "tls", "network.security = 'tls': input should be 'mtls' or 'none'"),
         ("drones", 5, "drones = 5: input should be a valid array"),
         ("name", "two words", "name = 'two words': must be a letter followed by"),
         ("name", "a/b", "name = 'a/b': must be a letter followed by"),

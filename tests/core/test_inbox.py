@@ -1,5 +1,7 @@
+import tracemalloc
+
 import pytest
-from flockwire.inbox import AHEAD, ATTACHMENT, BILLION, Inbox, attachment
+from flockwire.inbox import AHEAD, ATTACHMENT, BILLION, CANARY, Inbox, attachment
 from flockwire.keys import MISSION, ROWS, STOP, Key
 from flockwire.messages import Mission, Pose, Stop
 from hypothesis import given
@@ -128,3 +130,84 @@ def test_what_passes_never_goes_back_in_time(samples):
     ]
     assert passed == sorted(passed)
     assert len(passed) + inbox.rejected.total() == len(samples)
+
+
+def test_canaries_are_counted_apart_and_never_passed(inbox):
+    for payload in (CANARY, CANARY + b"uav3"):
+        assert inbox.accept(payload, attachment(6, NOW, US), NOW) is None
+    assert inbox.rejected == {"canary": 2}
+    assert inbox.accept(pose(NOW + 1), attachment(6, NOW, US), NOW).missed == 0
+
+
+@pytest.mark.parametrize("payload", [CANARY[:-1], b" " + CANARY, pose() + CANARY])
+def test_what_only_resembles_a_canary_is_malformed(inbox, payload):
+    assert inbox.accept(payload, attachment(6, NOW, US), NOW) is None
+    assert inbox.rejected == {"malformed": 1}
+
+
+def test_a_canary_is_counted_whatever_it_carries(inbox):
+    assert inbox.accept(CANARY, b"", NOW) is None
+    assert inbox.rejected == {"canary": 1}
+
+
+def recording(count, first=0):
+    """Return what a publisher said, 100 times a second: payload, attachment and time of each message."""
+    times = [(k, NOW + k * BILLION // 100) for k in range(first, first + count)]
+    return [(pose(t), attachment(k, t, US), t) for k, t in times]
+
+
+@pytest.mark.parametrize("pause", [0, 100, 6000])
+def test_a_recorded_minute_played_back_beside_the_living_moves_nobody_and_is_counted(pause):
+    inbox, minute, living = inbox_of(POSE), recording(6000), recording(6000, 6000 + pause)
+    for sample in minute:
+        assert inbox.accept(*sample)
+    for (payload, attached, _), alive in zip(minute, living, strict=True):
+        assert inbox.accept(*alive)
+        assert inbox.accept(payload, attached, alive[2]) is None
+    assert inbox.rejected == {"repeated": 6000}
+
+
+def test_a_recorded_minute_played_back_to_a_process_that_hears_nobody_else_is_counted_too():
+    inbox, minute = inbox_of(POSE), recording(6000)
+    for payload, attached, _ in minute:
+        assert inbox.accept(payload, attached, NOW + 66 * BILLION) is None
+    assert inbox.rejected == {"expired": 6000}
+
+
+def test_a_recorded_minute_under_new_numbers_and_names_moves_nobody_either():
+    inbox, minute = inbox_of(POSE), recording(600)
+    for payload, attached, now in minute:
+        inbox.accept(payload, attached, now)
+    for k, (payload, _, _) in enumerate(minute[:-1]):
+        assert inbox.accept(payload, attachment(0, NOW, k.to_bytes(16, "big")), minute[-1][2]) is None
+    assert inbox.rejected == {"older than the last": 599}
+
+
+def test_a_stamp_ahead_blocks_its_key_for_no_longer_than_clocks_may_differ(inbox):
+    assert inbox.accept(pose(NOW + AHEAD), attachment(0, NOW, OTHER), NOW)
+    assert inbox.accept(pose(NOW + BILLION), attachment(1, NOW, OTHER), NOW) is None
+    assert inbox.accept(pose(NOW + AHEAD), attachment(6, NOW, US), NOW + AHEAD)
+
+
+def test_a_clock_that_was_set_back_blocks_no_key_for_longer_than_clocks_may_differ(inbox):
+    hour = 3600 * BILLION
+    assert inbox.accept(pose(NOW - hour), attachment(6, NOW - hour, US), NOW - hour)
+
+
+def test_a_number_far_ahead_is_no_flood_of_missed_messages():
+    inbox, missed = inbox_of(POSE), 0
+    for k in range(4):
+        for sequence in (0, 2**63 - 1):
+            received = inbox.accept(pose(NOW + k), attachment(sequence, NOW, bytes([k]) * 16), NOW)
+            missed += received.missed if received else 0
+    assert missed < 2**63  # it is told as one of 64 bits
+
+
+def test_any_number_of_publishers_costs_no_memory(inbox):
+    tracemalloc.start()
+    for k in range(2000):
+        inbox.accept(pose(NOW + k), attachment(0, NOW, k.to_bytes(16, "big")), NOW)
+    grown, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert grown < 20_000
+    assert inbox.rejected.total() == 0

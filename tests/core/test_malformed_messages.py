@@ -32,7 +32,7 @@ SOUND = (
     Telemetry(STAMP, "world", FlightState.FLYING, 0.9, 1.0, 0.01),
     Mission(STAMP, "world", "start", STAMP, "line"),
     Stop(STAMP, "world", "why"),
-    Status(STAMP, "world", "uav1", Report("hold"), 1, 2, 3, 4, 0.5, 6, (("a", 1),), ("gateway", "uav2")),
+    Status(STAMP, "world", "uav1", Report("hold"), 1, 2, 3, 4, 5, 0.5, 6, (("a", 1),), ("gateway", "uav2")),
 )
 KINDS = tuple(type(message) for message in SOUND)
 each = pytest.mark.parametrize("message", SOUND, ids=lambda m: type(m).__name__)

@@ -45,7 +45,7 @@ MESSAGES = (
     st.builds(Mission, stamps, frames, st.sampled_from(MISSION_VERBS), stamps, st.text()),
     st.builds(Stop, stamps, frames, st.text()),
     st.builds(
-        Status, stamps, frames, st.text(), reports, counts, counts, counts, counts, numbers, counts,
+        Status, stamps, frames, st.text(), reports, counts, counts, counts, counts, counts, numbers, counts,
         st.lists(st.tuples(st.text(), counts), max_size=3).map(tuple), st.lists(st.text(), max_size=3).map(tuple),
     ),
 )  # fmt: skip
@@ -79,7 +79,7 @@ def ros_content(message):  # noqa: PLR0911 (one for each kind)
             return (
                 message.identity, r.phase, r.detail, r.formation_error, r.pose_age, r.estimate_age, r.nearby_age,
                 r.telemetry_age, r.battery, message.cpu, message.steps, message.late_1ms, message.late_5ms,
-                message.skipped, message.resident, [key for key, _ in message.rejected],
+                message.skipped, message.refused, message.resident, [key for key, _ in message.rejected],
                 np.array([count for _, count in message.rejected], dtype=np.uint64), list(message.links),
             )  # fmt: skip
     raise AssertionError(message)
@@ -116,7 +116,7 @@ def test_every_frame_id_keeps_the_alignment(length):
         Telemetry(stamp, frame, FlightState.FLYING, 0.5, 1.0, 0.01),
         Mission(stamp, frame, "start", stamp, "line"),
         Stop(stamp, frame, "why"),
-        Status(stamp, frame, "uav1", Report("hold"), 1, 2, 3, 4, 0.5, 6, (("a", 1),), ("gateway",)),
+        Status(stamp, frame, "uav1", Report("hold"), 1, 2, 3, 4, 5, 0.5, 6, (("a", 1),), ("gateway",)),
     ):
         assert message.encode() == ros_bytes(message)
         assert type(message).decode(message.encode()) == message

@@ -1,26 +1,9 @@
 import pytest
 from flockwire import policy
 from flockwire.keys import MISSION, ROWS, STOP, Key, all_keys, uav
-from flockwire.wiring import identities
+from flockwire.wiring import ROUTER, identities
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-
-@st.composite
-def variants(draw):
-    """Draw a graph with a spanning tree, in either sensing and with either leader, as changes of the small swarm."""
-    count = draw(st.integers(1, 6))
-    order = draw(st.permutations(range(1, count + 1)))
-    edges = {(draw(st.sampled_from([0, *order[:k]])), i) for k, i in enumerate(order)}
-    pairs = st.tuples(st.integers(0, count), st.integers(1, count)).filter(lambda e: e[0] != e[1])
-    edges |= draw(st.sets(pairs, max_size=8))
-    virtual = draw(st.booleans())
-    return {
-        "graph.edges": [list(edge) for edge in sorted(edges)],
-        "drones": [{"id": i, "start": [1.0 * i, 0.0, 0.0]} for i in range(virtual, count + 1)],
-        "avoidance": {"sensing": draw(st.sampled_from(["nearby", "neighbours"]))},
-        "leader.kind": "virtual" if virtual else "trajectory",
-    }
 
 
 def own_inputs(swarm, i):
@@ -34,9 +17,9 @@ def own_inputs(swarm, i):
 
 
 @settings(max_examples=50)
-@given(variants())
-def test_an_agent_hears_exactly_its_own_and_its_neighbours(make_swarm, changes):
-    swarm = make_swarm(changes)
+@given(data=st.data())
+def test_an_agent_hears_exactly_its_own_and_its_neighbours(swarms, data):
+    swarm = data.draw(swarms)
     for i in swarm.followers:
         assert set(policy.hears(swarm, uav(i))) == own_inputs(swarm, i)
         spoken = {Key(kind, uav(i)) for kind in ("estimate", "command", "status")}
@@ -44,9 +27,9 @@ def test_an_agent_hears_exactly_its_own_and_its_neighbours(make_swarm, changes):
 
 
 @settings(max_examples=50)
-@given(variants())
-def test_links_are_symmetric_and_each_is_dialled_by_one_side(make_swarm, changes):
-    swarm = make_swarm(changes)
+@given(data=st.data())
+def test_links_are_symmetric_and_each_is_dialled_by_one_side(swarms, data):
+    swarm = data.draw(swarms)
     linked = {identity: policy.links(swarm, identity) for identity in identities(swarm)}
     dialled = {identity: policy.dials(swarm, identity) for identity in identities(swarm)}
     for one, others in linked.items():
@@ -58,22 +41,23 @@ def test_links_are_symmetric_and_each_is_dialled_by_one_side(make_swarm, changes
 
 
 @settings(max_examples=50)
-@given(variants())
-def test_every_key_finds_its_way_over_the_links(make_swarm, changes):
-    swarm = make_swarm(changes)
+@given(data=st.data())
+def test_every_key_finds_its_way_over_the_links(swarms, data):
+    swarm = data.draw(swarms)
     for key in all_keys(swarm):
         row = ROWS[key.kind]
         for speaker in row.said_by(swarm, key.owner):
             assert key in policy.says(swarm, speaker)
             for listener in set(row.heard_by(swarm, key.owner)) - {speaker}:
                 assert key in policy.hears(swarm, listener)
-                assert listener in policy.links(swarm, speaker)
+                assert listener in policy.partners(swarm, speaker)
+                assert key in policy.passes(swarm, speaker, listener)
 
 
 @settings(max_examples=50)
-@given(variants())
-def test_nobody_is_mentioned_who_is_not_there(make_swarm, changes):
-    swarm = make_swarm(changes)
+@given(data=st.data())
+def test_nobody_is_mentioned_who_is_not_there(swarms, data):
+    swarm = data.draw(swarms)
     there = set(identities(swarm))
     for key in all_keys(swarm):
         row = ROWS[key.kind]
@@ -83,16 +67,45 @@ def test_nobody_is_mentioned_who_is_not_there(make_swarm, changes):
 def test_agents_are_linked_along_the_graph_only(make_swarm):
     swarm = make_swarm()
     others = {"gateway", "kinematics", "recorder", "operator"}
-    assert set(policy.links(swarm, "uav1")) - others == {"uav2"}  # the leader's pose comes from the gateway
-    assert set(policy.links(swarm, "uav3")) - others == {"uav2", "uav4"}
+    assert set(policy.partners(swarm, "uav1")) - others == {"uav2"}  # the leader's pose comes from the gateway
+    assert set(policy.partners(swarm, "uav3")) - others == {"uav2", "uav4"}
+    assert policy.links(swarm, "uav3") == policy.partners(swarm, "uav3")
 
 
-def test_nobody_dials_the_operator(make_swarm):
-    swarm = make_swarm()
+def test_with_a_router_it_is_everybodys_only_link_and_all_dial_it(make_swarm):
+    swarm = make_swarm({"network.mode": "router"})
+    others = identities(swarm)[1:]
+    assert identities(swarm)[0] == ROUTER
+    assert policy.links(swarm, ROUTER) == others
+    assert policy.dials(swarm, ROUTER) == ()
+    for identity in others:
+        assert policy.links(swarm, identity) == policy.dials(swarm, identity) == (ROUTER,)
+
+
+def test_a_router_changes_nobodys_partners(make_swarm):
+    swarm, routed = make_swarm(), make_swarm({"network.mode": "router"})
+    for identity in identities(swarm):
+        assert [other for other in policy.partners(routed, identity) if other != ROUTER] == list(
+            policy.partners(swarm, identity)
+        )
+
+
+@settings(max_examples=50)
+@given(data=st.data())
+def test_over_a_link_to_the_router_goes_what_its_client_says_and_hears(swarms, data):
+    swarm = data.draw(swarms.filter(lambda swarm: swarm.network.mode == "router"))
+    for identity in identities(swarm)[1:]:
+        assert set(policy.passes(swarm, identity, ROUTER)) == set(policy.says(swarm, identity))
+        assert set(policy.passes(swarm, ROUTER, identity)) == set(policy.hears(swarm, identity))
+
+
+@pytest.mark.parametrize("mode", ["peers", "router"])
+def test_nobody_dials_the_operator(make_swarm, mode):
+    swarm = make_swarm({"network.mode": mode})
     assert all("operator" not in policy.dials(swarm, identity) for identity in identities(swarm))
 
 
 @pytest.mark.parametrize("identity", ["uav9", "stranger"])
 def test_a_stranger_says_and_hears_nothing(make_swarm, identity):
     swarm = make_swarm()
-    assert policy.says(swarm, identity) == policy.hears(swarm, identity) == policy.links(swarm, identity) == ()
+    assert policy.says(swarm, identity) == policy.hears(swarm, identity) == policy.partners(swarm, identity) == ()

@@ -13,7 +13,7 @@ WRONG = [
     # hosts
     ({"hosts": {}}, "hosts = {}: at least one host is needed"),
     ({"hosts.a.address": "nowhere"}, "hosts.a.address = 'nowhere': must be an IP address"),
-    ({"hosts.a.processes": ["uav1"]}, "hosts.a.processes has 'uav1': must be of ['gateway', 'kinematics'"),
+    ({"hosts.a.processes": ["uav1"]}, "hosts.a.processes has 'uav1': must be of ['router', 'gateway', 'kinematics'"),
     (
         {"hosts": {"a": {"processes": ["leader"]}, "b": {"processes": ["leader"]}}},
         "hosts.b.processes has 'leader': host a runs it already",
@@ -37,6 +37,23 @@ WRONG = [
     ({"drones.1.address": "127.0.0.1:7450"}, "drones.address: uav1 and gateway have one address, 127.0.0.1:7450"),
     # rates
     ({"gateway.rate_hz": 50}, "gateway.rate_hz = 50: must be control.rate_hz = 100 or more"),
+    # security
+    (
+        {"network.security": "none", "hosts": {"a": {"address": "10.0.0.1"}}},
+        "network.security = 'none': gateway would listen at 10.0.0.1:7450; without security only loopback",
+    ),
+    (
+        {"network.security": "none", "hosts": {"a": {"address": "::"}}, "network.mode": "router"},
+        "network.security = 'none': router would listen at [::]:7450; without security only loopback",
+    ),
+    (
+        {"network.security": "none", "drones.2.address": "[fe80::1]:9000"},
+        "network.security = 'none': uav2 would listen at [fe80::1]:9000; without security only loopback",
+    ),
+    (
+        {"network.security": "none", "hosts": {"a": {}, "b": {"address": "0.0.0.0"}}, "drones.2.host": "b"},
+        "network.security = 'none': uav2 would listen at 0.0.0.0:7454; without security only loopback",
+    ),
     # avoidance
     (
         {"avoidance.drone_influence_radius": 0.4},
@@ -99,6 +116,9 @@ def test_an_unsound_graph_is_told_before_what_depends_on_it(make_swarm):
         {"drones.1.address": "10.0.0.1:9000"},
         {"drones.1.address": "[::1]:9000"},
         {"hosts.a.address": "::1"},
+        {"network.security": "none"},
+        {"network.security": "none", "hosts": {"a": {"address": "127.8.9.1"}, "b": {"address": "::1"}}},
+        {"network.mode": "router", "hosts": {"a": {"processes": ["router"], "address": "10.0.0.1"}}},
         {"avoidance.sensing": "neighbours"},
         {"formation": {"kind": "grid", "spacing": 0.5}},
         {"drones.2.id": 999, "graph.edges": [[0, 1], [1, 999], [999, 3], [3, 4]]},

@@ -1,4 +1,4 @@
-from flockwire.wiring import agent_identity, endpoints, host_of, identities, processes_on
+from flockwire.wiring import ROUTER, agent_identity, endpoints, host_of, identities, processes_on
 
 TWO_HOSTS = {
     "hosts": {
@@ -31,6 +31,14 @@ def test_endpoints_follow_the_hosts_and_a_drones_own_address(make_swarm):
     assert found["gateway"].startswith("10.0.0.1:")
     assert found["uav2"].startswith("[fe80::1]:")
     assert found["uav3"] == "10.0.0.7:9000"
+
+
+def test_with_a_router_it_stands_first_and_alone_listens(make_swarm):
+    swarm = make_swarm({**TWO_HOSTS, "network.mode": "router", "hosts.air.processes": ["leader", "recorder", "router"]})
+    assert identities(swarm)[0] == ROUTER
+    assert endpoints(swarm) == {ROUTER: "[fe80::1]:7450"}
+    assert processes_on(swarm, "air")[0] == ROUTER
+    assert ROUTER not in identities(make_swarm())
 
 
 def test_every_process_runs_on_exactly_one_host(make_swarm):

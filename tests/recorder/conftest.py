@@ -150,6 +150,7 @@ class Flight:
             steps // 50,
             steps // 500,
             1,
+            2,
             0.07,
             45 << 20,
             rejected,

@@ -135,3 +135,11 @@ def test_a_message_costs_little(tmp_path):
     writer.flush()
     assert (time.process_time() - begin) / 5000 < 100e-6
     writer.close()
+
+
+def test_any_number_of_publishers_may_speak(tmp_path):
+    writer = TraceWriter(tmp_path / "a.mcap", {})
+    for k in range(66_000):  # MCAP numbers its channels with 16 bits
+        writer.write("/paper/uav1/pose", POSE, k.to_bytes(16, "big"), 0, 1000, 900, b"")
+    writer.close()
+    assert writer.written + writer.dropped == 66_000

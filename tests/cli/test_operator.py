@@ -1,0 +1,90 @@
+"""The operator believes of a process only what it says itself."""
+
+from collections import deque
+from io import StringIO
+
+import pytest
+from flockwire import clock
+from flockwire.flight import BILLION
+from flockwire.inbox import Inbox, attachment
+from flockwire.keys import ROWS
+from flockwire.messages import Report, Status
+from flockwire_cli.operator import Operator
+from flockwire_cli.table import Rates
+from flockwire_cli.table import draw as draw_table
+from rich.console import Console
+
+
+def status(identity, report, stamp):
+    return Status(stamp, "world", identity, report, 1, 0, 0, 0, 0, 0.0, 0, (), ())
+
+
+class Wire:
+    """Stands for a session: what is put on a key waits until it is taken."""
+
+    def __init__(self):
+        self.waiting, self.said = {}, []
+
+    def newest(self, key):
+        self.waiting[key] = deque()
+        return Source(Inbox(key, ROWS[key.kind]), self.waiting[key])
+
+    def publish(self, key, message):
+        self.said.append((key, message))
+
+    def put(self, owner, message):
+        (waiting,) = [samples for key, samples in self.waiting.items() if key == ("status", owner)]
+        waiting.append((message.encode(), attachment(len(waiting), clock.now(), b"p" * 16)))
+
+
+class Source:
+    def __init__(self, inbox, waiting):
+        self.inbox, self._waiting = inbox, waiting
+
+    def take(self, now):
+        newest = None
+        while self._waiting:
+            newest = self.inbox.accept(*self._waiting.popleft(), now) or newest
+        return newest
+
+
+@pytest.fixture
+def wire():
+    return Wire()
+
+
+def test_a_status_is_its_processes_own(make_swarm, wire):
+    operator = Operator(make_swarm(), wire)
+    wire.put("uav1", status("uav1", Report("hold"), clock.now()))
+    operator.poll()
+    assert {name: told.report.phase for name, told in operator.statuses.items()} == {"uav1": "hold"}
+
+
+@pytest.mark.parametrize("name", ["uav1", "leader", "nobody", ""])
+def test_nobody_tells_how_another_is(make_swarm, wire, name):
+    operator = Operator(make_swarm(), wire)
+    wire.put("uav1", status("uav1", Report("landing"), clock.now() - BILLION // 2))
+    operator.poll()
+    wire.put("uav3", status(name, Report("ready"), clock.now()))
+    operator.poll()
+    assert operator.statuses.keys() <= {"uav1", "uav3"}
+    assert operator.statuses["uav1"].report.phase == "landing"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[red", "[[", "]", "[bold]", "\\[",
+        "[/nope]",
+        "\x1b[2J",
+    ],
+)  # fmt: skip
+def test_whatever_a_process_says_of_itself_the_table_is_drawn(text):
+    now = 1_790_000_000 * BILLION
+    for report in (Report(text), Report("hold", f"waits {text}")):
+        paper = StringIO()
+        Console(file=paper, width=200).print(
+            draw_table("t", ("uav1",), {"uav1": status("uav1", report, now)}, Rates(), now)
+        )
+        assert "uav1" in paper.getvalue()
+        assert "\x1b" not in paper.getvalue()

@@ -1,0 +1,310 @@
+import ipaddress
+import os
+import stat
+from datetime import timedelta
+from pathlib import Path
+from threading import Thread
+
+import pytest
+from cryptography import x509
+from cryptography.exceptions import InvalidSignature
+from cryptography.hazmat.primitives import serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.x509.oid import ExtendedKeyUsageOID
+from flockwire.credentials import common_name, load_credentials
+from flockwire.pki import (
+    BACKDATED,
+    LIFE,
+    RENEW,
+    WARN,
+    KeysError,
+    expiring,
+    issue,
+    make_keys,
+    new_authority,
+    read_authority,
+    save,
+)
+from flockwire.wiring import endpoints, identities
+
+DAY = timedelta(days=1)
+SECOND = timedelta(seconds=1)
+TWO_HOSTS = {"hosts": {"ground": {"address": "10.0.0.1"}, "air": {"address": "fd00::7"}}, "drones.2.host": "air"}
+
+
+def certificate(folder, name):
+    return x509.load_pem_x509_certificate((folder / f"{name}.crt").read_bytes())
+
+
+def alternatives(folder, name):
+    """Return the names and addresses that a certificate is good for."""
+    found = certificate(folder, name).extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+    return {str(entry.value) for entry in found}
+
+
+def contents(folder):
+    return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.fixture
+def swarm(make_swarm):
+    return make_swarm()
+
+
+@pytest.mark.parametrize("mode", ["peers", "router"])
+def test_everybody_gets_a_certificate_of_his_own_name(make_swarm, tmp_path, made, mode):
+    swarm = make_swarm({"network.mode": mode})
+    assert make_keys(swarm, tmp_path, made) == ("ca", *identities(swarm))
+    for identity in identities(swarm):
+        assert common_name(certificate(tmp_path, identity)) == identity
+        assert load_credentials(tmp_path, identity, made)
+    names = {f"{name}.{end}" for name in identities(swarm) for end in ("crt", "key")}
+    assert {str(path) for path in contents(tmp_path)} == {"ca.crt", "authority/ca.key", *names}
+
+
+def test_a_certificate_serves_both_ends_of_a_link_for_ninety_days(keys, made):
+    for name in ("uav1", "operator"):
+        held = certificate(keys, name)
+        usage = held.extensions.get_extension_for_class(x509.ExtendedKeyUsage).value
+        assert set(usage) == {ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH}
+        assert held.not_valid_after_utc == made + 90 * DAY
+        assert held.not_valid_before_utc == made - BACKDATED
+        assert not held.extensions.get_extension_for_class(x509.BasicConstraints).value.ca
+
+
+def test_all_keys_are_of_the_curve_p_256_and_no_two_are_one(keys, swarm):
+    held = [certificate(keys, name).public_key() for name in ("ca", *identities(swarm))]
+    assert all(isinstance(key, ec.EllipticCurvePublicKey) and key.curve.name == "secp256r1" for key in held)
+    numbers = {certificate(keys, name).serial_number for name in ("ca", *identities(swarm))}
+    assert len({key.public_numbers() for key in held}) == len(numbers) == len(held)
+
+
+def test_the_authority_signs_processes_only_and_no_authority_below_it(keys):
+    limits = certificate(keys, "ca").extensions.get_extension_for_class(x509.BasicConstraints)
+    assert limits.critical
+    assert (limits.value.ca, limits.value.path_length) == (True, 0)
+
+
+def test_a_certificate_is_good_for_its_hosts_addresses_and_names(make_swarm, tmp_path, made):
+    make_keys(make_swarm(TWO_HOSTS), tmp_path, made)
+    loopback = {"127.0.0.1", "::1", "localhost"}
+    assert alternatives(tmp_path, "gateway") == {"10.0.0.1", "ground", "gateway"} | loopback
+    assert alternatives(tmp_path, "uav2") == {"fd00::7", "air", "uav2"} | loopback
+
+
+@pytest.mark.parametrize("mode", ["peers", "router"])
+def test_a_certificate_is_good_for_the_address_where_its_process_is_dialled(make_swarm, tmp_path, made, mode):
+    swarm = make_swarm({**TWO_HOSTS, "drones.3.address": "10.0.0.9:9000", "network.mode": mode})
+    make_keys(swarm, tmp_path, made)
+    for identity, endpoint in endpoints(swarm).items():
+        address = ipaddress.ip_address(endpoint.rpartition(":")[0].strip("[]"))
+        assert str(address) in alternatives(tmp_path, identity)
+
+
+@pytest.mark.parametrize("mask", [0o000, 0o022, 0o077])
+def test_private_keys_are_their_owners_alone(swarm, tmp_path, made, mask):
+    before = os.umask(mask)
+    try:
+        make_keys(swarm, tmp_path / "keys", made)
+    finally:
+        os.umask(before)
+    private = list((tmp_path / "keys").rglob("*.key"))
+    assert len(private) == 1 + len(identities(swarm))
+    assert {stat.S_IMODE(path.stat().st_mode) for path in private} == {0o600}
+
+
+def test_the_authoritys_key_lies_apart_and_no_process_needs_it(keys, swarm, made):
+    (keys / "authority" / "ca.key").unlink()
+    (keys / "authority").rmdir()
+    for identity in identities(swarm):
+        assert load_credentials(keys, identity, made)
+    with pytest.raises(FileNotFoundError, match=r"ca\.key: the authority's key is not here"):
+        read_authority(keys)
+
+
+def test_the_folders_of_the_keys_are_their_owners_alone(swarm, tmp_path, made):
+    make_keys(swarm, tmp_path / "flock" / "keys", made)
+    for folder in (tmp_path / "flock" / "keys", tmp_path / "flock" / "keys" / "authority"):
+        assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+
+
+@pytest.mark.parametrize("later", [timedelta(), LIFE - RENEW - SECOND])
+def test_a_second_time_nothing_is_made(keys, swarm, made, later):
+    before = contents(keys)
+    assert make_keys(swarm, keys, made + later) == ()
+    assert contents(keys) == before
+
+
+def test_what_ends_within_thirty_days_is_renewed_by_the_same_authority(keys, swarm, made):
+    before, later = contents(keys), made + LIFE - RENEW
+    assert make_keys(swarm, keys, later + SECOND) == identities(swarm)
+    assert (keys / "ca.crt").read_bytes() == before[Path("ca.crt")]
+    assert certificate(keys, "uav1").not_valid_after_utc == later + SECOND + LIFE
+    for identity in identities(swarm):
+        assert load_credentials(keys, identity, later)
+
+
+def test_an_authority_about_to_end_is_replaced_with_all_it_signed(keys, swarm, made):
+    later = certificate(keys, "ca").not_valid_after_utc - RENEW + SECOND
+    assert make_keys(swarm, keys, later) == ("ca", *identities(swarm))
+    assert load_credentials(keys, "uav1", later)
+
+
+def test_what_is_missing_is_made_and_nothing_else(keys, swarm, made):
+    (keys / "uav2.crt").unlink()
+    (keys / "leader.key").unlink()
+    assert make_keys(swarm, keys, made) == ("leader", "uav2")
+    assert load_credentials(keys, "leader", made)
+
+
+def test_a_host_that_moved_gets_new_certificates(make_swarm, tmp_path, made):
+    make_keys(make_swarm(TWO_HOSTS), tmp_path, made)
+    moved = make_swarm({**TWO_HOSTS, "hosts": {"ground": {"address": "10.0.0.1"}, "air": {"address": "fd00::8"}}})
+    assert make_keys(moved, tmp_path, made) == ("uav2",)
+    assert "fd00::8" in alternatives(tmp_path, "uav2")
+    assert make_keys(moved, tmp_path, made) == ()
+
+
+def test_a_swarm_that_grows_gets_what_it_lacks(make_swarm, keys, made):
+    assert make_keys(make_swarm({"network.mode": "router"}), keys, made) == ("router",)
+
+
+def test_rotation_replaces_all_and_makes_the_old_worthless(keys, swarm, made):
+    old, before = certificate(keys, "uav1"), contents(keys)
+    assert make_keys(swarm, keys, made, rotate=True) == ("ca", *identities(swarm))
+    after = contents(keys)
+    assert before.keys() == after.keys()
+    assert all(after[path] != before[path] for path in before)
+    with pytest.raises((ValueError, InvalidSignature)):
+        old.verify_directly_issued_by(certificate(keys, "ca"))
+    assert load_credentials(keys, "uav1", made)
+
+
+def test_a_rotation_that_was_cut_short_is_finished_by_the_next_run(keys, swarm, made):
+    old = {name: (keys / name).read_bytes() for name in ("uav1.crt", "uav1.key", "uav2.crt")}
+    make_keys(swarm, keys, made, rotate=True)
+    for name, data in old.items():  # uav1: nothing new yet; uav2: the new key only
+        (keys / name).write_bytes(data)
+    assert make_keys(swarm, keys, made) == ("uav1", "uav2")
+    for identity in identities(swarm):
+        assert load_credentials(keys, identity, made)
+
+
+def test_an_authoritys_key_without_its_certificate_signs_nothing(keys, swarm, made):
+    old = (keys / "ca.crt").read_bytes()
+    make_keys(swarm, keys, made, rotate=True)
+    (keys / "ca.crt").write_bytes(old)
+    with pytest.raises(KeysError, match=r"is not the key of ca\.crt; --rotate"):
+        make_keys(swarm, keys, made)
+
+
+def test_where_the_authoritys_key_is_kept_elsewhere_no_other_authority_is_made(keys, swarm, made):
+    (keys / "authority" / "ca.key").unlink()
+    (keys / "uav1.crt").write_bytes((keys / "uav2.crt").read_bytes())
+    before = contents(keys)
+    with pytest.raises(KeysError, match=r"ca\.key"):
+        make_keys(swarm, keys, made)
+    assert contents(keys) == before
+
+
+def test_without_the_authoritys_key_what_is_good_stays(keys, swarm, made):
+    (keys / "authority" / "ca.key").unlink()
+    before = contents(keys)
+    assert make_keys(swarm, keys, made) == ()
+    assert contents(keys) == before
+
+
+def test_what_a_crash_left_behind_does_not_open_a_key_to_others(swarm, tmp_path, made):
+    for name in ("uav1.key.part", "uav2.key.part"):
+        (tmp_path / name).touch(0o644)
+    make_keys(swarm, tmp_path, made)
+    assert {stat.S_IMODE(path.stat().st_mode) for path in tmp_path.rglob("*.key")} == {0o600}
+
+
+def test_no_key_is_written_through_a_link(swarm, tmp_path, made):
+    (tmp_path / "keys").mkdir()
+    (tmp_path / "keys" / "uav1.key.part").symlink_to(tmp_path / "elsewhere")
+    make_keys(swarm, tmp_path / "keys", made)
+    assert not (tmp_path / "elsewhere").exists()
+    assert not (tmp_path / "keys" / "uav1.key").is_symlink()
+
+
+def test_two_who_make_keys_at_once_leave_whole_ones(swarm, tmp_path, made):
+    failures = []
+
+    def work():
+        try:
+            make_keys(swarm, tmp_path, made)
+        except Exception as error:
+            failures.append(error)
+
+    for _ in range(3):
+        threads = [Thread(target=work) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        assert failures == []
+        for identity in identities(swarm):
+            assert load_credentials(tmp_path, identity, made)
+        for path in list(tmp_path.rglob("*.*")):
+            path.unlink()
+
+
+def test_a_swarm_with_the_longest_name_gets_keys(make_swarm, tmp_path, made):
+    swarm = make_swarm({"name": "a" * 64})
+    make_keys(swarm, tmp_path, made)
+    assert load_credentials(tmp_path, "uav1", made)
+
+
+def test_a_certificate_of_a_strangers_making_is_made_anew(keys, swarm, made):
+    (keys / "uav1.crt").write_bytes((keys / "ca.crt").read_bytes())  # it names no addresses
+    assert make_keys(swarm, keys, made) == ("uav1",)
+    assert load_credentials(keys, "uav1", made)
+
+
+def test_junk_in_place_of_a_key_is_an_error_that_the_command_line_knows(keys, swarm, made):
+    (keys / "authority" / "ca.key").write_text("junk")
+    with pytest.raises(ValueError, match=r"PEM|deserialize"):
+        make_keys(swarm, keys, made)
+
+
+def test_an_authoritys_key_with_a_password_is_an_error_that_the_command_line_knows(keys, swarm, made):
+    locked = read_authority(keys).key.private_bytes(
+        serialization.Encoding.PEM,
+        serialization.PrivateFormat.PKCS8,
+        serialization.BestAvailableEncryption(b"password"),
+    )
+    (keys / "authority" / "ca.key").write_bytes(locked)
+    with pytest.raises(ValueError, match="encrypted"):
+        make_keys(swarm, keys, made)
+
+
+def test_two_weeks_before_its_end_a_certificate_is_warned_of(keys, swarm, made):
+    assert list(expiring(swarm, keys, made + LIFE - WARN)) == []
+    warned = list(expiring(swarm, keys, made + LIFE - WARN + SECOND))
+    assert warned[0] == f"{keys / 'gateway.crt'}: ends on 2027-02-19; `flockwire keys` renews it"
+    assert len(warned) == len(identities(swarm))
+    assert list(expiring(swarm, keys, made + 2 * LIFE)) == warned  # it has ended: all the more
+
+
+def test_the_authoritys_end_is_warned_of_too(keys, swarm, made):
+    end = certificate(keys, "ca").not_valid_after_utc
+    assert any(str(keys / "ca.crt") in line for line in expiring(swarm, keys, end - WARN + SECOND))
+
+
+def test_where_there_are_no_keys_nothing_is_warned_of(swarm, tmp_path, made):
+    assert list(expiring(swarm, tmp_path / "nowhere", made)) == []
+
+
+def test_a_certificate_that_cannot_be_read_is_a_warning_not_an_error(keys, swarm, made):
+    (keys / "uav1.crt").write_text("junk")
+    assert any("uav1.crt" in line for line in expiring(swarm, keys, made))
+
+
+def test_a_certificate_of_any_name_and_dates_can_be_made_for_tests_of_others(tmp_path, made):
+    authority = new_authority("flock", made)
+    save(issue(authority, "uav1", ("localhost",), made - DAY, made + DAY), tmp_path, "forged")
+    assert common_name(certificate(tmp_path, "forged")) == "uav1"
+    certificate(tmp_path, "forged").verify_directly_issued_by(authority.certificate)
+    assert stat.S_IMODE((tmp_path / "forged.key").stat().st_mode) == 0o600

@@ -1,0 +1,135 @@
+import logging
+import subprocess
+import sys
+
+import pytest
+from flockwire.refusals import Refusals
+
+DIM, OFF, YELLOW, RED = "\x1b[2m", "\x1b[0m", "\x1b[33m", "\x1b[31m"
+
+
+def line(reason, level=f"{YELLOW} WARN{OFF}", module="zenoh_link_tls::unicast"):
+    """Return a line as Zenoh logs it, colours and all."""
+    time = f"{DIM}2026-11-21T08:57:07.147758Z{OFF}"
+    return f"{time} {level} app-0 ThreadId(02) {DIM}{module}{OFF}{DIM}:{OFF} {reason}"
+
+
+UNKNOWN = line("invalid peer certificate: UnknownIssuer. Hint: increase the system open file limit.")
+
+
+def expired(second):
+    return line(
+        f"invalid peer certificate: certificate expired: verification time {second} (UNIX), but certificate is not "
+        "valid after 1794646630 (604800 seconds ago). Hint: increase the system open file limit."
+    )
+
+
+@pytest.fixture
+def refusals():
+    return Refusals("uav1")
+
+
+def test_at_first_nothing_was_refused(refusals):
+    assert refusals.count == 0
+
+
+def test_a_refusal_is_counted_by_its_reason(refusals, capsys):
+    refusals.take(UNKNOWN)
+    assert refusals.reasons == {"invalid peer certificate: UnknownIssuer": 1}
+    assert refusals.count == 1
+    assert capsys.readouterr() == ("", "")
+
+
+def test_a_line_without_colours_is_understood_too(refusals):
+    refusals.take("2026-11-21T08:57:07Z  WARN app-0 ThreadId(02) zenoh_link_tls::unicast: peer sent no certificates.")
+    assert refusals.reasons == {"peer sent no certificates": 1}
+
+
+def test_what_differs_from_one_refusal_to_the_next_makes_no_new_reason(refusals):
+    for second in range(1_795_251_430, 1_795_251_450):
+        refusals.take(expired(second))
+    assert refusals.reasons == {"invalid peer certificate: certificate expired": 20}
+
+
+def test_all_reasons_count(refusals):
+    for told in (UNKNOWN, expired(1), UNKNOWN, line("peer sent no certificates")):
+        refusals.take(told)
+    assert refusals.count == 4
+    assert len(refusals.reasons) == 3
+
+
+def test_each_reason_is_told_once(refusals, caplog):
+    with caplog.at_level(logging.WARNING, logger="uav1"):
+        for told in (UNKNOWN, expired(1), UNKNOWN, expired(2), UNKNOWN):
+            refusals.take(told)
+    assert [record.getMessage() for record in caplog.records] == [
+        "refused a connection: invalid peer certificate: UnknownIssuer (told once, counted in status)",
+        "refused a connection: invalid peer certificate: certificate expired (told once, counted in status)",
+    ]
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        line("something went wrong", level=f"{RED}ERROR{OFF}"),
+        line("link is slow", module="zenoh_transport::unicast"),
+        "thread 'app-0' panicked at src/lib.rs:1:1:",
+        "",
+    ],
+)
+def test_all_else_is_passed_on_without_colours(refusals, capsys, other):
+    refusals.take(other)
+    assert refusals.count == 0
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "\x1b" not in err
+    assert err.rstrip("\n").endswith(other.rpartition(" ")[2])
+
+
+WATCH = """
+import asyncio, os, sys
+from flockwire.refusals import Refusals
+
+async def main():
+    refusals = Refusals("uav1")
+    refusals.watch()
+    text = sys.stdin.buffer.read()
+    for k in range(0, len(text), 37):
+        os.write(1, text[k:k + 37])
+        await asyncio.sleep(0)
+    await asyncio.sleep(0.05)
+    print(dict(refusals.reasons), file=sys.stderr)
+
+asyncio.run(main())
+"""
+
+
+def test_the_log_is_read_from_the_standard_output_however_it_is_cut_up():
+    text = "\n".join([UNKNOWN, expired(1), "a panic \u00fc", expired(2), ""]).encode() + b"\xff\xfe\n" + b"half a line"
+    done = subprocess.run([sys.executable, "-c", WATCH], input=text, capture_output=True, timeout=30, check=True)
+    assert done.stdout == b""
+    told = done.stderr.decode()
+    assert "{'invalid peer certificate: UnknownIssuer': 1, 'invalid peer certificate: certificate expired': 2}" in told
+    assert "a panic \u00fc\n" in told
+    assert "\ufffd\ufffd\n" in told
+    assert "half a line" not in told
+
+
+FLOOD = """
+import asyncio, os
+from flockwire.refusals import Refusals
+
+async def main():
+    Refusals("uav1").watch()
+    for _ in range(100):
+        try:
+            os.write(1, b"x" * 4096)
+        except BlockingIOError:
+            pass
+
+asyncio.run(main())
+"""
+
+
+def test_a_flood_of_refusals_never_blocks_the_one_who_logs():
+    subprocess.run([sys.executable, "-c", FLOOD], timeout=2, check=True)
