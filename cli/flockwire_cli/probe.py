@@ -12,6 +12,7 @@ import json
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from datetime import timedelta
 from pathlib import Path
 
@@ -39,8 +40,8 @@ SETTLING = 0.3  # s, longer than two statuses take
 Lettings = dict[tuple[Key, str], int]
 
 
-def attackers(swarm: Swarm, keys: Path, scratch: Path) -> Iterator[Attacker]:
-    """Yield all attackers; their forged certificates go into the folder `scratch`.
+def attackers(swarm: Swarm, keys: Path, scratch: Path) -> Iterator[tuple[Attacker, ...]]:
+    """Yield all attackers, those with one certificate together; forged certificates go into the folder `scratch`.
 
     Raises FileNotFoundError where the authority's key, which signs the expired one, is kept elsewhere.
     """
@@ -51,11 +52,9 @@ def attackers(swarm: Swarm, keys: Path, scratch: Path) -> Iterator[Attacker]:
     save(issue(foreign, victim, names, long_ago, now + timedelta(days=1)), scratch, "foreign")
     save(issue(read_authority(keys), victim, names, long_ago, yesterday), scratch, "expired")
     forged = (None, _files(keys, scratch, "foreign"), _files(keys, scratch, "expired"))
-    for mode in MODES:
-        for name, credentials in zip(OUTSIDERS, forged, strict=True):
-            yield Attacker(name, credentials, mode)
-        for identity in identities(swarm):
-            yield Attacker(identity, _files(keys, keys, identity), mode)
+    shown = dict(zip(OUTSIDERS, forged, strict=True)) | {name: _files(keys, keys, name) for name in identities(swarm)}
+    for name, credentials in shown.items():
+        yield tuple(Attacker(name, credentials, mode) for mode in MODES)
 
 
 def probe(
@@ -69,14 +68,14 @@ def probe(
         if identity not in _alive(operator)
     ]
     with tempfile.TemporaryDirectory() as scratch:
-        for attacker in attackers(swarm, keys, Path(scratch)):
+        for group in attackers(swarm, keys, Path(scratch)):
             alive = _alive(operator)
-            observation = _attack(swarm, keys, attacker, operator)
-            observations.append(observation)
-            new = list(findings(swarm, observation, alive & _alive(operator)))
-            found += new
-            for finding in new:
-                tell(finding.sentence())
+            for observation in _attack(swarm, keys, group, operator):
+                observations.append(observation)
+                new = list(findings(swarm, observation, alive & _alive(operator)))
+                found += new
+                for finding in new:
+                    tell(finding.sentence())
     return observations, found
 
 
@@ -154,18 +153,21 @@ def write(swarm: Swarm, observations: list[Observation], found: list[Finding], s
     )
 
 
-def _attack(swarm: Swarm, keys: Path, attacker: Attacker, operator: Operator) -> Observation:
-    with Attack(swarm, attacker, str(keys / "ca.crt")) as attack:
-        links = attack.link()
-        attack.listen()
+def _attack(swarm: Swarm, keys: Path, group: tuple[Attacker, ...], operator: Operator) -> Iterator[Observation]:
+    """Attack in all modes at once as far as hearing goes, and in turn with saying, so that it is known who said it."""
+    with ExitStack() as stack:
+        attacks = [stack.enter_context(Attack(swarm, attacker, str(keys / "ca.crt"))) for attacker in group]
+        links = [attack.link() for attack in attacks]
+        for attack in attacks:
+            attack.listen()
         _watch(operator, HEARING)
-        before = _lettings(swarm, operator)
-        attack.forge()
-        _watch(operator, SETTLING)
-        after = _lettings(swarm, operator)
-        heard = frozenset(attack.keys_heard())
-    said = frozenset(cell for cell, count in after.items() if count > before.get(cell, 0))
-    return Observation(attacker.identity, attacker.mode, heard, said, links)
+        for attacker, attack, linked in zip(group, attacks, links, strict=True):
+            before = _lettings(swarm, operator)
+            attack.forge()
+            _watch(operator, SETTLING)
+            after = _lettings(swarm, operator)
+            said = frozenset(cell for cell, count in after.items() if count > before.get(cell, 0))
+            yield Observation(attacker.identity, attacker.mode, frozenset(attack.keys_heard()), said, linked)
 
 
 def _watch(operator: Operator, seconds: float) -> None:

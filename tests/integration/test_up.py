@@ -116,6 +116,7 @@ def test_two_hosts_fly_one_swarm(make_swarm: Callable[..., Path], tmp_path: Path
     swarm, out = make_swarm(), tmp_path / "out"
     text = swarm.read_text().replace("id = 3\n", 'id = 3\nhost = "second"\n')
     swarm.write_text(f'{text}[hosts.first]\n[hosts.second]\naddress = "127.0.0.2"\nprocesses = ["leader"]\n')
+    flockwire("keys", swarm).communicate(timeout=30)
     second = flockwire("up", swarm, "--headless", "--host", "second", "--out", tmp_path / "second")
     first = flockwire("up", swarm, "--headless", "--duration", "8", "--out", out)
     _, errors = first.communicate(timeout=120)
