@@ -278,6 +278,17 @@ class Network(Model):
     base_port: Annotated[int, Field(ge=1024, le=64000)] = 7450
 
 
+class Sim(Model):
+    """The network and the clocks of `flockwire sim`; a real flight has its own."""
+
+    delay: NotNegative = 0.0003  # s from sending to arrival
+    jitter: NotNegative = 0.0  # s, at most, on top of the delay; a link keeps its order all the same
+    loss: Probability = 0.0  # share of the messages that never arrive; events (orders, stops) are sent again instead
+    reordering: Probability = 0.0  # share of the messages that are overtaken by those behind them
+    clock_offset: NotNegative = 0.0  # s, at most, either way, between a process's clock and the true time
+    clock_drift: NotNegative = 0.0  # s per s, at most, either way
+
+
 class Host(Model):
     """One machine: its address, and the processes beside its agents that it runs (by identity)."""
 
@@ -303,6 +314,7 @@ class Swarm(Model):
     obstacles: tuple[Obstacle, ...] = ()
     gateway: Gateway = Gateway()
     network: Network = Network()
+    sim: Sim = Sim()
     hosts: dict[str, Host] = {"local": Host()}
 
     @field_validator("name", "frame")
@@ -376,8 +388,12 @@ def parse_swarm(table: dict[str, object], origin: str) -> Swarm:
     try:
         return Swarm.model_validate_json(json.dumps(table, default=str))
     except ValidationError as error:
-        lines = [line for detail in error.errors() for line in _lines(dict(detail))]
-        raise SwarmFileError("\n".join(f"{origin}: {line}" for line in lines)) from None
+        raise SwarmFileError("\n".join(f"{origin}: {line}" for line in error_lines(error))) from None
+
+
+def error_lines(error: ValidationError) -> list[str]:
+    """Turn what pydantic found into lines of key, value and rule."""
+    return [line for detail in error.errors() for line in _lines(dict(detail))]
 
 
 def _tables(table: dict[str, object], key: str) -> list[tuple[str, object]]:

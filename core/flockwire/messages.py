@@ -18,7 +18,7 @@ from flockwire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer
 from flockwire.control.vector import Vector
 
 BILLION = 1_000_000_000
-_PREFIX = Struct("<4siII")
+_LENGTH = Struct("<I")
 
 
 class Message(Protocol):
@@ -275,10 +275,8 @@ class Status:
         for text in (self.identity, report.phase, report.detail):
             writer.text(text)
         ages = (report.pose_age, report.estimate_age, report.nearby_age, report.telemetry_age)
-        for value in (report.formation_error, *ages, report.battery, self.cpu):
-            writer.put("d", value)
-        for count in (self.steps, self.late_1ms, self.late_5ms, self.skipped, self.resident):
-            writer.put("Q", count)
+        writer.put_all("d", report.formation_error, *ages, report.battery, self.cpu)
+        writer.put_all("Q", self.steps, self.late_1ms, self.late_5ms, self.skipped, self.resident)
         writer.texts(tuple(key for key, _ in self.rejected))
         writer.numbers("Q", tuple(count for _, count in self.rejected))
         writer.texts(self.links)
@@ -290,10 +288,10 @@ class Status:
         reader = Reader(data)
         stamp, frame, identity = _read_time(reader), reader.text(), reader.text()
         phase, detail = reader.text(), reader.text()
-        figures = [reader.take_float() for _ in range(7)]
+        figures = reader.take_all("d", 7)
         if not isfinite(sum(figures)):
             raise MessageError("holds a number that is not finite")
-        steps, late_1ms, late_5ms, skipped, resident = (reader.take("Q") for _ in range(5))
+        steps, late_1ms, late_5ms, skipped, resident = map(int, reader.take_all("Q", 5))
         keys, rejections, links = reader.texts(), reader.numbers("Q"), reader.texts()
         reader.end()
         if len(keys) != len(rejections):
@@ -321,16 +319,21 @@ def _frame_text(raw: bytes) -> str:
 
 
 def _pack(stamp: int, frame: str, body: str, *values: float) -> bytes:
+    form, raw = _form(frame, body)
+    return form.pack(HEADER, stamp // BILLION, stamp % BILLION, len(raw), raw, *values)
+
+
+@lru_cache(maxsize=256)
+def _form(frame: str, body: str) -> tuple[Struct, bytes]:
     raw = _raw_frame(frame)
-    sec, nanosec = divmod(stamp, BILLION)
-    return layout(len(raw), body).pack(HEADER, sec, nanosec, len(raw), raw, *values)
+    return layout(len(raw), body), raw
 
 
-def _unpack(data: bytes, body: str, whole: bool = True) -> tuple[int, str, tuple[float, ...]]:
+def _unpack(data: bytes, body: str, whole: bool = True) -> tuple[int, str, list[float]]:
     """Return stamp, frame and values of `body`; with `whole`, nothing may follow but padding."""
     try:
-        length = _PREFIX.unpack_from(data)[3]
-        form = layout(min(length, len(data)), body)
+        (length,) = _LENGTH.unpack_from(data, 12)
+        form = layout(length if length < len(data) else len(data), body)
         header, sec, nanosec, _, raw, *values = form.unpack_from(data)
     except error:
         raise MessageError(f"ends after {len(data)} bytes, too soon") from None

@@ -146,7 +146,12 @@ class Newest:
     def take(self, now: int) -> Received | None:
         """Return the message that came since the last call, None when there is none or it was turned away."""
         sample = self._subscriber.try_recv()
-        return None if sample is None else _accept(self.inbox, sample, now)
+        return None if sample is None else self.inbox.accept(*_bytes(sample), now)
+
+    def message(self, now: int) -> Message | None:
+        """Return only the message of what `take` returns."""
+        received = self.take(now)
+        return None if received is None else received.message
 
 
 class Prompt:
@@ -173,12 +178,17 @@ class Prompt:
         """Return the message that came since the last call, None when there is none or it was turned away."""
         self._announced = False
         sample, self._sample = self._sample, None
-        return None if sample is None else _accept(self.inbox, sample, now)
+        return None if sample is None else self.inbox.accept(*_bytes(sample), now)
+
+    def message(self, now: int) -> Message | None:
+        """Return only the message of what `take` returns."""
+        received = self.take(now)
+        return None if received is None else received.message
 
 
-def _accept(inbox: Inbox, sample: zenoh.Sample, now: int) -> Received | None:
+def _bytes(sample: zenoh.Sample) -> tuple[bytes, bytes]:
     attached = sample.attachment
-    return inbox.accept(sample.payload.to_bytes(), attached.to_bytes() if attached is not None else b"", now)
+    return sample.payload.to_bytes(), attached.to_bytes() if attached is not None else b""
 
 
 def _reason(error: zenoh.ZError) -> str:
