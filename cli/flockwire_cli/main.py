@@ -10,10 +10,13 @@ import sys
 from collections.abc import Coroutine
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 from flockwire.config import Swarm, SwarmFileError, load_swarm
+
+if TYPE_CHECKING:
+    from flockwire.faults import Fault
 
 app = typer.Typer(
     help="Distributed edge runtime for formation flight: one process per drone, on Zenoh.",
@@ -59,6 +62,34 @@ def up(
     except OSError as error:
         _refuse(f"--out = {folder}: cannot write there: {error.strerror}")
     raise typer.Exit(conclude(failure, folder))
+
+
+@app.command()
+def sim(
+    swarm: SwarmFile,
+    seed: Annotated[int, typer.Option(min=0, help="Of all that is left to chance; equal seeds, equal flights.")] = 0,
+    duration: Annotated[float, typer.Option(min=1.0, help="Seconds from take-off to landing.")] = 40.0,
+    out: Annotated[Path | None, typer.Option(help="Folder for trace and report [runs/NAME-sim-SEED-TIME].")] = None,
+    faults: Annotated[Path | None, typer.Option(help="What is to go wrong, and when (TOML).")] = None,
+    no_trace: Annotated[bool, typer.Option("--no-trace", help="Write nothing, only print the figures.")] = False,
+) -> None:
+    """Fly the same swarm in virtual time, many times faster; report."""
+    from flockwire_cli.sim import simulate, simulate_in_memory  # noqa: PLC0415
+
+    loaded = _load(swarm)
+    wrong = _faults(faults, loaded)
+    if no_trace:
+        if out is not None:
+            _refuse(f"--out = {out}: with --no-trace nothing is written")
+        raise typer.Exit(simulate_in_memory(loaded, seed, duration, wrong))
+    folder = out or Path("runs") / f"{loaded.name}-sim-{seed}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
+    if (folder / "trace.mcap").exists():
+        _refuse(f"--out = {folder}: there is a trace of another flight; name a new folder")
+    try:
+        status = simulate(loaded, swarm.read_text(encoding="utf-8"), seed, duration, wrong, folder)
+    except OSError as error:
+        _refuse(f"--out = {folder}: cannot write there: {error.strerror}")
+    raise typer.Exit(status)
 
 
 @app.command()
@@ -188,6 +219,15 @@ def _load(path: Path) -> Swarm:
     try:
         return load_swarm(path)
     except SwarmFileError as error:
+        _refuse(str(error))
+
+
+def _faults(path: Path | None, swarm: Swarm) -> tuple[Fault, ...]:
+    from flockwire.faults import FaultFileError, load_faults  # noqa: PLC0415
+
+    try:
+        return load_faults(path, swarm) if path is not None else ()
+    except FaultFileError as error:
         _refuse(str(error))
 
 

@@ -12,13 +12,13 @@ from pathlib import Path
 
 from flockwire import clock
 from flockwire.config import Swarm
+from flockwire.director import POLL_PERIOD, Director, Stage, pilots
 from flockwire.flight import BILLION
 from flockwire.wiring import processes_on
 from rich.console import Console
 from rich.live import Live
 
-from flockwire_cli.director import Director, Stage
-from flockwire_cli.operator import POLL_PERIOD, Operator, pilots
+from flockwire_cli.operator import Operator
 from flockwire_cli.processes import Children, busy_endpoint
 from flockwire_cli.table import Rates, draw
 

@@ -4,13 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 from flockwire.flight import BILLION, Phase
 from flockwire.messages import Mission, Status
+from flockwire.wiring import agent_identity
+
+if TYPE_CHECKING:
+    from flockwire.config import Swarm
+
+POLL_PERIOD = 0.05  # s between two looks at the statuses
 
 LEAD_TIME = BILLION // 2  # ns from the order to start until the formation's time 0, so that all begin together
 PATIENCE = 30 * BILLION  # ns that a stage may take
 STALE = 2 * BILLION  # ns after which a status says nothing
+
+
+def pilots(swarm: Swarm) -> tuple[str, ...]:
+    """Return the identities of all that must be in phase for a flight to go on."""
+    return tuple(agent_identity(i) for i in swarm.flying)
 
 
 class Stage(StrEnum):

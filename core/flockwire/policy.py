@@ -5,6 +5,7 @@ Pure functions of the swarm: every process derives its own publishers, subscript
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from flockwire.keys import ROWS, Key, all_keys
@@ -12,6 +13,13 @@ from flockwire.wiring import identities
 
 if TYPE_CHECKING:
     from flockwire.config import Swarm
+
+
+def flows(swarm: Swarm) -> Iterator[tuple[Key, tuple[str, ...], tuple[str, ...]]]:
+    """Yield every key with the identities that say it and those that hear it, in the table's order."""
+    for key in all_keys(swarm):
+        row = ROWS[key.kind]
+        yield key, row.said_by(swarm, key.owner), row.heard_by(swarm, key.owner)
 
 
 def says(swarm: Swarm, identity: str) -> tuple[Key, ...]:
@@ -27,9 +35,7 @@ def hears(swarm: Swarm, identity: str) -> tuple[Key, ...]:
 def links(swarm: Swarm, identity: str) -> tuple[str, ...]:
     """Return the identities that `identity` exchanges at least one key with, in the order of dialling."""
     partners: set[str] = set()
-    for key in all_keys(swarm):
-        row = ROWS[key.kind]
-        speakers, listeners = row.said_by(swarm, key.owner), row.heard_by(swarm, key.owner)
+    for _, speakers, listeners in flows(swarm):
         if identity in speakers:
             partners.update(listeners)
         if identity in listeners:

@@ -47,6 +47,18 @@ def describe(swarm: Swarm, toml: str, seed: int, started: int) -> dict[str, str]
     }
 
 
+def describe_virtual(swarm: Swarm, toml: str, seed: int, started: int) -> dict[str, str]:
+    """Return the metadata of a trace from virtual time: as `describe`, without what differs between machines."""
+    return {
+        "swarm": swarm.model_dump_json(),
+        "toml": toml,
+        "version": version("flockwire"),
+        "world": "virtual",
+        "seed": str(seed),
+        "started": datetime.fromtimestamp(started // 1_000_000_000, UTC).isoformat(),
+    }
+
+
 class TraceWriter:
     """Writes messages to the MCAP file `path`; `metadata` is what `describe` returns.
 
