@@ -27,6 +27,7 @@ app = typer.Typer(
 )
 
 SwarmFile = Annotated[Path, typer.Argument(metavar="SWARM", help="The swarm file (TOML).")]
+FaultsFile = Annotated[Path | None, typer.Option(help="What is to go wrong, and when (TOML).")]
 Number = Annotated[int, typer.Argument(metavar="ID", help="The drone's id.")]
 
 
@@ -45,18 +46,24 @@ def up(
     out: Annotated[Path | None, typer.Option(help="Folder for trace, report and logs [runs/NAME-TIME].")] = None,
     headless: Annotated[bool, typer.Option("--headless", help="No live table.")] = False,
     host: Annotated[str | None, typer.Option(help="Which of [hosts] this is [the first].")] = None,
+    faults: FaultsFile = None,
 ) -> None:
     """Start all processes of this host, fly, land, report."""
+    from flockwire_cli.misfortune import refusal  # noqa: PLC0415
     from flockwire_cli.up import Flight, PortInUseError, conclude, fly  # noqa: PLC0415
 
     loaded = _load(swarm)
+    wrong = _faults(faults, loaded)
+    if cannot := refusal(wrong):
+        _refuse(f"{faults}: {cannot}")
     if host is not None and host not in loaded.hosts:
         _refuse(f"--host = {host!r}: must be one of {sorted(loaded.hosts)} ([hosts])")
     folder = out or Path("runs") / f"{loaded.name}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
     if (folder / "trace.mcap").exists():
         _refuse(f"--out = {folder}: there is a trace of another flight; name a new folder")
     try:
-        failure = asyncio.run(fly(Flight(loaded, swarm, host or next(iter(loaded.hosts)), duration, folder, headless)))
+        here = host or next(iter(loaded.hosts))
+        failure = asyncio.run(fly(Flight(loaded, swarm, here, duration, folder, headless, wrong, faults)))
     except PortInUseError as error:
         _refuse(str(error))
     except OSError as error:
@@ -70,7 +77,7 @@ def sim(
     seed: Annotated[int, typer.Option(min=0, help="Of all that is left to chance; equal seeds, equal flights.")] = 0,
     duration: Annotated[float, typer.Option(min=1.0, help="Seconds from take-off to landing.")] = 40.0,
     out: Annotated[Path | None, typer.Option(help="Folder for trace and report [runs/NAME-sim-SEED-TIME].")] = None,
-    faults: Annotated[Path | None, typer.Option(help="What is to go wrong, and when (TOML).")] = None,
+    faults: FaultsFile = None,
     no_trace: Annotated[bool, typer.Option("--no-trace", help="Write nothing, only print the figures.")] = False,
 ) -> None:
     """Fly the same swarm in virtual time, many times faster; report."""
@@ -112,19 +119,21 @@ def leader(swarm: SwarmFile) -> None:
 
 
 @app.command()
-def gateway(swarm: SwarmFile) -> None:
+def gateway(swarm: SwarmFile, faults: FaultsFile = None) -> None:
     """Run the gateway, which serves poses and what is nearby."""
     from flockwire_mocap.process import run  # noqa: PLC0415
 
-    _serve("gateway", run(_load(swarm)))
+    loaded = _load(swarm)
+    _serve("gateway", run(loaded, _faults(faults, loaded)))
 
 
 @app.command()
-def kinematics(swarm: SwarmFile) -> None:
+def kinematics(swarm: SwarmFile, faults: FaultsFile = None) -> None:
     """Run the simulated airframes with their drivers."""
     from flockwire_tello.process import run  # noqa: PLC0415
 
-    _serve("kinematics", run(_load(swarm)))
+    loaded = _load(swarm)
+    _serve("kinematics", run(loaded, _faults(faults, loaded)))
 
 
 @app.command()

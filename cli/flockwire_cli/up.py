@@ -13,11 +13,13 @@ from pathlib import Path
 from flockwire import clock
 from flockwire.config import Swarm
 from flockwire.director import POLL_PERIOD, Director, Stage, pilots
+from flockwire.faults import Fault
 from flockwire.flight import BILLION
 from flockwire.wiring import processes_on
 from rich.console import Console
 from rich.live import Live
 
+from flockwire_cli.misfortune import Misfortune
 from flockwire_cli.operator import Operator
 from flockwire_cli.processes import Children, busy_endpoint
 from flockwire_cli.table import Rates, draw
@@ -27,7 +29,7 @@ RECORDER_HEAD_START = 0.3  # s: so that the trace has the first messages too
 
 @dataclass(frozen=True, slots=True)
 class Flight:
-    """What to fly: the swarm, its file, this host's name, s from take-off to landing, the output folder."""
+    """What to fly: the swarm, its file, this host's name, s from take-off to landing, the output folder, the faults."""
 
     swarm: Swarm
     swarm_file: Path
@@ -35,6 +37,8 @@ class Flight:
     duration: float
     out: Path
     headless: bool
+    faults: tuple[Fault, ...] = ()
+    faults_file: Path | None = None
 
 
 class PortInUseError(OSError):
@@ -47,19 +51,23 @@ async def fly(flight: Flight) -> str:
     busy = busy_endpoint(flight.swarm, identities)
     if busy:
         raise PortInUseError(busy)
-    children = Children(flight.swarm_file, flight.out)
+    children = Children(flight.swarm_file, flight.out, flight.faults_file)
     try:
         for identity in sorted(identities, key=lambda i: i != "recorder"):
             await children.start(identity)
             if identity == "recorder":
                 await asyncio.sleep(RECORDER_HEAD_START)
         with Operator(flight.swarm) as operator:
-            return await _conduct(flight, children, operator)
+            misfortune = Misfortune(flight.faults, identities, children)
+            try:
+                return await _conduct(flight, children, operator, misfortune)
+            finally:
+                await misfortune.end()
     finally:
         await children.end()
 
 
-async def _conduct(flight: Flight, children: Children, operator: Operator) -> str:
+async def _conduct(flight: Flight, children: Children, operator: Operator, misfortune: Misfortune) -> str:
     director = Director(pilots(flight.swarm), flight.swarm.frame, flight.duration, clock.now())
     display = Display(flight, director)
     died = ""
@@ -73,6 +81,8 @@ async def _conduct(flight: Flight, children: Children, operator: Operator) -> st
             if not died and (died := children.died()):
                 operator.order(director.abort(died, now))
             operator.order(director.step(operator.statuses, now))
+            if director.took_off is not None:
+                misfortune.step(now - director.took_off)
             display.update(operator, now)
             await asyncio.sleep(POLL_PERIOD)
     return director.failure

@@ -43,6 +43,7 @@ class Director:
         self.failure = ""
         self._pilots, self._frame = pilots, frame
         self._duration = round(duration * BILLION)
+        self.took_off: int | None = None  # when the order to take off was given, Unix ns
         self._since = self._took_off = now
 
     def step(self, statuses: Mapping[str, Status], now: int) -> Mission | None:
@@ -51,7 +52,7 @@ class Director:
             i: statuses[i].report.phase for i in self._pilots if i in statuses and now - statuses[i].stamp < STALE
         }
         if self.stage is Stage.PREPARING and self._all(phases, Phase.READY):
-            self._took_off = now
+            self._took_off = self.took_off = now
             return self._go(Stage.TAKING_OFF, Mission(now, self._frame, "takeoff"))
         if self.stage is Stage.TAKING_OFF and self._all(phases, Phase.HOLD):
             return self._go(Stage.FLYING, Mission(now, self._frame, "start", now + LEAD_TIME))

@@ -81,6 +81,14 @@ class Deadlines:
         self.skipped += skipped
 
 
+def next_due(due: int, now: int, period: int) -> int:
+    """Return when the next is due of what comes every `period` ns, was due at `due` and is done at `now`.
+
+    A step that comes a little early or late does not shift those after it; long silence is not made up for.
+    """
+    return due + period if due + period > now else now + period
+
+
 class StatusTeller:
     """Tells how a process is: a status message ten times a second, a line to `say` when its state changes."""
 
@@ -98,7 +106,7 @@ class StatusTeller:
 
     def tell(self, now: int, report: Report, counts: Deadlines, rejected: tuple[tuple[str, int], ...]) -> None:
         """Publish the status, and say the state if it is a new one."""
-        self._due = now + STATUS_PERIOD
+        self._due = next_due(self._due, now, STATUS_PERIOD)
         self._publish(
             self._key,
             Status(

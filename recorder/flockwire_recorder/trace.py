@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from flockwire.schemas import schema_text
-from mcap.writer import CompressionType, Writer
+
+from flockwire_recorder.chunked import ChunkedWriter
 
 if TYPE_CHECKING:
     from flockwire.config import Swarm
@@ -76,11 +77,11 @@ class TraceWriter:
         self._schemas: dict[str, int] = {}
         self._channels: dict[tuple[str, bytes], int] = {}
         self._stream = path.open("wb")
-        self._writer = Writer(self._stream, CHUNK_SIZE, CompressionType.ZSTD)
+        self._writer = ChunkedWriter(self._stream, CHUNK_SIZE)
         try:
             self._writer.start(PROFILE, f"flockwire {version('flockwire')}")
             self._writer.add_metadata(METADATA, metadata)
-            self._writer.flush()  # type: ignore[no-untyped-call]
+            self._writer.flush()
         except OSError as error:
             raise self._failure(error) from error
 
@@ -115,7 +116,7 @@ class TraceWriter:
         if self._failed:
             return
         try:
-            self._writer.flush()  # type: ignore[no-untyped-call]
+            self._writer.flush()
         except OSError as error:
             raise self._failure(error) from error
 
@@ -124,7 +125,7 @@ class TraceWriter:
         if self._stream.closed:
             return
         try:
-            self._writer.finish()  # type: ignore[no-untyped-call]
+            self._writer.finish()
             self._stream.close()
         except OSError as error:
             raise self._failure(error) from error

@@ -14,6 +14,7 @@ from flockwire.faults import AirframeFailure, AirframeLag, Fault
 from flockwire.flight import BILLION, age
 from flockwire.keys import STOP, Key, uav
 from flockwire.messages import Command, FlightState, Message, Pose, Report, Stop, Telemetry
+from flockwire.stepping import next_due
 
 from flockwire_tello.airframe import SimulatedAirframe
 
@@ -92,7 +93,7 @@ class KinematicsCore:
             drone.advance(now)
             messages.append((key, Pose(now, self._frame, drone.airframe.position)))
         if now >= self._telemetry_due:
-            self._telemetry_due = now + TELEMETRY_PERIOD
+            self._telemetry_due = next_due(self._telemetry_due, now, TELEMETRY_PERIOD)
             for owner, drone in self._drones.items():
                 frame = drone.airframe
                 height, silence = frame.position[2], drone.command_age(now)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from flockwire import clock
 from flockwire.config import Swarm
+from flockwire.faults import Fault
 from flockwire.runtime import run_core
 
 from flockwire_tello.core import KinematicsCore
 
 
-async def run(swarm: Swarm) -> None:
+async def run(swarm: Swarm, faults: tuple[Fault, ...] = ()) -> None:
     """Simulate until the process is told to end."""
-    await run_core(KinematicsCore(swarm, clock.now()), swarm, "kinematics")
+    await run_core(KinematicsCore(swarm, clock.now(), faults), swarm, "kinematics")
