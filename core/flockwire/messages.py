@@ -61,23 +61,24 @@ class Pose:
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """flockwire_msgs/LeaderEstimate: one follower's estimate of the leader's position and velocity."""
+    """flockwire_msgs/LeaderEstimate: one follower's estimate of the leader's position, velocity and acceleration."""
 
     ros_type: ClassVar[str] = "flockwire_msgs/msg/LeaderEstimate"
     stamp: int
     frame: str
     position: Vector
     velocity: Vector
+    acceleration: Vector = (0.0, 0.0, 0.0)  # m/s^2
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        return _pack(self.stamp, self.frame, "dddddd", *self.position, *self.velocity)
+        return _pack(self.stamp, self.frame, "ddddddddd", *self.position, *self.velocity, *self.acceleration)
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read CDR bytes; raises MessageError."""
-        stamp, frame, v = _unpack(data, "dddddd")
-        return cls(stamp, frame, (v[0], v[1], v[2]), (v[3], v[4], v[5]))
+        stamp, frame, v = _unpack(data, "ddddddddd")
+        return cls(stamp, frame, (v[0], v[1], v[2]), (v[3], v[4], v[5]), (v[6], v[7], v[8]))
 
 
 @dataclass(frozen=True, slots=True)
