@@ -39,22 +39,29 @@ class Model(BaseModel):
 
 
 class Control(Model):
-    """The formation tracking protocol (9)."""
+    """The control law, the gains of the formation tracking protocol (9), and the safety filter round it."""
 
     rate_hz: Annotated[int, Field(ge=10, le=500)] = 100
-    law: Literal["paper"] = "paper"
+    law: str = "extended"  # "extended", "paper" or your own, "package.module:ClassName"
     formation_gain: Positive = 3.0  # K, 1/s
-    compensation_gain: NotNegative = 0.2  # phi, m/s
-    compensation_smoothing: Positive = 0.01  # epsilon, m
+    compensation_gain: NotNegative = 0.2  # phi, m/s (law "paper")
+    compensation_smoothing: Positive = 0.01  # epsilon, m (law "paper")
+    safety_filter: bool | None = None  # default: round every law but "paper"
+
+    @property
+    def filtered(self) -> bool:
+        """Whether the safety filter is round the law."""
+        return self.law != "paper" if self.safety_filter is None else self.safety_filter
 
 
 class Observer(Model):
     """The fixed-time observer (8)."""
 
-    step: Literal["implicit", "explicit"] = "implicit"
+    step: Literal["implicit", "explicit"] = "implicit"  # (law "paper"; "extended" is implicit)
     gain: Positive = 3.0  # mu, m/s
     exponent: Annotated[float, Field(gt=1, allow_inf_nan=False)] = 1.5  # p
-    velocity_time_constant: Positive = 0.15  # s, of the filter behind the published velocity estimate
+    velocity_time_constant: Positive = 0.15  # s, of the filter behind the published velocity estimate (law "paper")
+    leader_time_constant: Positive | None = None  # s, of the tracker of the leader's velocity; default: by the depth
 
 
 class CircleFormation(Model):
@@ -140,6 +147,9 @@ class Avoidance(Model):
     obstacle_influence_radius: Positive = 0.5  # rho_obs
     drone_safety_distance: Positive = 0.4  # r_safe_uav
     obstacle_safety_distance: Positive = 0.3  # r_safe_obs, from the obstacle's surface
+    margin: NotNegative = 0.03  # added to both by the safety filter, for noise and what the model does not know
+    barrier_rate: Positive = 5.0  # alpha, 1/s: how fast the safety filter lets a gap close
+    sidestep_reach: Positive = 0.6  # m of gap within which a body is in the way
 
 
 class Fence(Model):
@@ -170,6 +180,8 @@ class Limits(Model):
     """Speeds, heights, battery, fence and the staleness ladder."""
 
     speed: Positive = 3.0
+    acceleration: Positive = 10.0  # m/s^2, of commands (safety filter)
+    floor: Finite = 0.15  # no drone goes lower, except to land (safety filter)
     blind_speed: Positive = 0.5  # while the nearby bodies are stale
     takeoff_height: Positive = 1.0
     vertical_speed: Positive = 0.7  # of take-off and landing

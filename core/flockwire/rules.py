@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
+import re
 from collections.abc import Iterator
 from itertools import combinations
 from math import dist, isinf
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from flockwire.control.graph import LEADER
 from flockwire.control.survey import survey
+from flockwire.law import BUILT_IN, LawError, load_law
 from flockwire.wiring import PROCESS_IDENTITIES, endpoints
 
 if TYPE_CHECKING:
@@ -21,7 +23,7 @@ SURVEY_SAMPLES = 400
 
 def problems(swarm: Swarm) -> Iterator[str]:
     """Yield every problem; the later groups are looked at only when the earlier ones are sound."""
-    for group in ((_drones, _hosts), (_graph, _addresses, _rates, _avoidance, _fence), (_starts, _formations)):
+    for group in ((_drones, _hosts), (_law, _graph, _addresses, _rates, _avoidance, _fence), (_starts, _formations)):
         found = [line for rule in group for line in rule(swarm)]
         yield from found
         if found:
@@ -74,6 +76,19 @@ def _rates(swarm: Swarm) -> Iterator[str]:
             f"gateway.rate_hz = {swarm.gateway.rate_hz}: must be control.rate_hz = {swarm.control.rate_hz} or more, "
             "each control step answers a pose"
         )
+
+
+def _law(swarm: Swarm) -> Iterator[str]:
+    law = swarm.control.law
+    if law in BUILT_IN:
+        return
+    if not re.fullmatch(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*", law):
+        yield f"control.law = {law!r}: must be one of {sorted(BUILT_IN)} or your own class, 'package.module:ClassName'"
+        return
+    try:
+        load_law(law)
+    except LawError as error:
+        yield str(error)
 
 
 def _graph(swarm: Swarm) -> Iterator[str]:
