@@ -335,9 +335,11 @@ def _unpack(data: bytes, body: str, whole: bool = True) -> tuple[int, str, list[
     try:
         (length,) = _LENGTH.unpack_from(data, 12)
         form = layout(length if length < len(data) else len(data), body)
-        header, sec, nanosec, _, raw, *values = form.unpack_from(data)
+        found = form.unpack_from(data)
     except error:
         raise MessageError(f"ends after {len(data)} bytes, too soon") from None
+    header, sec, nanosec, _, raw = found[:5]
+    values = found[5:]
     if header != HEADER or nanosec >= BILLION:
         raise MessageError("the header is not that of a stamped message in little-endian CDR")
     if whole and len(data) - form.size > 3:

@@ -88,8 +88,7 @@ class ChunkedWriter:
         self._data += data
         if not self._first or log_time < self._first:
             self._first = log_time
-        if log_time > self._last:
-            self._last = log_time
+        self._last = max(self._last, log_time)
         if len(self._data) > self._chunk_size:
             self._end_chunk()
 

@@ -107,6 +107,7 @@ class Process:
     def kill(self, _: object = None) -> None:
         """End at once."""
         self.alive = False
+        self._waiting = {}
 
     def freeze(self, _: object = None) -> None:
         """Stand still: of what arrives the newest rests."""
