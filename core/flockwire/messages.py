@@ -330,7 +330,7 @@ def _form(frame: str, body: str) -> tuple[Struct, bytes]:
     return layout(len(raw), body), raw
 
 
-def _unpack(data: bytes, body: str, whole: bool = True) -> tuple[int, str, list[float]]:
+def _unpack(data: bytes, body: str, whole: bool = True) -> tuple[int, str, tuple[float, ...]]:
     """Return stamp, frame and values of `body`; with `whole`, nothing may follow but padding."""
     try:
         (length,) = _LENGTH.unpack_from(data, 12)
@@ -346,7 +346,7 @@ def _unpack(data: bytes, body: str, whole: bool = True) -> tuple[int, str, list[
         raise MessageError(f"{len(data) - form.size} bytes are left over")
     if not isfinite(sum(values)):
         raise MessageError("holds a number that is not finite")
-    return sec * BILLION + nanosec, _frame_text(raw), tuple(values)
+    return sec * BILLION + nanosec, _frame_text(raw), values
 
 
 def _body(kind: float, x: float, y: float, z: float, radius: float) -> Body:
