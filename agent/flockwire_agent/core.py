@@ -182,7 +182,7 @@ class AgentCore:
             return ZERO
         wanted = self._wanted(phase, position, decision, seen)
         if self._guard is not None:
-            grounding = phase is Phase.LANDING
+            grounding = phase in (Phase.LANDING, Phase.TAKEOFF)
             last, speed = self._airframe.last_command, speed_limit(inputs, limits)
             stamp = self._surroundings.stamp or seen.stamp
             return self._guard.velocity(wanted, seen.motion, seen.bodies, stamp, now, last, seen.dt, speed, grounding)

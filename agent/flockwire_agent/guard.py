@@ -49,7 +49,7 @@ class Guard:
         """Return the nearest velocity to `wanted` that keeps clear of everything.
 
         `bodies` were seen at `stamp`, relative to `motion.position`; `last` is the command before this one, `dt` s ago;
-        `speed` the limit of the moment; `grounding` when the floor is where the drone wants to be.
+        `speed` the limit of the moment; `grounding` when it comes from the ground or goes there: no floor.
         """
         speed = min(speed, self.speed)
         spaces = self._bodies(motion, bodies, stamp, now, speed)
