@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import isfinite
-from typing import TYPE_CHECKING, Protocol, cast
+from typing import TYPE_CHECKING, NamedTuple, Protocol, cast
 
 from flockwire.control.airframe_state import Motion
 from flockwire.control.formation import Formation
@@ -28,8 +27,7 @@ BUILT_IN = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Heard:
+class Heard(NamedTuple):
     """What one in-neighbour said of the leader; of the leader itself, `number` 0, only the position is known."""
 
     number: int
@@ -38,8 +36,7 @@ class Heard:
     motion: LeaderMotion
 
 
-@dataclass(frozen=True, slots=True)
-class Reference:
+class Reference(NamedTuple):
     """The place in the formation: `offset` h_i and `rate` h_i' at any time."""
 
     formation: Formation
@@ -55,8 +52,7 @@ class Reference:
         return self.formation.offset_rate(self.rank, (when - self.start) / BILLION)
 
 
-@dataclass(frozen=True, slots=True)
-class Observation:
+class Observation(NamedTuple):
     """All that a law may know at one step."""
 
     dt: float  # s since the last step
@@ -67,8 +63,7 @@ class Observation:
     reference: Reference | None  # None outside the formation phase: then the velocity is not used
 
 
-@dataclass(frozen=True, slots=True)
-class Decision:
+class Decision(NamedTuple):
     """What a law wants: a velocity for the airframe and, for those who listen, an estimate of the leader."""
 
     velocity: Vector = ZERO

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
 from math import exp
+from typing import NamedTuple
 
 from flockwire.control.vector import ZERO, Vector
 
 
-@dataclass(frozen=True, slots=True)
-class Motion:
+class Motion(NamedTuple):
     """Where a drone was measured, m, its velocity there, m/s, and where it would rest if told to stop now, m."""
 
     position: Vector

@@ -6,14 +6,13 @@ eta_j(now) = eta_j + tau v_j + tau^2 a_j / 2,   tau = now − stamp_j        (th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from flockwire.control.observer import ObserverParameters, implicit_step
 from flockwire.control.vector import ZERO, Vector
 
 
-@dataclass(frozen=True, slots=True)
-class LeaderMotion:
+class LeaderMotion(NamedTuple):
     """An estimate of the leader: position, m, velocity, m/s, acceleration, m/s^2, world frame."""
 
     position: Vector
