@@ -80,15 +80,16 @@ class AirframeState:
         commands, at = self._commands, self._stamp
         while len(commands) > 1 and commands[1][0] + self._dead_time <= at:
             commands.popleft()
-        for k, (begin, u, _) in enumerate(commands):
-            until = commands[k + 1][0] + self._dead_time if k + 1 < len(commands) else stamp
-            until = min(until, stamp)
-            if until > at and begin + self._dead_time <= at:
-                self._fly(u, until - at)
-                at = until
-            if at >= stamp:
-                return
-        self._fly(commands[-1][1] if commands else ZERO, stamp - at)
+        current = ZERO
+        for begin, u, _ in commands:
+            effective = begin + self._dead_time
+            if effective >= stamp:
+                break
+            if effective > at:
+                self._fly(current, effective - at)
+                at = effective
+            current = u
+        self._fly(current, stamp - at)
 
     def _fly(self, u: Vector, dt: float) -> None:
         assert self._position is not None  # noqa: S101  (it was measured before)
