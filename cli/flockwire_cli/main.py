@@ -6,6 +6,7 @@ Exit status: 0 all well; 1 a flight failed, its reason on the last line; 2 bad u
 from __future__ import annotations
 
 import asyncio
+import os
 import sys
 from collections.abc import Coroutine
 from datetime import datetime
@@ -94,6 +95,37 @@ def sim(
         _refuse(f"--out = {folder}: there is a trace of another flight; name a new folder")
     try:
         status = simulate(loaded, swarm.read_text(encoding="utf-8"), seed, duration, wrong, folder)
+    except OSError as error:
+        _refuse(f"--out = {folder}: cannot write there: {error.strerror}")
+    raise typer.Exit(status)
+
+
+@app.command()
+def study(
+    swarm: SwarmFile,
+    file: Annotated[Path | None, typer.Argument(metavar="STUDY", help="What is varied (TOML).")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder; a second call goes on in it [runs/NAME-study-TIME].")
+    ] = None,
+    runs: Annotated[int | None, typer.Option(min=1, help="Flights at each grid point [100].")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Of the whole study [0].")] = None,
+    duration: Annotated[float | None, typer.Option(min=1.0, help="Seconds of each flight [20].")] = None,
+    random_starts: Annotated[str | None, typer.Option(metavar="WxD", help="Start anywhere in a box, like 6x6.")] = None,
+    jobs: Annotated[int, typer.Option(min=0, help="Processes of this machine; 0: one for each core.")] = 0,
+    scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="Of a Dask cluster, which flies instead.")] = "",
+) -> None:
+    """Fly the swarm many times in virtual time, each time a little different; tell how often all goes well."""
+    from flockwire_sim.study.plan import StudyError  # noqa: PLC0415
+
+    from flockwire_cli import study as studies  # noqa: PLC0415  (numpy)
+
+    loaded = _load(swarm)
+    folder = out or Path("runs") / f"{loaded.name}-study-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
+    try:
+        options = studies.options_of(runs, seed, duration, random_starts)
+        status = studies.study(swarm, file, options, folder, jobs or os.cpu_count() or 1, scheduler)
+    except (StudyError, SwarmFileError) as error:
+        _refuse(str(error))
     except OSError as error:
         _refuse(f"--out = {folder}: cannot write there: {error.strerror}")
     raise typer.Exit(status)

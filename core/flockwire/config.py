@@ -382,6 +382,11 @@ def load_swarm(path: Path) -> Swarm:
 
     Raises SwarmFileError with one line for each problem: file, key, value, rule.
     """
+    return parse_swarm(load_table(path), str(path))
+
+
+def load_table(path: Path) -> dict[str, object]:
+    """Read a swarm file, with the key frames it names, as it is; raises SwarmFileError where that cannot be done."""
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
@@ -392,7 +397,7 @@ def load_swarm(path: Path) -> Swarm:
     for name, formation in [("formation", table.get("formation")), *_tables(table, "formations")]:
         if isinstance(formation, dict) and formation.get("kind") == "key_frames" and "file" in formation:
             formation["frames"] = _read_key_frames(path, name, str(formation["file"]))
-    return parse_swarm(table, str(path))
+    return table
 
 
 def parse_swarm(table: dict[str, object], origin: str) -> Swarm:
