@@ -9,7 +9,7 @@ from pathlib import Path
 from random import Random
 
 import pytest
-from flockwire.config import Swarm, load_swarm
+from flockwire.config import Swarm, load_swarm, load_table
 from flockwire.faults import load_faults
 from flockwire_cli.main import app
 from flockwire_recorder.summary import summarise
@@ -20,6 +20,7 @@ from flockwire_sim.study.places import random_starts
 from flockwire_sim.study.plan import RandomGraph, Starts, StudyError, load_plan
 from flockwire_sim.study.statistics import spread, wilson
 from flockwire_sim.study.trees import random_edges
+from flockwire_sim.study.variation import rehearse
 from flockwire_sim.world import World
 from typer.testing import CliRunner
 from typer.testing import Result as Said
@@ -105,6 +106,10 @@ def test_random_starts_keep_their_distances(make_swarm: Callable[..., Swarm]) ->
         assert all(-1.5 <= x <= 2.5 and -1.5 <= y <= 1.5 for x, y in places)
         assert all(dist(one, other) >= 0.7 for i, one in enumerate(places) for other in places[:i])
         assert all(dist(place, (1.0, 1.0)) >= 0.8 for place in places)
+    places = random_starts(swarm, Starts(box=(4.0, 3.0), fixed=(2,)), Random(0))
+    assert places[2] == swarm.drone(2).start[:2]
+    with pytest.raises(StudyError, match="no drone 7"):
+        random_starts(swarm, Starts(box=(4.0, 3.0), fixed=(7,)), Random(0))
     with pytest.raises(StudyError, match="no room for 5 drones"):
         random_starts(swarm, Starts(box=(0.8, 0.8), spacing=0.7), Random(0))
 
@@ -200,6 +205,14 @@ def test_a_bad_study_is_refused_in_one_line_before_anything_is_written(
     assert not (tmp_path / "out").exists()
 
 
+def test_the_study_of_the_documentation_can_be_made(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "study.md").read_text()
+    (tmp_path / "study.toml").write_text(page.split("```toml\n")[1].split("```")[0])
+    plan = load_plan(tmp_path / "study.toml", {})
+    rehearse(plan, load_table(Path(__file__).parents[2] / "swarms" / "paper_simulation.toml"))
+    assert len(plan.points) == 2
+
+
 def test_bad_random_starts_are_refused(files: tuple[Path, Path]) -> None:
     result = flockwire(files[0], "--random-starts", "6")
     assert (result.exit_code, len(result.stderr.splitlines())) == (2, 1)
@@ -207,7 +220,6 @@ def test_bad_random_starts_are_refused(files: tuple[Path, Path]) -> None:
 
 
 def test_a_folder_with_another_study_or_something_else_is_left_alone(files: tuple[Path, Path], tmp_path: Path) -> None:
-    from flockwire.config import load_table
     from flockwire_sim.study.ledger import Ledger
 
     out = tmp_path / "out"

@@ -48,6 +48,7 @@ class Starts(Model):
     centre: tuple[Finite, Finite] = (0.0, 0.0)
     spacing: Positive = 0.6
     obstacle_spacing: Positive = 0.6
+    fixed: tuple[int, ...] = ()  # drones that start where the swarm file says, such as a leader on its path, 0
 
 
 class RandomGraph(Model):
