@@ -20,6 +20,7 @@ def changed_table(changes: Changes | None = None) -> dict[str, Any]:
     """Return the paper's swarm as a table: a chain of four; `changes` are by dotted key, None takes a key out."""
     table: dict[str, Any] = {
         "name": "flock",
+        "control": {"law": "paper"},
         "formation": {"kind": "circle", "radius": 2.0, "rate": 0.5},
         "leader": {"trajectory": {"kind": "constant", "velocity": [0.1, 0.1, 0.0]}},
         "graph": {"edges": [[0, 1], [1, 2], [2, 3], [3, 4]]},

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 from flockwire.config import Swarm
-from flockwire.control.observer import ObserverParameters, explicit_step, implicit_step, rate_estimate
-from flockwire.control.protocol import ProtocolParameters, control_input
+from flockwire.control.airframe_state import AirframeState, Motion
 from flockwire.control.vector import ZERO, Vector, add, limit, norm, scale, subtract
 from flockwire.flight import (
     BILLION,
+    IN_FLIGHT,
     Flight,
     Phase,
     Situation,
@@ -21,11 +21,14 @@ from flockwire.flight import (
     outside,
 )
 from flockwire.keys import Key, uav
+from flockwire.law import Decision, Law, Observation, Reference, check_decision, load_law
 from flockwire.messages import Command, Estimate, FlightState, Message, Mission, Nearby, Pose, Report, Stop, Telemetry
 
-from flockwire_agent.avoidance import known_bodies, repulsion
+from flockwire_agent.avoidance import repulsion
+from flockwire_agent.guard import Guard
 from flockwire_agent.ladder import Inputs, hold_reason, land_reason, shown, speed_limit, unready_reason
 from flockwire_agent.neighbourhood import Neighbourhood
+from flockwire_agent.surroundings import Surroundings
 
 LONGEST_STEP = 0.1  # s: after a longer pause the observer goes on as if only this had passed
 
@@ -37,24 +40,22 @@ class AgentCore:
         self.trigger = Key("pose", uav(number))
         self.prompt: frozenset[Key] = frozenset()
         self.period = 1.0 / swarm.control.rate_hz
-        self._swarm, self._born = swarm, now
+        self._swarm, self._number, self._born = swarm, number, now
         self._estimate_key, self._command_key = Key("estimate", uav(number)), Key("command", uav(number))
         self._others = {uav(j): j for j in (0, *swarm.followers)}
         self._index = swarm.followers.index(number)
-        self._observe = implicit_step if swarm.observer.step == "implicit" else explicit_step
-        self._observer = ObserverParameters(swarm.observer.gain, swarm.observer.exponent)
-        self._protocol = ProtocolParameters(
-            swarm.control.formation_gain, swarm.control.compensation_gain, swarm.control.compensation_smoothing
-        )
+        self._make_law = load_law(swarm.control.law)
+        self._law: Law = self._make_law(swarm, number)
+        self._fault = ""  # what the law raised
+        self._guard = Guard(swarm, number) if swarm.control.filtered else None
+        frame = swarm.airframe(number)
+        self._airframe = AirframeState(frame.lag, frame.dead_time)
         self._formations = {name: swarm.build_formation(name) for name in ("", *swarm.formations)}
         self._neighbourhood = Neighbourhood(swarm.topology.neighbours(number), swarm.limits.staleness.estimate_drop)
+        self._surroundings = Surroundings(swarm)
         self._flight = Flight(now)
         self._pose: Pose | None = None
-        self._nearby: Nearby | None = None
         self._telemetry: Telemetry | None = None
-        self._leader: Vector | None = None  # eta_i
-        self._leader_velocity = ZERO
-        self._observed = 0  # the stamp of the newest estimate
         self._place: Vector | None = None  # where it holds, or took off; None until it knows where it is
         self._stepped = now
         self._error = -1.0
@@ -69,11 +70,12 @@ class AgentCore:
             case Estimate():
                 self._neighbourhood.hear_estimate(self._others[key.owner], message)
             case Nearby():
-                self._nearby = message
+                self._surroundings.see(message)
             case Telemetry():
                 self._telemetry = message
             case Mission() if message.formation in self._formations:
                 self._flight.order(message)
+                self._forgive()
             case Stop():
                 self._flight.stop()
 
@@ -81,23 +83,25 @@ class AgentCore:
         """Observe, decide, command: what to publish at `now`."""
         dt = min((now - self._stepped) / BILLION, LONGEST_STEP)
         self._stepped = now
-        self._advance_observer(now, dt)
+        heard = self._neighbourhood.heard(now)
         inputs = self._inputs(now)
-        self._error = -1.0
         stamp, fresh = command_stamp(self._pose, now, self._swarm.limits.staleness.pose_zero)
         self._decide(now, inputs)
-        velocity = self._velocity(stamp, inputs) if fresh else self._blind_velocity()
+        motion = self._motion(now) if fresh else None
+        bodies = self._surroundings.bodies(self._pose, self._neighbourhood) if self._pose is not None else ()
+        seen = Observation(dt, stamp, motion, heard, bodies, self._reference())
+        decision = self._obey(seen, now)
+        velocity = self._velocity(seen, decision, inputs, now) if motion is not None else self._blind_velocity()
+        self._airframe.command(velocity, now / BILLION)
         messages: list[tuple[Key, Message]] = [(self._command_key, Command(stamp, self._swarm.frame, velocity))]
-        if self._leader is not None:
-            self._observed = max(self._observed, stamp if fresh else now)
-            estimate = Estimate(self._observed, self._swarm.frame, self._leader, self._leader_velocity)
-            messages.append((self._estimate_key, estimate))
+        if decision.estimate is not None:
+            messages.append((self._estimate_key, self._said(decision, now)))
         return messages
 
     def report(self, now: int) -> Report:
         """Return how the agent is."""
         inputs = self._inputs(now)
-        nearby = age(self._nearby.stamp, now) if self._nearby is not None else -1.0
+        nearby = shown(age(self._surroundings.stamp, now))
         return Report(
             self._flight.phase, self._flight.reason, self._error, shown(inputs.pose),
             shown(self._neighbourhood.oldest(now)), nearby, shown(inputs.telemetry),
@@ -105,29 +109,56 @@ class AgentCore:
         )  # fmt: skip
 
     def _inputs(self, now: int) -> Inputs:
-        pose, nearby, telemetry = self._pose, self._nearby, self._telemetry
+        pose, telemetry = self._pose, self._telemetry
         sensing = self._swarm.avoidance.sensing == "nearby"
         fence = self._swarm.limits.fence
         return Inputs(
             age(pose.stamp if pose is not None else 0, now),
             self._neighbourhood.silence(now, self._born),
-            age(nearby.stamp if nearby is not None else 0, now) if sensing else 0.0,
+            age(self._surroundings.stamp, now) if sensing else 0.0,
             age(telemetry.stamp if telemetry is not None else 0, now),
             telemetry.battery if telemetry is not None else 1.0,
             outside(pose.position, fence.min, fence.max) if pose is not None else 0.0,
         )
 
-    def _advance_observer(self, now: int, dt: float) -> None:
-        """One step of (8); the first guess is the own position, for want of a better one."""
-        if self._leader is None:
-            if self._pose is None:
-                return
-            self._leader = self._pose.position
-        previous = self._leader
-        self._leader = self._observe(previous, self._neighbourhood.estimates(now), self._observer, dt)
-        if dt > 0.0:
-            time_constant = self._swarm.observer.velocity_time_constant
-            self._leader_velocity = rate_estimate(self._leader_velocity, previous, self._leader, dt, time_constant)
+    def _motion(self, now: int) -> Motion:
+        """Return the own motion; the pose is fresh."""
+        assert self._pose is not None  # noqa: S101  (a fresh pose is one)
+        self._airframe.measure(self._pose.position, self._pose.stamp / BILLION)
+        return self._airframe.motion(self._pose.position, now / BILLION)
+
+    def _reference(self) -> Reference | None:
+        """Return the place to fly in the formation, None in any other phase."""
+        mission = self._flight.mission
+        if self._flight.phase is not Phase.FORMATION or mission is None:
+            return None
+        return Reference(self._formations[mission.formation], self._index, mission.start)
+
+    def _obey(self, seen: Observation, now: int) -> Decision:
+        """Return what the law decides; one that raises is not asked again before the next order."""
+        self._error = -1.0
+        if self._fault:
+            return Decision()
+        try:
+            decision = self._law.step(seen, now)
+            check_decision(decision)
+        except Exception as error:
+            self._fault = f"the law failed: {type(error).__name__}: {error}"
+            return Decision()
+        if decision.estimate is not None and seen.motion is not None and seen.reference is not None:
+            place = add(seen.reference.offset(seen.stamp), decision.estimate.position)
+            self._error = norm(subtract(seen.motion.position, place))
+        return decision
+
+    def _forgive(self) -> None:
+        """Begin the law anew after it failed: a new order came."""
+        if self._fault:
+            self._fault, self._law = "", self._make_law(self._swarm, self._number)
+
+    def _said(self, decision: Decision, now: int) -> Estimate:
+        assert decision.estimate is not None  # noqa: S101  (the caller looked)
+        motion = decision.estimate
+        return Estimate(decision.stamp or now, self._swarm.frame, motion.position, motion.velocity, motion.acceleration)
 
     def _decide(self, now: int, inputs: Inputs) -> None:
         limits, was = self._swarm.limits, self._flight.phase
@@ -136,8 +167,8 @@ class AgentCore:
         phase = self._flight.update(
             Situation(
                 now,
-                unready_reason(inputs, self._neighbourhood.missing(now), limits),
-                hold_reason(inputs, limits.staleness),
+                self._fault or unready_reason(inputs, self._neighbourhood.missing(now), limits),
+                self._fault or hold_reason(inputs, limits.staleness),
                 land_reason(replace(inputs, pose=min(inputs.pose, age(self._born, now))), limits),
                 flying,
                 height >= 0.95 * limits.takeoff_height,
@@ -146,40 +177,35 @@ class AgentCore:
         if phase is not was:
             self._place = None
 
-    def _velocity(self, stamp: int, inputs: Inputs) -> Vector:
-        """Return the velocity to command for the pose stamped `stamp`."""
-        assert self._pose is not None  # noqa: S101  (a fresh pose is one)
-        position, limits, phase = self._pose.position, self._swarm.limits, self._flight.phase
-        self._place = self._place or position
-        if phase is Phase.LANDING:
-            return climb(position, self._place, -limits.vertical_speed)
-        if phase is Phase.TAKEOFF:
-            return climb(position, self._place, limits.vertical_speed)
-        if phase is Phase.FORMATION:
-            wanted = self._track(position, stamp)
-        elif phase is Phase.HOLD:
-            push = scale(self._repulsion(position), -self._protocol.formation_gain)
-            wanted = add(keep_place(position, self._place, limits.vertical_speed), push)
-        else:
+    def _velocity(self, seen: Observation, decision: Decision, inputs: Inputs, now: int) -> Vector:
+        """Return the velocity to command for a fresh pose."""
+        assert seen.motion is not None  # noqa: S101  (a fresh pose gives one)
+        position, limits, phase = seen.motion.position, self._swarm.limits, self._flight.phase
+        if phase not in IN_FLIGHT:
             return ZERO
-        wanted = fenced(wanted, position, limits.fence.min, limits.fence.max)
-        return limit(wanted, speed_limit(inputs, limits))
+        wanted = self._wanted(phase, position, decision, seen)
+        if self._guard is not None:
+            grounding = phase in (Phase.LANDING, Phase.TAKEOFF)
+            last, speed = self._airframe.last_command, speed_limit(inputs, limits)
+            stamp = self._surroundings.stamp or seen.stamp
+            return self._guard.velocity(wanted, seen.motion, seen.bodies, stamp, now, last, seen.dt, speed, grounding)
+        if phase in (Phase.LANDING, Phase.TAKEOFF):
+            return wanted
+        return limit(fenced(wanted, position, limits.fence.min, limits.fence.max), speed_limit(inputs, limits))
 
-    def _track(self, position: Vector, stamp: int) -> Vector:
-        """Return u_i of (9) at the time of the pose."""
-        mission, t = self._flight.mission, self._flight.mission_time(stamp)
-        assert mission is not None and t is not None and self._leader is not None  # noqa: S101  (in formation they are)
-        formation = self._formations[mission.formation]
-        offset, rate = formation.offset(self._index, t), formation.offset_rate(self._index, t)
-        self._error = norm(subtract(subtract(position, offset), self._leader))
-        return control_input(position, offset, rate, self._leader, self._repulsion(position), self._protocol)
-
-    def _repulsion(self, position: Vector) -> Vector:
-        if self._swarm.avoidance.sensing == "nearby":
-            bodies = list(self._nearby.bodies) if self._nearby is not None else []
-        else:
-            bodies = known_bodies(position, self._neighbourhood.positions(), self._swarm.obstacles)
-        return repulsion(bodies, self._swarm.avoidance)
+    def _wanted(self, phase: Phase, position: Vector, decision: Decision, seen: Observation) -> Vector:
+        """Return the velocity that the phase asks for."""
+        rise = self._swarm.limits.vertical_speed
+        self._place = self._place or position
+        if phase is Phase.FORMATION:
+            return decision.velocity
+        if phase is Phase.HOLD:
+            wanted = keep_place(position, self._place, rise)
+            if self._guard is None:
+                push = repulsion(seen.bodies, self._swarm.avoidance)
+                wanted = add(wanted, scale(push, -self._swarm.control.formation_gain))
+            return wanted
+        return climb(position, self._place, -rise if phase is Phase.LANDING else rise)
 
     def _blind_velocity(self) -> Vector:
         """Return the velocity to command without a fresh pose: straight down when landing, else none."""

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flockwire.control.graph import LEADER
+from flockwire.control.relay import LeaderMotion
 from flockwire.control.vector import Vector
 from flockwire.flight import NEVER, age
+from flockwire.law import Heard
 from flockwire.messages import Estimate, Pose
 
 
@@ -16,7 +18,7 @@ class Neighbour:
 
     weight: float
     stamp: int = 0
-    estimate: Vector | None = None
+    motion: LeaderMotion | None = None  # its estimate of the leader
     position: Vector | None = None
 
 
@@ -31,21 +33,22 @@ class Neighbourhood:
     def hear_estimate(self, j: int, message: Estimate) -> None:
         """Take neighbour j's estimate of the leader."""
         neighbour = self._neighbours[j]
-        neighbour.stamp, neighbour.estimate = message.stamp, message.position
+        neighbour.stamp = message.stamp
+        neighbour.motion = LeaderMotion(message.position, message.velocity, message.acceleration)
 
     def hear_pose(self, j: int, message: Pose) -> None:
         """Take neighbour j's pose; the leader's is also its estimate of itself (eta_0 = x_0)."""
         neighbour = self._neighbours[j]
         neighbour.position = message.position
         if j == LEADER:
-            neighbour.stamp, neighbour.estimate = message.stamp, message.position
+            neighbour.stamp, neighbour.motion = message.stamp, LeaderMotion(message.position)
 
-    def estimates(self, now: int) -> list[tuple[float, Vector]]:
-        """Return (w_ij, eta_j) of the neighbours that are fresh; a stale one's weight leaves the sum."""
+    def heard(self, now: int) -> list[Heard]:
+        """Return what the neighbours that are fresh said of the leader; a stale one's weight leaves the sum."""
         fresh = [
-            (neighbour.weight, neighbour.estimate)
-            for neighbour in self._neighbours.values()
-            if neighbour.estimate is not None and age(neighbour.stamp, now) <= self._drop_after
+            Heard(j, neighbour.weight, neighbour.stamp, neighbour.motion)
+            for j, neighbour in self._neighbours.items()
+            if neighbour.motion is not None and age(neighbour.stamp, now) <= self._drop_after
         ]
         if fresh:
             self._heard = now

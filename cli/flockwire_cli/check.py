@@ -8,18 +8,23 @@ from math import inf, sqrt
 from flockwire import policy
 from flockwire.config import Swarm
 from flockwire.control.convergence import convergence, smallest_observer_gain
+from flockwire.control.depth import motion_error, noise_gain
 from flockwire.control.graph import LEADER
+from flockwire.control.leader_track import leader_time_constant
 from flockwire.control.stability import critical_gain, smallest_smoothing
 from flockwire.control.survey import survey
 from flockwire.rules import SURVEY_HORIZON, SURVEY_SAMPLES
 from flockwire.wiring import endpoints
+from flockwire_agent.guard import Guard
 
+DEPTH_HORIZON = 40.0  # s of the leader's trajectory that are looked at
 DEEP = 6  # hops beyond which noise and news of the leader take their toll
 
 
 def describe(swarm: Swarm) -> str:
     """Return the description that `check` prints."""
-    return "\n".join((*_graph(swarm), "", *_lemma(swarm), "", *_formations(swarm), "", *_links(swarm), *_warned(swarm)))
+    parts = (_graph(swarm), ("",), _lemma(swarm), _depth(swarm), ("",), _formations(swarm), ("",), _links(swarm))
+    return "\n".join(line for part in (*parts, _warned(swarm)) for line in part)
 
 
 def _graph(swarm: Swarm) -> Iterator[str]:
@@ -40,6 +45,23 @@ def _lemma(swarm: Swarm) -> Iterator[str]:
     bound = "none" if result.settling_time_bound == inf else f"{result.settling_time_bound:.1f} s"
     yield f"observer (8): mu = {observer.gain:g} m/s, p = {observer.exponent:g}, {observer.step} step"
     yield f"  lambda_min(Lhat) = {result.lambda_min:.5f}   theta = {result.margin:.5f} m/s   settling time <= {bound}"
+
+
+def _depth(swarm: Swarm) -> Iterator[str]:
+    """Yield what error to expect of the deepest drone's estimate, under the extended law."""
+    if swarm.control.law != "extended":
+        return
+    depths = swarm.topology.depths()
+    deepest = max(swarm.followers, key=lambda i: depths[i])
+    constant = swarm.observer.leader_time_constant or leader_time_constant(depths[deepest])
+    age = swarm.gateway.latency + depths[deepest] * (swarm.sim.delay + 1.0 / swarm.control.rate_hz)
+    period = 1.0 / swarm.gateway.rate_hz
+    noise = 1e3 * swarm.gateway.noise * noise_gain(constant, age, period)
+    moving = 1e3 * motion_error(swarm.leader.trajectory.build(), constant, age, period, DEPTH_HORIZON)
+    yield (
+        f"  deepest: uav{deepest}, {depths[deepest]} hops, news up to {1e3 * age:.0f} ms old; its estimate errs by "
+        f"{noise:.2f} mm per axis from noise (standard deviation), {moving:.2f} mm at most from the leader's turns"
+    )
 
 
 def _formations(swarm: Swarm) -> Iterator[str]:
@@ -70,9 +92,12 @@ def _warned(swarm: Swarm) -> Iterator[str]:
 def warnings(swarm: Swarm) -> Iterator[str]:
     """Yield what is allowed but unlikely to fly well."""
     yield from _observer_warnings(swarm)
-    yield from _compensation_warnings(swarm)
-    for number in swarm.followers:
-        yield from _oscillation(swarm, number)
+    if swarm.control.law == "paper":
+        yield from _compensation_warnings(swarm)
+        for number in swarm.followers:
+            yield from _oscillation(swarm, number)
+    if swarm.control.filtered:
+        yield from _sight_warnings(swarm)
 
 
 def _observer_warnings(swarm: Swarm) -> Iterator[str]:
@@ -102,6 +127,19 @@ def _compensation_warnings(swarm: Swarm) -> Iterator[str]:
             f"control.compensation_gain = {phi:g} m/s is below the leader's largest input, {input_norm:.3f} m/s "
             "(leader.input_bound on both axes): (9) will not make up for it"
         )
+
+
+def _sight_warnings(swarm: Swarm) -> Iterator[str]:
+    """Predict that the safety filter flies slower than the file allows, or than the formation needs."""
+    for name in sorted({swarm.drone(number).airframe for number in swarm.followers}):
+        number = next(i for i in swarm.followers if swarm.drone(i).airframe == name)
+        speed = Guard(swarm, number).speed
+        needed = survey(swarm.build_formation(), SURVEY_HORIZON, SURVEY_SAMPLES).max_speed
+        if speed < needed:
+            yield (
+                f"avoidance.sensing_radius = {swarm.avoidance.sensing_radius:g} m lets airframe {name} fly {speed:.2f} "
+                f"m/s and stop in time, the formation needs {needed:.2f} m/s"
+            )
 
 
 def _oscillation(swarm: Swarm, number: int) -> Iterator[str]:

@@ -6,18 +6,22 @@ Exit status: 0 all well; 1 a flight failed, its reason on the last line; 2 bad u
 from __future__ import annotations
 
 import asyncio
+import os
 import sys
 from collections.abc import Coroutine
 from datetime import datetime
 from math import isfinite
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 from flockwire import clock
 from flockwire.config import Swarm, SwarmFileError, load_swarm
 from flockwire.credentials import CredentialsError, default_folder, load_credentials
 from flockwire.wiring import OPERATOR, processes_on
+
+if TYPE_CHECKING:
+    from flockwire.faults import Fault
 
 app = typer.Typer(
     help="Distributed edge runtime for formation flight: one process per drone, on Zenoh.",
@@ -31,6 +35,7 @@ SwarmFile = Annotated[Path, typer.Argument(metavar="SWARM", help="The swarm file
 Keys = Annotated[
     Path | None, typer.Option(envvar="FLOCKWIRE_KEYS", help="Folder of the certificates [.flockwire/NAME/keys].")
 ]
+FaultsFile = Annotated[Path | None, typer.Option(help="What is to go wrong, and when (TOML).")]
 Number = Annotated[int, typer.Argument(metavar="ID", help="The drone's id.")]
 
 
@@ -55,28 +60,92 @@ def up(
     headless: Annotated[bool, typer.Option("--headless", help="No live table.")] = False,
     keys: Keys = None,
     host: Annotated[str | None, typer.Option(help="Which of [hosts] this is [the first].")] = None,
+    faults: FaultsFile = None,
 ) -> None:
     """Start all processes of this host, fly, land, report."""
+    from flockwire_cli.misfortune import refusal  # noqa: PLC0415
     from flockwire_cli.processes import PortInUseError  # noqa: PLC0415
     from flockwire_cli.up import Flight, conclude, fly  # noqa: PLC0415
 
     if not isfinite(duration):
         _refuse(f"--duration = {duration}: must be a number of seconds; 0 flies until Ctrl-C")
     loaded = _load(swarm)
+    wrong = _faults(faults, loaded)
+    if cannot := refusal(wrong):
+        _refuse(f"{faults}: {cannot}")
     if host is not None and host not in loaded.hosts:
         _refuse(f"--host = {host!r}: must be one of {sorted(loaded.hosts)} ([hosts])")
     folder = out or Path("runs") / f"{loaded.name}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
     if (folder / "trace.mcap").exists():
         _refuse(f"--out = {folder}: there is a trace of another flight; name a new folder")
     here = host or next(iter(loaded.hosts))
-    flight = Flight(loaded, swarm, here, duration, folder, _made(loaded, keys, here), headless)
+    flight = Flight(loaded, swarm, here, duration, folder, _made(loaded, keys, here), headless, wrong, faults)
     try:
         failure = asyncio.run(fly(flight))
     except (PortInUseError, CredentialsError) as error:
         _refuse(str(error))
     except OSError as error:
         _refuse(f"--out = {folder}: cannot write there: {error.strerror}")
-    raise typer.Exit(conclude(failure, flight))
+    raise typer.Exit(conclude(failure, folder, flight.conducts))
+
+
+@app.command()
+def sim(
+    swarm: SwarmFile,
+    seed: Annotated[int, typer.Option(min=0, help="Of all that is left to chance; equal seeds, equal flights.")] = 0,
+    duration: Annotated[float, typer.Option(min=1.0, help="Seconds from take-off to landing.")] = 40.0,
+    out: Annotated[Path | None, typer.Option(help="Folder for trace and report [runs/NAME-sim-SEED-TIME].")] = None,
+    faults: FaultsFile = None,
+    no_trace: Annotated[bool, typer.Option("--no-trace", help="Write nothing, only print the figures.")] = False,
+) -> None:
+    """Fly the same swarm in virtual time, many times faster; report."""
+    from flockwire_cli.sim import simulate, simulate_in_memory  # noqa: PLC0415
+
+    loaded = _load(swarm)
+    wrong = _faults(faults, loaded)
+    if no_trace:
+        if out is not None:
+            _refuse(f"--out = {out}: with --no-trace nothing is written")
+        raise typer.Exit(simulate_in_memory(loaded, seed, duration, wrong))
+    folder = out or Path("runs") / f"{loaded.name}-sim-{seed}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
+    if (folder / "trace.mcap").exists():
+        _refuse(f"--out = {folder}: there is a trace of another flight; name a new folder")
+    try:
+        status = simulate(loaded, swarm.read_text(encoding="utf-8"), seed, duration, wrong, folder)
+    except OSError as error:
+        _refuse(f"--out = {folder}: cannot write there: {error.strerror}")
+    raise typer.Exit(status)
+
+
+@app.command()
+def study(
+    swarm: SwarmFile,
+    file: Annotated[Path | None, typer.Argument(metavar="STUDY", help="What is varied (TOML).")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder; a second call goes on in it [runs/NAME-study-TIME].")
+    ] = None,
+    runs: Annotated[int | None, typer.Option(min=1, help="Flights at each grid point [100].")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Of the whole study [0].")] = None,
+    duration: Annotated[float | None, typer.Option(min=1.0, help="Seconds of each flight [20].")] = None,
+    random_starts: Annotated[str | None, typer.Option(metavar="WxD", help="Start anywhere in a box, like 6x6.")] = None,
+    jobs: Annotated[int, typer.Option(min=0, help="Processes of this machine; 0: one for each core.")] = 0,
+    scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="Of a Dask cluster, which flies instead.")] = "",
+) -> None:
+    """Fly the swarm many times in virtual time, each time a little different; tell how often all goes well."""
+    from flockwire_sim.study.plan import StudyError  # noqa: PLC0415
+
+    from flockwire_cli import study as studies  # noqa: PLC0415  (numpy)
+
+    loaded = _load(swarm)
+    folder = out or Path("runs") / f"{loaded.name}-study-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
+    try:
+        options = studies.options_of(runs, seed, duration, random_starts)
+        status = studies.study(swarm, file, options, folder, jobs or os.cpu_count() or 1, scheduler)
+    except (StudyError, SwarmFileError) as error:
+        _refuse(str(error))
+    except OSError as error:
+        _refuse(f"--out = {folder}: cannot write there: {error.strerror}")
+    raise typer.Exit(status)
 
 
 @app.command()
@@ -99,19 +168,21 @@ def leader(swarm: SwarmFile, keys: Keys = None) -> None:
 
 
 @app.command()
-def gateway(swarm: SwarmFile, keys: Keys = None) -> None:
+def gateway(swarm: SwarmFile, keys: Keys = None, faults: FaultsFile = None) -> None:
     """Run the gateway, which serves poses and what is nearby."""
     from flockwire_mocap.process import run  # noqa: PLC0415
 
-    _serve("gateway", run(_load(swarm), keys))
+    loaded = _load(swarm)
+    _serve("gateway", run(loaded, keys, _faults(faults, loaded)))
 
 
 @app.command()
-def kinematics(swarm: SwarmFile, keys: Keys = None) -> None:
+def kinematics(swarm: SwarmFile, keys: Keys = None, faults: FaultsFile = None) -> None:
     """Run the simulated airframes with their drivers."""
     from flockwire_tello.process import run  # noqa: PLC0415
 
-    _serve("kinematics", run(_load(swarm), keys))
+    loaded = _load(swarm)
+    _serve("kinematics", run(loaded, keys, _faults(faults, loaded)))
 
 
 @app.command()
@@ -258,6 +329,15 @@ def _load(path: Path) -> Swarm:
     try:
         return load_swarm(path)
     except SwarmFileError as error:
+        _refuse(str(error))
+
+
+def _faults(path: Path | None, swarm: Swarm) -> tuple[Fault, ...]:
+    from flockwire.faults import FaultFileError, load_faults  # noqa: PLC0415
+
+    try:
+        return load_faults(path, swarm) if path is not None else ()
+    except FaultFileError as error:
         _refuse(str(error))
 
 

@@ -7,15 +7,13 @@ from pathlib import Path
 
 from flockwire import clock, policy
 from flockwire.config import Swarm
+from flockwire.director import LEAD_TIME, POLL_PERIOD, Director, Stage, pilots
 from flockwire.flight import Phase
 from flockwire.keys import MISSION, STOP
 from flockwire.messages import Message, Mission, Status, Stop
 from flockwire.session import RouterAbsentError, Session
-from flockwire.wiring import OPERATOR, ROUTER, agent_identity, endpoints
+from flockwire.wiring import OPERATOR, ROUTER, endpoints
 
-from flockwire_cli.director import LEAD_TIME, Director, Stage
-
-POLL_PERIOD = 0.05  # s
 LINK_TIME = 5.0  # s to wait for the swarm to be there
 STOPS = 3  # times that an emergency stop is said
 
@@ -43,11 +41,6 @@ class Operator:
         """Publish a mission or a stop; None is no order."""
         if message is not None:
             self._session.publish(STOP if isinstance(message, Stop) else MISSION, message)
-
-
-def pilots(swarm: Swarm) -> tuple[str, ...]:
-    """Return the identities of all that must be in phase for a flight to go on."""
-    return tuple(agent_identity(i) for i in swarm.flying)
 
 
 async def give(swarm: Swarm, keys: Path | None, verb: str, formation: str = "") -> str:

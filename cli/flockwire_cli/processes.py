@@ -16,6 +16,7 @@ from flockwire.config import Swarm
 from flockwire.runtime import LIFELINE
 from flockwire.wiring import endpoints
 
+FAULTY = ("gateway", "kinematics")  # they let the faults of the tracker and the airframes happen
 GRACE = 2.5  # s between being told to end and being killed
 
 
@@ -23,10 +24,12 @@ class PortInUseError(OSError):
     """A process of the swarm cannot listen where it should."""
 
 
-def command(identity: str, swarm_file: Path, out: Path, keys: Path) -> list[str]:
-    """Return the command line that runs `identity`."""
+def command(identity: str, swarm_file: Path, out: Path, keys: Path, faults: Path | None = None) -> list[str]:
+    """Return the command line that runs `identity`; `faults` goes to those that let faults happen themselves."""
     base = [sys.executable, "-m", "flockwire_cli"]
     extra = ["--out", str(out)] if identity == "recorder" else []
+    if faults is not None and identity in FAULTY:
+        extra = ["--faults", str(faults)]
     if identity.startswith("uav"):
         verb, number = "agent", [identity.removeprefix("uav")]
     else:
@@ -55,17 +58,18 @@ def busy_endpoint(swarm: Swarm, identities: Iterable[str]) -> str:
 class Children:
     """The running processes, by identity. Their standard error goes to `out`/logs/IDENTITY.log."""
 
-    def __init__(self, swarm_file: Path, out: Path, keys: Path) -> None:
-        self._swarm_file, self._out, self._keys = swarm_file, out, keys
+    def __init__(self, swarm_file: Path, out: Path, keys: Path, faults: Path | None = None) -> None:
+        self._swarm_file, self._out, self._keys, self._faults = swarm_file, out, keys, faults
         self._running: dict[str, asyncio.subprocess.Process] = {}
+        self._doomed: set[str] = set()
         self._read_end, self._write_end = os.pipe()
         (out / "logs").mkdir(parents=True, exist_ok=True)
 
     async def start(self, identity: str) -> None:
         """Start the process of `identity`."""
-        with self.log(identity).open("wb") as log:
+        with self.log(identity).open("ab") as log:
             self._running[identity] = await asyncio.create_subprocess_exec(
-                *command(identity, self._swarm_file, self._out, self._keys),
+                *command(identity, self._swarm_file, self._out, self._keys, self._faults),
                 stdin=asyncio.subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,
@@ -74,6 +78,25 @@ class Children:
                 start_new_session=True,  # the terminal's Ctrl-C is ours to handle
             )
 
+    def signal(self, identity: str, number: int) -> None:
+        """Send a signal to the process of `identity`, if there is one."""
+        process = self._running.get(identity)
+        if process is not None and process.returncode is None:
+            process.send_signal(number)
+
+    def kill(self, identity: str) -> None:
+        """End the process of `identity` at once; that is then no accident."""
+        self._doomed.add(identity)
+        self.signal(identity, signal.SIGKILL)
+
+    async def restart(self, identity: str) -> None:
+        """Kill the process of `identity`, if it runs, and start it anew."""
+        self.kill(identity)
+        if identity in self._running:
+            await self._running[identity].wait()
+        await self.start(identity)
+        self._doomed.discard(identity)
+
     def log(self, identity: str) -> Path:
         """Return where the process of `identity` logs."""
         return self._out / "logs" / f"{identity}.log"
@@ -81,7 +104,7 @@ class Children:
     def died(self) -> str:
         """Return a line about a process that ended by itself, empty when all run."""
         for identity, process in self._running.items():
-            if process.returncode is not None:
+            if process.returncode is not None and identity not in self._doomed:
                 lines = self.log(identity).read_text(errors="replace").strip().splitlines()
                 how = _how(process.returncode)
                 return f"{identity} ended by itself ({how}){': ' + lines[-1] if lines else ''}"
@@ -99,6 +122,7 @@ class Children:
 
     async def _end(self, process: asyncio.subprocess.Process) -> None:
         with contextlib.suppress(ProcessLookupError):
+            process.send_signal(signal.SIGCONT)  # one that stands still would not hear the other
             process.terminate()
         try:
             await asyncio.wait_for(process.wait(), GRACE)

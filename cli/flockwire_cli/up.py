@@ -15,14 +15,16 @@ from pathlib import Path
 
 from flockwire import clock
 from flockwire.config import Swarm
+from flockwire.director import POLL_PERIOD, Director, Stage, pilots
+from flockwire.faults import Fault
 from flockwire.flight import BILLION
 from flockwire.session import connect
 from flockwire.wiring import OPERATOR, processes_on
 from rich.console import Console
 from rich.live import Live
 
-from flockwire_cli.director import Director, Stage
-from flockwire_cli.operator import POLL_PERIOD, Operator, pilots
+from flockwire_cli.misfortune import Misfortune
+from flockwire_cli.operator import Operator
 from flockwire_cli.processes import Children, PortInUseError, busy_endpoint
 from flockwire_cli.table import Rates, draw
 
@@ -32,7 +34,7 @@ RECORDER_HEAD_START = 0.3  # s: so that the trace has the first messages too
 
 @dataclass(frozen=True, slots=True)
 class Flight:
-    """What to fly: the swarm, its file, this host's name, s from take-off to landing, the output folder."""
+    """What to fly: the swarm, its file, this host's name, s from take-off to landing, the output folder, the faults."""
 
     swarm: Swarm
     swarm_file: Path
@@ -41,6 +43,8 @@ class Flight:
     out: Path
     keys: Path
     headless: bool
+    faults: tuple[Fault, ...] = ()
+    faults_file: Path | None = None
 
     @property
     def conducts(self) -> bool:
@@ -54,7 +58,7 @@ async def fly(flight: Flight) -> str:
     busy = busy_endpoint(flight.swarm, identities)
     if busy:
         raise PortInUseError(busy)
-    children = Children(flight.swarm_file, flight.out, flight.keys)
+    children = Children(flight.swarm_file, flight.out, flight.keys, flight.faults_file)
     try:
         for identity in sorted(identities, key=STARTED_FIRST.__contains__, reverse=True):
             await children.start(identity)
@@ -63,12 +67,16 @@ async def fly(flight: Flight) -> str:
         session = await connect(flight.swarm, OPERATOR, flight.keys, asyncio.Event())
         assert session is not None  # noqa: S101  (only the event that nobody sets would make it so)
         with session:
-            return await _conduct(flight, children, Operator(flight.swarm, session))
+            misfortune = Misfortune(flight.faults, identities, children)
+            try:
+                return await _conduct(flight, children, Operator(flight.swarm, session), misfortune)
+            finally:
+                await misfortune.end()
     finally:
         await children.end()
 
 
-async def _conduct(flight: Flight, children: Children, operator: Operator) -> str:
+async def _conduct(flight: Flight, children: Children, operator: Operator, misfortune: Misfortune) -> str:
     director = Director(pilots(flight.swarm), flight.swarm.frame, flight.duration, clock.now())
     display = Display(flight, director)
     died = ""
@@ -86,6 +94,8 @@ async def _conduct(flight: Flight, children: Children, operator: Operator) -> st
                 operator.order(director.land(now))
             if flight.conducts:
                 operator.order(director.step(operator.statuses, now))
+            if director.took_off is not None:
+                misfortune.step(now - director.took_off)
             display.update(operator, now)
             await asyncio.sleep(POLL_PERIOD)
     return director.failure
@@ -148,17 +158,17 @@ class Display:
         self._stage = self._director.stage
 
 
-def conclude(failure: str, flight: Flight) -> int:
-    """Write the report of a flight, print its figures and verdict; returns the exit status."""
-    trace = flight.out / "trace.mcap"
+def conclude(failure: str, out: Path, trace_due: bool = True) -> int:
+    """Write the report of the flight in `out`, print its figures and verdict; returns the exit status."""
+    trace = out / "trace.mcap"
     failures = [failure] if failure else []
     if trace.exists():
         from flockwire_recorder.report import write_report  # noqa: PLC0415  (matplotlib takes a second to import)
 
         from flockwire_cli.verdict import print_summary  # noqa: PLC0415
 
-        failures += print_summary(write_report(trace, flight.out), flight.out)
-    elif flight.conducts:
+        failures += print_summary(write_report(trace, out), out)
+    elif trace_due:
         failures.append("there is no trace")
     if failures:
         print(f"flockwire: the flight failed: {'; '.join(failures)}", file=sys.stderr)

@@ -8,6 +8,13 @@ from flockwire_recorder.summary import Summary
 
 
 def print_summary(summary: Summary, out: Path) -> tuple[str, ...]:
+    """Print the key figures, the checks and where the report is; returns a sentence for each check that failed."""
+    failures = print_figures(summary)
+    print(f"  report: {out / 'report.html'}")
+    return failures
+
+
+def print_figures(summary: Summary) -> tuple[str, ...]:
     """Print the key figures and the checks; returns a sentence for each check that failed."""
     for name, figures in (("observation", summary.observation_error_m), ("formation", summary.formation_error_m)):
         settled = "never settled" if figures.settled_s is None else f"settled after {figures.settled_s:.1f} s"
@@ -20,7 +27,6 @@ def print_summary(summary: Summary, out: Path) -> tuple[str, ...]:
         print(f"  {'ok  ' if check.ok else 'FAIL'} {check.sentence()}")
     for sentence in summary.missing:
         print(f"  missing: {sentence}")
-    print(f"  report: {out / 'report.html'}")
     return summary.failures()
 
 

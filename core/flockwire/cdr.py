@@ -34,6 +34,18 @@ def layout(frame_length: int, body: str) -> Struct:
     return Struct("".join(parts))
 
 
+@lru_cache(maxsize=32)
+def one(code: str) -> Struct:
+    """Return the struct of one number of struct code `code`."""
+    return Struct(f"<{code}")
+
+
+@lru_cache(maxsize=64)
+def several(code: str, count: int) -> Struct:
+    """Return the struct of `count` numbers of struct code `code`, side by side."""
+    return Struct(f"<{count}{code}")
+
+
 class Writer:
     """Appends values to a CDR message."""
 
@@ -42,8 +54,13 @@ class Writer:
 
     def put(self, code: str, value: float) -> None:
         """Append one number of struct code `code`, aligned."""
-        packed = Struct(f"<{code}").pack(value)
-        self._data += bytes(-(len(self._data) - 4) % len(packed)) + packed
+        form = one(code)
+        self._data += bytes(-(len(self._data) - 4) % form.size) + form.pack(value)
+
+    def put_all(self, code: str, *values: float) -> None:
+        """Append numbers of one struct code, aligned."""
+        size = one(code).size
+        self._data += bytes(-(len(self._data) - 4) % size) + several(code, len(values)).pack(*values)
 
     def text(self, value: str) -> None:
         """Append a string."""
@@ -84,6 +101,17 @@ class Reader:
         """Take one float64."""
         return float(self._take("d"))
 
+    def take_all(self, code: str, count: int) -> tuple[float, ...]:
+        """Take `count` numbers of struct code `code`."""
+        form = several(code, count)
+        self._at += -(self._at - 4) % one(code).size
+        try:
+            values = form.unpack_from(self._data, self._at)
+        except error:
+            raise MessageError(f"ends after {len(self._data)} bytes, too soon") from None
+        self._at += form.size
+        return values
+
     def text(self) -> str:
         """Take a string."""
         length = self.take("I")
@@ -118,7 +146,7 @@ class Reader:
             raise MessageError(f"{left} bytes are left over")
 
     def _take(self, code: str) -> float:
-        form = Struct(f"<{code}")
+        form = one(code)
         self._at += -(self._at - 4) % form.size
         try:
             value: float = form.unpack_from(self._data, self._at)[0]

@@ -51,22 +51,29 @@ class Model(BaseModel):
 
 
 class Control(Model):
-    """The formation tracking protocol (9)."""
+    """The control law, the gains of the formation tracking protocol (9), and the safety filter round it."""
 
     rate_hz: Annotated[int, Field(ge=10, le=500)] = 100
-    law: Literal["paper"] = "paper"
+    law: str = "extended"  # "extended", "paper" or your own, "package.module:ClassName"
     formation_gain: Positive = 3.0  # K, 1/s
-    compensation_gain: NotNegative = 0.2  # phi, m/s
-    compensation_smoothing: Positive = 0.01  # epsilon, m
+    compensation_gain: NotNegative = 0.2  # phi, m/s (law "paper")
+    compensation_smoothing: Positive = 0.01  # epsilon, m (law "paper")
+    safety_filter: bool | None = None  # default: round every law but "paper"
+
+    @property
+    def filtered(self) -> bool:
+        """Whether the safety filter is round the law."""
+        return self.law != "paper" if self.safety_filter is None else self.safety_filter
 
 
 class Observer(Model):
     """The fixed-time observer (8)."""
 
-    step: Literal["implicit", "explicit"] = "implicit"
+    step: Literal["implicit", "explicit"] = "implicit"  # (law "paper"; "extended" is implicit)
     gain: Positive = 3.0  # mu, m/s
     exponent: Annotated[float, Field(gt=1, allow_inf_nan=False)] = 1.5  # p
-    velocity_time_constant: Positive = 0.15  # s, of the filter behind the published velocity estimate
+    velocity_time_constant: Positive = 0.15  # s, of the filter behind the published velocity estimate (law "paper")
+    leader_time_constant: Positive | None = None  # s, of the tracker of the leader's velocity; default: by the depth
 
 
 class CircleFormation(Model):
@@ -152,6 +159,9 @@ class Avoidance(Model):
     obstacle_influence_radius: Positive = 0.5  # rho_obs
     drone_safety_distance: Positive = 0.4  # r_safe_uav
     obstacle_safety_distance: Positive = 0.3  # r_safe_obs, from the obstacle's surface
+    margin: NotNegative = 0.03  # added to both by the safety filter, for noise and what the model does not know
+    barrier_rate: Positive = 5.0  # alpha, 1/s: how fast the safety filter lets a gap close
+    sidestep_reach: Positive = 0.6  # m of gap within which a body is in the way
 
 
 class Fence(Model):
@@ -182,6 +192,8 @@ class Limits(Model):
     """Speeds, heights, battery, fence and the staleness ladder."""
 
     speed: Positive = 3.0
+    acceleration: Positive = 10.0  # m/s^2, of commands (safety filter)
+    floor: Finite = 0.15  # no drone goes lower, except to land (safety filter)
     blind_speed: Positive = 0.5  # while the nearby bodies are stale
     takeoff_height: Positive = 1.0
     vertical_speed: Positive = 0.7  # of take-off and landing
@@ -291,6 +303,17 @@ class Network(Model):
     base_port: Annotated[int, Field(ge=1024, le=64000)] = 7450
 
 
+class Sim(Model):
+    """The network and the clocks of `flockwire sim`; a real flight has its own."""
+
+    delay: NotNegative = 0.0003  # s from sending to arrival
+    jitter: NotNegative = 0.0  # s, at most, on top of the delay; a link keeps its order all the same
+    loss: Probability = 0.0  # share of the messages that never arrive; events (orders, stops) are sent again instead
+    reordering: Probability = 0.0  # share of the messages that are overtaken by those behind them
+    clock_offset: NotNegative = 0.0  # s, at most, either way, between a process's clock and the true time
+    clock_drift: NotNegative = 0.0  # s per s, at most, either way
+
+
 class Host(Model):
     """One machine: its address, and the processes beside its agents that it runs (by identity)."""
 
@@ -316,6 +339,7 @@ class Swarm(Model):
     obstacles: tuple[Obstacle, ...] = ()
     gateway: Gateway = Gateway()
     network: Network = Network()
+    sim: Sim = Sim()
     hosts: dict[str, Host] = {"local": Host()}
 
     @field_validator("name", "frame")
@@ -370,6 +394,11 @@ def load_swarm(path: Path) -> Swarm:
 
     Raises SwarmFileError with one line for each problem: file, key, value, rule.
     """
+    return parse_swarm(load_table(path), str(path))
+
+
+def load_table(path: Path) -> dict[str, object]:
+    """Read a swarm file, with the key frames it names, as it is; raises SwarmFileError where that cannot be done."""
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
@@ -380,7 +409,7 @@ def load_swarm(path: Path) -> Swarm:
     for name, formation in [("formation", table.get("formation")), *_tables(table, "formations")]:
         if isinstance(formation, dict) and formation.get("kind") == "key_frames" and "file" in formation:
             formation["frames"] = _read_key_frames(path, name, str(formation["file"]))
-    return parse_swarm(table, str(path))
+    return table
 
 
 def parse_swarm(table: dict[str, object], origin: str) -> Swarm:
@@ -388,8 +417,12 @@ def parse_swarm(table: dict[str, object], origin: str) -> Swarm:
     try:
         return Swarm.model_validate_json(json.dumps(table, default=str))
     except ValidationError as error:
-        lines = [line for detail in error.errors() for line in _lines(dict(detail))]
-        raise SwarmFileError("\n".join(f"{origin}: {line}" for line in lines)) from None
+        raise SwarmFileError("\n".join(f"{origin}: {line}" for line in error_lines(error))) from None
+
+
+def error_lines(error: ValidationError) -> list[str]:
+    """Turn what pydantic found into lines of key, value and rule."""
+    return [line for detail in error.errors() for line in _lines(dict(detail))]
 
 
 def _tables(table: dict[str, object], key: str) -> list[tuple[str, object]]:

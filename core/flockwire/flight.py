@@ -137,7 +137,8 @@ def fenced(velocity: Vector, position: Vector, low: Vector, high: Vector) -> Vec
 
 def outside(position: Vector, low: Vector, high: Vector) -> float:
     """Return how far `position` is outside the box, m (largest over the axes; 0 inside)."""
-    return max(0.0, *(max(a - p, p - b) for p, a, b in zip(position, low, high, strict=True)))
+    (x, y, z), (a, b, c), (d, e, f) = position, low, high
+    return max(0.0, a - x, x - d, b - y, y - e, c - z, z - f)
 
 
 def command_stamp(pose: Pose | None, now: int, stale_after: float) -> tuple[int, bool]:

@@ -41,6 +41,19 @@ def read_attachment(data: bytes) -> Origin:
     return Origin(sequence, sent, publisher)
 
 
+Opened = tuple[Message, int, int, bytes]  # a sample that could be read: message, sequence, sent, publisher
+
+
+def open_sample(row: Row, payload: bytes, attached: bytes) -> Opened | None:
+    """Decode a sample of a key of `row`; None when it is malformed."""
+    try:
+        message = row.message.decode(payload)
+        sequence, sent, size, publisher = ATTACHMENT.unpack(attached)
+    except (MessageError, error):
+        return None
+    return (message, sequence, sent, publisher) if size == 16 and sequence >= 0 else None
+
+
 class Received(NamedTuple):
     """A message that passed."""
 
@@ -50,41 +63,54 @@ class Received(NamedTuple):
 
 
 class Inbox:
-    """Receives one key. `rejected` counts the messages turned away, by reason."""
+    """Receives one key.
+
+    `rejected` counts the messages turned away, by reason. Of the last one that passed, `sent` is when its publisher
+    said it (Unix ns), `missed` how many of the same publisher's were between it and the one before.
+    """
 
     def __init__(self, key: Key, row: Row) -> None:
         self.key = key
         self.rejected: Counter[str] = Counter()
+        self.sent = self.missed = 0
         self._row = row
+        self._lifetime = None if row.lifetime is None else round(row.lifetime * BILLION)
         self._newest = 0
         self._publisher = b""
         self._sequence = -1
 
     def accept(self, payload: bytes, attached: bytes, now: int) -> Received | None:
         """Return the message, or None when it is malformed, not newer than the last accepted, too old or ahead."""
-        try:
-            message, origin = self._row.message.decode(payload), read_attachment(attached)
-        except MessageError:
-            self.rejected["canary" if payload.startswith(CANARY) else "malformed"] += 1
+        if payload.startswith(CANARY):
+            self.rejected["canary"] += 1
             return None
+        opened = open_sample(self._row, payload, attached)
+        message = self.admit(opened, now)
+        if message is None or opened is None:
+            return None
+        _, sequence, sent, publisher = opened
+        return Received(message, Origin(sequence, sent, publisher), self.missed)
+
+    def admit(self, opened: Opened | None, now: int) -> Message | None:
+        """Judge what `open_sample` returned, as `accept` does; return its message when it passes."""
+        if opened is None:
+            return self._reject("malformed")
+        message, sequence, sent, publisher = opened
+        stamp, known = message.stamp, publisher == self._publisher
         if self._newest > now + AHEAD:  # this machine's clock was set back
             self._newest = 0
-        known = origin.publisher == self._publisher
-        reason = self._staleness(message.stamp, known and origin.sequence <= self._sequence, now)
-        if reason:
-            self.rejected[reason] += 1
-            return None
-        missed = min(origin.sequence - self._sequence - 1, MOST_MISSED) if known else 0
-        self._newest, self._publisher, self._sequence = message.stamp, origin.publisher, origin.sequence
-        return Received(message, origin, missed)
-
-    def _staleness(self, stamp: int, repeated: bool, now: int) -> str:
-        if repeated:
-            return "repeated"
+        if known and sequence <= self._sequence:
+            return self._reject("repeated")
         if stamp < self._newest:
-            return "older than the last"
+            return self._reject("older than the last")
         if stamp > now + AHEAD:
-            return "ahead of time"
-        if self._row.lifetime is not None and stamp < now - self._row.lifetime * BILLION:
-            return "expired"
-        return ""
+            return self._reject("ahead of time")
+        if self._lifetime is not None and stamp < now - self._lifetime:
+            return self._reject("expired")
+        self.missed = min(sequence - self._sequence - 1, MOST_MISSED) if known else 0
+        self.sent, self._newest, self._publisher, self._sequence = sent, stamp, publisher, sequence
+        return message
+
+    def _reject(self, reason: str) -> Message | None:
+        self.rejected[reason] += 1
+        return None

@@ -19,7 +19,7 @@ from flockwire.control.vector import Vector
 
 BILLION = 1_000_000_000
 SMALLEST_BODY = 33  # bytes that a nearby body takes at least
-_PREFIX = Struct("<4siII")
+_LENGTH = Struct("<I")
 
 
 class Message(Protocol):
@@ -62,23 +62,24 @@ class Pose:
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """flockwire_msgs/LeaderEstimate: one follower's estimate of the leader's position and velocity."""
+    """flockwire_msgs/LeaderEstimate: one follower's estimate of the leader's position, velocity and acceleration."""
 
     ros_type: ClassVar[str] = "flockwire_msgs/msg/LeaderEstimate"
     stamp: int
     frame: str
     position: Vector
     velocity: Vector
+    acceleration: Vector = (0.0, 0.0, 0.0)  # m/s^2
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        return _pack(self.stamp, self.frame, "dddddd", *self.position, *self.velocity)
+        return _pack(self.stamp, self.frame, "ddddddddd", *self.position, *self.velocity, *self.acceleration)
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read CDR bytes; raises MessageError."""
-        stamp, frame, v = _unpack(data, "dddddd")
-        return cls(stamp, frame, (v[0], v[1], v[2]), (v[3], v[4], v[5]))
+        stamp, frame, v = _unpack(data, "ddddddddd")
+        return cls(stamp, frame, (v[0], v[1], v[2]), (v[3], v[4], v[5]), (v[6], v[7], v[8]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -277,10 +278,8 @@ class Status:
         for text in (self.identity, report.phase, report.detail):
             writer.text(text)
         ages = (report.pose_age, report.estimate_age, report.nearby_age, report.telemetry_age)
-        for value in (report.formation_error, *ages, report.battery, self.cpu):
-            writer.put("d", value)
-        for count in (self.steps, self.late_1ms, self.late_5ms, self.skipped, self.refused, self.resident):
-            writer.put("Q", count)
+        writer.put_all("d", report.formation_error, *ages, report.battery, self.cpu)
+        writer.put_all("Q", self.steps, self.late_1ms, self.late_5ms, self.skipped, self.refused, self.resident)
         writer.texts(tuple(key for key, _ in self.rejected))
         writer.numbers("Q", tuple(count for _, count in self.rejected))
         writer.texts(self.links)
@@ -292,10 +291,10 @@ class Status:
         reader = Reader(data)
         stamp, frame, identity = _read_time(reader), reader.text(), reader.text()
         phase, detail = reader.text(), reader.text()
-        figures = [reader.take_float() for _ in range(7)]
+        figures = reader.take_all("d", 7)
         if not isfinite(sum(figures)):
             raise MessageError("holds a number that is not finite")
-        steps, late_1ms, late_5ms, skipped, refused, resident = (reader.take("Q") for _ in range(6))
+        steps, late_1ms, late_5ms, skipped, refused, resident = map(int, reader.take_all("Q", 6))
         keys, rejections, links = reader.texts(), reader.numbers("Q"), reader.texts()
         reader.end()
         if len(keys) != len(rejections):
@@ -324,26 +323,33 @@ def _frame_text(raw: bytes) -> str:
 
 
 def _pack(stamp: int, frame: str, body: str, *values: float) -> bytes:
+    form, raw = _form(frame, body)
+    return form.pack(HEADER, stamp // BILLION, stamp % BILLION, len(raw), raw, *values)
+
+
+@lru_cache(maxsize=256)
+def _form(frame: str, body: str) -> tuple[Struct, bytes]:
     raw = _raw_frame(frame)
-    sec, nanosec = divmod(stamp, BILLION)
-    return layout(len(raw), body).pack(HEADER, sec, nanosec, len(raw), raw, *values)
+    return layout(len(raw), body), raw
 
 
 def _unpack(data: bytes, body: str, whole: bool = True) -> tuple[int, str, tuple[float, ...]]:
     """Return stamp, frame and values of `body`; with `whole`, nothing may follow but padding."""
     try:
-        length = _PREFIX.unpack_from(data)[3]
-        form = layout(min(length, len(data)), body)
-        header, sec, nanosec, _, raw, *values = form.unpack_from(data)
+        (length,) = _LENGTH.unpack_from(data, 12)
+        form = layout(length if length < len(data) else len(data), body)
+        found = form.unpack_from(data)
     except error:
         raise MessageError(f"ends after {len(data)} bytes, too soon") from None
+    header, sec, nanosec, _, raw = found[:5]
+    values = found[5:]
     if header != HEADER or nanosec >= BILLION:
         raise MessageError("the header is not that of a stamped message in little-endian CDR")
     if whole and (len(data) - form.size > 3 or any(data[form.size :])):
         raise MessageError(f"{len(data) - form.size} bytes are left over")
     if not isfinite(sum(values)):
         raise MessageError("holds a number that is not finite")
-    return sec * BILLION + nanosec, _frame_text(raw), tuple(values)
+    return sec * BILLION + nanosec, _frame_text(raw), values
 
 
 def _body(kind: float, x: float, y: float, z: float, radius: float) -> Body:

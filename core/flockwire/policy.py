@@ -6,6 +6,7 @@ two processes both guard: what one may not say to the other, the other does not 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from flockwire.keys import ROWS, Key, all_keys, key_text
@@ -15,6 +16,13 @@ if TYPE_CHECKING:
     from flockwire.config import Swarm
 
 Rule = dict[str, object]
+
+
+def flows(swarm: Swarm) -> Iterator[tuple[Key, tuple[str, ...], tuple[str, ...]]]:
+    """Yield every key with the identities that say it and those that hear it, in the table's order."""
+    for key in all_keys(swarm):
+        row = ROWS[key.kind]
+        yield key, row.said_by(swarm, key.owner), row.heard_by(swarm, key.owner)
 
 
 def says(swarm: Swarm, identity: str) -> tuple[Key, ...]:
@@ -30,9 +38,7 @@ def hears(swarm: Swarm, identity: str) -> tuple[Key, ...]:
 def partners(swarm: Swarm, identity: str) -> tuple[str, ...]:
     """Return the identities that `identity` exchanges at least one key with, in the order of dialling."""
     found: set[str] = set()
-    for key in all_keys(swarm):
-        row = ROWS[key.kind]
-        speakers, listeners = row.said_by(swarm, key.owner), row.heard_by(swarm, key.owner)
+    for _, speakers, listeners in flows(swarm):
         if identity in speakers:
             found.update(listeners)
         if identity in listeners:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from flockwire.control.graph import LEADER
 from flockwire.control.survey import survey
+from flockwire.law import BUILT_IN, LawError, load_law
 from flockwire.wiring import PROCESS_IDENTITIES, endpoints
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ def problems(swarm: Swarm) -> Iterator[str]:
     """Yield every problem; the later groups are looked at only when the earlier ones are sound."""
     for group in (
         (_drones, _hosts),
-        (_graph, _addresses, _rates, _limits, _avoidance, _fence),
+        (_law, _graph, _addresses, _rates, _limits, _avoidance, _fence),
         (_security, _starts, _formations),
     ):
         found = [line for rule in group for line in rule(swarm)]
@@ -92,6 +93,19 @@ def _security(swarm: Swarm) -> Iterator[str]:
                     f"network.security = 'none': {identity} would listen at {endpoint}; without security only loopback "
                     "addresses are allowed"
                 )
+
+
+def _law(swarm: Swarm) -> Iterator[str]:
+    law = swarm.control.law
+    if law in BUILT_IN:
+        return
+    if not re.fullmatch(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*", law):
+        yield f"control.law = {law!r}: must be one of {sorted(BUILT_IN)} or your own class, 'package.module:ClassName'"
+        return
+    try:
+        load_law(law)
+    except LawError as error:
+        yield str(error)
 
 
 def _graph(swarm: Swarm) -> Iterator[str]:

@@ -1,7 +1,6 @@
 """The thin shell round every core: receive, step, publish, keep rate, tell how it is, end clean.
 
-A core has no clock and no input or output. Its shell hands it messages and the time, publishes what a step returns,
-and sends its status ten times a second.
+When to step, and what to count and to tell, is the stepper's to decide (stepping.py), here as in virtual time.
 """
 
 from __future__ import annotations
@@ -14,86 +13,37 @@ import resource
 import signal
 import sys
 import threading
-from collections.abc import Coroutine, Iterable
+from collections.abc import Coroutine
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from flockwire import clock, policy
 from flockwire.credentials import CredentialsError
-from flockwire.keys import Key, key_text
-from flockwire.messages import Message, Report, Status
 from flockwire.refusals import Refusals
-from flockwire.session import EndpointInUseError, Newest, Prompt, Session, connect
+from flockwire.session import EndpointInUseError, Prompt, Session, connect
+from flockwire.stepping import Core, Deadlines, StatusTeller, Stepper, at_once, tick_period
 from flockwire.ticker import BILLION, Ticker
 
 if TYPE_CHECKING:
     from flockwire.config import Swarm
 
+__all__ = ["LIFELINE", "Core", "Deadlines", "Shell", "Teller", "ending", "main", "run_core"]
+
 LIFELINE = "FLOCKWIRE_LIFELINE"  # file descriptor whose end means that the parent is gone
-STATUS_PERIOD = BILLION // 10
 LAST_RESORT = 1.8  # s after the signal to end at which a process ends in any case
-
-
-class Core(Protocol):
-    """What a process does, without clock, input and output."""
-
-    @property
-    def trigger(self) -> Key | None:
-        """The key whose arrival calls for a step; None for a core that steps at a rate of its own."""
-
-    @property
-    def prompt(self) -> frozenset[Key]:
-        """Further keys that are handed over as soon as they arrive; all others rest until the next step."""
-
-    @property
-    def period(self) -> float:
-        """Seconds between steps (with a trigger: when to step without one)."""
-
-    def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take a message in at `now`, Unix time in ns."""
-
-    def step(self, now: int) -> Iterable[tuple[Key, Message]]:
-        """Return what to publish at `now`, Unix time in ns."""
-
-    def report(self, now: int) -> Report:
-        """Return how it is at `now`."""
-
-
-class Deadlines:
-    """Counts steps, those that came late, and those that did not come."""
-
-    def __init__(self) -> None:
-        self.steps = self.late_1ms = self.late_5ms = self.skipped = 0
-
-    def count(self, lateness: int, skipped: int) -> None:
-        """Count one step that came `lateness` ns after its time, and `skipped` steps missed before it."""
-        self.steps += 1
-        self.late_1ms += lateness > 1_000_000
-        self.late_5ms += lateness > 5_000_000
-        self.skipped += skipped
 
 
 class Shell:
     """Runs one core on one session in the running loop."""
 
     def __init__(self, core: Core, swarm: Swarm, identity: str, session: Session, refusals: Refusals) -> None:
-        self._core, self._swarm, self._session = core, swarm, session
-        self._deadlines = Deadlines()
-        self._teller = Teller(swarm, identity, session, refusals)
         self._running = False
-        self._stepped = False
-        self._next_stamp = 0
-        heard = policy.hears(swarm, identity)
-        at_once = core.prompt | {core.trigger}
-        self._rings: list[Newest] = [session.newest(key) for key in heard if key not in at_once]
-        prompts = [
-            session.prompt(key, self._triggered if key == core.trigger else self._arrived)
-            for key in heard
-            if key in at_once
-        ]
-        self._sources: tuple[Newest | Prompt, ...] = (*self._rings, *prompts)
-        # With a trigger the ticker is the watchdog for when it stops: every second period it looks for a step.
-        self._ticker = Ticker(core.period * (2 if core.trigger else 1), self._tick)
+        heard, prompt_keys = policy.hears(swarm, identity), at_once(core)
+        resting = [session.newest(key) for key in heard if key not in prompt_keys]
+        prompts = [session.prompt(key, self._arrived) for key in heard if key in prompt_keys]
+        teller = Teller(swarm, identity, session, refusals)
+        self._stepper = Stepper(core, swarm, resting, [*resting, *prompts], session.publish, teller)
+        self._ticker = Ticker(tick_period(core), self._tick)
 
     def start(self) -> None:
         """Begin."""
@@ -105,87 +55,27 @@ class Shell:
         self._running = False
         self._ticker.stop()
 
-    def _triggered(self, prompt: Prompt) -> None:
-        """Step for the message that this core waits for."""
-        now = clock.now()
-        received = prompt.take(now) if self._running else None
-        if received is None:
-            return
-        self._core.receive(prompt.inbox.key, received.message, now)
-        stamp = received.message.stamp
-        if stamp >= self._next_stamp:  # poses may come faster than the control rate
-            self._next_stamp = stamp + round(self._core.period / 2 * BILLION)
-            self._deadlines.count(now - received.origin.sent, received.missed)
-            self._step(now)
-
     def _arrived(self, prompt: Prompt) -> None:
-        now = clock.now()
-        received = prompt.take(now) if self._running else None
-        if received is not None:
-            self._core.receive(prompt.inbox.key, received.message, now)
+        if self._running:
+            self._stepper.arrived(prompt, clock.now())
 
     def _tick(self, lateness: int, skipped: int) -> None:
-        stepped, self._stepped = self._stepped, False
-        if self._core.trigger is None:
-            self._deadlines.count(lateness, skipped)
-        elif stepped:
-            return
-        self._step(clock.now())
-
-    def _step(self, now: int) -> None:
-        self._stepped = True
-        for ring in self._rings:
-            received = ring.take(now)
-            if received is not None:
-                self._core.receive(ring.inbox.key, received.message, now)
-        for key, message in self._core.step(now):
-            self._session.publish(key, message)
-        if self._teller.due(now):
-            self._teller.tell(now, self._core.report(now), self._deadlines, self._rejected())
-
-    def _rejected(self) -> tuple[tuple[str, int], ...]:
-        return tuple(
-            (f"{key_text(self._swarm, source.inbox.key)} {reason}", count)
-            for source in self._sources
-            for reason, count in source.inbox.rejected.items()
-        )
+        self._stepper.tick(lateness, skipped, clock.now())
 
 
-class Teller:
-    """Tells how a process is: a status message ten times a second, a line of log when its state changes."""
+class Teller(StatusTeller):
+    """Tells how this process is, on its session and in its log."""
 
     def __init__(self, swarm: Swarm, identity: str, session: Session, refusals: Refusals) -> None:
-        self._swarm, self._identity, self._session, self._refusals = swarm, identity, session, refusals
-        self._vitals = Vitals()
-        self._due = 0
-        self._said = ""
-
-    def due(self, now: int) -> bool:
-        """Return whether it is time to tell."""
-        return now >= self._due
-
-    def tell(self, now: int, report: Report, counts: Deadlines, rejected: tuple[tuple[str, int], ...]) -> None:
-        """Publish the status, and log the state if it is a new one."""
-        self._due = now + STATUS_PERIOD
-        self._session.publish(
-            Key("status", self._identity),
-            Status(
-                now, self._swarm.frame, self._identity, report,
-                counts.steps, counts.late_1ms, counts.late_5ms, counts.skipped,
-                self._refusals.count, self._vitals.cpu_share(now), self._vitals.resident(),
-                rejected, self._session.linked(),
-            ),
-        )  # fmt: skip
-        said = f"{report.phase}: {report.detail}" if report.detail else str(report.phase)
-        if said != self._said:
-            self._said = said
-            logging.getLogger(self._identity).info(said)
+        vitals = Vitals(session, refusals)
+        super().__init__(swarm, identity, session.publish, vitals, logging.getLogger(identity).info)
 
 
 class Vitals:
-    """What this process costs: its share of one core between two calls, and its memory."""
+    """What this process costs, and how it is connected."""
 
-    def __init__(self) -> None:
+    def __init__(self, session: Session, refusals: Refusals) -> None:
+        self._session, self._refusals = session, refusals
         self._at, self._used = clock.now(), clock.cpu_time()
 
     def cpu_share(self, now: int) -> float:
@@ -199,6 +89,14 @@ class Vitals:
         """Return the most memory that was resident so far, in bytes."""
         most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         return most if sys.platform == "darwin" else most * 1024
+
+    def refused(self) -> int:
+        """Return the connections refused so far."""
+        return self._refusals.count
+
+    def links(self) -> tuple[str, ...]:
+        """Return who is linked, by authenticated identity."""
+        return self._session.linked()
 
 
 async def run_core(core: Core, swarm: Swarm, identity: str, keys: Path | None) -> None:

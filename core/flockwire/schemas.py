@@ -15,7 +15,8 @@ DEFINITIONS = {
     "geometry_msgs/msg/PoseStamped": "std_msgs/Header header\ngeometry_msgs/Pose pose",
     "geometry_msgs/msg/TwistStamped": "std_msgs/Header header\ngeometry_msgs/Twist twist",
     "flockwire_msgs/msg/LeaderEstimate": (
-        "std_msgs/Header header\ngeometry_msgs/Point position\ngeometry_msgs/Vector3 velocity"
+        "std_msgs/Header header\ngeometry_msgs/Point position\ngeometry_msgs/Vector3 velocity\n"
+        "geometry_msgs/Vector3 acceleration"
     ),
     "flockwire_msgs/msg/NearbyBody": (
         "uint8 DRONE=0\nuint8 OBSTACLE=1\nuint8 kind\ngeometry_msgs/Vector3 relative_position\nfloat64 radius"

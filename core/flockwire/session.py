@@ -210,10 +210,15 @@ class Newest:
         """Return the newest message that came since the last call and was accepted, None when there is none."""
         newest, count = None, 0
         while (sample := self._subscriber.try_recv()) is not None:
-            newest, count = _accept(self.inbox, sample, now) or newest, count + 1
+            newest, count = self.inbox.accept(*_bytes(sample), now) or newest, count + 1
         if count >= BACKLOG:
             self.inbox.rejected["overflow"] += 1
         return newest
+
+    def message(self, now: int) -> Message | None:
+        """Return only the message of what `take` returns."""
+        received = self.take(now)
+        return None if received is None else received.message
 
 
 class Prompt:
@@ -241,15 +246,20 @@ class Prompt:
         self._announced = False
         newest, count = None, len(self._waiting)
         for _ in range(count):
-            newest = _accept(self.inbox, self._waiting.popleft(), now) or newest
+            newest = self.inbox.accept(*_bytes(self._waiting.popleft()), now) or newest
         if count >= BACKLOG:
             self.inbox.rejected["overflow"] += 1
         return newest
 
+    def message(self, now: int) -> Message | None:
+        """Return only the message of what `take` returns."""
+        received = self.take(now)
+        return None if received is None else received.message
 
-def _accept(inbox: Inbox, sample: zenoh.Sample, now: int) -> Received | None:
+
+def _bytes(sample: zenoh.Sample) -> tuple[bytes, bytes]:
     attached = sample.attachment
-    return inbox.accept(sample.payload.to_bytes(), attached.to_bytes() if attached is not None else b"", now)
+    return sample.payload.to_bytes(), attached.to_bytes() if attached is not None else b""
 
 
 def _reason(error: zenoh.ZError) -> str:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterable
+from math import hypot
 from typing import Protocol
 
 from flockwire.config import Gateway
 from flockwire.control.vector import Vector
+from flockwire.faults import Fault, NoiseBurst, TrackerLoss
 
 BILLION = 1_000_000_000
 
@@ -27,15 +30,29 @@ class Cameras:
     A frame leaves at the first exposure that is `latency` s or more after its own, so latency comes in whole frames.
     """
 
-    def __init__(self, parameters: Gateway, randomness: Randomness) -> None:
+    def __init__(self, parameters: Gateway, randomness: Randomness, faults: Iterable[Fault] = ()) -> None:
         self._parameters, self._randomness = parameters, randomness
+        self._faults = tuple(fault for fault in faults if isinstance(fault, TrackerLoss | NoiseBurst))
+        self._begin: int | None = None  # of the time that faults count in
         self._under_way: deque[tuple[int, int, Vector]] = deque()  # stamp, drone, position
+
+    def begin(self, stamp: int) -> None:
+        """Count the time of faults from `stamp` (Unix ns), the order to take off."""
+        self._begin = stamp
 
     def expose(self, stamp: int, drone: int, position: Vector) -> None:
         """See `drone` at `position` (m, world frame) at `stamp` (Unix ns), or fail to."""
         noise, draw = self._parameters.noise, self._randomness
         if self._parameters.dropout and draw.random() < self._parameters.dropout:
             return
+        if self._faults and self._begin is not None:
+            for fault in self._faults:
+                if not 0.0 <= (stamp - self._begin) / BILLION - fault.at < fault.duration:
+                    continue
+                if isinstance(fault, NoiseBurst):
+                    noise = hypot(noise, fault.noise)
+                elif fault.drone == drone:
+                    return
         if noise:
             x, y, z = position
             position = (x + draw.gauss(0.0, noise), y + draw.gauss(0.0, noise), z + draw.gauss(0.0, noise))

@@ -5,30 +5,39 @@ It also repeats the operator's newest order twice a second, unchanged, for those
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from math import dist
+
 from flockwire.config import Swarm
 from flockwire.control.obstacle import to_axis
 from flockwire.control.vector import Vector, norm, subtract
+from flockwire.faults import Fault
 from flockwire.keys import MISSION, Key, uav
 from flockwire.messages import Body, BodyKind, Message, Mission, Nearby, Pose, Report
 
 from flockwire_mocap.cameras import BILLION, Cameras, Randomness
+from flockwire_mocap.vicinity import Vicinity
 
 REPEAT = BILLION // 2  # ns between two repetitions of the newest order
+FEW = 30  # drones up to which each looks at all others
 FORGET = BILLION  # ns after which a body that is no longer seen is no longer near anybody
 
 
 class GatewayCore:
-    """Poses and nearby bodies of `swarm`, from simulated cameras."""
+    """Poses and nearby bodies of `swarm`, from simulated cameras that suffer those of `faults` that are theirs."""
 
-    def __init__(self, swarm: Swarm, randomness: Randomness) -> None:
+    def __init__(self, swarm: Swarm, randomness: Randomness, faults: Iterable[Fault] = ()) -> None:
         self._keys = {Key("truth", uav(i)): i for i in swarm.flying}
         self.trigger = Key("truth", uav(swarm.flying[-1]))  # the kinematics send it last: the frame is complete
         self.prompt = frozenset({MISSION})
         self.period = 1.0 / swarm.gateway.rate_hz
         self._swarm = swarm
-        self._cameras = Cameras(swarm.gateway, randomness)
+        self._cameras = Cameras(swarm.gateway, randomness, faults)
         self._seen: dict[int, tuple[int, Vector]] = {}
         self._followers = frozenset(swarm.followers) if swarm.avoidance.sensing == "nearby" else frozenset()
+        self._recent: dict[int, Vector] = {}
+        self._nearby_keys = {i: Key("nearby", uav(i)) for i in swarm.flying}
+        self._pose_keys = {i: Key("pose", uav(i)) for i in swarm.flying}
         self._mission: Mission | None = None
         self._repeat_at = 0
         self._last_frame = 0
@@ -39,6 +48,8 @@ class GatewayCore:
             case Pose():
                 self._cameras.expose(message.stamp, self._keys[key], message.position)
             case Mission() if self._mission is None or message.stamp > self._mission.stamp:
+                if message.verb == "takeoff":
+                    self._cameras.begin(message.stamp)
                 self._mission, self._repeat_at = message, now + REPEAT
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
@@ -48,11 +59,12 @@ class GatewayCore:
         for stamp, drone, position in arrived:
             self._seen[drone] = (stamp, position)
             self._last_frame = stamp
+        vicinity = self._vicinity(now) if arrived else None
         for stamp, drone, position in sorted(arrived):
             if drone in self._followers:
-                bodies = self._near(drone, position, now)
-                messages.append((Key("nearby", uav(drone)), Nearby(stamp, frame, bodies)))
-            messages.append((Key("pose", uav(drone)), Pose(stamp, frame, position)))
+                bodies = self._near(drone, position, vicinity)
+                messages.append((self._nearby_keys[drone], Nearby(stamp, frame, bodies)))
+            messages.append((self._pose_keys[drone], Pose(stamp, frame, position)))
         if self._mission is not None and now >= self._repeat_at:
             self._repeat_at = now + REPEAT
             messages.append((MISSION, self._mission))
@@ -65,14 +77,19 @@ class GatewayCore:
         lost = [uav(i) for i in self._swarm.flying if now - self._seen.get(i, (0, None))[0] > BILLION]
         return Report("tracking", f"does not see {', '.join(lost)}" if lost else "")
 
-    def _near(self, drone: int, position: Vector, now: int) -> tuple[Body, ...]:
+    def _vicinity(self, now: int) -> Vicinity | None:
+        """Return where all are who have been seen lately; None when so few that there is no need to sort them."""
+        self._recent = {drone: place for drone, (stamp, place) in self._seen.items() if now - stamp < FORGET}
+        return Vicinity(self._recent, self._swarm.avoidance.sensing_radius) if len(self._recent) > FEW else None
+
+    def _near(self, drone: int, position: Vector, vicinity: Vicinity | None) -> tuple[Body, ...]:
         reach = self._swarm.avoidance.sensing_radius
-        bodies = []
-        for other, (stamp, place) in self._seen.items():
-            if other != drone and now - stamp < FORGET:
-                relative = subtract(place, position)
-                if norm(relative) < reach:
-                    bodies.append(Body(BodyKind.DRONE, relative, 0.0))
+        others = vicinity.round(position) if vicinity is not None else self._recent
+        bodies = [
+            Body(BodyKind.DRONE, subtract(place, position), 0.0)
+            for other in others
+            if other != drone and dist(place := self._recent[other], position) < reach
+        ]
         for obstacle in self._swarm.obstacles:
             relative = to_axis(position, obstacle.center, obstacle.height)
             if norm(relative) - obstacle.radius < reach:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 from array import array
+from collections.abc import Hashable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -104,10 +106,10 @@ def read_trace(path: Path) -> Trace:
         if reader is not None:
             reader.take(record)
         elif isinstance(record, Metadata) and record.name == METADATA:
-            reader = _Reader(_swarm(path, record.metadata), record.metadata)
+            reader = _Reader(Collector(_swarm(path, record.metadata), record.metadata))
     if reader is None:
         raise ValueError(f"{path}: names no swarm: it is another program's file, or was cut off at its very beginning")
-    return reader.trace(path, records.closed, records.lost_bytes)
+    return reader.collector.trace(path, records.closed, records.lost_bytes)
 
 
 def _swarm(path: Path, metadata: dict[str, str]) -> Swarm:
@@ -125,8 +127,8 @@ class _Columns:
         self._values = array("d")
         self._width = _COLUMNS.get(ROWS[kind].message, 0)
 
-    def add(self, message: Message, record: Record) -> None:
-        self._times.extend((message.stamp, record.publish_time, record.log_time, record.sequence))
+    def add(self, message: Message, published: int, logged: int, sequence: int) -> None:
+        self._times.extend((message.stamp, published, logged, sequence))
         match message:
             case Pose():
                 self._values.extend(message.position)
@@ -149,7 +151,6 @@ class _Columns:
 class _Publisher:
     """One channel: what is published on a topic by one process."""
 
-    key: Key | None
     sequences: array[int] = field(default_factory=lambda: array("q"))
     last: Status | None = None
     cpu: float = 0.0
@@ -163,50 +164,54 @@ class _Publisher:
 class _Reader:
     """Sorts the records of a trace."""
 
+    def __init__(self, collector: Collector) -> None:
+        self.collector = collector
+        self._keys = {f"/{key_text(collector.swarm, key)}": key for key in all_keys(collector.swarm)}
+        self._channels: dict[int, Key | None] = {}
+
+    def take(self, record: object) -> None:
+        match record:
+            case Record() if record.channel_id in self._channels:
+                key, message = self._channels[record.channel_id], None
+                if key is not None:
+                    with contextlib.suppress(MessageError):
+                        message = ROWS[key.kind].message.decode(record.data)
+                self.collector.add(
+                    record.channel_id, key, message, record.sequence, record.publish_time, record.log_time
+                )
+            case Channel(metadata=metadata) if PUBLISHER in metadata:
+                self._channels.setdefault(record.id, self._keys.get(record.topic))
+
+
+class Collector:
+    """Collects the messages of a flight of `swarm` into a Trace."""
+
     def __init__(self, swarm: Swarm, metadata: dict[str, str]) -> None:
-        self._swarm, self._metadata = swarm, metadata
-        self._keys = {f"/{key_text(swarm, key)}": key for key in all_keys(swarm)}
-        self._publishers: dict[int, _Publisher] = {}
+        self.swarm = swarm
+        self._metadata = metadata
+        self._publishers: dict[Hashable, _Publisher] = {}
         self._columns: dict[Key, _Columns] = {}
         self._missions: dict[tuple[int, str], Mission] = {}
         self._stops: dict[int, Stop] = {}
         self._begin = self._end = 0
         self._recorded = self._malformed = 0
 
-    def take(self, record: object) -> None:
-        match record:
-            case Record() if record.channel_id in self._publishers:
-                self._message(record, self._publishers[record.channel_id])
-            case Channel(metadata=metadata) if PUBLISHER in metadata:
-                self._publishers.setdefault(record.id, _Publisher(self._keys.get(record.topic)))
+    def add(
+        self, channel: Hashable, key: Key | None, message: Message | None, sequence: int, published: int, logged: int
+    ) -> None:
+        """Add a message of `key`; both are None where they cannot be read.
 
-    def trace(self, path: Path, closed: bool, lost_bytes: int) -> Trace:
-        return Trace(
-            path, self._swarm, self._metadata,
-            {key: columns.series() for key, columns in self._columns.items()},
-            tuple(mission for _, mission in sorted(self._missions.items())),
-            tuple(stop for _, stop in sorted(self._stops.items())),
-            tuple(
-                Vitals(publisher.last, publisher.cpu / len(publisher.sequences), tuple(sorted(publisher.links)))
-                for publisher in self._publishers.values()
-                if publisher.last is not None
-            ),
-            self._begin, self._end, self._recorded,
-            sum(publisher.lost() for publisher in self._publishers.values()),
-            self._malformed, closed, lost_bytes,
-        )  # fmt: skip
-
-    def _message(self, record: Record, publisher: _Publisher) -> None:
+        `channel` stands for a key as one publisher says it, `sequence` is its count, `published` and `logged` are Unix
+        times in ns.
+        """
+        publisher = self._publishers.get(channel)
+        if publisher is None:
+            publisher = self._publishers[channel] = _Publisher()
         self._recorded += 1
-        self._begin = min(self._begin or record.log_time, record.log_time)
-        self._end = max(self._end, record.log_time)
-        publisher.sequences.append(record.sequence)
-        key = publisher.key
-        try:
-            if key is None:
-                raise MessageError("of no key of this swarm")
-            message = ROWS[key.kind].message.decode(record.data)
-        except MessageError:
+        self._begin = min(self._begin or logged, logged)
+        self._end = max(self._end, logged)
+        publisher.sequences.append(sequence)
+        if key is None or message is None:
             self._malformed += 1
             return
         match message:
@@ -220,4 +225,24 @@ class _Reader:
                 publisher.last = message
                 publisher.cpu += message.cpu
                 publisher.links.update(message.links)
-        self._columns.setdefault(key, _Columns(key.kind)).add(message, record)
+        columns = self._columns.get(key)
+        if columns is None:
+            columns = self._columns[key] = _Columns(key.kind)
+        columns.add(message, published, logged, sequence)
+
+    def trace(self, path: Path, closed: bool = True, lost_bytes: int = 0) -> Trace:
+        """Return what was collected, which came from `path`."""
+        return Trace(
+            path, self.swarm, self._metadata,
+            {key: columns.series() for key, columns in self._columns.items()},
+            tuple(mission for _, mission in sorted(self._missions.items())),
+            tuple(stop for _, stop in sorted(self._stops.items())),
+            tuple(
+                Vitals(publisher.last, publisher.cpu / len(publisher.sequences), tuple(sorted(publisher.links)))
+                for publisher in self._publishers.values()
+                if publisher.last is not None
+            ),
+            self._begin, self._end, self._recorded,
+            sum(publisher.lost() for publisher in self._publishers.values()),
+            self._malformed, closed, lost_bytes,
+        )  # fmt: skip

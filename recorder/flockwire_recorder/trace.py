@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from flockwire.schemas import schema_text
-from mcap.writer import CompressionType, Writer
+
+from flockwire_recorder.chunked import ChunkedWriter
 
 if TYPE_CHECKING:
     from flockwire.config import Swarm
@@ -50,6 +51,18 @@ def describe(swarm: Swarm, toml: str, seed: int, started: int) -> dict[str, str]
     }
 
 
+def describe_virtual(swarm: Swarm, toml: str, seed: int, started: int) -> dict[str, str]:
+    """Return the metadata of a trace from virtual time: as `describe`, without what differs between machines."""
+    return {
+        "swarm": swarm.model_dump_json(),
+        "toml": toml,
+        "version": version("flockwire"),
+        "world": "virtual",
+        "seed": str(seed),
+        "started": datetime.fromtimestamp(started // 1_000_000_000, UTC).isoformat(),
+    }
+
+
 class TraceWriter:
     """Writes messages to the MCAP file `path`; `metadata` is what `describe` returns.
 
@@ -68,11 +81,11 @@ class TraceWriter:
         self._channels: dict[tuple[str, bytes], int] = {}
         self._publishers: Counter[str] = Counter()
         self._stream = path.open("wb")
-        self._writer = Writer(self._stream, CHUNK_SIZE, CompressionType.ZSTD)
+        self._writer = ChunkedWriter(self._stream, CHUNK_SIZE)
         try:
             self._writer.start(PROFILE, f"flockwire {version('flockwire')}")
             self._writer.add_metadata(METADATA, metadata)
-            self._writer.flush()  # type: ignore[no-untyped-call]
+            self._writer.flush()
         except OSError as error:
             raise self._failure(error) from error
 
@@ -109,7 +122,7 @@ class TraceWriter:
         if self._failed:
             return
         try:
-            self._writer.flush()  # type: ignore[no-untyped-call]
+            self._writer.flush()
         except OSError as error:
             raise self._failure(error) from error
 
@@ -118,7 +131,7 @@ class TraceWriter:
         if self._stream.closed:
             return
         try:
-            self._writer.finish()  # type: ignore[no-untyped-call]
+            self._writer.finish()
             self._stream.close()
         except OSError as error:
             raise self._failure(error) from error

@@ -38,6 +38,10 @@ class SimulatedAirframe:
         if self.state is FlightState.GROUNDED and velocity[2] > 0.0:
             self.state = FlightState.FLYING
 
+    def respond(self, lag: float, dead_time: float) -> None:
+        """Answer from now on with this lag and this dead time, s."""
+        self._parameters = self._parameters.model_copy(update={"lag": lag, "dead_time": dead_time})
+
     def stop(self) -> None:
         """Motors off, for good: in flight it falls."""
         self.state = FlightState.STOPPED
@@ -46,8 +50,9 @@ class SimulatedAirframe:
         """Move on to `now` (Unix ns)."""
         while self._coming and self._coming[0][0] <= now:
             moment, velocity = self._coming.popleft()
-            self._move((max(moment, self._now) - self._now) / BILLION)
-            self._now = max(moment, self._now)
+            if moment > self._now:
+                self._move((moment - self._now) / BILLION)
+                self._now = moment
             self._input = scale(velocity, self._parameters.gain)
         if now > self._now:
             self._move((now - self._now) / BILLION)
@@ -70,8 +75,11 @@ class SimulatedAirframe:
                 self.state = FlightState.GROUNDED
 
     def _fly(self, dt: float) -> None:
-        lag = self._parameters.lag
-        decay = exp(-dt / lag) if lag else 0.0
-        excess = subtract(self.velocity, self._input)
-        self.position = add(self.position, add(scale(self._input, dt), scale(excess, lag * (1.0 - decay))))
-        self.velocity = add(self._input, scale(excess, decay))
+        lag, u, (x, y, z) = self._parameters.lag, self._input, self.position
+        if not lag:
+            self.position, self.velocity = (x + u[0] * dt, y + u[1] * dt, z + u[2] * dt), u
+            return
+        decay = exp(-dt / lag)
+        excess = subtract(self.velocity, u)
+        self.position = add(self.position, add(scale(u, dt), scale(excess, lag * (1.0 - decay))))
+        self.velocity = add(u, scale(excess, decay))

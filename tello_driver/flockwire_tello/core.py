@@ -5,11 +5,16 @@ The driver's rungs of the staleness ladder are here: without commands it hovers,
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Iterable
+
 from flockwire.config import Staleness, Swarm
 from flockwire.control.vector import ZERO, Vector
+from flockwire.faults import AirframeFailure, AirframeLag, Fault
 from flockwire.flight import BILLION, age
 from flockwire.keys import STOP, Key, uav
 from flockwire.messages import Command, FlightState, Message, Pose, Report, Stop, Telemetry
+from flockwire.stepping import next_due
 
 from flockwire_tello.airframe import SimulatedAirframe
 
@@ -21,7 +26,7 @@ class SimulatedDrone:
 
     def __init__(self, airframe: SimulatedAirframe, stale: Staleness, sink: float) -> None:
         self.airframe = airframe
-        self._stale, self._sink = stale, sink
+        self._zero, self._land, self._sink = stale.command_zero, stale.command_land, sink
         self._commanded = 0
 
     def command(self, velocity: Vector, now: int) -> None:
@@ -35,8 +40,8 @@ class SimulatedDrone:
     def advance(self, now: int) -> None:
         """Move on to `now`; hover or land when the agent has been silent for too long."""
         silence = age(self._commanded, now)
-        if self.airframe.state in (FlightState.FLYING, FlightState.LANDING) and silence > self._stale.command_zero:
-            landing = silence > self._stale.command_land
+        if silence > self._zero and self.airframe.state in (FlightState.FLYING, FlightState.LANDING):
+            landing = silence > self._land
             self.airframe.command((0.0, 0.0, -self._sink) if landing else ZERO, now)
             if landing:
                 self.airframe.state = FlightState.LANDING
@@ -48,11 +53,11 @@ class SimulatedDrone:
 
 
 class KinematicsCore:
-    """All simulated drones of `swarm`, begun at `now` (Unix ns)."""
+    """All simulated drones of `swarm`, begun at `now` (Unix ns); `faults` has what befalls the airframes."""
 
     trigger = None
 
-    def __init__(self, swarm: Swarm, now: int) -> None:
+    def __init__(self, swarm: Swarm, now: int, faults: Iterable[Fault] = ()) -> None:
         self.prompt = frozenset({STOP, *(Key("command", uav(i)) for i in swarm.flying)})
         self.period = 1.0 / swarm.gateway.rate_hz
         self._frame = swarm.frame
@@ -63,12 +68,17 @@ class KinematicsCore:
             )
             for i in swarm.flying
         }
+        self._truths = tuple((Key("truth", owner), drone) for owner, drone in self._drones.items())
         self._telemetry_due = now
+        self._faults = deque(fault for fault in faults if isinstance(fault, AirframeLag | AirframeFailure))
+        self._begin: int | None = None  # of the time that faults count in: the first take-off
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Take in a message."""
         match message:
             case Command():
+                if self._begin is None and message.velocity[2] > 0.0:
+                    self._begin = now
                 self._drones[key.owner].command(message.velocity, now)
             case Stop():
                 for drone in self._drones.values():
@@ -76,12 +86,14 @@ class KinematicsCore:
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Move all drones on to `now` and tell where they are."""
+        if self._faults and self._begin is not None:
+            self._befall((now - self._begin) / BILLION)
         messages: list[tuple[Key, Message]] = []
-        for owner, drone in self._drones.items():
+        for key, drone in self._truths:
             drone.advance(now)
-            messages.append((Key("truth", owner), Pose(now, self._frame, drone.airframe.position)))
+            messages.append((key, Pose(now, self._frame, drone.airframe.position)))
         if now >= self._telemetry_due:
-            self._telemetry_due = now + TELEMETRY_PERIOD
+            self._telemetry_due = next_due(self._telemetry_due, now, TELEMETRY_PERIOD)
             for owner, drone in self._drones.items():
                 frame = drone.airframe
                 height, silence = frame.position[2], drone.command_age(now)
@@ -93,3 +105,13 @@ class KinematicsCore:
         """Return how the drones are."""
         flying = sum(drone.airframe.state is FlightState.FLYING for drone in self._drones.values())
         return Report("simulating", f"{flying} of {len(self._drones)} in flight" if flying else "")
+
+    def _befall(self, t: float) -> None:
+        """Let the faults happen that are due at `t` s after the first take-off."""
+        while self._faults and self._faults[0].at <= t:
+            fault = self._faults.popleft()
+            airframe = self._drones[uav(fault.drone)].airframe
+            if isinstance(fault, AirframeFailure):
+                airframe.stop()
+            else:
+                airframe.respond(fault.lag, fault.dead_time)

@@ -1,16 +1,34 @@
-"""An agent that is told, step by step, what its swarm would tell it."""
+"""An agent that is told, step by step, what its swarm would; and small virtual flights, watched from outside."""
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable
+from dataclasses import dataclass, field
+from math import dist, hypot, inf
+from typing import Any
 
 import pytest
-from flockwire.config import Swarm
-from flockwire.control.vector import Vector, add, scale
+from flockwire.config import Swarm, parse_swarm
+from flockwire.control.vector import Vector, add, scale, subtract
 from flockwire.flight import BILLION, Phase
 from flockwire.keys import MISSION, STOP, Key, uav
-from flockwire.messages import Body, Command, Estimate, FlightState, Mission, Nearby, Pose, Report, Stop, Telemetry
+from flockwire.messages import (
+    Body,
+    Command,
+    Estimate,
+    FlightState,
+    Mission,
+    Nearby,
+    Pose,
+    Report,
+    Status,
+    Stop,
+    Telemetry,
+)
 from flockwire_agent.core import AgentCore
+from flockwire_sim.process import Said
+from flockwire_sim.world import World
 
 BEGAN = 1_790_000_000 * BILLION
 TICK = BILLION // 100
@@ -105,3 +123,143 @@ def cockpit(make_swarm) -> Callable[..., Cockpit]:
         return Cockpit(make_swarm(changes), number, **more)
 
     return build
+
+
+@dataclass
+class Watched:
+    """What the drones did in flight, truly."""
+
+    failure: str
+    closest: float = inf  # m between two drones
+    obstacle: float = inf  # m from an obstacle's surface
+    fastest: float = 0.0  # m/s of a follower
+    lowest: float = inf  # m, of a follower in formation
+    outside: float = 0.0  # m outside the fence
+    error: float = inf  # m, largest formation error of the last second
+    observations: dict[str, float] = field(default_factory=dict)  # m, largest observation error of the last second
+    details: list[str] = field(default_factory=list, repr=False)  # what the statuses said
+
+    @property
+    def observation(self) -> float:
+        """The largest observation error of all."""
+        return max(self.observations.values())
+
+
+def key_frames(offsets: dict[int, list[float]]) -> dict[str, Any]:
+    """Return the table of a formation whose offsets stay as they are."""
+    rows = [f"{t},{i},{x},{y},{z}" for i, (x, y, z) in offsets.items() for t in (0, 1000)]
+    return {"kind": "key_frames", "file": "test.csv", "frames": "\n".join(("t,drone,x,y,z", *rows))}
+
+
+def flock(starts: list[list[float]], offsets: dict[int, list[float]], changes: dict[str, Any]) -> Swarm:
+    """Return a swarm whose followers all hear the leader, drone 0, which stays where it is."""
+    table: dict[str, Any] = {
+        "name": "flock",
+        "formation": key_frames(offsets),
+        "leader": {"trajectory": {"kind": "constant", "velocity": [0.0, 0.0, 0.0]}},
+        "graph": {"edges": [[0, i] for i in offsets]},
+        "drones": [{"id": i, "start": [*start, 0.0]} for i, start in enumerate(starts)],
+    }
+    for key, value in changes.items():
+        inner = table
+        *path, last = key.split(".")
+        for part in path:
+            inner = inner.setdefault(part, {})
+        inner[last] = value
+    return parse_swarm(table, "test.toml")
+
+
+def watch(swarm: Swarm, duration: float, seed: int = 0) -> Watched:
+    """Fly `swarm` in virtual time and watch what is true in flight."""
+    truth: dict[int, dict[str, Pose]] = {}
+    estimates: dict[str, list[Estimate]] = {f"uav{i}": [] for i in swarm.followers}
+    orders: list[Mission] = []
+    details: list[str] = []
+
+    def tap(said: Said) -> None:
+        kind, owner = said.key
+        if kind in ("truth", "estimate", "mission", "status"):
+            message = said.sample.opened()[0]
+            if isinstance(message, Estimate):
+                estimates[owner].append(message)
+            elif isinstance(message, Pose):
+                truth.setdefault(message.stamp, {})[owner] = message
+            elif isinstance(message, Mission):
+                orders.append(message)
+            elif isinstance(message, Status) and owner.startswith("uav"):
+                details.append(message.report.detail)
+
+    outcome = World(swarm, seed, duration, (), tap).run()
+    watched = Watched(outcome.failure, details=details)
+    start = next(order.start for order in orders if order.verb == "start")
+    end = next((order.stamp for order in orders if order.verb == "land"), max(truth))
+    before: dict[str, Pose] = {}
+    for stamp, poses in sorted(truth.items()):
+        if start <= stamp <= end and len(poses) == len(swarm.flying):
+            _look(watched, swarm, poses, before)
+            before = poses
+            if stamp > end - BILLION:
+                _judge(watched, swarm, poses, (stamp - start) / BILLION)
+    stamps = sorted(truth)
+    watched.observations = {
+        owner: max((dist(e.position, _between(stamps, truth, e.stamp)) for e in late), default=inf)
+        for owner, said in estimates.items()
+        for late in [[e for e in said if end - BILLION < e.stamp < end]]
+    }
+    return watched
+
+
+def _between(stamps: list[int], truth: dict[int, dict[str, Pose]], stamp: int) -> Vector:
+    """Return where the leader was at `stamp`: between the two nearest exposures, straight on."""
+    k = bisect_right(stamps, stamp)
+    a, b = truth[stamps[k - 1]]["uav0"], truth[stamps[min(k, len(stamps) - 1)]]["uav0"]
+    return add(a.position, scale(subtract(b.position, a.position), (stamp - a.stamp) / max(b.stamp - a.stamp, 1)))
+
+
+def _look(watched: Watched, swarm: Swarm, poses: dict[str, Pose], before: dict[str, Pose]) -> None:
+    places = {owner: pose.position for owner, pose in poses.items()}
+    owners = sorted(places)
+    for k, one in enumerate(owners):
+        for other in owners[:k]:
+            watched.closest = min(watched.closest, dist(places[one], places[other]))
+        if one == "uav0":
+            continue
+        x, y, z = places[one]
+        watched.lowest = min(watched.lowest, z)
+        for obstacle in swarm.obstacles:
+            gap = hypot(x - obstacle.center[0], y - obstacle.center[1]) - obstacle.radius
+            watched.obstacle = min(watched.obstacle, gap)
+        fence = swarm.limits.fence
+        for p, low, high in zip(places[one], fence.min, fence.max, strict=True):
+            watched.outside = max(watched.outside, low - p, p - high)
+        if one in before:
+            dt = (poses[one].stamp - before[one].stamp) / BILLION
+            watched.fastest = max(watched.fastest, dist(places[one], before[one].position) / dt)
+
+
+def _judge(watched: Watched, swarm: Swarm, poses: dict[str, Pose], t: float) -> None:
+    formation, leader = swarm.build_formation(), poses["uav0"].position
+    worst = max(
+        dist(poses[f"uav{i}"].position, [p + h for p, h in zip(leader, formation.offset(k, t), strict=True)])
+        for k, i in enumerate(swarm.followers)
+    )
+    watched.error = worst if watched.error == inf else max(watched.error, worst)
+
+
+@pytest.fixture(scope="session")
+def fly_flock() -> Callable[..., Watched]:
+    """Fly a small swarm round a leader that rests (or as `changes` say)."""
+
+    def fly(
+        starts: list[list[float]], offsets: dict[int, list[float]], changes: dict[str, Any] | None = None,
+        duration: float = 8.0,
+    ) -> Watched:  # fmt: skip
+        return watch(flock(starts, offsets, changes or {}), duration)
+
+    return fly
+
+
+@pytest.fixture(scope="session")
+def watch_swarm() -> Callable[..., Watched]:
+    """Watch a swarm in virtual time."""
+    return watch

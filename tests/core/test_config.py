@@ -79,7 +79,7 @@ def test_a_virtual_leader_flies_no_drone(make_swarm):
         ("control.rate_hz", True, "control.rate_hz = True: input should be a valid integer"),
         ("control.rate_hz", 99.5, "control.rate_hz = 99.5: input should be a valid integer"),
         ("control.rate_hz", 5, "control.rate_hz = 5: input should be greater than or equal to 10"),
-        ("control.law", "mpc", "control.law = 'mpc': input should be 'paper'"),
+        ("control.law", "mpc", "control.law = 'mpc': must be one of ['extended', 'paper'] or your own class"),
         ("observer.gain", 0.0, "observer.gain = 0.0: input should be greater than 0"),
         ("observer.exponent", 1.0, "observer.exponent = 1.0: input should be greater than 1"),
         ("observer.gain", float("nan"), "observer.gain = nan: input should be a finite number"),

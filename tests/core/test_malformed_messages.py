@@ -26,7 +26,7 @@ from hypothesis import strategies as st
 STAMP, PLACE = 1_790_000_000_123_456_789, (1.0, -2.0, 3.0)
 SOUND = (
     Pose(STAMP, "world", PLACE),
-    Estimate(STAMP, "world", PLACE, PLACE),
+    Estimate(STAMP, "world", PLACE, PLACE, PLACE),
     Command(STAMP, "world", PLACE),
     Nearby(STAMP, "world", (Body(BodyKind.DRONE, PLACE, 0.0), Body(BodyKind.OBSTACLE, PLACE, 0.2))),
     Telemetry(STAMP, "world", FlightState.FLYING, 0.9, 1.0, 0.01),

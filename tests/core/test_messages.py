@@ -63,7 +63,7 @@ def ros_content(message):  # noqa: PLR0911 (one for each kind)
         case Pose():
             return (T["Pose"](point(message.position), T["Quaternion"](*message.orientation)),)
         case Estimate():
-            return (point(message.position), vector(message.velocity))
+            return (point(message.position), vector(message.velocity), vector(message.acceleration))
         case Command():
             return (T["Twist"](vector(message.velocity), vector((0.0, 0.0, message.yaw_rate))),)
         case Nearby():
@@ -110,7 +110,7 @@ def test_every_frame_id_keeps_the_alignment(length):
     several = tuple(Body(BodyKind.OBSTACLE, place, radius) for radius in (0.0, 0.5, 1.0))
     for message in (
         Pose(stamp, frame, place),
-        Estimate(stamp, frame, place, place),
+        Estimate(stamp, frame, place, place, place),
         Command(stamp, frame, place, 0.5),
         Nearby(stamp, frame, several),
         Telemetry(stamp, frame, FlightState.FLYING, 0.5, 1.0, 0.01),

@@ -4,14 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 from flockwire.flight import BILLION, Phase
 from flockwire.messages import Mission, Status
+from flockwire.wiring import agent_identity
+
+if TYPE_CHECKING:
+    from flockwire.config import Swarm
+
+POLL_PERIOD = 0.05  # s between two looks at the statuses
 
 LEAD_TIME = BILLION // 2  # ns from the order to start until the formation's time 0, so that all begin together
 PATIENCE = 30 * BILLION  # ns that a stage may take
 _LOST = (Phase.LANDING, Phase.STOPPED, Phase.GROUNDED)
 STALE = 2 * BILLION  # ns after which a status says nothing
+
+
+def pilots(swarm: Swarm) -> tuple[str, ...]:
+    """Return the identities of all that must be in phase for a flight to go on."""
+    return tuple(agent_identity(i) for i in swarm.flying)
 
 
 class Stage(StrEnum):
@@ -32,6 +44,7 @@ class Director:
         self.failure = ""
         self._pilots, self._frame = pilots, frame
         self._duration = round(duration * BILLION)
+        self.took_off: int | None = None  # when the order to take off was given, Unix ns
         self._since = self._took_off = now
 
     def step(self, statuses: Mapping[str, Status], now: int) -> Mission | None:
@@ -40,7 +53,7 @@ class Director:
             i: statuses[i].report.phase for i in self._pilots if i in statuses and now - statuses[i].stamp < STALE
         }
         if self.stage is Stage.PREPARING and self._all(phases, Phase.READY):
-            self._took_off = now
+            self._took_off = self.took_off = now
             return self._go(Stage.TAKING_OFF, Mission(now, self._frame, "takeoff"))
         if self.stage is Stage.TAKING_OFF and self._all(phases, Phase.HOLD):
             return self._go(Stage.FLYING, Mission(now, self._frame, "start", now + LEAD_TIME))

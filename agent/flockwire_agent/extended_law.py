@@ -1,0 +1,93 @@
+"""The extended law: the observer relays the leader's motion, the protocol leads the airframe's lag and dead time.
+
+    u_i = u_r − K (y − y_r),   r = h_i + eta_i,   u_r = r'(t + D) + lag r''(t + D),   y_r = r(t + D) + lag r'(t + D)
+
+y is the airframe's stopping point. What keeps the drones apart is the safety filter round the law, not a potential.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from flockwire.config import Swarm
+from flockwire.control.feed_forward import lead, stopping_reference
+from flockwire.control.graph import LEADER
+from flockwire.control.leader_track import LeaderTrack, leader_time_constant
+from flockwire.control.observer import ObserverParameters
+from flockwire.control.obstacle import to_surface
+from flockwire.control.relay import LeaderMotion, relay_step
+from flockwire.control.sidestep import Impatience, sidestep
+from flockwire.control.vector import ZERO, Vector, add, limit, norm, scale, subtract
+from flockwire.law import Decision, Heard, Observation, Reference
+from flockwire.messages import BILLION, Body, BodyKind
+
+PATIENCE = 3.0  # s
+
+
+class ExtendedLaw:
+    """The extended law for follower `number` of `swarm`."""
+
+    def __init__(self, swarm: Swarm, number: int) -> None:
+        airframe = swarm.airframe(number)
+        self._gain, self._speed = swarm.control.formation_gain, swarm.limits.speed
+        self._lag, self._dead_time = airframe.lag, airframe.dead_time
+        self._hold = 1.0 / swarm.control.rate_hz
+        self._period = round(self._hold * BILLION)
+        self._avoidance = swarm.avoidance
+        self._observer = ObserverParameters(swarm.observer.gain, swarm.observer.exponent)
+        constant = swarm.observer.leader_time_constant or leader_time_constant(max(swarm.topology.depths().values()))
+        self._track = LeaderTrack(constant)
+        self._leader: LeaderMotion | None = None
+        self._impatience = Impatience(PATIENCE * (1.0 + (number * 0.618) % 1.0))
+
+    def step(self, seen: Observation, now: int) -> Decision:
+        """Relay the leader's motion, then track the place in the formation."""
+        leader = self._observe(seen, now)
+        if leader is None:
+            return Decision()
+        if seen.motion is None or seen.reference is None:
+            return Decision(ZERO, leader)
+        forward, error = self._tracking(seen, leader, seen.reference, now)
+        correction = limit(scale(error, -self._gain), self._speed)
+        return Decision(add(forward, self._round(correction, seen.bodies, norm(error), now)), leader)
+
+    def _observe(self, seen: Observation, now: int) -> LeaderMotion | None:
+        heard = [(one.weight, self._motion(one).after((now - one.stamp) / BILLION)) for one in seen.heard]
+        if self._leader is None:
+            if not heard:
+                return None
+            self._leader = heard[0][1]
+        self._leader = relay_step(self._leader, heard, self._observer, seen.dt)
+        return self._leader
+
+    def _motion(self, heard: Heard) -> LeaderMotion:
+        if heard.number != LEADER:
+            return heard.motion
+        return self._track.update(heard.motion.position, heard.stamp / BILLION)
+
+    def _tracking(self, seen: Observation, leader: LeaderMotion, place: Reference, now: int) -> tuple[Vector, Vector]:
+        """Return the feed-forward u_r and the error y − y_r."""
+        assert seen.motion is not None  # noqa: S101  (the caller looked)
+        ahead = now + round(self._dead_time * BILLION)
+        before, after = place.rate(ahead), place.rate(ahead + self._period)
+        there = leader.after(self._dead_time)
+        goal = add(place.offset(ahead), there.position)
+        error = subtract(seen.motion.stopping, stopping_reference(goal, add(before, there.velocity), self._lag))
+        # The command holds for one period, so it is that of the period's middle.
+        rate = add(scale(add(before, after), 0.5), leader.after(self._dead_time + 0.5 * self._hold).velocity)
+        turn = add(scale(subtract(after, before), 1.0 / self._hold), there.acceleration)
+        return lead(rate, turn, self._lag), error
+
+    def _round(self, correction: Vector, bodies: Sequence[Body], error: float, now: int) -> Vector:
+        """Turn the correction round what is in its way."""
+        safe = self._avoidance
+        ways = []
+        for body in bodies:
+            away = to_surface(body.relative_position, body.radius)
+            distance = norm(away)
+            drone = body.kind is BodyKind.DRONE
+            gap = distance - (safe.drone_safety_distance if drone else safe.obstacle_safety_distance)
+            ways.append((scale(away, -1.0 / max(distance, 1e-9)), gap))
+        turned = sidestep(correction, ways, safe.sidestep_reach, self._impatience.side)
+        self._impatience.update(error, turned is not correction, now / BILLION)
+        return turned

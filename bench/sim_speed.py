@@ -1,0 +1,68 @@
+"""How much faster than real time virtual flights are, and what a drone costs in swarms of 5 to 200.
+
+    python bench/sim_speed.py [SECONDS]
+
+One process, one core. Every figure is the best of three; starting up is not counted.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from math import ceil, sqrt
+from pathlib import Path
+
+from flockwire import clock
+from flockwire.config import Swarm, load_swarm, parse_swarm
+from flockwire_sim.recording import TraceFile
+from flockwire_sim.world import World
+
+PAPER = Path(__file__).parents[1] / "swarms" / "paper_simulation.toml"
+SIZES = (5, 20, 50, 100, 200)
+
+
+def tree(drones: int) -> Swarm:
+    """Return a swarm of `drones` on a grid of 2 m cells, each but the leader hearing one of a third of its number."""
+    columns = ceil(sqrt(drones))
+    reach = 2.0 * columns + 20.0
+    table: dict[str, object] = {
+        "name": f"tree{drones}",
+        "formation": {"kind": "grid", "spacing": 2.0, "columns": columns},
+        "limits": {"fence": {"min": [-reach, -reach, -0.5], "max": [reach, reach, 3.0]}},
+        "graph": {"edges": [[(i - 1) // 3, i] for i in range(1, drones)]},
+        "drones": [{"id": i, "start": [2.0 * (i % columns), 2.0 * (i // columns), 0.0]} for i in range(drones)],
+    }
+    return parse_swarm(table, "bench")
+
+
+def cost(swarm: Swarm, seconds: float, traced: bool) -> float:
+    """Return s of processor time for a virtual second, the best of three flights of `seconds`."""
+    best = float("inf")
+    for _ in range(3):
+        with tempfile.TemporaryDirectory() as folder:
+            trace = TraceFile(Path(folder) / "trace.mcap", swarm, "", 0) if traced else None
+            world = World(swarm, 0, seconds, tap=trace.take if trace is not None else None)
+            began = clock.cpu_time()
+            outcome = world.run()
+            if trace is not None:
+                trace.close()
+            best = min(best, (clock.cpu_time() - began) / outcome.seconds)
+    return best
+
+
+def main() -> None:
+    """Print the tables."""
+    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 10.0
+    paper = load_swarm(PAPER)
+    for name, traced in (("trace off", False), ("trace on", True)):
+        print(f"{paper.name}, 5 drones, {name}: {1.0 / cost(paper, seconds, traced):.0f} x real time", flush=True)
+    print(f"{'drones':>8}{'x real time':>14}{'us per drone-second':>22}{'relative':>10}")
+    base = 0.0
+    for drones in SIZES:
+        each = cost(tree(drones), max(2.0, seconds * 5 / drones), False)
+        base = base or each / drones
+        print(f"{drones:>8}{1.0 / each:>14.2f}{each / drones * 1e6:>22.0f}{each / drones / base:>10.2f}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

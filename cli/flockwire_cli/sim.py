@@ -1,0 +1,48 @@
+"""`flockwire sim`: a whole flight in virtual time, and its report."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from flockwire import clock
+from flockwire.config import Swarm
+from flockwire.faults import Fault
+from flockwire_recorder.summary import summarise
+from flockwire_sim.recording import TraceFile, TraceInMemory
+from flockwire_sim.world import Outcome, World
+
+from flockwire_cli.up import conclude
+from flockwire_cli.verdict import print_figures
+
+
+def simulate(swarm: Swarm, toml: str, seed: int, duration: float, faults: tuple[Fault, ...], out: Path) -> int:
+    """Fly into the folder `out`, print figures and verdict; returns the exit status. Raises OSError."""
+    out.mkdir(parents=True, exist_ok=True)
+    trace = TraceFile(out / "trace.mcap", swarm, toml, seed)
+    print(f"flockwire: {swarm.name} in virtual time, seed {seed}, into {out}", flush=True)
+    outcome = _fly(World(swarm, seed, duration, faults, trace.take))
+    trace.close()
+    return conclude(outcome.failure, out)
+
+
+def simulate_in_memory(swarm: Swarm, seed: int, duration: float, faults: tuple[Fault, ...]) -> int:
+    """Fly, write nothing, print figures and verdict; returns the exit status."""
+    trace = TraceInMemory(swarm, seed)
+    print(f"flockwire: {swarm.name} in virtual time, seed {seed}", flush=True)
+    outcome = _fly(World(swarm, seed, duration, faults, trace.take))
+    failures = [outcome.failure] if outcome.failure else []
+    failures += print_figures(summarise(trace.trace()))
+    if failures:
+        print(f"flockwire: the flight failed: {'; '.join(failures)}", file=sys.stderr)
+        return 1
+    print("flockwire: all well")
+    return 0
+
+
+def _fly(world: World) -> Outcome:
+    began = clock.cpu_time()
+    outcome = world.run()
+    used = max(clock.cpu_time() - began, 1e-9)
+    print(f"flockwire: {outcome.seconds:.1f} s of flight in {used:.1f} s, {outcome.seconds / used:.0f} x real time")
+    return outcome

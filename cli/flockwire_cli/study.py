@@ -1,0 +1,142 @@
+"""`flockwire study`: many virtual flights, a progress bar, a table."""
+
+from __future__ import annotations
+
+import re
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import NoReturn
+
+from flockwire.config import load_table, parse_swarm
+from flockwire_sim.study.findings import QUANTITIES, Findings, find, write_worst
+from flockwire_sim.study.flight import Task
+from flockwire_sim.study.labels import label, quantity
+from flockwire_sim.study.ledger import Ledger
+from flockwire_sim.study.page import write_study
+from flockwire_sim.study.plan import Plan, StudyError, load_plan
+from flockwire_sim.study.variation import Table, rehearse
+from flockwire_sim.study.workers import Workers, WorkersLostError, cluster, conduct, local
+from rich import box
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table as RichTable
+
+
+def options_of(runs: int | None, seed: int | None, duration: float | None, starts: str | None) -> dict[str, object]:
+    """Return the options as keys of a study file; raises StudyError."""
+    options: dict[str, object] = {"runs": runs, "seed": seed, "duration": duration}
+    if starts is not None:
+        if not re.fullmatch(r"\d+(\.\d+)?x\d+(\.\d+)?", starts):
+            raise StudyError(f"--random-starts = {starts!r}: must be WIDTHxDEPTH in m, like 6x6")
+        options["starts"] = {"box": [float(side) for side in starts.split("x")]}
+    return {key: value for key, value in options.items() if value is not None}
+
+
+def study(swarm: Path, file: Path | None, options: dict[str, object], out: Path, jobs: int, scheduler: str) -> int:
+    """Fly what is still to be flown, write and print what came of it; returns the exit status.
+
+    Raises StudyError and SwarmFileError for bad input, before anything is written; OSError where `out` fails.
+    """
+    table = _table(swarm)
+    checked = parse_swarm(table, str(swarm))
+    plan = load_plan(file, options)
+    try:
+        rehearse(plan, table)
+    except StudyError as error:
+        raise StudyError("\n".join(f"{file or swarm}: {line}" for line in str(error).split("\n"))) from None
+    place: AbstractContextManager[Workers] = cluster(scheduler) if scheduler else local(jobs)
+    with place as workers, Ledger(out, plan, table) as ledger:
+        stopped = _fly(plan, table, ledger, workers)
+        findings = find(checked, plan, ledger.results)
+    if findings.results:
+        write_worst(findings, table, out)
+        write_study(findings, checked, out)
+        _print(findings, out)
+    return _verdict(findings, stopped)
+
+
+def _fly(plan: Plan, table: Table, ledger: Ledger, workers: Workers) -> str:
+    """Fly what the ledger lacks; returns why it was not done to its end, or nothing."""
+    flown = {(result.point, result.run) for result in ledger.results}
+    runs = [(point, run) for run in range(plan.runs) for point in range(len(plan.points))]
+    tasks = [Task(plan, table, point, run) for point, run in runs if (point, run) not in flown]
+    done = len(runs) - len(tasks)
+    failures = sum(not r.ok for r in ledger.results if r.run < plan.runs)
+    columns = (BarColumn(None), MofNCompleteColumn(), TextColumn("{task.description}"), TimeElapsedColumn(),
+               TimeRemainingColumn())  # fmt: skip
+    try:
+        with _terminable(), Progress(*columns, console=Console(stderr=True)) as progress:
+            bar = progress.add_task(f"{failures} failed", total=len(runs), completed=done)
+            for result in conduct(tasks, workers):
+                ledger.add(result)
+                failures += not result.ok
+                progress.update(bar, advance=1, description=f"{failures} failed")
+    except KeyboardInterrupt:
+        return "stopped"
+    except WorkersLostError as error:
+        return str(error)
+    return ""
+
+
+@contextmanager
+def _terminable() -> Iterator[None]:
+    """Let SIGTERM end the study as Ctrl-C does, with what was flown kept."""
+
+    def end(_: int, __: FrameType | None) -> NoReturn:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _table(path: Path) -> Table:
+    """Read the swarm file; files of key frames are named so that they are found from anywhere."""
+    table: Table = load_table(path)
+    for formation in (table.get("formation"), *dict(table.get("formations", {})).values()):
+        if isinstance(formation, dict) and "frames" in formation:
+            formation["file"] = str((path.parent / str(formation["file"])).resolve())
+    return table
+
+
+def _print(findings: Findings, out: Path) -> None:
+    console = Console(width=None if sys.stdout.isatty() else 160)
+    table = RichTable(box=box.SIMPLE_HEAD, title=f"{findings.swarm}: {len(findings.results)} virtual flights")
+    for heading in ("", "figure", "50 %", "95 %", "99 %", "worst", "its seed"):
+        table.add_column(heading, justify="left" if heading in ("", "figure") else "right")
+    for row in findings.rows:
+        interval = f"95 % sure: {100 * row.low:.2f} to {100 * row.high:.2f} %"
+        table.add_row(label(row.point), f"success {row.successes} of {row.runs} = {100 * row.rate:.2f} %; {interval}")
+        for name, count in row.failed.items():
+            table.add_row("", f"  {count} failed: {name}")
+        for one in QUANTITIES:
+            spread = row.figures[one.key]
+            if spread is not None:
+                cells = (quantity(v, one.unit) for v in (spread.p50, spread.p95, spread.p99, spread.worst))
+                table.add_row("", one.text, *cells, str(spread.worst_seed))
+        table.add_section()
+    console.print(table)
+    print("  the worst runs:")
+    for result in findings.worst:
+        verdict = result.reason or f"ok, {result.margin:.2f} x the safety distance"
+        print(f"  {result.seed}  {label(dict(findings.plan.points[result.point]))}: {verdict}")
+    if command := findings.again(findings.worst[0]).get("command"):
+        print(f"  the worst again: {command.replace('worst/', f'{out}/worst/')}")
+    print(f"  study: {out / 'study.html'}")
+
+
+def _verdict(findings: Findings, stopped: str) -> int:
+    if stopped:
+        print(f"flockwire: {stopped}; the same call goes on from here", file=sys.stderr)
+        return 1
+    if findings.failures:
+        print(f"flockwire: {findings.failures} of {len(findings.results)} runs failed", file=sys.stderr)
+        return 1
+    print(f"flockwire: all {len(findings.results)} runs well")
+    return 0

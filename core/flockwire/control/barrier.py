@@ -1,0 +1,124 @@
+"""The barrier: how fast a drone may approach what it must keep clear of, as half-spaces for the safety filter."""
+
+from __future__ import annotations
+
+from math import hypot, sqrt
+
+from flockwire.control.safety_filter import HalfSpace
+from flockwire.control.vector import Vector
+
+_COINCIDENT = 1e-9
+
+
+def approach_speed(gap: float, rate: float, braking: float) -> float:
+    """Return the speed A, m/s, at which `gap` (m, beyond the safety distance) may shrink; negative: it must grow.
+
+        A = alpha g                           for g <= g_1 = b / alpha^2
+        A = sqrt(2 b (g − g_1 / 2))           beyond        (ours)
+
+    `rate` is alpha in 1/s, `braking` the deceleration b in m/s^2 that A never asks more of; both branches meet with the
+    same slope. With g' >= −A(g) the gap decays to 0 and never passes it; sampled every dt while alpha dt <= 1.
+    """
+    knee = braking / (rate * rate)
+    return rate * gap if gap <= knee else sqrt(2.0 * braking * (gap - 0.5 * knee))
+
+
+def nearest_on_segment(start: Vector, end: Vector) -> Vector:
+    """Return the point of the segment nearest to the origin."""
+    dx, dy, dz = end[0] - start[0], end[1] - start[1], end[2] - start[2]
+    square = dx * dx + dy * dy + dz * dz
+    if square < _COINCIDENT * _COINCIDENT:
+        return start
+    t = -(start[0] * dx + start[1] * dy + start[2] * dz) / square
+    if t <= 0.0:
+        return start
+    if t >= 1.0:
+        return end
+    return (start[0] + t * dx, start[1] + t * dy, start[2] + t * dz)
+
+
+def keep_clear(
+    separation: Vector,
+    stopping: Vector,
+    body_velocity: Vector,
+    shared: bool,
+    safety_distance: float,
+    rate: float,
+    braking: float,
+    speed: float,
+) -> HalfSpace | None:
+    """Return the half-space of velocities that keep clear of one body, None where every velocity does.
+
+        z on the segment from `separation` to `stopping` nearest to the origin,   n = z / |z|,   g = |z| − r
+        n·u >= −min(A(g) / 2, A(g) − c)   for a body that yields its half,   c = n·v_body
+        n·u >= −A(g) + c                  for one that does not              (ours)
+
+    `separation` is x − x_body in m; `stopping` the same difference once both have come to rest, were they told to now:
+    all that lies between is out of the command's reach. `body_velocity` in m/s, `safety_distance` r in m. A body that
+    yields keeps its closing speed c below A/2; what it closes beyond that we make up for, so nobody needs to be known
+    as one that does not yield. `speed` is the largest |u|.
+    """
+    z = nearest_on_segment(separation, stopping)
+    distance = hypot(*z)
+    if distance < _COINCIDENT:
+        z, distance = separation, max(hypot(*separation), _COINCIDENT)
+        gap = -safety_distance
+    else:
+        gap = distance - safety_distance
+    x, y, z_ = z[0] / distance, z[1] / distance, z[2] / distance
+    allowed = approach_speed(gap, rate, braking)
+    closing = x * body_velocity[0] + y * body_velocity[1] + z_ * body_velocity[2]
+    least = -min(0.5 * allowed, allowed - closing) if shared else closing - allowed
+    return (x, y, z_, least) if least > -speed else None
+
+
+def keep_inside(
+    position: Vector, stopping: Vector, low: Vector, high: Vector, rate: float, braking: float, speed: float
+) -> list[HalfSpace]:
+    """Return the half-spaces of velocities that stay in the box `low` … `high`, m, or come back to it.
+
+        n·u >= −A(g),   g the distance to the face, from here or from the stopping point, whichever is less
+
+    Faces that no velocity up to `speed`, m/s, reaches are left out.
+    """
+    found: list[HalfSpace] = []
+    for k in range(3):
+        near, far = position[k], stopping[k]
+        if near > far:
+            near, far = far, near
+        least = -approach_speed(near - low[k], rate, braking)
+        if least > -speed:
+            found.append((float(k == 0), float(k == 1), float(k == 2), least))
+        least = -approach_speed(high[k] - far, rate, braking)
+        if least > -speed:
+            found.append((-float(k == 0), -float(k == 1), -float(k == 2), least))
+    return found
+
+
+def speed_and_acceleration(last: Vector, speed: float, change: float) -> tuple[Vector, float, HalfSpace | None]:
+    """Return a ball and, where one is needed, a half-space whose common part holds both limits.
+
+        |v| <= v_max   and   |v − v_last| <= a dt        (ours)
+
+    `speed` is v_max, `change` a dt, both m/s. The ball round v_last ends at the plane in which the two spheres meet
+    (n = −v_last / |v_last|): beyond it lies only a sliver of the ball of speeds.
+    """
+    length = hypot(*last)
+    if length + change <= speed:
+        return last, change, None
+    if length <= _COINCIDENT or change >= speed + length:
+        return (0.0, 0.0, 0.0), speed, None
+    meet = (speed * speed + length * length - change * change) / (2.0 * length)
+    plane = (-last[0] / length, -last[1] / length, -last[2] / length, -meet)
+    return last, change, plane
+
+
+def sight_speed(sight: float, safety_distance: float, delay: float, braking: float) -> float:
+    """Return the speed, m/s, at which two drones that see each other at `sight` m, head on, can still stop in time.
+
+        2 v tau + v^2 / b <= sight − r
+
+    `delay` is tau in s: lag, dead time and all that passes before the body's velocity is known; `braking` b in m/s^2.
+    """
+    room = max(sight - safety_distance, 0.0)
+    return braking * (sqrt(delay * delay + room / braking) - delay)

@@ -1,0 +1,106 @@
+"""The interface of a control law, and where laws come from.
+
+A law is pure: what it sees and the time go in, a velocity and an estimate come out. It reads no clock, does no input or
+output and draws no random numbers; it may keep state from step to step. `[control] law = "package.module:ClassName"`
+flies any class of this form. Positions are m, velocities m/s, world frame (ENU); times are Unix ns.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Sequence
+from math import isfinite
+from typing import TYPE_CHECKING, NamedTuple, Protocol, cast
+
+from flockwire.control.airframe_state import Motion
+from flockwire.control.formation import Formation
+from flockwire.control.relay import LeaderMotion
+from flockwire.control.vector import ZERO, Vector
+from flockwire.messages import BILLION, Body
+
+if TYPE_CHECKING:
+    from flockwire.config import Swarm
+
+BUILT_IN = {
+    "paper": "flockwire_agent.paper_law:PaperLaw",
+    "extended": "flockwire_agent.extended_law:ExtendedLaw",
+}
+
+
+class Heard(NamedTuple):
+    """What one in-neighbour said of the leader; of the leader itself, `number` 0, only the position is known."""
+
+    number: int
+    weight: float  # w_ij
+    stamp: int  # for when it is true
+    motion: LeaderMotion
+
+
+class Reference(NamedTuple):
+    """The place in the formation: `offset` h_i and `rate` h_i' at any time."""
+
+    formation: Formation
+    rank: int
+    start: int  # when the formation's time is 0
+
+    def offset(self, when: int) -> Vector:
+        """Return h_i, m."""
+        return self.formation.offset(self.rank, (when - self.start) / BILLION)
+
+    def rate(self, when: int) -> Vector:
+        """Return h_i', m/s."""
+        return self.formation.offset_rate(self.rank, (when - self.start) / BILLION)
+
+
+class Observation(NamedTuple):
+    """All that a law may know at one step."""
+
+    dt: float  # s since the last step
+    stamp: int  # of the own pose
+    motion: Motion | None  # the own position, velocity and stopping point; None while the own pose is stale
+    heard: Sequence[Heard]  # the in-neighbours that are fresh
+    bodies: Sequence[Body]  # what is near, relative to the own position
+    reference: Reference | None  # None outside the formation phase: then the velocity is not used
+
+
+class Decision(NamedTuple):
+    """What a law wants: a velocity for the airframe and, for those who listen, an estimate of the leader."""
+
+    velocity: Vector = ZERO
+    estimate: LeaderMotion | None = None  # None: nothing to publish yet
+    stamp: int = 0  # for when the estimate is true; 0 stands for now
+
+
+class Law(Protocol):
+    """A control law of follower `number` of `swarm`."""
+
+    def __init__(self, swarm: Swarm, number: int) -> None:
+        """Begin."""
+
+    def step(self, seen: Observation, now: int) -> Decision:
+        """Return what to do at `now`; called at the control rate, on the ground too."""
+
+
+class LawError(ValueError):
+    """A law that cannot be had; the text says which and why."""
+
+
+def check_decision(decision: Decision) -> None:
+    """Raise LawError for a decision that cannot be flown."""
+    numbers = list(decision.velocity)
+    if decision.estimate is not None:
+        numbers += [*decision.estimate.position, *decision.estimate.velocity, *decision.estimate.acceleration]
+    if not isfinite(sum(numbers)):
+        raise LawError(f"{decision}: holds a number that is not finite")
+
+
+def load_law(name: str) -> type[Law]:
+    """Return the class that `[control] law` names: one of BUILT_IN or `package.module:ClassName`; raises LawError."""
+    module, _, attribute = BUILT_IN.get(name, name).partition(":")
+    try:
+        found = getattr(importlib.import_module(module), attribute)
+    except Exception as error:
+        raise LawError(f"control.law = {name!r}: cannot import it: {type(error).__name__}: {error}") from error
+    if not isinstance(found, type) or not callable(getattr(found, "step", None)):
+        raise LawError(f"control.law = {name!r}: must be a class with a method step(seen, now)")
+    return cast("type[Law]", found)

@@ -1,0 +1,1 @@
+"""The same cores in virtual time: an event queue for a clock, a seeded network between them."""

@@ -1,0 +1,25 @@
+"""The clock of one process: off by an offset, drifting, and stepped by whoever sets it."""
+
+from __future__ import annotations
+
+BILLION = 1_000_000_000
+
+
+class LocalClock:
+    """Shows local = true + offset + drift (true - epoch), in ns; `drift` is in ns per s."""
+
+    def __init__(self, epoch: int, offset: int = 0, drift: int = 0) -> None:
+        self._epoch, self._offset, self._drift = epoch, offset, drift
+
+    def read(self, true: int) -> int:
+        """Return what it shows at the time `true` (Unix ns)."""
+        drift = self._drift
+        return true + self._offset + (drift * (true - self._epoch) // BILLION if drift else 0)
+
+    def step(self, by: int) -> None:
+        """Set it forward by `by` ns (back when negative)."""
+        self._offset += by
+
+    def true_length(self, local: int) -> int:
+        """Return how long, in true ns, `local` ns last on it."""
+        return local * BILLION // (BILLION + self._drift)

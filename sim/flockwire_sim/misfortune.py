@@ -1,0 +1,67 @@
+"""Lets the faults happen that befall processes, links and clocks; tracker and airframes are their own cores' matter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from flockwire.faults import ClockStep, Cut, Fault, Freeze, Kill, LinkChange, Partition, Restart
+
+from flockwire_sim.local_clock import BILLION
+from flockwire_sim.network import Conditions, Link
+from flockwire_sim.process import Process
+from flockwire_sim.scheduler import Action, Scheduler
+
+RESTART_TIME = 0.5  # s that a process takes to be there again
+
+Links = Mapping[tuple[str, str], Link]
+
+
+class Misfortune:
+    """The `faults` of one flight, counted from `begin`."""
+
+    def __init__(
+        self, faults: tuple[Fault, ...], scheduler: Scheduler, processes: Mapping[str, Process], links: Links
+    ) -> None:
+        self._faults, self._scheduler, self._processes, self._links = faults, scheduler, processes, links
+
+    def begin(self) -> None:
+        """Take the present for time 0."""
+        for fault in self._faults:
+            self._after(fault.at, self._befall, fault)
+
+    def _befall(self, fault: Fault) -> None:
+        match fault:
+            case Kill():
+                self._processes[fault.process].kill()
+            case Restart():
+                process = self._processes[fault.process]
+                process.kill()
+                self._after(RESTART_TIME, process.start)
+            case Freeze():
+                process = self._processes[fault.process]
+                process.freeze()
+                self._after(fault.duration, process.thaw)
+            case ClockStep():
+                self._processes[fault.process].clock.step(round(fault.step * BILLION))
+            case Cut():
+                self._cut([self._links[fault.source, fault.target]], fault.duration)
+            case Partition():
+                inside = set(fault.processes)
+                self._cut([link for ends, link in self._links.items() if _parts(ends, inside)], fault.duration)
+            case LinkChange():
+                link = self._links[fault.source, fault.target]
+                conditions = Conditions(fault.delay, fault.jitter, fault.loss, fault.reordering)
+                link.impose(conditions)
+                self._after(fault.duration, lambda _: link.lift(conditions))
+
+    def _cut(self, links: list[Link], duration: float) -> None:
+        for link in links:
+            link.cut()
+            self._after(duration, Link.mend, link)
+
+    def _after(self, seconds: float, action: Action, argument: object = None) -> None:
+        self._scheduler.at(self._scheduler.now + round(seconds * BILLION), action, argument)
+
+
+def _parts(ends: tuple[str, str], inside: set[str]) -> bool:
+    return len(inside.intersection(ends)) == 1 and "operator" not in ends

@@ -1,0 +1,183 @@
+"""A process in virtual time: one core with its clock, its ticker and what it hears, run as the real shell runs it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from hashlib import blake2b
+from typing import NamedTuple
+
+from flockwire.config import Swarm
+from flockwire.inbox import ATTACHMENT, Inbox
+from flockwire.keys import ROWS, Key, Row, key_text
+from flockwire.messages import Message
+from flockwire.stepping import Core, StatusTeller, Stepper, at_once, tick_period
+from flockwire.wiring import OPERATOR
+
+from flockwire_sim.local_clock import BILLION, LocalClock
+from flockwire_sim.network import Link
+from flockwire_sim.sample import Parcel, Sample, Slot
+from flockwire_sim.scheduler import Scheduler
+
+
+class Said(NamedTuple):
+    """One message as it was said: `at` is the true time, `sent` what its publisher's clock showed (Unix ns)."""
+
+    at: int
+    sent: int
+    key: Key
+    topic: str
+    publisher: bytes
+    sequence: int
+    sample: Sample
+
+
+Tap = Callable[[Said], None]
+MakeCore = Callable[[int, int], Core]  # from the own clock's time (Unix ns) and how often it was begun before
+
+
+class Outlet:
+    """One key that a process says, and the links and places of all who hear it."""
+
+    def __init__(self, swarm: Swarm, key: Key) -> None:
+        self.row: Row = ROWS[key.kind]
+        self.topic = f"/{key_text(swarm, key)}"
+        self.sequence = 0
+        self.readers: list[tuple[Link, int]] = []
+
+
+class NoVitals:
+    """What a process in virtual time costs: nothing that would be the same the next time. It needs no links either."""
+
+    def cpu_share(self, now: int) -> float:
+        """Return 0."""
+        return 0.0
+
+    def resident(self) -> int:
+        """Return 0."""
+        return 0
+
+    def refused(self) -> int:
+        """Return 0."""
+        return 0
+
+    def links(self) -> tuple[str, ...]:
+        """Return nobody."""
+        return ()
+
+
+class Process:
+    """The process of `identity`, which hears the keys `heard`, in their order, and says those in `outlets`."""
+
+    def __init__(
+        self,
+        swarm: Swarm,
+        identity: str,
+        make_core: MakeCore,
+        heard: tuple[Key, ...],
+        clock: LocalClock,
+        scheduler: Scheduler,
+        seed: int,
+        tap: Tap | None,
+    ) -> None:
+        self.identity, self.heard, self.clock = identity, heard, clock
+        self.outlets: dict[Key, Outlet] = {}
+        self.alive = False
+        self._swarm, self._make_core, self._scheduler, self._seed, self._tap = swarm, make_core, scheduler, seed, tap
+        self._begun = 0
+        self._frozen = False
+        self._slots: list[Slot] = []
+        self._waiting: dict[int, Slot] = {}
+        self._loaded: list[Link] = []
+        self._now = 0
+
+    def start(self, _: object = None) -> None:
+        """Begin, or after a `kill` begin anew, with nothing known."""
+        if self.alive:
+            return
+        self._now = self.clock.read(self._scheduler.now)
+        core = self._make_core(self._now, self._begun)
+        self._begun += 1
+        self.alive, self._frozen, self._missed = True, False, 0
+        self._publisher = blake2b(f"{self._seed} {self.identity} {self._begun}".encode(), digest_size=16).digest()
+        prompt = at_once(core)
+        self._slots = [Slot(Inbox(key, ROWS[key.kind]), key in prompt) for key in self.heard]
+        self._waiting = {}
+        for outlet in self.outlets.values():
+            outlet.sequence = 0
+        teller = StatusTeller(self._swarm, self.identity, self._publish, NoVitals(), _say_nothing)
+        resting = [slot for slot in self._slots if not slot.prompt]
+        self._stepper = Stepper(
+            core, self._swarm, resting, self._slots, self._publish, None if self.identity == OPERATOR else teller
+        )
+        self._period = self.clock.true_length(round(tick_period(core) * BILLION))
+        self._scheduler.at(self._scheduler.now + self._period, self._tick, self._begun)
+
+    def kill(self, _: object = None) -> None:
+        """End at once."""
+        self.alive = False
+        self._waiting = {}
+
+    def freeze(self, _: object = None) -> None:
+        """Stand still: of what arrives the newest rests."""
+        self._frozen = True
+
+    def thaw(self, _: object = None) -> None:
+        """Go on, beginning with what rests."""
+        self._frozen = False
+        waiting, self._waiting = self._waiting, {}
+        for slot in waiting.values():
+            self._arrived(slot)
+
+    def deliver(self, load: list[Parcel]) -> None:
+        """Take in what has arrived together."""
+        if not self.alive:
+            return
+        for place, sample in load:
+            slot = self._slots[place]
+            slot.sample = sample
+            if slot.prompt:
+                if self._frozen:
+                    self._waiting[place] = slot
+                else:
+                    self._arrived(slot)
+
+    def _arrived(self, slot: Slot) -> None:
+        now = self._now = self.clock.read(self._scheduler.now)
+        self._stepper.arrived(slot, now)
+        if self._loaded:
+            self._depart()
+
+    def _tick(self, begun: int) -> None:
+        if not self.alive or begun != self._begun:
+            return
+        self._scheduler.at(self._scheduler.now + self._period, self._tick, begun)
+        if self._frozen:
+            self._missed += 1
+            return
+        missed, self._missed = self._missed, 0
+        now = self._now = self.clock.read(self._scheduler.now)
+        self._stepper.tick(0, missed, now)
+        if self._loaded:
+            self._depart()
+
+    def _publish(self, key: Key, message: Message) -> None:
+        outlet = self.outlets[key]
+        sequence = outlet.sequence
+        outlet.sequence = sequence + 1
+        attached = ATTACHMENT.pack(sequence, self._now, 16, self._publisher)
+        sample = Sample(outlet.row, message.encode(), attached)
+        for link, place in outlet.readers:
+            if not link.load:
+                self._loaded.append(link)
+            link.load.append((place, sample))
+        if self._tap is not None:
+            self._tap(Said(self._scheduler.now, self._now, key, outlet.topic, self._publisher, sequence, sample))
+
+    def _depart(self) -> None:
+        loaded, self._loaded = self._loaded, []
+        for link in loaded:
+            link.depart()
+
+
+def _say_nothing(_: str) -> None:
+    pass

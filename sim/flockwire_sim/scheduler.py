@@ -1,0 +1,37 @@
+"""An event queue in place of a clock: time, in integer ns, jumps from one event to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from heapq import heappop, heappush
+from typing import Any
+
+BILLION = 1_000_000_000
+
+Action = Callable[[Any], None]
+
+
+class Scheduler:
+    """Calls actions at their times; those of one time in the order in which they were scheduled."""
+
+    def __init__(self, now: int) -> None:
+        self.now = now  # true time, Unix ns
+        self._queue: list[tuple[int, int, Action, Any]] = []
+        self._count = 0
+        self._stopped = False
+
+    def at(self, time: int, action: Action, argument: object = None) -> None:
+        """Call `action(argument)` at `time` (Unix ns), which has not passed."""
+        self._count += 1
+        heappush(self._queue, (time, self._count, action, argument))
+
+    def run(self, end: int) -> None:
+        """Go from event to event until `stop` is called, nothing is left, or `end` (Unix ns) is reached."""
+        queue, self._stopped = self._queue, False
+        while queue and queue[0][0] <= end and not self._stopped:
+            self.now, _, action, argument = heappop(queue)
+            action(argument)
+
+    def stop(self) -> None:
+        """Let `run` return after the present event."""
+        self._stopped = True

@@ -1,0 +1,90 @@
+"""The figures of a study. Only this file of it knows matplotlib, which is slow to import."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from flockwire.config import Swarm
+from flockwire_recorder.drawing import DANGER, OKABE_ITO, STYLE, title
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
+
+from flockwire_sim.study.findings import QUANTITIES, Findings, Quantity
+from flockwire_sim.study.labels import label
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+MOST_CURVES = len(OKABE_ITO)
+
+
+def draw(findings: Findings, swarm: Swarm, out: Path) -> tuple[Path, ...]:
+    """Draw success rates and the distribution of every figure into the folder `out`; returns the pictures."""
+    with rc_context(STYLE):
+        pictures = [out / "success.png", out / "distributions.png"]
+        _success(findings).savefig(pictures[0], dpi=150, facecolor="white")
+        _distributions(findings, swarm).savefig(pictures[1], dpi=150, facecolor="white")
+    return tuple(pictures)
+
+
+def _success(findings: Findings) -> Figure:
+    figure = Figure(figsize=(9.0, 1.3 + 0.38 * len(findings.rows)), layout="constrained")
+    axes = figure.add_subplot()
+    for place, row in enumerate(findings.rows):
+        axes.plot([100.0 * row.low, 100.0 * row.high], [place, place], color=OKABE_ITO[0], linewidth=3, alpha=0.45)
+        axes.plot([100.0 * row.rate], [place], "o", color=OKABE_ITO[0])
+    axes.set_yticks(range(len(findings.rows)), [label(row.point) for row in findings.rows])
+    axes.set_ylim(len(findings.rows) - 0.5, -0.5)
+    axes.set_xlabel("runs that pass all checks, %, with the 95 % interval")
+    title(axes, "Success rate")
+    return figure
+
+
+def _distributions(findings: Findings, swarm: Swarm) -> Figure:
+    known = [q for q in QUANTITIES if any(row.figures[q.key] is not None for row in findings.rows)] or [QUANTITIES[0]]
+    figure = Figure(figsize=(11.0, 3.2 * -(-len(known) // 2) + 0.4), layout="constrained")
+    panels = figure.subplots(-(-len(known) // 2), 2, squeeze=False).ravel()
+    for axes, quantity in zip(panels, known, strict=False):
+        _distribution(axes, findings, quantity)
+        limit = _limit(quantity, swarm)
+        if limit is not None:
+            axes.axvline(limit, color=DANGER, linewidth=1.1, linestyle=(0, (4, 2)))
+    for axes in panels[len(known) :]:
+        axes.set_visible(False)
+    if len(findings.rows) > 1:
+        handles = panels[0].get_lines()[: min(len(findings.rows), MOST_CURVES)]
+        figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    return figure
+
+
+def _distribution(axes: Axes, findings: Findings, quantity: Quantity) -> None:
+    """Draw which share of the runs has at most a value, by grid point; a run without a value leaves its share out."""
+    is_error = quantity.key.endswith("tail_m")
+    scale = 1000.0 if is_error else 1.0
+    points = findings.plan.points
+    shown = [number for number in range(len(points)) if any(r.point == number for r in findings.results)]
+    for colour, number in zip(OKABE_ITO, shown, strict=False):
+        results = [r.figures.get(quantity.key) for r in findings.results if r.point == number]
+        values = scale * np.sort([value for value in results if value is not None])
+        shares = 100.0 * np.arange(1, len(values) + 1) / len(results)
+        axes.step(values, shares, where="post", color=colour, label=label(dict(points[number])))
+    axes.set_xlabel(f"m{quantity.unit}" if is_error else quantity.unit)
+    axes.set_ylabel("runs below, %")
+    axes.set_ylim(0.0, 101.0)
+    if is_error:
+        axes.set_xscale("log")
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.xaxis.set_minor_formatter(NullFormatter())
+    title(axes, quantity.text[0].upper() + quantity.text[1:])
+
+
+def _limit(quantity: Quantity, swarm: Swarm) -> float | None:
+    return {
+        "min_distance_uav_m": swarm.avoidance.drone_safety_distance,
+        "min_distance_obstacle_m": swarm.avoidance.obstacle_safety_distance,
+        "max_speed_m_s": swarm.limits.speed,
+    }.get(quantity.key)

@@ -1,0 +1,146 @@
+"""What a study found: a row for each grid point, and the worst runs with all that it takes to fly them again."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+from flockwire.config import Swarm
+from pydantic import JsonValue
+
+from flockwire_sim.study.flight import Result
+from flockwire_sim.study.plan import Plan, Point, StudyError
+from flockwire_sim.study.statistics import Spread, spread, wilson
+from flockwire_sim.study.variation import Table, vary
+
+WORST = 5  # runs that are told
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A figure of every run: its key, how it is called, its unit, and which end is the bad one."""
+
+    key: str
+    text: str
+    unit: str
+    high_is_bad: bool = True
+
+
+QUANTITIES = (
+    Quantity("min_distance_uav_m", "smallest distance between drones", "m", False),
+    Quantity("min_distance_obstacle_m", "smallest distance to an obstacle", "m", False),
+    Quantity("observation_tail_m", "observation error, largest in the tail", "m"),
+    Quantity("formation_tail_m", "formation error, largest in the tail", "m"),
+    Quantity("settled_s", "until the formation had settled", "s"),
+    Quantity("max_speed_m_s", "highest speed", "m/s"),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """What came of one grid point: `low` and `high` hold the true success rate with 95 % confidence (Wilson)."""
+
+    point: dict[str, JsonValue]
+    runs: int
+    successes: int
+    rate: float
+    low: float
+    high: float
+    failed: dict[str, int]  # how many runs failed each check
+    figures: dict[str, Spread | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """All rows in the order of the grid, the results in order, and the worst of them, worst first."""
+
+    swarm: str
+    plan: Plan
+    rows: tuple[Row, ...]
+    results: tuple[Result, ...]
+    worst: tuple[Result, ...]
+
+    @property
+    def failures(self) -> int:
+        """How many runs failed."""
+        return sum(not result.ok for result in self.results)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the content of study.json; equal studies, equal content."""
+        return {
+            "swarm": self.swarm,
+            "study": self.plan.model_dump(mode="json"),
+            "runs": len(self.results),
+            "failures": self.failures,
+            "confidence": 0.95,
+            "points": [asdict(row) for row in self.rows],
+            "worst": [result.as_json() | self.again(result) for result in self.worst],
+        }
+
+    def again(self, result: Result) -> dict[str, str]:
+        """Return what flies a worst run once more; {} for one that was refused."""
+        if "refused" in result.failed:
+            return {}
+        stem = f"worst/{result.point}-{result.seed}"
+        faults = f" --faults {stem}.faults.toml" if self.plan.faults else ""
+        command = f"flockwire sim {stem}.toml --seed {result.seed} --duration {self.plan.duration:g}{faults}"
+        return {"swarm": f"{stem}.toml", "command": command}
+
+
+def find(swarm: Swarm, plan: Plan, results: Sequence[Result]) -> Findings:
+    """Return what the runs of the plan say, in whatever order they were flown; runs beyond `plan.runs` do not count."""
+    counted = sorted((r for r in results if r.run < plan.runs), key=lambda r: (r.point, r.run))
+    rows = []
+    for number, point in enumerate(plan.points):
+        here = [result for result in counted if result.point == number]
+        if here:
+            rows.append(_row(point, here))
+    worst = sorted(counted, key=_goodness)[:WORST]
+    return Findings(swarm.name, plan, tuple(rows), tuple(counted), tuple(worst))
+
+
+def write_worst(findings: Findings, table: Table, out: Path) -> None:
+    """Write the swarm files (and faults) of the worst runs into `out`/worst, so that `flockwire sim` flies them."""
+    folder = out / "worst"
+    folder.mkdir(exist_ok=True)
+    for old in folder.glob("*.toml"):
+        old.unlink()
+    for result in findings.worst:
+        try:
+            varied = vary(findings.plan, table, findings.plan.points[result.point], result.seed)
+        except StudyError:
+            continue
+        stem = f"{result.point}-{result.seed}"
+        content = {key: value for key, value in _without_frames(varied.table).items() if key != "name"}
+        (folder / f"{stem}.toml").write_text(tomli_w.dumps({"name": varied.swarm.name, **content}), encoding="utf-8")
+        if findings.plan.faults:
+            (folder / f"{stem}.faults.toml").write_text(tomli_w.dumps(varied.fault_table), encoding="utf-8")
+
+
+def _row(point: Point, results: list[Result]) -> Row:
+    successes = sum(result.ok for result in results)
+    low, high = wilson(successes, len(results))
+    failed = Counter(name for result in results for name in result.failed)
+    figures = {
+        quantity.key: spread([(r.seed, r.figures.get(quantity.key)) for r in results], quantity.high_is_bad)
+        for quantity in QUANTITIES
+    }
+    rate = successes / len(results)
+    return Row(dict(point), len(results), successes, rate, low, high, dict(sorted(failed.items())), figures)
+
+
+def _goodness(result: Result) -> tuple[bool, float, float, int, int]:
+    error = result.figures.get("formation_tail_m")
+    return result.ok, result.margin, -error if error is not None else 0.0, result.point, result.run
+
+
+def _without_frames(table: Table) -> Table:
+    """Take the text of key frames out again: the swarm file names their file."""
+    formations = table.get("formations", {})
+    bare = {key: {k: v for k, v in table[key].items() if k != "frames"} for key in ("formation",) if key in table}
+    named = {name: {k: v for k, v in one.items() if k != "frames"} for name, one in formations.items()}
+    return {**table, **bare, **({"formations": named} if formations else {})}

@@ -1,0 +1,93 @@
+"""One flight of a study, flown wherever there is a worker; what comes back is small and says nothing of the machine."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from flockwire.config import Swarm
+from flockwire_recorder.summary import Summary, summarise
+
+from flockwire_sim.recording import TraceInMemory
+from flockwire_sim.study.plan import Plan, StudyError
+from flockwire_sim.study.variation import Table, vary
+from flockwire_sim.world import World
+
+JUDGED = ("separation", "obstacle clearance", "speed", "formation settled")  # the checks that a run must pass
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """Run `run` of a plan at the grid point number `point`; `table` is the study's swarm file."""
+
+    plan: Plan
+    table: Table
+    point: int
+    run: int
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What came of a run: `figures` in m, s and m/s, None where there is none; `margin`: smallest distance / limit."""
+
+    point: int
+    run: int
+    seed: int
+    ok: bool
+    failed: tuple[str, ...]  # names of the checks, or "flight"
+    reason: str
+    margin: float
+    drawn: dict[str, Any]
+    figures: dict[str, float | None]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the run's line in runs.jsonl."""
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, table: dict[str, Any]) -> Result:
+        """Return the run of a line; raises TypeError, KeyError when it is none."""
+        return cls(**{**table, "failed": tuple(table["failed"])})
+
+
+def fly(task: Task) -> Result:
+    """Fly one run to its end; nothing in it is raised, a run that cannot be flown has failed."""
+    plan, seed = task.plan, task.plan.seed_of(task.run)
+    try:
+        varied = vary(plan, task.table, plan.points[task.point], seed)
+    except StudyError as error:
+        return Result(task.point, task.run, seed, False, ("refused",), str(error).replace("\n", "; "), 0.0, {}, {})
+    try:
+        trace = TraceInMemory(varied.swarm, seed)
+        outcome = World(varied.swarm, seed, plan.duration, varied.faults, trace.take).run()
+        summary = summarise(trace.trace())
+    except Exception as error:  # a law of the user's own may raise anything; the study goes on
+        reason = f"{type(error).__name__}: {error}"
+        return Result(task.point, task.run, seed, False, ("flight",), reason, 0.0, varied.drawn, {})
+    bad = [check for check in summary.checks if check.name in JUDGED and not check.ok]
+    failed = (*(["flight"] if outcome.failure else []), *(check.name for check in bad))
+    reasons = [*([outcome.failure] if outcome.failure else []), *(check.sentence() for check in bad)]
+    return Result(
+        task.point, task.run, seed, not failed, failed, "; ".join(reasons), _margin(varied.swarm, summary),
+        varied.drawn, _figures(summary),
+    )  # fmt: skip
+
+
+def _figures(summary: Summary) -> dict[str, float | None]:
+    return {
+        "min_distance_uav_m": summary.min_distance_uav_m,
+        "min_distance_obstacle_m": summary.min_distance_obstacle_m,
+        "observation_tail_m": summary.observation_error_m.max_tail,
+        "formation_tail_m": summary.formation_error_m.max_tail,
+        "settled_s": summary.formation_error_m.settled_s,
+        "max_speed_m_s": summary.max_speed_m_s,
+    }
+
+
+def _margin(swarm: Swarm, summary: Summary) -> float:
+    safe = swarm.avoidance
+    kept = (
+        (summary.min_distance_uav_m, safe.drone_safety_distance),
+        (summary.min_distance_obstacle_m, safe.obstacle_safety_distance),
+    )
+    return min((distance / limit for distance, limit in kept if distance is not None), default=0.0)

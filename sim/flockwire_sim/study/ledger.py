@@ -1,0 +1,98 @@
+"""The folder of a study: what it is (plan.json), and one line for each run that was flown (runs.jsonl)."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+from importlib.metadata import version
+from pathlib import Path
+from types import TracebackType
+
+from flockwire_sim.study.flight import Result
+from flockwire_sim.study.plan import Plan, StudyError
+from flockwire_sim.study.variation import Table
+
+PLAN, RUNS = "plan.json", "runs.jsonl"
+
+
+class Ledger:
+    """Opens the folder `out` for a plan: a new one, or one whose earlier runs count (`results`).
+
+    Raises StudyError, with nothing changed, where the folder holds something else; OSError where it cannot be written.
+    """
+
+    def __init__(self, out: Path, plan: Plan, table: Table) -> None:
+        identity = _identity(plan, table)
+        there = _read(out / PLAN)
+        if there is None and out.exists() and (not out.is_dir() or any(out.iterdir())):
+            raise StudyError(f"--out = {out}: there is something that is no study; name a new folder")
+        if there is not None and there != identity:
+            raise StudyError(
+                f"--out = {out}: there is another study ({_difference(there, identity)}); name a new folder"
+            )
+        out.mkdir(parents=True, exist_ok=True)
+        if there is None:
+            (out / PLAN).write_text(identity, encoding="utf-8")
+        self._file = (out / RUNS).open("a+b")
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            self.results = self._flown(out)
+        except BlockingIOError:
+            self._file.close()
+            raise StudyError(f"--out = {out}: another call is at work on this study; wait for its end") from None
+        except StudyError:
+            self._file.close()
+            raise
+
+    def __enter__(self) -> Ledger:
+        """Hold the folder."""
+        return self
+
+    def __exit__(self, _: type[BaseException] | None, __: BaseException | None, ___: TracebackType | None) -> None:
+        """Let go of the folder."""
+        self._file.close()
+
+    def add(self, result: Result) -> None:
+        """Keep a run, on the disk too."""
+        self.results.append(result)
+        self._file.write(json.dumps(result.as_json()).encode() + b"\n")
+        self._file.flush()
+
+    def _flown(self, out: Path) -> list[Result]:
+        """Read the runs; a last line that was cut off by a crash is taken out."""
+        self._file.seek(0)
+        content = self._file.read()
+        whole = content.rfind(b"\n") + 1
+        found = []
+        for place, line in enumerate(content[:whole].splitlines(), start=1):
+            try:
+                found.append(Result.from_json(json.loads(line)))
+            except (ValueError, TypeError, KeyError):
+                raise StudyError(f"{out / RUNS}: line {place} is no run of a study") from None
+        self._file.truncate(whole)
+        return found
+
+
+def _identity(plan: Plan, table: Table) -> str:
+    """Return what two calls must have in common to belong together: everything but the number of runs."""
+    content = {
+        "flockwire": version("flockwire"),
+        "study": plan.model_dump(mode="json", exclude={"runs"}),
+        "swarm": table,
+    }
+    return json.dumps(content, indent=1, default=str) + "\n"
+
+
+def _difference(there: str, here: str) -> str:
+    try:
+        old, new = json.loads(there), json.loads(here)
+        return ", ".join(f"its {key} differs" for key in new if old.get(key) != new[key]) or "in another order"
+    except (ValueError, AttributeError):
+        return f"its {PLAN} cannot be read"
+
+
+def _read(path: Path) -> str | None:
+    try:
+        return path.read_text(encoding="utf-8", errors="replace")
+    except (FileNotFoundError, NotADirectoryError):
+        return None

@@ -1,0 +1,122 @@
+"""One run of a study: the swarm and the faults that a seed makes of the study's swarm file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from copy import deepcopy
+from dataclasses import dataclass
+from random import Random
+from typing import Any
+
+from flockwire.config import Swarm, SwarmFileError, parse_swarm
+from flockwire.faults import Fault, FaultFileError, parse_faults
+from pydantic import JsonValue
+
+from flockwire_sim.study.places import random_starts
+from flockwire_sim.study.plan import Draw, Plan, Point, StudyError
+from flockwire_sim.study.trees import random_edges
+
+Table = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Variation:
+    """A swarm as a table and checked, faults likewise, and what was drawn from [random] by key."""
+
+    table: Table
+    swarm: Swarm
+    fault_table: Table
+    faults: tuple[Fault, ...]
+    drawn: dict[str, JsonValue]
+
+
+def vary(plan: Plan, table: Table, point: Point, seed: int) -> Variation:
+    """Return the run of `seed` at a grid point; raises StudyError when what was drawn cannot be flown."""
+    drawn = {key: draw.value(_chance(seed, key)) for key, draw in plan.random.items()}
+    return _build(plan, table, [*point, *drawn.items()], seed, drawn)
+
+
+def rehearse(plan: Plan, table: Table) -> None:
+    """Try the first run of each grid point, and each range's ends; raises StudyError for what cannot be flown."""
+    for point in plan.points:
+        vary(plan, table, point, plan.seed_of(0))
+    first = list(plan.points[0])
+    for key, draw in plan.random.items():
+        for value in draw.extremes():
+            _build(plan, table, [*first, (key, value)], plan.seed_of(0), {})
+    swarm = _swarm(table)
+    for place, fault in enumerate(plan.faults):
+        for change in _extremes(fault.table):
+            _faults({"faults": [change]}, swarm, f"faults.{place} of the study")
+
+
+def _build(
+    plan: Plan, table: Table, values: list[tuple[str, JsonValue]], seed: int, drawn: dict[str, JsonValue]
+) -> Variation:
+    varied = deepcopy(table)
+    for key, value in values:
+        _put(varied, key, value)
+    swarm = _swarm(varied)
+    if plan.starts is not None:
+        places = random_starts(swarm, plan.starts, _chance(seed, "starts"))
+        for drone, place in zip(varied["drones"], places, strict=True):
+            drone["start"] = [*place, drone["start"][2]]
+    if plan.graph is not None:
+        varied.setdefault("graph", {})["edges"] = random_edges(swarm, plan.graph, _chance(seed, "graph"))
+    if plan.starts is not None or plan.graph is not None:
+        swarm = _swarm(varied)
+    fault_table = {"faults": _drawn_faults(plan, seed)}
+    return Variation(varied, swarm, fault_table, _faults(fault_table, swarm, "the study's faults"), drawn)
+
+
+def _drawn_faults(plan: Plan, seed: int) -> list[Table]:
+    happen: list[Table] = []
+    for place, fault in enumerate(plan.faults):
+        chance = _chance(seed, f"fault {place}")
+        if chance.random() < fault.probability:
+            values = fault.table.items()
+            happen.append({key: v.value(chance) if isinstance(v, Draw) else v for key, v in values})
+    return sorted(happen, key=lambda fault: fault["at"] if isinstance(fault.get("at"), int | float) else 0.0)
+
+
+def _extremes(table: dict[str, Any]) -> Iterator[Table]:
+    plain = {key: v.extremes()[0] if isinstance(v, Draw) else v for key, v in table.items()}
+    yield plain
+    for key, value in table.items():
+        if isinstance(value, Draw):
+            yield from ({**plain, key: end} for end in value.extremes())
+
+
+def _put(table: Table, key: str, value: JsonValue) -> None:
+    """Set the value at a dotted key; numbers count places in lists."""
+    *path, last = key.split(".")
+    inner: Any = table
+    try:
+        for part in path:
+            inner = inner[int(part)] if isinstance(inner, list) else inner.setdefault(part, {})
+        if isinstance(inner, list):
+            inner[int(last)] = deepcopy(value)
+        elif isinstance(inner, dict):
+            inner[last] = deepcopy(value)
+        else:
+            raise TypeError
+    except (ValueError, IndexError, TypeError, AttributeError):
+        raise StudyError(f"{key} = {value!r}: the swarm file has no such place") from None
+
+
+def _swarm(table: Table) -> Swarm:
+    try:
+        return parse_swarm(table, "the varied swarm")
+    except SwarmFileError as error:
+        raise StudyError(str(error)) from None
+
+
+def _faults(table: Table, swarm: Swarm, origin: str) -> tuple[Fault, ...]:
+    try:
+        return parse_faults(table, swarm, origin)
+    except FaultFileError as error:
+        raise StudyError(str(error)) from None
+
+
+def _chance(seed: int, what: str) -> Random:
+    return Random(f"study {seed} {what}")  # noqa: S311  (not for secrets)

@@ -1,0 +1,96 @@
+"""What the extended law promises: accuracy in the ideal world and behind a lagging airframe, depth, deadlocks."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from math import cos, pi, sin
+from pathlib import Path
+from typing import Any
+
+import pytest
+from flockwire.config import Swarm, load_swarm
+from flockwire_agent import extended_law
+from flockwire_tello.airframe import SimulatedAirframe
+
+SWARMS = Path(__file__).parents[2] / "swarms"
+CIRCLING = {"kind": "circle", "radius": 1.4, "rate": 0.1}  # 0.14 m/s
+FAR = [0.0, 20.0]
+
+
+def extended(name: str, **tables: Any) -> Swarm:
+    """Return a shipped swarm under the extended law, without obstacles."""
+    swarm = load_swarm(SWARMS / f"{name}.toml")
+    table = swarm.model_dump(mode="json", exclude_none=True) | {"obstacles": []}
+    table["control"] |= {"law": "extended"}
+    for key, value in tables.items():
+        table[key] |= value
+    return Swarm.model_validate_json(json.dumps(table))
+
+
+def test_the_papers_scenario_is_flown_exactly(watch_swarm: Callable[..., Any]) -> None:
+    flown = watch_swarm(extended("paper_simulation"), 15.0)
+    assert flown.observation <= 0.0005
+    assert flown.error <= 0.002
+
+
+def test_a_circling_leader_is_followed(watch_swarm: Callable[..., Any]) -> None:
+    flown = watch_swarm(extended("paper_simulation", leader={"trajectory": CIRCLING}), 15.0)
+    assert flown.observation <= 0.001
+    assert flown.error <= 0.003
+
+
+@pytest.mark.parametrize(("lag", "dead_time"), [(1.0, 1.0), (1.2, 1.2), (0.8, 0.8), (1.2, 0.8), (0.8, 1.2)])
+def test_lag_and_dead_time_known_to_a_fifth_are_enough(
+    lag: float, dead_time: float, watch_swarm: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def real(self: SimulatedAirframe, parameters: Any, position: Any, now: int) -> None:
+        known(self, parameters.model_copy(update={"lag": 0.25 * lag, "dead_time": 0.1 * dead_time}), position, now)
+
+    known = SimulatedAirframe.__init__
+    monkeypatch.setattr(SimulatedAirframe, "__init__", real)
+    flown = watch_swarm(extended("paper_flight", leader={"trajectory": CIRCLING}, sim={"delay": 0.01}), 15.0)
+    assert flown.error <= 0.015
+
+
+def test_noise_does_not_grow_along_a_chain_of_twenty(watch_swarm: Callable[..., Any]) -> None:
+    """30 ms a hop, 1 mm of noise on the leader's pose, a leader that turns."""
+    swarm = extended("paper_simulation", leader={"trajectory": {"kind": "circle", "radius": 1.0, "rate": 0.14}})
+    drones = [{"id": i, "start": [(i % 7) * 0.8 - 2.4, (i // 7) * 0.8 - 1.0, 0.0]} for i in range(21)]
+    table = swarm.model_dump(mode="json", exclude_none=True) | {
+        "drones": drones, "graph": {"edges": [[i, i + 1] for i in range(20)]},
+        "formation": {"kind": "circle", "radius": 5.0, "rate": 0.1},
+        "limits": {"fence": {"min": [-20.0, -20.0, -0.5], "max": [20.0, 20.0, 3.0]}},
+        "gateway": {"noise": 0.001}, "sim": {"delay": 0.03},
+    }  # fmt: skip
+    flown = watch_swarm(Swarm.model_validate_json(json.dumps(table)), 12.0)
+    assert flown.observations["uav20"] <= 3.0 * flown.observations["uav1"]
+    assert flown.observations["uav20"] <= 0.010
+
+
+def swap(count: int, radius: float = 1.5) -> tuple[list[list[float]], dict[int, list[float]]]:
+    """Return `count` drones on a circle, each with its goal on the opposite side."""
+    places = [(radius * cos(2 * pi * i / count), radius * sin(2 * pi * i / count)) for i in range(count)]
+    return [FAR, *([x, y] for x, y in places)], {i + 1: [-x, -y - 20.0, 0.0] for i, (x, y) in enumerate(places)}
+
+
+WIDE = {"limits.fence": {"min": [-30.0, -30.0, -0.5], "max": [30.0, 30.0, 3.0]}}
+TELLO = {"airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}, "limits.speed": 1.0}
+
+
+@pytest.mark.parametrize("count", [2, 3, 6])
+@pytest.mark.parametrize("airframe", [{}, TELLO], ids=["ideal", "tello"])
+def test_who_meets_face_to_face_passes(count: int, airframe: dict[str, Any], fly_flock: Callable[..., Any]) -> None:
+    flown = fly_flock(*swap(count), {**WIDE, **airframe}, 14.0)
+    assert flown.error < 0.05
+    assert flown.closest >= 0.4
+
+
+def test_without_the_deadlock_breaker_two_face_to_face_stay(
+    fly_flock: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(extended_law, "sidestep", lambda wanted, *_: wanted)
+    starts, offsets = [FAR, [-1.5, 0.0], [1.5, 0.0]], {1: [1.5, -20.0, 0.0], 2: [-1.5, -20.0, 0.0]}
+    flown = fly_flock(starts, offsets, WIDE, 14.0)
+    assert flown.error > 1.0
+    assert flown.closest >= 0.4

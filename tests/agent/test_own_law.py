@@ -1,0 +1,93 @@
+"""A law of one's own: the example of docs/own_law.md flies, a law that fails makes its drone hold."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from flockwire.config import Swarm, SwarmFileError
+from flockwire.control.relay import LeaderMotion
+from flockwire.law import Decision, Observation
+
+PAGE = Path(__file__).parents[2] / "docs" / "own_law.md"
+STARTS = [[0.0, 0.0], [1.6, 0.3], [-1.4, 0.2]]
+PLACES = {1: [1.0, 1.0, 0.0], 2: [-1.0, 1.0, 0.0]}
+
+
+class Failing:
+    """Flies into the sky, then fails."""
+
+    def __init__(self, swarm: Swarm, number: int) -> None:
+        self.number = number
+
+    def step(self, seen: Observation, now: int) -> Decision:
+        if seen.reference is not None and self.number == 1:
+            raise ArithmeticError("no way")
+        return Decision((0.0, 0.0, 0.0), LeaderMotion((0.0, 0.0, 1.0)))
+
+
+class NotFinite(Failing):
+    """Wants what cannot be flown."""
+
+    def step(self, seen: Observation, now: int) -> Decision:
+        return Decision((float("nan"), 0.0, 0.0), LeaderMotion((0.0, 0.0, 1.0)))
+
+
+@pytest.fixture
+def own(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "my_law", raising=False)
+    return tmp_path
+
+
+def laid_out(page: str, language: str) -> str:
+    found = re.search(rf"```{language}\n(.*?)```", page, re.DOTALL)
+    assert found is not None
+    return found[1]
+
+
+def test_the_example_of_the_page_flies(own: Path, fly_flock: Callable[..., Any]) -> None:
+    page = PAGE.read_text(encoding="utf-8")
+    example = laid_out(page, "python")
+    assert len([line for line in example.splitlines() if line.strip()]) <= 30
+    (own / "my_law.py").write_text(example, encoding="utf-8")
+    name = re.search(r'law = "(my_law:\w+)"', laid_out(page, "toml"))
+    assert name is not None
+    flown = fly_flock(STARTS, PLACES, {"control.law": name[1]}, 10.0)
+    assert flown.failure == ""
+    assert flown.error < 0.03
+    assert flown.closest > 0.4
+
+
+@pytest.mark.parametrize("law", ["Failing", "NotFinite"])
+def test_a_law_that_fails_makes_its_drone_hold_and_say_why(
+    law: str, fly_flock: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "my_failing_law", sys.modules[__name__])
+    changes = {"control.law": f"my_failing_law:{law}", "graph.edges": [[0, 1], [0, 2]]}
+    if law == "NotFinite":  # it fails on the ground, and stays there
+        with pytest.raises(StopIteration):
+            fly_flock(STARTS, PLACES, changes, 3.0)
+        return
+    flown = fly_flock(STARTS, PLACES, changes, 3.0)
+    assert any("the law failed: ArithmeticError: no way" in detail for detail in flown.details)
+    assert flown.closest > 1.0
+    assert flown.lowest > 0.9
+
+
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [
+        ("fast", "must be one of ['extended', 'paper'] or your own class"),
+        ("no_such_module:Law", "cannot import it: ModuleNotFoundError"),
+        ("math:NoLaw", "cannot import it: AttributeError"),
+        ("math:pi", "must be a class with a method step"),
+    ],
+)
+def test_a_law_that_cannot_be_had_is_refused_by_name(law: str, said: str, make_swarm: Callable[..., Swarm]) -> None:
+    with pytest.raises(SwarmFileError, match=re.escape(f"control.law = '{law}': {said}")):
+        make_swarm({"control.law": law})

@@ -1,0 +1,111 @@
+from __future__ import annotations
+
+from math import dist, hypot, inf
+
+import pytest
+from flockwire.control.barrier import (
+    approach_speed,
+    keep_clear,
+    keep_inside,
+    nearest_on_segment,
+    sight_speed,
+    speed_and_acceleration,
+)
+from hypothesis import given
+from hypothesis import strategies as st
+
+coordinate = st.floats(-3.0, 3.0)
+vector = st.tuples(coordinate, coordinate, coordinate)
+
+
+@given(st.floats(0.001, 5.0), st.floats(0.5, 20.0), st.floats(0.5, 20.0))
+def test_a_gap_that_shrinks_as_fast_as_allowed_never_closes(gap: float, rate: float, braking: float) -> None:
+    """Sampled at 100 Hz; and the speed never falls faster than the brakes can."""
+    dt, before = 0.01, approach_speed(gap, rate, braking)
+    for _ in range(300):
+        gap -= dt * approach_speed(gap, rate, braking)
+        assert gap >= 0.0
+        now = approach_speed(gap, rate, braking)
+        assert (before - now) / dt <= braking * (1.0 + rate * dt)
+        before = now
+
+
+def test_both_branches_meet() -> None:
+    knee = 10.0 / 25.0
+    assert approach_speed(knee + 1e-9, 5.0, 10.0) == pytest.approx(approach_speed(knee, 5.0, 10.0), abs=1e-6)
+
+
+@given(vector, vector)
+def test_no_point_of_the_segment_is_nearer(start: tuple[float, ...], end: tuple[float, ...]) -> None:
+    nearest = hypot(*nearest_on_segment(start, end))
+    for k in range(11):
+        point = [a + k / 10 * (b - a) for a, b in zip(start, end, strict=True)]
+        assert nearest <= hypot(*point) + 1e-9
+
+
+def test_a_drone_yields_half_and_the_rest_of_what_the_other_does_not() -> None:
+    def least(speed: float, shared: bool) -> float:
+        space = keep_clear((1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (speed, 0.0, 0.0), shared, 0.5, 2.0, inf, 9.0)
+        assert space is not None
+        assert space[:3] == (1.0, 0.0, 0.0)
+        return space[3]
+
+    assert least(0.0, True) == pytest.approx(-0.5)  # A = 2/s x 0.5 m, half of it
+    assert least(0.5, True) == pytest.approx(-0.5)  # the other takes its half
+    assert least(0.8, True) == pytest.approx(-0.2)  # it takes more
+    assert least(-1.0, True) == pytest.approx(-0.5)  # it flies away: no reason to follow
+    assert least(0.3, False) == pytest.approx(-0.7)
+
+
+@given(vector, vector, st.floats(0.1, 3.0))
+def test_one_step_within_the_half_space_keeps_the_whole_way_clear(
+    separation: tuple[float, ...], stopping: tuple[float, ...], push: float
+) -> None:
+    """The discrete guarantee: the way that is still to come and the new stopping point are all beyond r."""
+    safe, rate, dt = 0.4, 5.0, 0.01
+    z = nearest_on_segment(separation, stopping)
+    if hypot(*z) <= safe + 1e-6:
+        return
+    space = keep_clear(separation, stopping, (0.0, 0.0, 0.0), False, safe, rate, inf, 1e9)
+    assert space is not None
+    nx, ny, nz, least = space
+    u = (least * nx - push * ny, least * ny + push * nx, least * nz)  # as fast as allowed, and sideways
+    moved = tuple(p + dt * v for p, v in zip(stopping, u, strict=True))
+    along = nx * u[0] + ny * u[1] + nz * u[2]
+    if along < least - 1e-9:
+        return
+    for k in range(11):
+        old = [a + k / 10 * (b - a) for a, b in zip(separation, stopping, strict=True)]
+        for j in range(11):
+            point = [a + j / 10 * (b - a) for a, b in zip(old, moved, strict=True)]
+            assert dist(point, (0.0, 0.0, 0.0)) >= safe - 1e-9
+
+
+def test_a_box_leaves_out_the_faces_that_are_far() -> None:
+    box = ((0.0, 0.0, 0.0), (10.0, 10.0, 10.0))
+    assert keep_inside((5.0, 5.0, 5.0), (5.0, 5.0, 5.0), *box, 5.0, inf, 3.0) == []
+    (space,) = keep_inside((5.0, 5.0, 5.0), (9.9, 5.0, 5.0), *box, 5.0, inf, 3.0)
+    assert space == pytest.approx((-1.0, 0.0, 0.0, -0.5))
+    (space,) = keep_inside((-0.2, 5.0, 5.0), (5.0, 5.0, 5.0), *box, 5.0, inf, 3.0)
+    assert space == pytest.approx((1.0, 0.0, 0.0, 1.0))  # outside: come back
+
+
+@given(vector, st.floats(0.01, 4.0), vector)
+def test_ball_and_plane_hold_both_limits(last: tuple[float, ...], change: float, v: tuple[float, ...]) -> None:
+    speed = 3.0
+    if hypot(*last) > speed:
+        return
+    centre, radius, plane = speed_and_acceleration(last, speed, change)
+    inside = dist(v, centre) <= radius
+    if plane is not None:
+        inside = inside and sum(a * b for a, b in zip(plane[:3], v, strict=True)) >= plane[3]
+    if inside:
+        assert hypot(*v) <= speed + 1e-9
+        assert dist(v, last) <= change + 1e-9
+
+
+def test_who_sees_far_may_fly_fast() -> None:
+    speed = sight_speed(1.5, 0.4, 0.35, 5.0)
+    assert 2.0 * speed * 0.35 + speed**2 / 5.0 == pytest.approx(1.1)
+    assert sight_speed(0.3, 0.4, 0.35, 5.0) == 0.0
+    assert sight_speed(inf, 0.4, 0.35, 5.0) == inf

@@ -1,0 +1,58 @@
+"""Equal seeds, equal bytes: across runs, across hash seeds, whatever is left to chance."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+SWARM = """
+name = "chance"
+formation = { kind = "circle", radius = 1.5, rate = 0.4 }
+graph = { edges = [[0, 1], [1, 2], [0, 3], [2, 3]] }
+drones = [
+  { id = 0, start = [0.0, 0.0, 0.0] }, { id = 1, start = [1.5, 0.0, 0.0] },
+  { id = 2, start = [-1.5, 0.0, 0.0] }, { id = 3, start = [0.0, 1.5, 0.0] },
+]
+gateway = { noise = 0.002, dropout = 0.02 }
+sim = { delay = 0.004, jitter = 0.004, loss = 0.02, reordering = 0.02, clock_offset = 0.003, clock_drift = 5e-5 }
+"""
+FAULTS = """
+[[faults]]
+at = 3.0
+kind = "restart"
+process = "uav2"
+[[faults]]
+at = 4.0
+kind = "noise"
+noise = 0.01
+duration = 0.5
+"""
+
+
+def flown(folder: Path, name: str, seed: int, hash_seed: int) -> str:
+    """Fly in a process of its own; returns the trace's digest."""
+    (folder / "chance.toml").write_text(SWARM)
+    (folder / "faults.toml").write_text(FAULTS)
+    program = f"""
+from pathlib import Path
+from flockwire.config import load_swarm
+from flockwire.faults import load_faults
+from flockwire_sim.recording import TraceFile
+from flockwire_sim.world import World
+swarm = load_swarm(Path("chance.toml"))
+trace = TraceFile(Path({name!r}), swarm, "", {seed})
+World(swarm, {seed}, 6.0, load_faults(Path("faults.toml"), swarm), trace.take).run()
+trace.close()
+"""
+    environment = {**os.environ, "PYTHONHASHSEED": str(hash_seed)}
+    subprocess.run([sys.executable, "-c", program], cwd=folder, env=environment, check=True, timeout=60)
+    return hashlib.sha256((folder / name).read_bytes()).hexdigest()
+
+
+def test_equal_seeds_give_equal_traces_and_others_do_not(tmp_path: Path) -> None:
+    first = flown(tmp_path, "first.mcap", 7, 1)
+    assert flown(tmp_path, "again.mcap", 7, 2) == first
+    assert flown(tmp_path, "other.mcap", 8, 1) != first
