@@ -11,7 +11,6 @@ def said(neighbourhood, now):
     return [(heard.weight, heard.motion.position) for heard in neighbourhood.heard(now)]
 
 
-
 def heard():
     """Return a neighbourhood of the leader and uav1 that heard both at T; 0.3 s is stale."""
     both = Neighbourhood({0: 2.0, 1: 1.0}, 0.3)

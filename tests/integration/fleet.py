@@ -155,7 +155,7 @@ def flockwire(*arguments: str | Path, **options: object) -> subprocess.Popen[str
     """Start a `flockwire` command."""
     line = [sys.executable, "-m", "flockwire_cli", *(str(argument) for argument in arguments)]
     swarm_file = next((a for a in arguments if isinstance(a, Path) and a.suffix == ".toml"), None)
-    if swarm_file is not None:
+    if swarm_file is not None and arguments[0] != "sim":
         line += ["--out" if arguments[0] == "keys" else "--keys", str(keys_of(swarm_file))]
     return subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
 

@@ -74,6 +74,7 @@ def test_every_process_is_linked_to_whom_it_must_hear_and_nobody_else(
 
 SMALL = """
 name = "small"
+control = {{ law = "paper" }}
 formation = {{ kind = "circle" }}
 graph = {{ edges = [[0, 1], [1, 2]] }}
 drones = [{{ id = 0, start = [0, 0, 0] }}, {{ id = 1, start = [0, 2, 0] }}, {{ id = 2, start = [0, -2, 0] }}]
