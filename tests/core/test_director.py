@@ -1,7 +1,7 @@
 import pytest
+from flockwire.director import LEAD_TIME, PATIENCE, Director, Stage
 from flockwire.flight import BILLION, Phase
 from flockwire.messages import Report, Status
-from flockwire.director import LEAD_TIME, PATIENCE, Director, Stage
 
 BEGAN = 1_790_000_000 * BILLION
 PILOTS = ("leader", "uav1", "uav2")
