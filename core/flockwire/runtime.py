@@ -76,6 +76,8 @@ class Vitals:
 
     def __init__(self, session: Session, refusals: Refusals) -> None:
         self._session, self._refusals = session, refusals
+        self._links: tuple[str, ...] = ()
+        self._look_at = 0
         self._at, self._used = clock.now(), clock.cpu_time()
 
     def cpu_share(self, now: int) -> float:
@@ -95,8 +97,11 @@ class Vitals:
         return self._refusals.count
 
     def links(self) -> tuple[str, ...]:
-        """Return who is linked, by authenticated identity."""
-        return self._session.linked()
+        """Return who is linked, by authenticated identity, as of a second ago at most: to look takes a while."""
+        now = clock.monotonic()
+        if now >= self._look_at:
+            self._look_at, self._links = now + BILLION, self._session.linked()
+        return self._links
 
 
 async def run_core(core: Core, swarm: Swarm, identity: str, keys: Path | None) -> None:
