@@ -97,10 +97,6 @@ class Reader:
         """Take one integer of struct code `code`."""
         return int(self._take(code))
 
-    def take_float(self) -> float:
-        """Take one float64."""
-        return float(self._take("d"))
-
     def take_all(self, code: str, count: int) -> tuple[float, ...]:
         """Take `count` numbers of struct code `code`."""
         form = several(code, count)
