@@ -1,4 +1,4 @@
-"""The wire: every message as a frozen dataclass with its codec beside it.
+"""The wire: every message as a named tuple with its codec beside it.
 
 The payloads are ROS 2 messages in CDR, so that a trace or a bridge needs no translation. Stamps are Unix time in
 nanoseconds and say for when the content is true. Positions are metres, velocities m/s, both in the world frame (ENU)
@@ -7,25 +7,21 @@ that `frame` names. `decode` raises MessageError for bytes of another form and f
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import IntEnum
 from functools import lru_cache
 from math import isfinite
-from struct import Struct, error
-from typing import ClassVar, Protocol, Self
+from typing import NamedTuple, Protocol, Self
 
-from flockwire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer, layout
+from flockwire.cdr import LONGEST_SEQUENCE, MessageError, Reader, Writer
 from flockwire.control.vector import Vector
+from flockwire.stamped import pack, peek_length, unpack
 
 BILLION = 1_000_000_000
 SMALLEST_BODY = 33  # bytes that a nearby body takes at least
-_LENGTH = Struct("<I")
 
 
 class Message(Protocol):
     """What all messages share."""
-
-    ros_type: ClassVar[str]
 
     @property
     def stamp(self) -> int:
@@ -39,11 +35,9 @@ class Message(Protocol):
         """Read CDR bytes; raises MessageError."""
 
 
-@dataclass(frozen=True, slots=True)
-class Pose:
+class Pose(NamedTuple):
     """geometry_msgs/PoseStamped: where a body is; the quaternion is x y z w."""
 
-    ros_type: ClassVar[str] = "geometry_msgs/msg/PoseStamped"
     stamp: int
     frame: str
     position: Vector
@@ -51,20 +45,18 @@ class Pose:
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        return _pack(self.stamp, self.frame, "ddddddd", *self.position, *self.orientation)
+        return pack(self.stamp, self.frame, "ddddddd", *self.position, *self.orientation)
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read CDR bytes; raises MessageError."""
-        stamp, frame, v = _unpack(data, "ddddddd")
+        stamp, frame, v = unpack(data, "ddddddd")
         return cls(stamp, frame, (v[0], v[1], v[2]), (v[3], v[4], v[5], v[6]))
 
 
-@dataclass(frozen=True, slots=True)
-class Estimate:
+class Estimate(NamedTuple):
     """flockwire_msgs/LeaderEstimate: one follower's estimate of the leader's position, velocity and acceleration."""
 
-    ros_type: ClassVar[str] = "flockwire_msgs/msg/LeaderEstimate"
     stamp: int
     frame: str
     position: Vector
@@ -73,20 +65,18 @@ class Estimate:
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        return _pack(self.stamp, self.frame, "ddddddddd", *self.position, *self.velocity, *self.acceleration)
+        return pack(self.stamp, self.frame, "ddddddddd", *self.position, *self.velocity, *self.acceleration)
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read CDR bytes; raises MessageError."""
-        stamp, frame, v = _unpack(data, "ddddddddd")
+        stamp, frame, v = unpack(data, "ddddddddd")
         return cls(stamp, frame, (v[0], v[1], v[2]), (v[3], v[4], v[5]), (v[6], v[7], v[8]))
 
 
-@dataclass(frozen=True, slots=True)
-class Command:
+class Command(NamedTuple):
     """geometry_msgs/TwistStamped: a velocity command; the stamp is that of the own pose it answers."""
 
-    ros_type: ClassVar[str] = "geometry_msgs/msg/TwistStamped"
     stamp: int
     frame: str
     velocity: Vector
@@ -94,12 +84,12 @@ class Command:
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        return _pack(self.stamp, self.frame, "dddddd", *self.velocity, 0.0, 0.0, self.yaw_rate)
+        return pack(self.stamp, self.frame, "dddddd", *self.velocity, 0.0, 0.0, self.yaw_rate)
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read CDR bytes; raises MessageError."""
-        stamp, frame, v = _unpack(data, "dddddd")
+        stamp, frame, v = unpack(data, "dddddd")
         return cls(stamp, frame, (v[0], v[1], v[2]), v[5])
 
 
@@ -110,11 +100,10 @@ class BodyKind(IntEnum):
     OBSTACLE = 1
 
 
-_KINDS = {int(kind): kind for kind in BodyKind}
+_KINDS: dict[float, BodyKind] = {int(kind): kind for kind in BodyKind}
 
 
-@dataclass(frozen=True, slots=True)
-class Body:
+class Body(NamedTuple):
     """A nearby body: from the own position to its nearest axis point, and its radius round that."""
 
     kind: BodyKind
@@ -122,29 +111,37 @@ class Body:
     radius: float
 
 
-@dataclass(frozen=True, slots=True)
-class Nearby:
+class Nearby(NamedTuple):
     """flockwire_msgs/NearbyBodies: what a relative sensor on board would see, without identities."""
 
-    ros_type: ClassVar[str] = "flockwire_msgs/msg/NearbyBodies"
     stamp: int
     frame: str
     bodies: tuple[Body, ...]
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        values = [x for body in self.bodies for x in (body.kind, *body.relative_position, body.radius)]
-        return _pack(self.stamp, self.frame, "I" + "Bdddd" * len(self.bodies), len(self.bodies), *values)
+        stamp, frame, bodies = self
+        values: list[float] = []
+        for kind, (x, y, z), radius in bodies:
+            values += (kind, x, y, z, radius)
+        return pack(stamp, frame, _bodies(len(bodies)), len(bodies), *values)
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read CDR bytes; raises MessageError."""
-        stamp, frame, head = _unpack(data, "I", whole=False)
-        count = int(head[0])
+        count = peek_length(data)
         if count > LONGEST_SEQUENCE or count * SMALLEST_BODY > len(data):
             raise MessageError(f"{count} nearby bodies in {len(data)} bytes; the most is {LONGEST_SEQUENCE}")
-        _, _, v = _unpack(data, "I" + "Bdddd" * count)
-        return cls(stamp, frame, tuple(_body(*v[k : k + 5]) for k in range(1, 1 + 5 * count, 5)))
+        stamp, frame, v = unpack(data, _bodies(count))
+        if count and min(v[5::5]) < 0.0:
+            raise MessageError(f"a nearby body of radius {min(v[5::5])}, below 0")
+        try:
+            bodies = tuple(
+                [Body(_KINDS[kind], (x, y, z), r) for kind, x, y, z, r in zip(*([iter(v[1:])] * 5), strict=True)]
+            )
+        except KeyError as kind:
+            raise MessageError(f"there is no body of kind {kind}") from None
+        return cls(stamp, frame, bodies)
 
 
 class FlightState(IntEnum):
@@ -156,11 +153,11 @@ class FlightState(IntEnum):
     STOPPED = 3
 
 
-@dataclass(frozen=True, slots=True)
-class Telemetry:
+_STATES: dict[float, FlightState] = {int(state): state for state in FlightState}
+
+class Telemetry(NamedTuple):
     """flockwire_msgs/Telemetry: the state of an airframe."""
 
-    ros_type: ClassVar[str] = "flockwire_msgs/msg/Telemetry"
     stamp: int
     frame: str
     state: FlightState
@@ -170,25 +167,24 @@ class Telemetry:
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        return _pack(self.stamp, self.frame, "Bddd", self.state, self.battery, self.height, self.command_age)
+        return pack(self.stamp, self.frame, "Bddd", self.state, self.battery, self.height, self.command_age)
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read CDR bytes; raises MessageError."""
-        stamp, frame, v = _unpack(data, "Bddd")
-        if v[0] not in FlightState._value2member_map_:
+        stamp, frame, v = unpack(data, "Bddd")
+        state = _STATES.get(v[0])
+        if state is None:
             raise MessageError(f"there is no flight state {v[0]}")
-        return cls(stamp, frame, FlightState(int(v[0])), v[1], v[2], v[3])
+        return cls(stamp, frame, state, v[1], v[2], v[3])
 
 
 MISSION_VERBS = ("takeoff", "start", "hold", "land")
 
 
-@dataclass(frozen=True, slots=True)
-class Mission:
+class Mission(NamedTuple):
     """flockwire_msgs/Mission: what the operator wants of all drones; the newest one holds."""
 
-    ros_type: ClassVar[str] = "flockwire_msgs/msg/Mission"
     stamp: int
     frame: str
     verb: str  # one of MISSION_VERBS
@@ -215,11 +211,9 @@ class Mission:
         return mission
 
 
-@dataclass(frozen=True, slots=True)
-class Stop:
+class Stop(NamedTuple):
     """flockwire_msgs/Stop: emergency stop, motors off."""
 
-    ros_type: ClassVar[str] = "flockwire_msgs/msg/Stop"
     stamp: int
     frame: str
     reason: str
@@ -239,8 +233,7 @@ class Stop:
         return stop
 
 
-@dataclass(frozen=True, slots=True)
-class Report:
+class Report(NamedTuple):
     """What a core knows of itself; -1 stands for a figure that does not apply."""
 
     phase: str
@@ -253,11 +246,9 @@ class Report:
     battery: float = -1.0  # share of full
 
 
-@dataclass(frozen=True, slots=True)
-class Status:
+class Status(NamedTuple):
     """flockwire_msgs/Status: how a process is."""
 
-    ros_type: ClassVar[str] = "flockwire_msgs/msg/Status"
     stamp: int
     frame: str
     identity: str
@@ -307,56 +298,9 @@ class Status:
         )  # fmt: skip
 
 
-@lru_cache(maxsize=64)
-def _raw_frame(frame: str) -> bytes:
-    return frame.encode() + b"\0"
-
-
-@lru_cache(maxsize=64)
-def _frame_text(raw: bytes) -> str:
-    if not raw.endswith(b"\0"):
-        raise MessageError("the frame id does not end with NUL")
-    try:
-        return raw[:-1].decode()
-    except UnicodeDecodeError:
-        raise MessageError("the frame id is not UTF-8") from None
-
-
-def _pack(stamp: int, frame: str, body: str, *values: float) -> bytes:
-    form, raw = _form(frame, body)
-    return form.pack(HEADER, stamp // BILLION, stamp % BILLION, len(raw), raw, *values)
-
-
 @lru_cache(maxsize=256)
-def _form(frame: str, body: str) -> tuple[Struct, bytes]:
-    raw = _raw_frame(frame)
-    return layout(len(raw), body), raw
-
-
-def _unpack(data: bytes, body: str, whole: bool = True) -> tuple[int, str, tuple[float, ...]]:
-    """Return stamp, frame and values of `body`; with `whole`, nothing may follow but padding."""
-    try:
-        (length,) = _LENGTH.unpack_from(data, 12)
-        form = layout(length if length < len(data) else len(data), body)
-        found = form.unpack_from(data)
-    except error:
-        raise MessageError(f"ends after {len(data)} bytes, too soon") from None
-    header, sec, nanosec, _, raw = found[:5]
-    values = found[5:]
-    if header != HEADER or nanosec >= BILLION:
-        raise MessageError("the header is not that of a stamped message in little-endian CDR")
-    if whole and (len(data) - form.size > 3 or any(data[form.size :])):
-        raise MessageError(f"{len(data) - form.size} bytes are left over")
-    if not isfinite(sum(values)):
-        raise MessageError("holds a number that is not finite")
-    return sec * BILLION + nanosec, _frame_text(raw), values
-
-
-def _body(kind: float, x: float, y: float, z: float, radius: float) -> Body:
-    known = _KINDS.get(int(kind))
-    if known is None or radius < 0.0:
-        raise MessageError(f"there is no body of kind {kind:.0f} and radius {radius}")
-    return Body(known, (x, y, z), radius)
+def _bodies(count: int) -> str:
+    return "I" + "Bdddd" * count
 
 
 def _write_header(stamp: int, frame: str) -> Writer:

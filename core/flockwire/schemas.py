@@ -4,6 +4,19 @@ from __future__ import annotations
 
 import re
 
+from flockwire.messages import Command, Estimate, Message, Mission, Nearby, Pose, Status, Stop, Telemetry
+
+ROS_TYPES: dict[type[Message], str] = {
+    Pose: "geometry_msgs/msg/PoseStamped",
+    Estimate: "flockwire_msgs/msg/LeaderEstimate",
+    Command: "geometry_msgs/msg/TwistStamped",
+    Nearby: "flockwire_msgs/msg/NearbyBodies",
+    Telemetry: "flockwire_msgs/msg/Telemetry",
+    Mission: "flockwire_msgs/msg/Mission",
+    Stop: "flockwire_msgs/msg/Stop",
+    Status: "flockwire_msgs/msg/Status",
+}
+
 DEFINITIONS = {
     "builtin_interfaces/msg/Time": "int32 sec\nuint32 nanosec",
     "std_msgs/msg/Header": "builtin_interfaces/Time stamp\nstring frame_id",

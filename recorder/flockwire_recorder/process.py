@@ -12,6 +12,7 @@ from flockwire.cdr import MessageError
 from flockwire.config import Swarm
 from flockwire.inbox import CANARY, read_attachment
 from flockwire.keys import ROWS, key_text
+from flockwire.schemas import ROS_TYPES
 from flockwire.messages import Report
 from flockwire.refusals import Refusals
 from flockwire.runtime import Deadlines, Teller, ending
@@ -38,7 +39,7 @@ class Recorder:
         self._rejected: Counter[str] = Counter()
         self._full = ""
         self._sources = [
-            (key_text(swarm, key), ROWS[key.kind].message.ros_type, session.every(key, CAPACITY))
+            (key_text(swarm, key), ROS_TYPES[ROWS[key.kind].message], session.every(key, CAPACITY))
             for key in policy.hears(swarm, IDENTITY)
         ]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from flockwire.config import Swarm
+from flockwire.schemas import ROS_TYPES
 from flockwire_recorder.reading import Collector, Trace
 from flockwire_recorder.trace import TraceWriter, describe_virtual
 
@@ -22,7 +23,7 @@ class TraceFile:
         """Write one message."""
         sample = said.sample
         self._writer.write(
-            said.topic, sample.row.message.ros_type, said.publisher, said.sequence, said.at, said.sent, sample.payload
+            said.topic, ROS_TYPES[sample.row.message], said.publisher, said.sequence, said.at, said.sent, sample.payload
         )
 
     def close(self) -> None:

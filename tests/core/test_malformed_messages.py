@@ -1,7 +1,6 @@
 """Whatever arrives, decode returns a message or raises MessageError, soon."""
 
 import time
-from dataclasses import replace
 from struct import pack
 
 import pytest
@@ -99,24 +98,24 @@ def test_numbers_that_are_not_finite_are_refused(wrong):
     pose, estimate, command, nearby, telemetry, _, _, status = SOUND
     for place in ((wrong, 0.0, 0.0), (0.0, wrong, 0.0), (0.0, 0.0, wrong), (wrong, -wrong, 0.0)):
         for message in (
-            replace(pose, position=place),
-            replace(pose, orientation=(*place, 1.0)),
-            replace(estimate, position=place),
-            replace(estimate, velocity=place),
-            replace(command, velocity=place),
-            replace(nearby, bodies=(Body(BodyKind.DRONE, place, 0.0),)),
+            pose._replace(position=place),
+            pose._replace(orientation=(*place, 1.0)),
+            estimate._replace(position=place),
+            estimate._replace(velocity=place),
+            command._replace(velocity=place),
+            nearby._replace(bodies=(Body(BodyKind.DRONE, place, 0.0),)),
         ):
             with pytest.raises(MessageError, match="not finite"):
                 type(message).decode(message.encode())
     for message in (
-        replace(command, yaw_rate=wrong),
-        replace(nearby, bodies=(Body(BodyKind.DRONE, PLACE, wrong),)),
-        replace(telemetry, battery=wrong),
-        replace(telemetry, height=wrong),
-        replace(telemetry, command_age=wrong),
-        replace(status, cpu=wrong),
-        replace(status, report=Report("hold", formation_error=wrong)),
-        replace(status, report=Report("hold", battery=wrong)),
+        command._replace(yaw_rate=wrong),
+        nearby._replace(bodies=(Body(BodyKind.DRONE, PLACE, wrong),)),
+        telemetry._replace(battery=wrong),
+        telemetry._replace(height=wrong),
+        telemetry._replace(command_age=wrong),
+        status._replace(cpu=wrong),
+        status._replace(report=Report("hold", formation_error=wrong)),
+        status._replace(report=Report("hold", battery=wrong)),
     ):
         with pytest.raises(MessageError, match="not finite"):
             type(message).decode(message.encode())

@@ -19,7 +19,7 @@ from flockwire.messages import (
     Stop,
     Telemetry,
 )
-from flockwire.schemas import DEFINITIONS, schema_text
+from flockwire.schemas import DEFINITIONS, ROS_TYPES, schema_text
 from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -38,7 +38,7 @@ bodies = st.builds(Body, st.sampled_from(BodyKind), vectors, st.floats(0.0, 1e3)
 reports = st.builds(Report, st.text(), st.text(), numbers, numbers, numbers, numbers, numbers, numbers)
 MESSAGES = (
     st.builds(Pose, stamps, frames, vectors, st.tuples(numbers, numbers, numbers, numbers)),
-    st.builds(Estimate, stamps, frames, vectors, vectors),
+    st.builds(Estimate, stamps, frames, vectors, vectors, vectors),
     st.builds(Command, stamps, frames, vectors, numbers),
     st.builds(Nearby, stamps, frames, st.lists(bodies, max_size=6).map(tuple)),
     st.builds(Telemetry, stamps, frames, st.sampled_from(FlightState), numbers, numbers, numbers),
@@ -87,8 +87,8 @@ def ros_content(message):  # noqa: PLR0911 (one for each kind)
 
 def ros_bytes(message):
     header = T["Header"](ros_time(message.stamp), message.frame)
-    twin = ROS.types[message.ros_type](header, *ros_content(message))
-    return bytes(ROS.serialize_cdr(twin, message.ros_type))
+    twin = ROS.types[ROS_TYPES[type(message)]](header, *ros_content(message))
+    return bytes(ROS.serialize_cdr(twin, ROS_TYPES[type(message)]))
 
 
 @given(messages)
@@ -136,5 +136,5 @@ def test_padding_to_a_multiple_of_four_is_no_harm(message, padding):
 @pytest.mark.parametrize("message", {row.message for row in TABLE}, ids=lambda m: m.__name__)
 def test_the_schema_in_the_trace_says_all_that_rosbags_needs(message):
     alone = get_typestore(Stores.EMPTY)
-    alone.register(get_types_from_msg(schema_text(message.ros_type), message.ros_type))
-    assert alone.types.keys() >= {message.ros_type, "std_msgs/msg/Header"}
+    alone.register(get_types_from_msg(schema_text(ROS_TYPES[message]), ROS_TYPES[message]))
+    assert alone.types.keys() >= {ROS_TYPES[message], "std_msgs/msg/Header"}

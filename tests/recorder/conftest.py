@@ -11,6 +11,7 @@ from random import Random
 import pytest
 from flockwire.config import Swarm, parse_swarm
 from flockwire.keys import MISSION, ROWS, Key, key_text, uav
+from flockwire.schemas import ROS_TYPES
 from flockwire.messages import Command, Estimate, FlightState, Message, Mission, Nearby, Pose, Report, Status, Telemetry
 from flockwire.wiring import agent_identity
 from flockwire_recorder.trace import TraceWriter, describe
@@ -165,7 +166,7 @@ def record(path: Path, **numbers: object) -> Flight:
     said = sorted((event for event in flight.events() if event[1] not in flight.silent), key=lambda event: event[0])
     flushed = 0
     for published, key, publisher, sequence, message in said:
-        topic, ros_type = f"/{key_text(flight.swarm, key)}", ROWS[key.kind].message.ros_type
+        topic, ros_type = f"/{key_text(flight.swarm, key)}", ROS_TYPES[ROWS[key.kind].message]
         who = publisher.encode().ljust(16)
         writer.write(topic, ros_type, who, sequence, published + MS // 5, published, message.encode())
         if published - flushed > BILLION // 10:

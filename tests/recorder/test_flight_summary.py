@@ -192,7 +192,7 @@ def test_the_newest_start_is_in_force(fly, swarm_of):
 
 def test_an_unknown_formation_is_said(fly):
     trace = read_trace(fly(begin=-1.0, end=1.0))
-    unknown = replace(trace.missions[-1], formation="heart")
+    unknown = trace.missions[-1]._replace(formation="heart")
     summary = summarise(replace(trace, missions=(unknown,)))
     assert "The swarm has no formation 'heart', which was started." in summary.missing
     assert summary.formation_error_m.max_tail is None
@@ -200,5 +200,5 @@ def test_an_unknown_formation_is_said(fly):
 
 def test_a_start_after_the_end_is_said(fly):
     trace = read_trace(fly(begin=-1.0, end=0.0))
-    late = replace(trace.missions[-1], start=trace.end + BILLION)
+    late = trace.missions[-1]._replace(start=trace.end + BILLION)
     assert "The trace ends before the formation's time 0." in summarise(replace(trace, missions=(late,))).missing
