@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from flockwire.config import Limits, Staleness
 from flockwire.flight import NEVER
 
 
-@dataclass(frozen=True, slots=True)
-class Inputs:
+class Inputs(NamedTuple):
     """Ages in s of what an agent flies by (NEVER: not there yet), and what its airframe says."""
 
     pose: float
@@ -18,6 +17,19 @@ class Inputs:
     telemetry: float
     battery: float  # share of full
     outside: float  # m outside the fence
+
+
+def all_well(inputs: Inputs, limits: Limits) -> bool:
+    """Return whether no rung of the ladder is reached, so that none of the reasons below can be given."""
+    stale = limits.staleness
+    return (
+        inputs.pose <= stale.pose_zero
+        and inputs.silence <= stale.estimates_hold
+        and inputs.nearby <= stale.nearby_slow
+        and inputs.telemetry <= stale.telemetry_warn
+        and inputs.battery >= limits.battery_takeoff
+        and inputs.outside == 0.0
+    )
 
 
 def land_reason(inputs: Inputs, limits: Limits) -> str:

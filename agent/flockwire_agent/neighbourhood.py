@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from flockwire.control.graph import LEADER
 from flockwire.control.relay import LeaderMotion
 from flockwire.control.vector import Vector
-from flockwire.flight import NEVER, age
+from flockwire.flight import BILLION, NEVER, age
 from flockwire.law import Heard
 from flockwire.messages import Estimate, Pose
 
@@ -27,28 +28,38 @@ class Neighbourhood:
 
     def __init__(self, weights: dict[int, float], drop_after: float) -> None:
         self._neighbours = {j: Neighbour(weight) for j, weight in weights.items()}
-        self._drop_after = drop_after
+        self._drop_after = round(drop_after * BILLION)  # ns
         self._heard = 0
 
-    def hear_estimate(self, j: int, message: Estimate) -> None:
-        """Take neighbour j's estimate of the leader."""
+    def hear_estimate(self, j: int) -> Callable[[Estimate], None]:
+        """Return what takes neighbour j's estimates of the leader."""
         neighbour = self._neighbours[j]
-        neighbour.stamp = message.stamp
-        neighbour.motion = LeaderMotion(message.position, message.velocity, message.acceleration)
 
-    def hear_pose(self, j: int, message: Pose) -> None:
-        """Take neighbour j's pose; the leader's is also its estimate of itself (eta_0 = x_0)."""
+        def hear(message: Estimate) -> None:
+            stamp, _, position, velocity, acceleration = message
+            neighbour.stamp = stamp
+            neighbour.motion = LeaderMotion(position, velocity, acceleration)
+
+        return hear
+
+    def hear_pose(self, j: int) -> Callable[[Pose], None]:
+        """Return what takes neighbour j's poses; the leader's is also its estimate of itself (eta_0 = x_0)."""
         neighbour = self._neighbours[j]
-        neighbour.position = message.position
-        if j == LEADER:
-            neighbour.stamp, neighbour.motion = message.stamp, LeaderMotion(message.position)
+
+        def hear(message: Pose) -> None:
+            neighbour.position = message.position
+            if j == LEADER:
+                neighbour.stamp, neighbour.motion = message.stamp, LeaderMotion(message.position)
+
+        return hear
 
     def heard(self, now: int) -> list[Heard]:
         """Return what the neighbours that are fresh said of the leader; a stale one's weight leaves the sum."""
+        oldest = now - self._drop_after
         fresh = [
             Heard(j, neighbour.weight, neighbour.stamp, neighbour.motion)
             for j, neighbour in self._neighbours.items()
-            if neighbour.motion is not None and age(neighbour.stamp, now) <= self._drop_after
+            if neighbour.stamp >= oldest and neighbour.motion is not None
         ]
         if fresh:
             self._heard = now
@@ -64,7 +75,7 @@ class Neighbourhood:
 
     def missing(self, now: int) -> tuple[int, ...]:
         """Return the neighbours that are not fresh."""
-        return tuple(j for j, neighbour in self._neighbours.items() if age(neighbour.stamp, now) > self._drop_after)
+        return tuple(j for j, neighbour in self._neighbours.items() if neighbour.stamp < now - self._drop_after)
 
     def positions(self) -> list[Vector]:
         """Return the neighbours' own positions, where they are known (m, world frame)."""

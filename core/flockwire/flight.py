@@ -6,8 +6,8 @@ grounded -> ready -> take-off -> hold <-> formation
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 from flockwire.control.vector import Vector, limit
 from flockwire.messages import Mission, Pose
@@ -32,8 +32,7 @@ class Phase(StrEnum):
 IN_FLIGHT = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION, Phase.LANDING})
 
 
-@dataclass(frozen=True, slots=True)
-class Situation:
+class Situation(NamedTuple):
     """What the phases depend on; the three reasons are empty where there is none."""
 
     now: int  # Unix time, ns
@@ -128,6 +127,8 @@ def climb(position: Vector, place: Vector, vertical_speed: float) -> Vector:
 
 def fenced(velocity: Vector, position: Vector, low: Vector, high: Vector) -> Vector:
     """Return `velocity` without the components that lead further out of the box `low` … `high` (m, world frame)."""
+    if low[0] < position[0] < high[0] and low[1] < position[1] < high[1] and low[2] < position[2] < high[2]:
+        return velocity
     x, y, z = (
         max(v, 0.0) if p <= a else min(v, 0.0) if p >= b else v
         for v, p, a, b in zip(velocity, position, low, high, strict=True)
@@ -138,7 +139,9 @@ def fenced(velocity: Vector, position: Vector, low: Vector, high: Vector) -> Vec
 def outside(position: Vector, low: Vector, high: Vector) -> float:
     """Return how far `position` is outside the box, m (largest over the axes; 0 inside)."""
     (x, y, z), (a, b, c), (d, e, f) = position, low, high
-    return max(0.0, a - x, x - d, b - y, y - e, c - z, z - f)
+    if a <= x <= d and b <= y <= e and c <= z <= f:
+        return 0.0
+    return max(a - x, x - d, b - y, y - e, c - z, z - f)
 
 
 def command_stamp(pose: Pose | None, now: int, stale_after: float) -> tuple[int, bool]:

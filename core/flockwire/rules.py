@@ -182,7 +182,8 @@ def _limits(swarm: Swarm) -> Iterator[str]:
         most = f"limits.battery_takeoff = {limits.battery_takeoff}"
         yield f"limits.battery_land = {limits.battery_land}: must be {most} or less"
     ladder = ("pose_zero", "pose_land"), ("estimate_drop", "estimates_hold", "estimates_land")
-    for rungs in (*ladder, ("nearby_slow", "nearby_hold"), ("command_zero", "command_land")):
+    pairs = ("nearby_slow", "nearby_hold"), ("command_zero", "command_land"), ("telemetry_warn", "telemetry_land")
+    for rungs in (*ladder, *pairs):
         for lower, upper in pairwise(rungs):
             low, high = getattr(stale, lower), getattr(stale, upper)
             if low >= high:

@@ -14,8 +14,8 @@ def said(neighbourhood, now):
 def heard():
     """Return a neighbourhood of the leader and uav1 that heard both at T; 0.3 s is stale."""
     both = Neighbourhood({0: 2.0, 1: 1.0}, 0.3)
-    both.hear_pose(0, Pose(T, "world", A))
-    both.hear_estimate(1, Estimate(T, "world", B, A))
+    both.hear_pose(0)(Pose(T, "world", A))
+    both.hear_estimate(1)(Estimate(T, "world", B, A))
     return both
 
 
@@ -25,7 +25,7 @@ def test_the_leaders_pose_is_its_estimate_of_itself():
 
 def test_another_neighbours_pose_is_no_estimate():
     both = Neighbourhood({1: 1.0}, 0.3)
-    both.hear_pose(1, Pose(T, "world", A))
+    both.hear_pose(1)(Pose(T, "world", A))
     assert said(both, T) == []
     assert both.positions() == [A]
     assert both.missing(T) == (1,)
@@ -34,10 +34,10 @@ def test_another_neighbours_pose_is_no_estimate():
 def test_a_stale_neighbour_leaves_and_comes_back():
     both = heard()
     later = T + BILLION // 2
-    both.hear_pose(0, Pose(later, "world", B))
+    both.hear_pose(0)(Pose(later, "world", B))
     assert said(both, later) == [(2.0, B)]
     assert both.missing(later) == (1,)
-    both.hear_estimate(1, Estimate(later, "world", A, A))
+    both.hear_estimate(1)(Estimate(later, "world", A, A))
     assert said(both, later) == [(2.0, B), (1.0, A)]
 
 

@@ -18,9 +18,9 @@ def fly(lag: float, dead_time: float, commands: list[float], rest: int) -> tuple
     for k, u in enumerate(inputs):
         state_now = k * dt
         if k <= len(commands):
-            state.measure((x, 0.0, 0.0), state_now)
+            motion = state.measure((x, 0.0, 0.0), state_now, state_now)
             if k == len(commands):
-                at_end = (x, state.motion((x, 0.0, 0.0), state_now).stopping[0])
+                at_end = (x, motion.stopping[0])
             else:
                 state.command((commands[k], 0.0, 0.0), state_now)
         decay = exp(-dt / lag) if lag else 0.0

@@ -43,8 +43,8 @@ class AirframeState:
         """Take note of the command `velocity` (m/s) given at `now`."""
         self._commands.append((now, velocity, self._travelled(now)))
 
-    def measure(self, position: Vector, stamp: float) -> Motion:
-        """Take the `position` (m) measured at `stamp`; return the motion seen from the newest command given."""
+    def measure(self, position: Vector, stamp: float, now: float) -> Motion:
+        """Take the newest `position` (m), measured at `stamp`; return the motion at `now`, before the next command."""
         dt = stamp - self._stamp
         if self._position is None or dt > 1.0:
             self._position, self._velocity, self._stamp = position, ZERO, stamp
@@ -53,10 +53,6 @@ class AirframeState:
             q = exp(-dt / self._time_constant)
             self._correct(position, 1.0 - q * q, (1.0 - q) ** 2 / dt)
             self._stamp = stamp
-        return Motion(position, self._velocity, position)
-
-    def motion(self, position: Vector, now: float) -> Motion:
-        """Return the motion at `now`, the newest measured position being `position`."""
         lag, v = self._lag, self._velocity
         x1, y1, z1 = self._travelled(now)
         x0, y0, z0 = self._travelled(self._stamp - self._dead_time)
@@ -69,10 +65,10 @@ class AirframeState:
 
     def _travelled(self, when: float) -> Vector:
         """Return the integral of the commands up to `when`, m."""
-        for begin, u, start in reversed(self._commands):
+        for begin, (ux, uy, uz), (x, y, z) in reversed(self._commands):
             if begin <= when:
                 dt = when - begin
-                return (start[0] + dt * u[0], start[1] + dt * u[1], start[2] + dt * u[2])
+                return (x + dt * ux, y + dt * uy, z + dt * uz)
         return self._commands[0][2] if self._commands else ZERO
 
     def _predict(self, stamp: float) -> None:
