@@ -40,7 +40,7 @@ class Operator:
     def order(self, message: Message | None) -> None:
         """Publish a mission or a stop; None is no order."""
         if message is not None:
-            self._session.publish(STOP if isinstance(message, Stop) else MISSION, message)
+            self._session.publish([(STOP if isinstance(message, Stop) else MISSION, message)])
 
 
 async def give(swarm: Swarm, keys: Path | None, verb: str, formation: str = "") -> str:

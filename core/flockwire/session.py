@@ -13,7 +13,7 @@ import logging
 import os
 import uuid
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -158,12 +158,13 @@ class Session:
         """End the session; one that is left open hangs the process's exit."""
         self._zenoh.close()  # type: ignore[no-untyped-call]
 
-    def publish(self, key: Key, message: Message) -> None:
-        """Send a message; KeyError when the key table does not let this identity say `key`."""
-        publisher = self._publishers[key]
-        sequence = self._sequences.get(key, 0)
-        self._sequences[key] = sequence + 1
-        publisher.put(message.encode(), attachment=ATTACHMENT.pack(sequence, clock.now(), 16, self._publisher_id))
+    def publish(self, messages: Iterable[tuple[Key, Message]]) -> None:
+        """Send messages; KeyError when the key table does not let this identity say one of the keys."""
+        for key, message in messages:
+            publisher = self._publishers[key]
+            sequence = self._sequences.get(key, 0)
+            self._sequences[key] = sequence + 1
+            publisher.put(message.encode(), attachment=ATTACHMENT.pack(sequence, clock.now(), 16, self._publisher_id))
 
     def newest(self, key: Key) -> Newest:
         """Subscribe to `key`, keeping its newest sample until it is asked for."""

@@ -20,7 +20,7 @@ BILLION = 1_000_000_000
 STATUS_PERIOD = BILLION // 10
 WATCHDOG_PERIODS = 2  # a core with a trigger steps without it after as many periods
 
-Publish = Callable[[Key, Message], None]
+Publish = Callable[[Iterable[tuple[Key, Message]]], None]
 
 
 class Core(Protocol):
@@ -103,24 +103,18 @@ class StatusTeller:
     ) -> None:
         self._key, self._frame, self._identity = Key("status", identity), swarm.frame, identity
         self._publish, self._vitals, self._say = publish, vitals, say
-        self._due = 0
+        self.due = 0  # when to tell next, Unix ns
         self._said = ""
-
-    def due(self, now: int) -> bool:
-        """Return whether it is time to tell."""
-        return now >= self._due
 
     def tell(self, now: int, report: Report, counts: Deadlines, rejected: tuple[tuple[str, int], ...]) -> None:
         """Publish the status, and say the state if it is a new one."""
-        self._due = next_due(self._due, now, STATUS_PERIOD)
-        self._publish(
-            self._key,
-            Status(
-                now, self._frame, self._identity, report,
-                counts.steps, counts.late_1ms, counts.late_5ms, counts.skipped, self._vitals.refused(),
-                self._vitals.cpu_share(now), self._vitals.resident(), rejected, self._vitals.links(),
-            ),
+        self.due = next_due(self.due, now, STATUS_PERIOD)
+        status = Status(
+            now, self._frame, self._identity, report,
+            counts.steps, counts.late_1ms, counts.late_5ms, counts.skipped, self._vitals.refused(),
+            self._vitals.cpu_share(now), self._vitals.resident(), rejected, self._vitals.links(),
         )  # fmt: skip
+        self._publish(((self._key, status),))
         said = f"{report.phase}: {report.detail}" if report.detail else str(report.phase)
         if said != self._said:
             self._said = said
@@ -185,14 +179,13 @@ class Stepper:
 
     def _step(self, now: int) -> None:
         self._stepped = True
-        core, publish, teller = self._core, self._publish, self._teller
+        core, teller = self._core, self._teller
         for key, source_message in self._resting:
             message = source_message(now)
             if message is not None:
                 self._receive(key, message, now)
-        for key, message in core.step(now):
-            publish(key, message)
-        if teller is not None and teller.due(now):
+        self._publish(core.step(now))
+        if teller is not None and now >= teller.due:
             teller.tell(now, core.report(now), self._deadlines, self._rejected())
 
     def _rejected(self) -> tuple[tuple[str, int], ...]:

@@ -54,7 +54,7 @@ class Recorder:
         except TraceFullError as error:
             self._full = str(error)
             logging.getLogger(IDENTITY).error(self._full)
-        if self._teller.due(now):
+        if now >= self._teller.due:
             self._teller.tell(now, self._report(), self._deadlines, tuple(self._rejected.items()))
 
     def drain(self, now: int) -> None:

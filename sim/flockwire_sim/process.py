@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from hashlib import blake2b
 from typing import NamedTuple
 
@@ -160,18 +160,20 @@ class Process:
         if self._loaded:
             self._depart()
 
-    def _publish(self, key: Key, message: Message) -> None:
-        outlet = self.outlets[key]
-        sequence = outlet.sequence
-        outlet.sequence = sequence + 1
-        attached = ATTACHMENT.pack(sequence, self._now, 16, self._publisher)
-        sample = Sample(outlet.row, message.encode(), attached)
-        for link, place in outlet.readers:
-            if not link.load:
-                self._loaded.append(link)
-            link.load.append((place, sample))
-        if self._tap is not None:
-            self._tap(Said(self._scheduler.now, self._now, key, outlet.topic, self._publisher, sequence, sample))
+    def _publish(self, messages: Iterable[tuple[Key, Message]]) -> None:
+        now, publisher, loaded, tap = self._now, self._publisher, self._loaded, self._tap
+        for key, message in messages:
+            outlet = self.outlets[key]
+            sequence = outlet.sequence
+            outlet.sequence = sequence + 1
+            sample = Sample(outlet.row, message.encode(), ATTACHMENT.pack(sequence, now, 16, publisher))
+            for link, place in outlet.readers:
+                load = link.load
+                if not load:
+                    loaded.append(link)
+                load.append((place, sample))
+            if tap is not None:
+                tap(Said(self._scheduler.now, now, key, outlet.topic, publisher, sequence, sample))
 
     def _depart(self) -> None:
         loaded, self._loaded = self._loaded, []

@@ -13,8 +13,7 @@ class Sample:
     __slots__ = ("_opened", "_sealed", "attached", "payload", "row")
 
     def __init__(self, row: Row, payload: bytes, attached: bytes) -> None:
-        self.row, self.payload, self.attached = row, payload, attached
-        self._sealed = True
+        self.row, self.payload, self.attached, self._sealed = row, payload, attached, True
 
     def opened(self) -> Opened | None:
         """Return what it holds, decoded at the first call; None when it is malformed."""

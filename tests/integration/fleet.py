@@ -119,7 +119,7 @@ class Tower:
     def order(self, verb: str, delay: float = 0.5) -> None:
         """Give an order."""
         now = clock.now()
-        self._session.publish(MISSION, Mission(now, self._swarm.frame, verb, now + round(delay * 1e9)))
+        self._session.publish([(MISSION, Mission(now, self._swarm.frame, verb, now + round(delay * 1e9)))])
 
     def wait(self, met: Callable[[dict[str, Status]], bool], seconds: float = 20.0) -> dict[str, Status]:
         """Poll until the fresh statuses are as wanted."""
