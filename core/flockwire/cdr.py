@@ -12,6 +12,7 @@ from struct import Struct, calcsize, error
 
 HEADER = b"\x00\x01\x00\x00"  # little-endian CDR
 LONGEST_SEQUENCE = 4096
+_LENGTH = Struct("<I")
 
 
 class MessageError(ValueError):
@@ -52,12 +53,12 @@ class Writer:
     def __init__(self) -> None:
         self._data = bytearray(HEADER)
 
-    def put(self, code: str, value: float) -> None:
+    def put(self, code: str, value: object) -> None:
         """Append one number of struct code `code`, aligned."""
         form = one(code)
         self._data += bytes(-(len(self._data) - 4) % form.size) + form.pack(value)
 
-    def put_all(self, code: str, *values: float) -> None:
+    def put_all(self, code: str, *values: object) -> None:
         """Append numbers of one struct code, aligned."""
         size = one(code).size
         self._data += bytes(-(len(self._data) - 4) % size) + several(code, len(values)).pack(*values)
@@ -65,8 +66,7 @@ class Writer:
     def text(self, value: str) -> None:
         """Append a string."""
         raw = value.encode()
-        self.put("I", len(raw) + 1)
-        self._data += raw + b"\0"
+        self._data += bytes(-len(self._data) % 4) + _LENGTH.pack(len(raw) + 1) + raw + b"\0"
 
     def texts(self, values: tuple[str, ...]) -> None:
         """Append a sequence of strings."""
@@ -95,7 +95,7 @@ class Reader:
 
     def take(self, code: str) -> int:
         """Take one integer of struct code `code`."""
-        return int(self._take(code))
+        return int(self.take_all(code, 1)[0])
 
     def take_all(self, code: str, count: int) -> tuple[float, ...]:
         """Take `count` numbers of struct code `code`."""
@@ -110,7 +110,7 @@ class Reader:
 
     def text(self) -> str:
         """Take a string."""
-        length = self.take("I")
+        length = self._length()
         raw = self._data[self._at : self._at + length]
         if len(raw) != length or not raw.endswith(b"\0"):
             raise MessageError(f"a string of {length} bytes does not end where it should")
@@ -122,15 +122,15 @@ class Reader:
 
     def texts(self) -> tuple[str, ...]:
         """Take a sequence of strings."""
-        return tuple(self.text() for _ in range(self.length()))
+        return tuple([self.text() for _ in range(self.length())])
 
     def numbers(self, code: str) -> tuple[int, ...]:
         """Take a sequence of integers."""
-        return tuple(self.take(code) for _ in range(self.length()))
+        return tuple([self.take(code) for _ in range(self.length())])
 
     def length(self) -> int:
         """Take the length of a sequence."""
-        count = self.take("I")
+        count = self._length()
         if count > LONGEST_SEQUENCE:
             raise MessageError(f"a sequence of {count} elements, the most is {LONGEST_SEQUENCE}")
         return count
@@ -141,12 +141,11 @@ class Reader:
         if left > 3 or any(self._data[self._at :]):
             raise MessageError(f"{left} bytes are left over")
 
-    def _take(self, code: str) -> float:
-        form = one(code)
-        self._at += -(self._at - 4) % form.size
+    def _length(self) -> int:
+        self._at += -self._at % 4
         try:
-            value: float = form.unpack_from(self._data, self._at)[0]
+            (length,) = _LENGTH.unpack_from(self._data, self._at)
         except error:
             raise MessageError(f"ends after {len(self._data)} bytes, too soon") from None
-        self._at += form.size
-        return value
+        self._at += 4
+        return int(length)

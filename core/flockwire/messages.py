@@ -100,7 +100,7 @@ class BodyKind(IntEnum):
     OBSTACLE = 1
 
 
-_KINDS: dict[float, BodyKind] = {int(kind): kind for kind in BodyKind}
+_KINDS: dict[object, BodyKind] = {int(kind): kind for kind in BodyKind}
 
 
 class Body(NamedTuple):
@@ -121,7 +121,7 @@ class Nearby(NamedTuple):
     def encode(self) -> bytes:
         """Return the CDR bytes."""
         stamp, frame, bodies = self
-        values: list[float] = []
+        values: list[object] = []
         for kind, (x, y, z), radius in bodies:
             values += (kind, x, y, z, radius)
         return pack(stamp, frame, _bodies(len(bodies)), len(bodies), *values)
@@ -153,7 +153,7 @@ class FlightState(IntEnum):
     STOPPED = 3
 
 
-_STATES: dict[float, FlightState] = {int(state): state for state in FlightState}
+_STATES: dict[object, FlightState] = {int(state): state for state in FlightState}
 
 class Telemetry(NamedTuple):
     """flockwire_msgs/Telemetry: the state of an airframe."""

@@ -11,7 +11,7 @@ from flockwire.cdr import HEADER, MessageError, layout
 BILLION = 1_000_000_000
 
 
-def pack(stamp: int, frame: str, body: str, *values: float) -> bytes:
+def pack(stamp: int, frame: str, body: str, *values: object) -> bytes:
     """Return the CDR bytes of a message stamped `stamp` (Unix ns) in `frame`, with `values` of struct codes `body`."""
     form, length, raw = _form(frame, body)
     return form.pack(HEADER, stamp // BILLION, stamp % BILLION, length, raw, *values)

@@ -34,7 +34,6 @@ class SimulatedDrone:
         self._commanded = now
         if self.airframe.state is FlightState.LANDING:
             self.airframe.state = FlightState.FLYING
-        self.airframe.advance(now)
         self.airframe.command(velocity, now)
 
     def advance(self, now: int) -> None:

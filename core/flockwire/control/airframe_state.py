@@ -49,9 +49,9 @@ class AirframeState:
         if self._position is None or dt > 1.0:
             self._position, self._velocity, self._stamp = position, ZERO, stamp
         elif dt > 0.0:
-            self._predict(stamp)
             q = exp(-dt / self._time_constant)
-            self._correct(position, 1.0 - q * q, (1.0 - q) ** 2 / dt)
+            there, velocity = self._predict(self._position, stamp)
+            self._position, self._velocity = _corrected(there, velocity, position, 1.0 - q * q, (1.0 - q) ** 2 / dt)
             self._stamp = stamp
         lag, v = self._lag, self._velocity
         x1, y1, z1 = self._travelled(now)
@@ -71,9 +71,9 @@ class AirframeState:
                 return (x + dt * ux, y + dt * uy, z + dt * uz)
         return self._commands[0][2] if self._commands else ZERO
 
-    def _predict(self, stamp: float) -> None:
-        """Fly the model from the last measurement to `stamp`."""
-        commands, at = self._commands, self._stamp
+    def _predict(self, position: Vector, stamp: float) -> tuple[Vector, Vector]:
+        """Fly the model from the last measurement, at `position`, to `stamp`; return position and velocity there."""
+        commands, at, velocity = self._commands, self._stamp, self._velocity
         while len(commands) > 1 and commands[1][0] + self._dead_time <= at:
             commands.popleft()
         current = ZERO
@@ -82,23 +82,26 @@ class AirframeState:
             if effective >= stamp:
                 break
             if effective > at:
-                self._fly(current, effective - at)
+                position, velocity = _flown(position, velocity, current, effective - at, self._lag)
                 at = effective
             current = u
-        self._fly(current, stamp - at)
+        return _flown(position, velocity, current, stamp - at, self._lag)
 
-    def _fly(self, u: Vector, dt: float) -> None:
-        assert self._position is not None  # noqa: S101  (it was measured before)
-        decay = exp(-dt / self._lag) if self._lag else 0.0
-        drift = self._lag * (1.0 - decay)
-        p, v = self._position, self._velocity
-        ex, ey, ez = v[0] - u[0], v[1] - u[1], v[2] - u[2]
-        self._position = (p[0] + dt * u[0] + drift * ex, p[1] + dt * u[1] + drift * ey, p[2] + dt * u[2] + drift * ez)
-        self._velocity = (u[0] + decay * ex, u[1] + decay * ey, u[2] + decay * ez)
 
-    def _correct(self, position: Vector, alpha: float, beta: float) -> None:
-        assert self._position is not None  # noqa: S101  (it was measured before)
-        p, v = self._position, self._velocity
-        rx, ry, rz = position[0] - p[0], position[1] - p[1], position[2] - p[2]
-        self._position = (p[0] + alpha * rx, p[1] + alpha * ry, p[2] + alpha * rz)
-        self._velocity = (v[0] + beta * rx, v[1] + beta * ry, v[2] + beta * rz)
+def _flown(p: Vector, v: Vector, u: Vector, dt: float, lag: float) -> tuple[Vector, Vector]:
+    """Return position and velocity after `dt` s under the input u."""
+    decay = exp(-dt / lag) if lag else 0.0
+    drift = lag * (1.0 - decay)
+    (px, py, pz), (ux, uy, uz) = p, u
+    ex, ey, ez = v[0] - ux, v[1] - uy, v[2] - uz
+    return (
+        (px + dt * ux + drift * ex, py + dt * uy + drift * ey, pz + dt * uz + drift * ez),
+        (ux + decay * ex, uy + decay * ey, uz + decay * ez),
+    )
+
+
+def _corrected(p: Vector, v: Vector, measured: Vector, alpha: float, beta: float) -> tuple[Vector, Vector]:
+    """Return position and velocity after one step of an alpha-beta filter."""
+    (px, py, pz), (vx, vy, vz) = p, v
+    rx, ry, rz = measured[0] - px, measured[1] - py, measured[2] - pz
+    return (px + alpha * rx, py + alpha * ry, pz + alpha * rz), (vx + beta * rx, vy + beta * ry, vz + beta * rz)
