@@ -1,6 +1,6 @@
 """How much faster than real time virtual flights are, and what a drone costs in swarms of 5 to 200.
 
-    python bench/sim_speed.py [SECONDS]
+    .compiled/bin/python bench/sim_speed.py [SECONDS]      (after scripts/compile; .venv/bin/python: not compiled)
 
 One process, one core. Every figure is the best of three; starting up is not counted.
 """
@@ -14,6 +14,7 @@ from pathlib import Path
 
 from flockwire import clock
 from flockwire.config import Swarm, load_swarm, parse_swarm
+from flockwire.control import vector
 from flockwire_sim.recording import TraceFile
 from flockwire_sim.world import World
 
@@ -53,6 +54,7 @@ def cost(swarm: Swarm, seconds: float, traced: bool) -> float:
 def main() -> None:
     """Print the tables."""
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 10.0
+    print("compiled" if vector.__file__.endswith(".so") else "interpreted: scripts/compile makes it faster")
     paper = load_swarm(PAPER)
     for name, traced in (("trace off", False), ("trace on", True)):
         print(f"{paper.name}, 5 drones, {name}: {1.0 / cost(paper, seconds, traced):.0f} x real time", flush=True)

@@ -16,6 +16,16 @@ find_python() {
   return 1
 }
 
+find_uv() { # Python to get it with
+  if ! command -v uv; then
+    if [ ! -x .uv/bin/uv ]; then
+      "$1" -m venv .uv
+      .uv/bin/python -m pip install --quiet --disable-pip-version-check uv==0.13.9
+    fi
+    echo .uv/bin/uv
+  fi
+}
+
 sync_environment() { # groups as uv names them
   local stamp=.venv/flockwire-"$1" python uv
   if [ -f "$stamp" ] && [ "$stamp" -nt uv.lock ] && [ "$stamp" -nt pyproject.toml ]; then
@@ -23,14 +33,7 @@ sync_environment() { # groups as uv names them
   fi
   echo "flockwire: setting up .venv (once)" >&2
   python=$(find_python)
-  uv=$(command -v uv || true)
-  if [ -z "$uv" ]; then
-    if [ ! -x .uv/bin/uv ]; then
-      "$python" -m venv .uv
-      .uv/bin/python -m pip install --quiet --disable-pip-version-check uv==0.13.9
-    fi
-    uv=.uv/bin/uv
-  fi
+  uv=$(find_uv "$python")
   local options=(--locked --quiet --python "$python")
   [ "$1" = dev ] || options+=(--no-dev --inexact)
   UV_PYTHON_DOWNLOADS=never UV_PROJECT_ENVIRONMENT=.venv "$uv" sync "${options[@]}"

@@ -25,7 +25,18 @@ from flockwire.flight import (
 )
 from flockwire.keys import MISSION, STOP, Key, uav
 from flockwire.law import Decision, Law, Observation, Reference, check_decision, load_law
-from flockwire.messages import Body, Command, Estimate, FlightState, Message, Mission, Nearby, Pose, Report, Stop, Telemetry
+from flockwire.messages import (
+    Body,
+    Command,
+    Estimate,
+    FlightState,
+    Message,
+    Mission,
+    Pose,
+    Report,
+    Stop,
+    Telemetry,
+)
 
 from flockwire_agent.avoidance import repulsion
 from flockwire_agent.guard import Guard
@@ -87,6 +98,7 @@ class AgentCore:
         """Observe, decide, command: what to publish at `now`."""
         dt = min((now - self._stepped) / BILLION, LONGEST_STEP)
         self._stepped = now
+        since_birth = (now - self._born) / BILLION  # small enough a float to keep the nanoseconds
         pose = self._pose
         heard = self._neighbourhood.heard(now)
         inputs = self._inputs(now)
@@ -97,11 +109,11 @@ class AgentCore:
         if pose is not None:
             bodies = self._surroundings.bodies(pose, self._neighbourhood)
             if fresh:
-                motion = self._airframe.measure(pose.position, pose.stamp / BILLION, now / BILLION)
+                motion = self._airframe.measure(pose.position, (pose.stamp - self._born) / BILLION, since_birth)
         seen = Observation(dt, stamp, motion, heard, bodies, self._reference)
         decision = self._obey(seen, now)
         velocity = self._velocity(seen, decision, inputs, now) if motion is not None else self._blind_velocity()
-        self._airframe.command(velocity, now / BILLION)
+        self._airframe.command(velocity, since_birth)
         command = (self._command_key, Command(stamp, self._frame, velocity))
         estimate = decision.estimate
         if estimate is None:

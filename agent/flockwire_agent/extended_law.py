@@ -38,10 +38,12 @@ class ExtendedLaw:
         constant = swarm.observer.leader_time_constant or leader_time_constant(max(swarm.topology.depths().values()))
         self._track = LeaderTrack(constant)
         self._leader: LeaderMotion | None = None
+        self._epoch = 0  # Unix ns that the times of trackers count from
         self._impatience = Impatience(PATIENCE * (1.0 + (number * 0.618) % 1.0))
 
     def step(self, seen: Observation, now: int) -> Decision:
         """Relay the leader's motion, then track the place in the formation."""
+        self._epoch = self._epoch or now
         leader = self._observe(seen, now)
         if leader is None:
             return Decision()
@@ -63,7 +65,7 @@ class ExtendedLaw:
     def _motion(self, heard: Heard) -> LeaderMotion:
         if heard.number != LEADER:
             return heard.motion
-        return self._track.update(heard.motion.position, heard.stamp / BILLION)
+        return self._track.update(heard.motion.position, (heard.stamp - self._epoch) / BILLION)
 
     def _tracking(self, seen: Observation, leader: LeaderMotion, place: Reference, now: int) -> tuple[Vector, Vector]:
         """Return the feed-forward u_r and the error y − y_r."""
@@ -89,5 +91,5 @@ class ExtendedLaw:
             gap = distance - (safe.drone_safety_distance if drone else safe.obstacle_safety_distance)
             ways.append((scale(away, -1.0 / max(distance, 1e-9)), gap))
         turned = sidestep(correction, ways, safe.sidestep_reach, self._impatience.side)
-        self._impatience.update(error, turned is not correction, now / BILLION)
+        self._impatience.update(error, turned != correction, (now - self._epoch) / BILLION)
         return turned

@@ -32,6 +32,7 @@ class Guard:
         sight = safe.sensing_radius if safe.sensing == "nearby" else float("inf")
         self.speed = min(limits.speed, sight_speed(sight, self._drone_distance, delay, self._braking))
         self._tracks = BodyTracks(BODY_TIME_CONSTANT)
+        self._epoch = 0  # Unix ns that the tracks' time counts from
         self._floor = (limits.fence.min[0], limits.fence.min[1], max(limits.fence.min[2], limits.floor))
 
     def velocity(
@@ -63,8 +64,9 @@ class Guard:
         return nearest_velocity(wanted, spaces, radius, centre)[0]
 
     def _bodies(self, motion: Motion, bodies: Sequence[Body], stamp: int, now: int, speed: float) -> list[HalfSpace]:
+        self._epoch = self._epoch or stamp
         positions = [add(motion.position, body.relative_position) for body in bodies]
-        velocities = self._tracks.update(positions, stamp / BILLION)
+        velocities = self._tracks.update(positions, (stamp - self._epoch) / BILLION)
         own = scale(subtract(motion.stopping, motion.position), OVERSHOOT if self._slowness else 1.0)
         horizon = OVERSHOOT * self._slowness + (now - stamp) / BILLION
         found = []

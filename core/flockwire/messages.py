@@ -155,6 +155,7 @@ class FlightState(IntEnum):
 
 _STATES: dict[object, FlightState] = {int(state): state for state in FlightState}
 
+
 class Telemetry(NamedTuple):
     """flockwire_msgs/Telemetry: the state of an airframe."""
 

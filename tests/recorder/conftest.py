@@ -11,8 +11,8 @@ from random import Random
 import pytest
 from flockwire.config import Swarm, parse_swarm
 from flockwire.keys import MISSION, ROWS, Key, key_text, uav
-from flockwire.schemas import ROS_TYPES
 from flockwire.messages import Command, Estimate, FlightState, Message, Mission, Nearby, Pose, Report, Status, Telemetry
+from flockwire.schemas import ROS_TYPES
 from flockwire.wiring import agent_identity
 from flockwire_recorder.trace import TraceWriter, describe
 

@@ -1,0 +1,54 @@
+"""Compiles the modules of the 100 Hz path with mypyc, where that is asked for (scripts/compile).
+
+The code is the same; compiled it takes about half the time, which studies are glad of.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+COMPILED = (
+    "core/flockwire/control",
+    *(f"core/flockwire/{name}.py" for name in ("cdr", "flight", "inbox", "law", "messages", "stamped", "stepping")),
+    "agent/flockwire_agent",
+    "leader/flockwire_leader/core.py",
+    *(f"mocap_gateway/flockwire_mocap/{name}.py" for name in ("cameras", "core", "vicinity")),
+    *(f"tello_driver/flockwire_tello/{name}.py" for name in ("airframe", "core")),
+    "recorder/flockwire_recorder/chunked.py",
+    *(f"sim/flockwire_sim/{name}.py" for name in ("local_clock", "network", "process", "sample", "scheduler")),
+)
+LEFT_ALONE = {"__init__.py", "process.py", "convergence.py", "survey.py"}  # of whole folders: no mathematics in floats
+
+
+class CustomBuildHook(BuildHookInterface[Any]):
+    """Adds the extension modules to the wheel."""
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        """Compile; called before the wheel is put together."""
+        from mypyc.build import mypycify  # noqa: PLC0415  (a dependency of this hook alone)
+        from setuptools import Distribution  # noqa: PLC0415
+
+        root = Path(self.root)
+        out = root / "build" / str(sys.implementation.cache_tag)
+        files = [str(file) for entry in COMPILED for file in _files(root / entry)]
+        modules = mypycify(
+            ["--follow-imports=silent", *files], opt_level="2", multi_file=True, target_dir=str(out / "c")
+        )
+        distribution = Distribution({"name": "flockwire", "ext_modules": modules})
+        command = distribution.get_command_obj("build_ext")
+        command.parallel = True
+        command.build_lib, command.build_temp = str(out / "lib"), str(out / "temp")
+        distribution.run_command("build_ext")
+        for module in (out / "lib").rglob("*.so"):
+            build_data["force_include"][str(module)] = str(module.relative_to(out / "lib"))
+        build_data["pure_python"], build_data["infer_tag"] = False, True
+
+
+def _files(entry: Path) -> list[Path]:
+    if entry.is_file():
+        return [entry]
+    return sorted(file for file in entry.glob("*.py") if file.name not in LEFT_ALONE)
