@@ -32,19 +32,17 @@ class TraceFile:
 
 
 class TraceInMemory:
-    """Keeps what is said as a trace without a file."""
+    """Collects what is said into a trace without a file."""
 
     def __init__(self, swarm: Swarm, seed: int) -> None:
-        self._said: list[Said] = []
-        self._swarm, self._seed = swarm, seed
-        self.take = self._said.append
+        self._collector = Collector(swarm, describe_virtual(swarm, "", seed, EPOCH))
+
+    def take(self, said: Said) -> None:
+        """Collect one message."""
+        opened = said.sample.opened()
+        message = opened[0] if opened is not None else None
+        self._collector.add((said.publisher, said.key), said.key, message, said.sequence, said.sent, said.at)
 
     def trace(self) -> Trace:
         """Return the trace so far."""
-        collector = Collector(self._swarm, describe_virtual(self._swarm, "", self._seed, EPOCH))
-        for said in self._said:
-            opened = said.sample.opened()
-            message = opened[0] if opened is not None else None
-            channel = (said.publisher, said.key)
-            collector.add(channel, said.key, message, said.sequence, said.sent, said.at)
-        return collector.trace(Path("memory"))
+        return self._collector.trace(Path("memory"))
