@@ -1,8 +1,12 @@
-"""What all tests share: one hypothesis profile and one small swarm to vary."""
+"""What all tests share: one hypothesis profile, one small swarm to vary, and the examples of the pages of docs/."""
 
 from __future__ import annotations
 
+import os
+import re
+import sys
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,6 +18,14 @@ settings.load_profile("flockwire")
 
 STARTS = ((0.0, 0.0), (-0.7, 2.6), (2.9, -0.8), (0.6, -2.3), (-2.8, 0.9))
 Changes = Mapping[str, object]
+DOCS = Path(__file__).parents[1] / "docs"
+
+
+def laid_out(page: str, language: str) -> str:
+    """Return the first block of code in `language` on a page of docs/."""
+    found = re.search(rf"```{language}\n(.*?)```", (DOCS / f"{page}.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert found is not None
+    return found[1]
 
 
 def changed_table(changes: Changes | None = None) -> dict[str, Any]:
@@ -49,3 +61,21 @@ def swarm_table() -> Callable[..., dict[str, Any]]:
 def make_swarm() -> Callable[..., Swarm]:
     """Return the builder of a small valid swarm."""
     return lambda changes=None: parse_swarm(changed_table(changes), "test.toml")
+
+
+@pytest.fixture(scope="session")
+def example() -> Callable[[str, str], str]:
+    """Return the reader of the first block of code of a language on a page of docs/."""
+    return laid_out
+
+
+@pytest.fixture
+def documented_law(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> str:
+    """Make the law of docs/own_law.md importable, here and in processes begun from here; return its name."""
+    (tmp_path / "my_law.py").write_text(laid_out("own_law", "python"), encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    monkeypatch.delitem(sys.modules, "my_law", raising=False)
+    name = re.search(r'^law = "(my_law:\w+)"$', laid_out("own_law", "toml"), re.MULTILINE)
+    assert name is not None
+    return name[1]

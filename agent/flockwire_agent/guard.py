@@ -9,7 +9,7 @@ from flockwire.control.airframe_state import Motion
 from flockwire.control.barrier import keep_clear, keep_inside, sight_speed, speed_and_acceleration
 from flockwire.control.body_tracks import BodyTracks
 from flockwire.control.safety_filter import HalfSpace, nearest_velocity
-from flockwire.control.vector import ZERO, Vector, add, scale, subtract
+from flockwire.control.vector import ZERO, Vector, add, limit, norm, scale, subtract
 from flockwire.messages import BILLION, Body, BodyKind
 
 BODY_TIME_CONSTANT = 0.05  # s, of the trackers of nearby bodies
@@ -28,9 +28,9 @@ class Guard:
         self._obstacle_distance = safe.obstacle_safety_distance + safe.margin
         self._rate = min(safe.barrier_rate, BARRIER_PHASE / (self._slowness + 3.0 * period))
         self._braking = limits.acceleration
-        delay = OVERSHOOT * self._slowness + 3.0 * period
-        sight = safe.sensing_radius if safe.sensing == "nearby" else float("inf")
-        self.speed = min(limits.speed, sight_speed(sight, self._drone_distance, delay, self._braking))
+        self._delay = OVERSHOOT * self._slowness + 3.0 * period
+        self._sight = safe.sensing_radius if safe.sensing == "nearby" else float("inf")
+        self.speed = min(limits.speed, self._sight_speed(0.0))
         self._tracks = BodyTracks(BODY_TIME_CONSTANT)
         self._epoch = 0  # Unix ns that the tracks' time counts from
         self._floor = (limits.fence.min[0], limits.fence.min[1], max(limits.fence.min[2], limits.floor))
@@ -53,6 +53,7 @@ class Guard:
         `speed` the limit of the moment; `grounding` when it comes from the ground or goes there: no floor.
         """
         speed = min(speed, self.speed)
+        wanted = limit(wanted, self._sight_speed(max(now - stamp, 0) / BILLION))
         spaces = self._bodies(motion, bodies, stamp, now, speed)
         low = self._limits.fence.min if grounding else self._floor
         spaces += keep_inside(
@@ -61,7 +62,12 @@ class Guard:
         centre, radius, sliver = speed_and_acceleration(last, speed, self._limits.acceleration * dt)
         if sliver is not None:
             spaces.append(sliver)
-        return nearest_velocity(wanted, spaces, radius, centre)[0]
+        # Where not all can be kept, the sliver is one of what gives way; the limit of speed does not.
+        return limit(nearest_velocity(wanted, spaces, radius, centre)[0], max(speed, norm(last)))
+
+    def _sight_speed(self, age: float) -> float:
+        """Return the speed, m/s, at which two drones still stop in time when what is seen is `age` s old."""
+        return sight_speed(self._sight, self._drone_distance, self._delay + age, self._braking)
 
     def _bodies(self, motion: Motion, bodies: Sequence[Body], stamp: int, now: int, speed: float) -> list[HalfSpace]:
         self._epoch = self._epoch or stamp

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,7 +12,6 @@ from flockwire.config import Swarm, SwarmFileError
 from flockwire.control.relay import LeaderMotion
 from flockwire.law import Decision, Observation
 
-PAGE = Path(__file__).parents[2] / "docs" / "own_law.md"
 STARTS = [[0.0, 0.0], [1.6, 0.3], [-1.4, 0.2]]
 PLACES = {1: [1.0, 1.0, 0.0], 2: [-1.0, 1.0, 0.0]}
 
@@ -37,27 +35,11 @@ class NotFinite(Failing):
         return Decision((float("nan"), 0.0, 0.0), LeaderMotion((0.0, 0.0, 1.0)))
 
 
-@pytest.fixture
-def own(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.delitem(sys.modules, "my_law", raising=False)
-    return tmp_path
-
-
-def laid_out(page: str, language: str) -> str:
-    found = re.search(rf"```{language}\n(.*?)```", page, re.DOTALL)
-    assert found is not None
-    return found[1]
-
-
-def test_the_example_of_the_page_flies(own: Path, fly_flock: Callable[..., Any]) -> None:
-    page = PAGE.read_text(encoding="utf-8")
-    example = laid_out(page, "python")
-    assert len([line for line in example.splitlines() if line.strip()]) <= 30
-    (own / "my_law.py").write_text(example, encoding="utf-8")
-    name = re.search(r'law = "(my_law:\w+)"', laid_out(page, "toml"))
-    assert name is not None
-    flown = fly_flock(STARTS, PLACES, {"control.law": name[1]}, 10.0)
+def test_the_example_of_the_page_flies(
+    documented_law: str, example: Callable[[str, str], str], fly_flock: Callable[..., Any]
+) -> None:
+    assert len([line for line in example("own_law", "python").splitlines() if line.strip()]) <= 30
+    flown = fly_flock(STARTS, PLACES, {"control.law": documented_law}, 10.0)
     assert flown.failure == ""
     assert flown.error < 0.03
     assert flown.closest > 0.4

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import inf
+from math import hypot, inf
 from typing import Any
 
 import pytest
 from flockwire.control import barrier
+from flockwire.control.airframe_state import Motion
+from flockwire.control.barrier import sight_speed
 from flockwire.control.safety_filter import nearest_velocity
 from flockwire.control.vector import ZERO
+from flockwire.messages import BILLION, Body, BodyKind
 from flockwire_agent import guard
 
 FAR = [0.0, 9.0]
@@ -86,6 +89,10 @@ CLAUSES = {
     "no faster than it sees": Clause(
         *FACE_TO_FACE, {**STRAIGHT, **TELLO}, apart, {"sight_speed": lambda *_: inf}
     ),
+    "no faster than it learns of it": Clause(
+        *FACE_TO_FACE, {**STRAIGHT, "sim.delay": 0.03}, apart,
+        {"sight_speed": lambda sight, r, _, b: sight_speed(sight, r, 0.03, b)},
+    ),
     "fence": Clause(
         [[1.5, 0.0], [0.0, 0.0]], {1: [1.9, 0.0, 0.0]},
         {"limits.fence": {"min": [-2.0, -2.0, -0.5], "max": [2.0, 2.0, 3.0]}},
@@ -97,7 +104,8 @@ CLAUSES = {
     ),
     "speed": Clause(
         [FAR, [-1.5, 0.0]], {1: [1.5, -9.0, 0.0]}, {"limits.speed": 1.0},
-        lambda flown: flown.fastest <= 1.0 + 1e-6, {"speed_and_acceleration": lambda *_: (ZERO, 9.0, None)},
+        lambda flown: flown.fastest <= 1.0 + 1e-6,
+        {"speed_and_acceleration": lambda *_: (ZERO, 9.0, None), "limit": lambda v, _: v},
     ),
 }  # fmt: skip
 
@@ -113,3 +121,16 @@ def test_without_the_clause_it_goes_wrong(
         monkeypatch.setattr(guard, attribute, replacement)
     flown = fly_flock(clause.starts, clause.offsets, {**clause.changes, **clause.without}, clause.duration)
     assert not clause.holds(flown), flown
+
+
+def test_whoever_cannot_keep_clear_is_no_faster_all_the_same(make_swarm: Callable[..., Any]) -> None:
+    """A body comes from behind at 5 m/s: no velocity within the limits gets out of its way."""
+    swarm = make_swarm({"control.law": "extended"})
+    filtered, last = guard.Guard(swarm, 1), (2.9, 0.0, 0.0)
+    for step in range(1, 30):
+        at = step * BILLION // 100
+        x, behind = 0.029 * step, Body(BodyKind.DRONE, (0.021 * step - 1.0, 0.0, 0.0), 0.0)
+        motion = Motion((x, 0.0, 1.0), last, (x, 0.0, 1.0))
+        last = filtered.velocity((3.0, 0.0, 0.0), motion, (behind,), at, at, last, 0.01, 3.0, False)
+        assert hypot(*last) <= filtered.speed + 1e-12
+    assert hypot(*last) == pytest.approx(filtered.speed)

@@ -11,8 +11,10 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import psutil
+import pytest
 import zenoh
 from flockwire import clock, policy
 from flockwire.config import Swarm, load_swarm
@@ -168,3 +170,12 @@ def processes_of(swarm_file: Path) -> list[psutil.Process]:
             if str(swarm_file) in process.cmdline() and process.status() != psutil.STATUS_ZOMBIE:
                 found.append(process)
     return found
+
+
+def agree(real: dict[str, Any], virtual: dict[str, Any]) -> None:
+    """Assert that the summaries of a flight in both worlds tell the same."""
+    for error in ("observation_error_m", "formation_error_m"):
+        for figure in ("max_tail", "rms_tail"):
+            assert real[error][figure] == pytest.approx(virtual[error][figure], rel=0.2, abs=0.005), (error, figure)
+    assert real["formation_error_m"]["settled_s"] == pytest.approx(virtual["formation_error_m"]["settled_s"], abs=0.3)
+    assert real["min_distance_uav_m"] == pytest.approx(virtual["min_distance_uav_m"], abs=0.05)

@@ -1,4 +1,7 @@
-"""One swarm, flown for real and in virtual time: the same errors, the same messages; the same faults, the same end."""
+"""One swarm, flown for real and in virtual time: the same errors, the same messages; the same faults, the same end.
+
+The law of the first flight is the documented example of one's own; test_up.py compares the paper's.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +10,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from fleet import flockwire
+from fleet import agree, flockwire
 from flockwire.keys import all_keys
 from flockwire_recorder.phases import formation_phase
 from flockwire_recorder.reading import Trace, read_trace
 
-DURATION = 14
+DURATION = 12
 
 
 def fly_both(swarm: Path, folder: Path, *options: str | Path) -> dict[str, tuple[int, str, Path]]:
@@ -26,15 +29,14 @@ def fly_both(swarm: Path, folder: Path, *options: str | Path) -> dict[str, tuple
     return flown
 
 
-def test_errors_and_message_counts_agree(make_swarm: Callable[..., Path], tmp_path: Path) -> None:
-    flown = fly_both(make_swarm(), tmp_path)
+def test_the_documented_law_flies_and_errors_and_message_counts_agree(
+    documented_law: str, make_swarm: Callable[..., Path], tmp_path: Path
+) -> None:
+    flown = fly_both(make_swarm(law=f'"{documented_law}"'), tmp_path)
     assert {status for status, _, _ in flown.values()} == {0}, flown
-    real, virtual = (json.loads((flown[world][2] / "summary.json").read_text()) for world in ("up", "sim"))
-    for error in ("observation_error_m", "formation_error_m"):
-        for figure in ("max_tail", "rms_tail"):
-            assert real[error][figure] == pytest.approx(virtual[error][figure], abs=0.005), (error, figure)
-    assert real["formation_error_m"]["settled_s"] == pytest.approx(virtual["formation_error_m"]["settled_s"], abs=0.3)
-    assert real["min_distance_uav_m"] == pytest.approx(virtual["min_distance_uav_m"], abs=0.05)
+    summaries = [json.loads((flown[world][2] / "summary.json").read_text()) for world in ("up", "sim")]
+    agree(*summaries)
+    assert max(summary["formation_error_m"]["max_tail"] for summary in summaries) < 0.07  # 0.14 m/s over a gain of 3
     traces = [read_trace(flown[world][2] / "trace.mcap") for world in ("up", "sim")]
     swarm = traces[0].swarm
     for key in all_keys(swarm):

@@ -10,13 +10,15 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from fleet import flockwire, processes_of
+from fleet import agree, flockwire, processes_of
 from independent_reader import figures
 
 PICTURES = ("trajectories", "observation_error", "formation_error", "distances", "obstacle_distances", "latency")
 
 
-def test_a_flight_converges_and_its_trace_says_so(make_swarm: Callable[..., Path], tmp_path: Path) -> None:
+def test_a_flight_converges_and_its_trace_says_so_as_in_virtual_time(
+    make_swarm: Callable[..., Path], tmp_path: Path
+) -> None:
     swarm, out = make_swarm(), tmp_path / "out"
     process = flockwire("up", swarm, "--headless", "--duration", "14", "--out", out)
     output, errors = process.communicate(timeout=120)
@@ -39,6 +41,8 @@ def test_a_flight_converges_and_its_trace_says_so(make_swarm: Callable[..., Path
     assert abs(recomputed["formation"] - summary["formation_error_m"]["max_tail"]) < 0.001
     assert abs(recomputed["nearest"] - summary["min_distance_uav_m"]) < 0.001
     assert not processes_of(swarm)
+    flockwire("sim", swarm, "--duration", "14", "--out", tmp_path / "sim").communicate(timeout=60)
+    agree(summary, json.loads((tmp_path / "sim" / "summary.json").read_text()))
 
 
 def test_two_swarms_fly_side_by_side(make_swarm: Callable[..., Path], tmp_path: Path) -> None:

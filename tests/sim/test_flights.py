@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable
 
 import pytest
 from flockwire.config import Swarm
 from flockwire.flight import BILLION
+from flockwire.law import Decision, Observation
 from flockwire.messages import Estimate, FlightState, Pose
+from flockwire_agent.extended_law import ExtendedLaw
 from flockwire_sim.process import Said
 
 Fly = Callable[..., object]
@@ -180,6 +183,36 @@ def test_a_lossy_jittering_network_is_survived(fly: Fly) -> None:
     assert max(formation_error(flown, i, 9.5) for i in (1, 2, 3, 4)) < 0.15
     rejected = dict(flown.of("status", "uav2", 8.0)[-1][1].rejected)
     assert any("older than the last" in name or "repeated" in name for name in rejected)
+
+
+class FailingInFlight(ExtendedLaw):
+    """Fails in drone 4, two seconds into the formation."""
+
+    def __init__(self, swarm: Swarm, number: int) -> None:
+        super().__init__(swarm, number)
+        self.number = number
+
+    def step(self, seen: Observation, now: int) -> Decision:
+        if self.number == 4 and seen.reference is not None and now > seen.reference.start + 2 * BILLION:
+            raise ArithmeticError("no way")
+        return super().step(seen, now)
+
+
+def test_a_drone_whose_law_raises_in_flight_holds_its_place_and_says_why(
+    fly: Fly, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "my_failing_law", sys.modules[__name__])
+    flown = fly({"control.law": "my_failing_law:FailingInFlight"}, duration=6.0)
+    flying = next(t for t, phase, _ in flown.phases("uav4") if phase == "formation")
+    assert [told[1:] for told in flown.phases("uav4", flying)[:2]] == [
+        ("formation", ""),
+        ("hold", "the law failed: ArithmeticError: no way"),
+    ]
+    held = [m.position for _, m in flown.of("truth", "uav4", flying + 2.5, 5.9)]
+    assert max(math.dist(place, held[0]) for place in held) < 0.02
+    assert flown.of("status", "uav4")[-1][1].report.phase in ("landing", "grounded", "ready")
+    assert max(formation_error(flown, i, 5.9) for i in (1, 2, 3)) < 0.01
+    assert flown.outcome.failure == ""
 
 
 def test_what_is_heard_is_what_was_said_bit_by_bit(fly: Fly) -> None:

@@ -1,0 +1,50 @@
+"""The file of faults of docs/faults.md flies, and the page's table has every kind with all its keys."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, get_args
+
+import pytest
+from flockwire.config import Swarm
+from flockwire.faults import SIM_ONLY, Fault, parse_faults
+from flockwire.messages import FlightState
+from flockwire_cli.misfortune import refusal
+
+PAGE = Path(__file__).parents[2] / "docs" / "faults.md"
+KINDS = {get_args(kind.model_fields["kind"].annotation)[0]: kind for kind in get_args(Fault)}
+ROWS = {line.split("`")[1]: line for line in PAGE.read_text(encoding="utf-8").splitlines() if line.startswith("| `")}
+
+
+@pytest.fixture
+def tables(example: Callable[[str, str], str]) -> list[dict[str, Any]]:
+    """Return the faults of the page's example."""
+    return tomllib.loads(example("faults", "toml"))["faults"]
+
+
+def test_the_table_has_every_kind_with_its_keys_and_says_which_are_refused() -> None:
+    assert ROWS.keys() == KINDS.keys()
+    for kind, row in ROWS.items():
+        told = {word for k, word in enumerate(row.split("|")[2].split("`")) if k % 2}
+        assert told == {field.alias or name for name, field in KINDS[kind].model_fields.items()} - {"at", "kind"}, kind
+        assert ("refused" in row) == (kind in SIM_ONLY), kind
+
+
+def test_a_refusal_reads_as_the_page_says(make_swarm: Callable[..., Swarm]) -> None:
+    cut = {"at": 1.0, "kind": "cut", "from": "uav1", "to": "uav2", "duration": 1.0}
+    said = refusal(parse_faults({"faults": [cut]}, make_swarm(), "wrong.toml"))
+    assert f"    flockwire: wrong.toml: {said}\n" in PAGE.read_text(encoding="utf-8")
+
+
+def test_the_file_of_the_page_has_every_kind_and_flies(tables: list[dict[str, Any]], fly: Callable[..., Any]) -> None:
+    assert {table["kind"] for table in tables} == KINDS.keys()
+    flown = fly({"control.law": "extended"}, *tables, duration=16.0)
+    at = {table["kind"]: table["at"] for table in tables}
+    assert all(phase != "landing" for i in (1, 2, 3, 4) for t, phase, _ in flown.phases(f"uav{i}") if t < at["kill"])
+    assert flown.of("command", "uav3", at["kill"] - 0.1, at["kill"])
+    assert not flown.of("command", "uav3", at["kill"] + 0.01)
+    telemetry = flown.of("telemetry", "uav2", at["failure"] + 1.0)
+    assert telemetry[0][1].state is FlightState.STOPPED
+    assert "left the formation" in flown.outcome.failure
