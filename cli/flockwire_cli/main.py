@@ -99,10 +99,14 @@ def sim(
     no_trace: Annotated[bool, typer.Option("--no-trace", help="Write nothing, only print the figures.")] = False,
 ) -> None:
     """Fly the same swarm in virtual time, many times faster; report."""
+    from flockwire_sim.misfortune import refusal  # noqa: PLC0415
+
     from flockwire_cli.sim import simulate, simulate_in_memory  # noqa: PLC0415
 
     loaded = _load(swarm)
     wrong = _faults(faults, loaded)
+    if cannot := refusal(wrong):
+        _refuse(f"{faults}: {cannot}")
     if no_trace:
         if out is not None:
             _refuse(f"--out = {out}: with --no-trace nothing is written")

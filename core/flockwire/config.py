@@ -14,13 +14,23 @@ from math import inf
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 from flockwire.control import formation as shapes
 from flockwire.control.graph import LEADER, Graph
 from flockwire.control.key_frames import parse_key_frames
 from flockwire.control.trajectory import Circling, Constant, Trajectory, Waypoints
 
+FLOWN = "flown"  # the context in which to read the swarm of a flight that is over: its law need not be here
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -350,10 +360,10 @@ class Swarm(Model):
         return value
 
     @model_validator(mode="after")
-    def _flyable(self) -> Swarm:
+    def _flyable(self, info: ValidationInfo) -> Swarm:
         from flockwire import rules  # noqa: PLC0415  (the rules are written against this class)
 
-        problems = list(rules.problems(self))
+        problems = list(rules.problems(self, to_fly=info.context != FLOWN))
         if problems:
             raise ValueError("\n".join(problems))
         return self

@@ -21,11 +21,14 @@ SURVEY_HORIZON = 120.0  # s of every formation that are looked at
 SURVEY_SAMPLES = 400
 
 
-def problems(swarm: Swarm) -> Iterator[str]:
-    """Yield every problem; the later groups are looked at only when the earlier ones are sound."""
+def problems(swarm: Swarm, to_fly: bool = True) -> Iterator[str]:
+    """Yield every problem; the later groups are looked at only when the earlier ones are sound.
+
+    A swarm that is not `to_fly`, because it has flown, may name a law that cannot be had here.
+    """
     for group in (
         (_drones, _hosts),
-        (_law, _graph, _addresses, _rates, _limits, _avoidance, _fence),
+        (*((_law,) if to_fly else ()), _graph, _addresses, _rates, _limits, _avoidance, _fence),
         (_security, _starts, _formations),
     ):
         found = [line for rule in group for line in rule(swarm)]

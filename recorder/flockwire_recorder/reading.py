@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from flockwire.cdr import MessageError
-from flockwire.config import Swarm
+from flockwire.config import FLOWN, Swarm
 from flockwire.control.graph import LEADER
 from flockwire.keys import ROWS, Key, all_keys, key_text, uav
 from flockwire.messages import Command, Estimate, Message, Mission, Pose, Status, Stop, Telemetry
@@ -114,7 +114,7 @@ def read_trace(path: Path) -> Trace:
 
 def _swarm(path: Path, metadata: dict[str, str]) -> Swarm:
     try:
-        return Swarm.model_validate_json(metadata["swarm"])
+        return Swarm.model_validate_json(metadata["swarm"], context=FLOWN)
     except (KeyError, ValueError) as error:
         raise ValueError(f"{path}: its swarm is of another version of flockwire: {error}") from error
 

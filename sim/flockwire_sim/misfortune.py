@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from flockwire.faults import ClockStep, Cut, Fault, Freeze, Kill, LinkChange, Partition, Restart
+from flockwire.wiring import ROUTER
 
 from flockwire_sim.local_clock import BILLION
 from flockwire_sim.network import Conditions, Link
@@ -14,6 +15,14 @@ from flockwire_sim.scheduler import Action, Scheduler
 RESTART_TIME = 0.5  # s that a process takes to be there again
 
 Links = Mapping[tuple[str, str], Link]
+
+
+def refusal(faults: tuple[Fault, ...]) -> str:
+    """Return a line about the first fault that virtual time does not know, empty when it knows all."""
+    for place, fault in enumerate(faults):
+        if isinstance(fault, Kill | Freeze | Restart | ClockStep) and fault.process == ROUTER:
+            return f"faults.{place}.process = {ROUTER!r}: there is none in virtual time; cut links or part the swarm"
+    return ""
 
 
 class Misfortune:

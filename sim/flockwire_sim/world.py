@@ -12,7 +12,7 @@ from flockwire.faults import Fault
 from flockwire.keys import Key
 from flockwire.messages import Mission
 from flockwire.stepping import Core
-from flockwire.wiring import OPERATOR, identities
+from flockwire.wiring import OPERATOR, ROUTER, identities
 
 from flockwire_sim.cast import OperatorCore, make_core
 from flockwire_sim.local_clock import BILLION, LocalClock
@@ -67,7 +67,7 @@ class World:
         return Outcome(failure, (scheduler.now - EPOCH) / BILLION)
 
     def _processes(self) -> dict[str, Process]:
-        heard: dict[str, list[Key]] = {identity: [] for identity in identities(self._swarm)}
+        heard: dict[str, list[Key]] = {one: [] for one in identities(self._swarm) if one != ROUTER}
         for key, _, hearers in policy.flows(self._swarm):
             for hearer in hearers:
                 if hearer != "recorder":  # the tap is the recorder's ear
@@ -103,6 +103,8 @@ class World:
         places = {identity: {key: k for k, key in enumerate(p.heard)} for identity, p in self.processes.items()}
         for key, speakers, hearers in policy.flows(self._swarm):
             for speaker in speakers:
+                if speaker == ROUTER:
+                    continue
                 outlet = self.processes[speaker].outlets[key] = Outlet(self._swarm, key)
                 for hearer in hearers:
                     if hearer != speaker and key in places[hearer]:

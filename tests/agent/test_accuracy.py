@@ -89,8 +89,11 @@ def test_who_meets_face_to_face_passes(count: int, airframe: dict[str, Any], fly
 def test_without_the_deadlock_breaker_two_face_to_face_stay(
     fly_flock: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(extended_law, "sidestep", lambda wanted, *_: wanted)
+    """For a while: the balance is unstable, and rounding tips it in the end."""
     starts, offsets = [FAR, [-1.5, 0.0], [1.5, 0.0]], {1: [1.5, -20.0, 0.0], 2: [-1.5, -20.0, 0.0]}
-    flown = fly_flock(starts, offsets, WIDE, 14.0)
-    assert flown.error > 1.0
-    assert flown.closest >= 0.4
+    passed = fly_flock(starts, offsets, WIDE, 5.0)
+    monkeypatch.setattr(extended_law, "sidestep", lambda wanted, *_: wanted)
+    stayed = fly_flock(starts, offsets, WIDE, 5.0)
+    assert passed.error < 0.2
+    assert stayed.error > 1.0
+    assert min(passed.closest, stayed.closest) >= 0.4

@@ -68,6 +68,22 @@ def make_tower() -> Iterator[Callable[[Fleet], Tower]]:
         tower.close()
 
 
+@pytest.fixture
+def in_flight(
+    make_swarm: Callable[..., Path], make_fleet: Callable[[Path], Fleet], make_tower: Callable[[Fleet], Tower]
+) -> Callable[..., tuple[Fleet, Tower]]:
+    """Return a function that flies the paper's swarm, all in formation; keywords as for `make_swarm`."""
+
+    def fly(**replaced: str) -> tuple[Fleet, Tower]:
+        fleet = make_fleet(make_swarm(**replaced))
+        tower = make_tower(fleet)
+        fleet.start()
+        tower.fly()
+        return fleet, tower
+
+    return fly
+
+
 @pytest.fixture(autouse=True)
 def nothing_left(tmp_path: Path) -> Iterator[None]:
     """Check that no test leaves a process behind; end those that it did."""

@@ -144,6 +144,13 @@ class Tower:
         wanted = names or ("leader", *(f"uav{i}" for i in self._swarm.followers))
         return self.wait(lambda seen: all(n in seen and seen[n].report.phase == phase for n in wanted), seconds)
 
+    def settled(self, error: float, seconds: float = 20.0) -> None:
+        """Wait until every follower is within `error` m of its place."""
+        followers = [f"uav{i}" for i in self._swarm.followers]
+        self.wait(
+            lambda seen: all(n in seen and 0 <= seen[n].report.formation_error < error for n in followers), seconds
+        )
+
     def fly(self) -> None:
         """Take off and start the formation."""
         self.all_in("ready")

@@ -24,6 +24,7 @@ from flockwire_recorder.reading import read_trace
 MakeSwarm = Callable[..., Path]
 MakeFleet = Callable[[Path], Fleet]
 MakeTower = Callable[[Fleet], Tower]
+InFlight = Callable[..., tuple[Fleet, Tower]]
 
 
 def test_any_order_will_do_and_each_says_what_it_waits_for_and_ends_in_time(
@@ -42,11 +43,8 @@ def test_any_order_will_do_and_each_says_what_it_waits_for_and_ends_in_time(
     assert all("Traceback" not in fleet.log(name) for name in names)
 
 
-def test_an_agent_killed_in_flight_rejoins(make_swarm: MakeSwarm, make_fleet: MakeFleet, make_tower: MakeTower) -> None:
-    fleet = make_fleet(make_swarm(takeoff_height="1.5"))
-    tower = make_tower(fleet)
-    fleet.start()
-    tower.fly()
+def test_an_agent_killed_in_flight_rejoins(in_flight: InFlight) -> None:
+    fleet, tower = in_flight(takeoff_height="1.5")
     fleet.end("uav3", signal.SIGKILL)
     fleet.start("uav3")
     began = clock.now()
@@ -112,13 +110,8 @@ def test_an_agent_receives_its_own_and_its_neighbours_and_nothing_else(
     }  # fmt: skip
 
 
-def test_junk_on_every_key_is_counted_and_the_flight_goes_on(
-    make_swarm: MakeSwarm, make_fleet: MakeFleet, make_tower: MakeTower
-) -> None:
-    fleet = make_fleet(make_swarm())
-    tower = make_tower(fleet)
-    fleet.start()
-    tower.fly()
+def test_junk_on_every_key_is_counted_and_the_flight_goes_on(in_flight: InFlight) -> None:
+    fleet, tower = in_flight()
     time.sleep(3)
     before = tower.all_in("formation")
     tries, dice, sent = 100, random.Random(1), Counter()
@@ -145,7 +138,7 @@ def test_junk_on_every_key_is_counted_and_the_flight_goes_on(
 
     tower.wait(all_counted)
     after = tower.all_in("formation")
-    tower.wait(lambda seen: all(0 <= seen[f"uav{i}"].report.formation_error < 0.05 for i in range(1, 5)))
+    tower.settled(0.05)
     assert all(after[name].steps > before[name].steps for name in after)
 
 

@@ -1,5 +1,7 @@
 """What is read from a trace."""
 
+import json
+
 import numpy as np
 import pytest
 from flockwire.keys import Key
@@ -66,6 +68,13 @@ def test_a_repeated_mission_is_one(fly):
     assert len(trace.vitals) == 5
     assert trace.vitals[0].cpu == pytest.approx(0.07)
     assert trace.of("telemetry", 1).values.shape[1] == 4
+
+
+def test_a_law_that_is_not_here_any_more_is_no_harm(tmp_path, swarm_of):
+    table = swarm_of().model_dump(mode="json")
+    table["control"]["law"] = "long.gone:Law"
+    TraceWriter(tmp_path / "a.mcap", {"swarm": json.dumps(table)}).close()
+    assert read_trace(tmp_path / "a.mcap").swarm.control.law == "long.gone:Law"
 
 
 def test_another_programs_file_is_refused(tmp_path):

@@ -8,10 +8,12 @@ from collections.abc import Callable
 
 import pytest
 from flockwire.config import Swarm
+from flockwire.faults import Kill
 from flockwire.flight import BILLION
 from flockwire.law import Decision, Observation
 from flockwire.messages import Estimate, FlightState, Pose
 from flockwire_agent.extended_law import ExtendedLaw
+from flockwire_sim.misfortune import refusal
 from flockwire_sim.process import Said
 
 Fly = Callable[..., object]
@@ -108,6 +110,12 @@ def test_a_frozen_gateway_makes_every_agent_stop(fly: Fly) -> None:
     assert commands
     assert all(message.velocity == (0.0, 0.0, 0.0) for _, message in commands)
     assert flown.outcome.failure == ""
+
+
+def test_a_swarm_with_a_router_flies_without_it(fly: Fly) -> None:
+    flown = fly({"network.mode": "router"}, duration=4.0)
+    assert flown.outcome.failure == ""
+    assert refusal((Kill(at=1.0, kind="kill", process="router"),)).startswith("faults.0.process = 'router': ")
 
 
 def test_a_cut_edge_takes_the_listener_out_only(fly: Fly) -> None:

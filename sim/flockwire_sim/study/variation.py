@@ -12,6 +12,7 @@ from flockwire.config import Swarm, SwarmFileError, parse_swarm
 from flockwire.faults import Fault, FaultFileError, parse_faults
 from pydantic import JsonValue
 
+from flockwire_sim.misfortune import refusal
 from flockwire_sim.study.places import random_starts
 from flockwire_sim.study.plan import Draw, Plan, Point, StudyError
 from flockwire_sim.study.trees import random_edges
@@ -113,9 +114,12 @@ def _swarm(table: Table) -> Swarm:
 
 def _faults(table: Table, swarm: Swarm, origin: str) -> tuple[Fault, ...]:
     try:
-        return parse_faults(table, swarm, origin)
+        faults = parse_faults(table, swarm, origin)
     except FaultFileError as error:
         raise StudyError(str(error)) from None
+    if cannot := refusal(faults):
+        raise StudyError(f"{origin}: {cannot}")
+    return faults
 
 
 def _chance(seed: int, what: str) -> Random:
