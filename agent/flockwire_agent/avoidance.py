@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from flockwire.config import Avoidance, Obstacle
 from flockwire.control.obstacle import to_axis, to_surface
 from flockwire.control.potential import potential_gradient
 from flockwire.control.vector import ZERO, Vector, add, subtract
 from flockwire.messages import Body, BodyKind
+from flockwire.tables import Avoidance, Obstacle
 
 
 def repulsion(bodies: Iterable[Body], parameters: Avoidance) -> Vector:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from flockwire.config import Limits, Staleness
 from flockwire.flight import NEVER
+from flockwire.tables import Limits, Staleness
 
 
 class Inputs(NamedTuple):

@@ -20,7 +20,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import ConfigDict, Field, ValidationError
 
 from flockwire import policy
-from flockwire.config import Finite, Model, NotNegative, Positive, Probability, error_lines
+from flockwire.config import error_lines
+from flockwire.tables import Finite, Model, NotNegative, Positive, Probability
 from flockwire.wiring import identities
 
 if TYPE_CHECKING:

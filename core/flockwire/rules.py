@@ -15,7 +15,8 @@ from flockwire.law import BUILT_IN, LawError, load_law
 from flockwire.wiring import PROCESS_IDENTITIES, endpoints
 
 if TYPE_CHECKING:
-    from flockwire.config import Formation, Swarm
+    from flockwire.config import Swarm
+    from flockwire.formation_tables import Formation
 
 SURVEY_HORIZON = 120.0  # s of every formation that are looked at
 SURVEY_SAMPLES = 400

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 from flockwire.control.graph import LEADER
 
 if TYPE_CHECKING:
-    from flockwire.config import Host, Swarm
+    from flockwire.config import Swarm
+    from flockwire.tables import Host
 
 PROCESS_IDENTITIES = ("router", "gateway", "kinematics", "leader", "recorder")
 ROUTER = "router"

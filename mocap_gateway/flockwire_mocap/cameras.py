@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from math import hypot
 from typing import Protocol
 
-from flockwire.config import Gateway
 from flockwire.control.vector import Vector
 from flockwire.faults import Fault, NoiseBurst, TrackerLoss
+from flockwire.tables import Gateway
 
 BILLION = 1_000_000_000
 

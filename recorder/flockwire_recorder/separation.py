@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
-from flockwire.config import Obstacle
+from flockwire.tables import Obstacle
 
 from flockwire_recorder.phases import BILLION, Span
 from flockwire_recorder.reading import Floats, Integers, Trace

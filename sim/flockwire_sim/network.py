@@ -12,8 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from random import Random
 
-from flockwire.config import Sim
 from flockwire.keys import Delivery
+from flockwire.tables import Sim
 
 from flockwire_sim.sample import Parcel
 from flockwire_sim.scheduler import BILLION, Scheduler

@@ -11,9 +11,9 @@ from __future__ import annotations
 from collections import deque
 from math import exp
 
-from flockwire.config import Airframe
 from flockwire.control.vector import ZERO, Vector, add, scale, subtract
 from flockwire.messages import FlightState
+from flockwire.tables import Airframe
 
 BILLION = 1_000_000_000
 GRAVITY = 9.81  # m/s^2

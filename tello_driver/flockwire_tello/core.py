@@ -8,13 +8,14 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable
 
-from flockwire.config import Staleness, Swarm
+from flockwire.config import Swarm
 from flockwire.control.vector import ZERO, Vector
 from flockwire.faults import AirframeFailure, AirframeLag, Fault
 from flockwire.flight import BILLION, age
 from flockwire.keys import STOP, Key, uav
 from flockwire.messages import Command, FlightState, Message, Pose, Report, Stop, Telemetry
 from flockwire.stepping import next_due
+from flockwire.tables import Staleness
 
 from flockwire_tello.airframe import SimulatedAirframe
 

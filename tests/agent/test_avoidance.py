@@ -1,8 +1,8 @@
 from math import hypot
 
 import pytest
-from flockwire.config import Avoidance, Obstacle
 from flockwire.messages import Body, BodyKind
+from flockwire.tables import Avoidance, Obstacle
 from flockwire_agent.avoidance import known_bodies, repulsion
 from hypothesis import given
 from hypothesis import strategies as st

@@ -2,7 +2,7 @@ from random import Random
 from statistics import fmean, pstdev
 
 import pytest
-from flockwire.config import Gateway
+from flockwire.tables import Gateway
 from flockwire_mocap.cameras import BILLION, Cameras
 
 PLACE = (1.0, 2.0, 3.0)

@@ -5,9 +5,9 @@ from math import cos, exp, hypot, sin
 
 import numpy as np
 import pytest
-from flockwire.config import Obstacle
 from flockwire.keys import Key
 from flockwire.messages import Mission
+from flockwire.tables import Obstacle
 from flockwire_recorder.phases import BILLION, offsets
 from flockwire_recorder.reading import read_trace
 from flockwire_recorder.separation import surface_distance

@@ -1,8 +1,8 @@
 from math import exp
 
 import pytest
-from flockwire.config import Airframe
 from flockwire.messages import FlightState
+from flockwire.tables import Airframe
 from flockwire_tello.airframe import BILLION, SimulatedAirframe
 from hypothesis import given
 from hypothesis import strategies as st

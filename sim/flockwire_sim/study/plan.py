@@ -30,7 +30,8 @@ from pathlib import Path
 from random import Random
 from typing import Annotated, Any
 
-from flockwire.config import Finite, Model, Positive, Probability, error_lines
+from flockwire.config import error_lines
+from flockwire.tables import Finite, Model, Positive, Probability
 from pydantic import Field, JsonValue, ValidationError, model_validator
 
 Point = tuple[tuple[str, JsonValue], ...]  # one combination of the grid: key, value
