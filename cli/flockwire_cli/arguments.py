@@ -1,0 +1,84 @@
+"""What the commands share: their arguments, reading files, refusing in one line with exit status 2."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+
+import typer
+from flockwire import clock
+from flockwire.config import Swarm, SwarmFileError, load_swarm
+from flockwire.credentials import CredentialsError, default_folder, load_credentials
+from flockwire.wiring import OPERATOR, processes_on
+
+if TYPE_CHECKING:
+    from flockwire.faults import Fault
+
+SwarmFile = Annotated[Path, typer.Argument(metavar="SWARM", help="The swarm file (TOML).")]
+Keys = Annotated[
+    Path | None, typer.Option(envvar="FLOCKWIRE_KEYS", help="Folder of the certificates [.flockwire/NAME/keys].")
+]
+FaultsFile = Annotated[Path | None, typer.Option(help="What is to go wrong, and when (TOML).")]
+Number = Annotated[int, typer.Argument(metavar="ID", help="The drone's id.")]
+
+
+def refuse(reason: str) -> NoReturn:
+    """End with exit status 2; each line of `reason` names what is wrong."""
+    print("\n".join(f"flockwire: {line}" for line in reason.split("\n")), file=sys.stderr)
+    raise typer.Exit(2)
+
+
+def load(path: Path) -> Swarm:
+    """Return the swarm of a file, or refuse it."""
+    try:
+        return load_swarm(path)
+    except SwarmFileError as error:
+        refuse(str(error))
+
+
+def faults_of(path: Path | None, swarm: Swarm) -> tuple[Fault, ...]:
+    """Return what a file of faults does to `swarm`, nothing without a file; or refuse it."""
+    from flockwire.faults import FaultFileError, load_faults  # noqa: PLC0415
+
+    try:
+        return load_faults(path, swarm) if path is not None else ()
+    except FaultFileError as error:
+        refuse(str(error))
+
+
+def warn_of(swarm: Swarm) -> None:
+    """Say so when nothing protects the swarm."""
+    if swarm.network.security == "none":
+        print(
+            "flockwire: warning: network.security = 'none': whoever reaches a port hears and says all", file=sys.stderr
+        )
+
+
+def made_keys(swarm: Swarm, keys: Path | None, host: str) -> Path:
+    """Return the folder of the certificates, after making what it lacks where the authority's key is or may be here."""
+    from flockwire.pki import make_keys  # noqa: PLC0415
+
+    folder = keys or default_folder(swarm.name)
+    warn_of(swarm)
+    first = next(iter(swarm.hosts)) == host  # another host's keys come from the first one
+    here = (first and not (folder / "ca.crt").exists()) or (folder / "authority" / "ca.key").exists()
+    if swarm.network.security == "mtls":
+        if here:
+            written(folder, lambda: make_keys(swarm, folder, clock.utc()))
+        try:
+            for identity in (*processes_on(swarm, host), OPERATOR):
+                load_credentials(folder, identity, clock.utc())
+        except CredentialsError as error:
+            refuse(str(error))
+    return folder
+
+
+def written(folder: Path, work: Any) -> Any:  # noqa: ANN401  (it passes through whatever `work` returns)
+    """Do `work` on the keys in `folder`; refuse when that cannot be done."""
+    try:
+        return work()
+    except OSError as error:
+        refuse(f"{folder}: cannot write keys there: {error.strerror or error}")
+    except ValueError as error:
+        refuse(str(error))

@@ -1,0 +1,84 @@
+"""Commands that are the operator's: orders in flight, and the certificates."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from flockwire import clock
+from flockwire.config import Swarm
+from flockwire.credentials import CredentialsError, default_folder
+
+from flockwire_cli.arguments import Keys, SwarmFile, load, refuse, warn_of, written
+
+app = typer.Typer()
+
+
+@app.command()
+def start(
+    swarm: SwarmFile,
+    formation: Annotated[str, typer.Option(help="A name from [formations] [the first formation].")] = "",
+    keys: Keys = None,
+) -> None:
+    """Take off where need be, and fly the formation."""
+    loaded = load(swarm)
+    if formation and formation not in loaded.formations:
+        refuse(f"--formation = {formation!r}: must be one of {sorted(loaded.formations)} ([formations])")
+    _give(loaded, keys, "start", formation)
+
+
+@app.command()
+def hold(swarm: SwarmFile, keys: Keys = None) -> None:
+    """Leave the formation and hover on the spot."""
+    _give(load(swarm), keys, "hold")
+
+
+@app.command()
+def land(swarm: SwarmFile, keys: Keys = None) -> None:
+    """Land all drones where they are."""
+    _give(load(swarm), keys, "land")
+
+
+@app.command()
+def stop(swarm: SwarmFile, keys: Keys = None) -> None:
+    """Emergency: motors off, at once; what flies falls."""
+    _give(load(swarm), keys, "stop")
+
+
+@app.command()
+def formation(swarm: SwarmFile, name: Annotated[str, typer.Argument(metavar="NAME")], keys: Keys = None) -> None:
+    """Change to the formation NAME of [formations]."""
+    start(swarm, name, keys)
+
+
+@app.command()
+def keys(
+    swarm: SwarmFile,
+    out: Annotated[Path | None, typer.Option(help="Folder of the certificates [.flockwire/NAME/keys].")] = None,
+    rotate: Annotated[
+        bool, typer.Option("--rotate", help="A new authority: all keys made before are worthless.")
+    ] = False,
+) -> None:
+    """Make the swarm's certificates, and renew what is about to expire."""
+    from flockwire.pki import make_keys  # noqa: PLC0415
+
+    loaded = load(swarm)
+    folder = out or default_folder(loaded.name)
+    made = written(folder, lambda: make_keys(loaded, folder, clock.utc(), rotate))
+    print(f"flockwire: {folder}: {', '.join(made) + ' made' if made else 'all good, nothing to do'}")
+
+
+def _give(swarm: Swarm, keys: Path | None, verb: str, formation: str = "") -> None:
+    from flockwire_cli.operator import give  # noqa: PLC0415
+
+    warn_of(swarm)
+    try:
+        failure = asyncio.run(give(swarm, keys, verb, formation))
+    except CredentialsError as error:
+        refuse(str(error))
+    if failure:
+        print(f"flockwire: {verb} failed: {failure}", file=sys.stderr)
+        raise typer.Exit(1)
