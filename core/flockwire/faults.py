@@ -6,7 +6,7 @@
     process = "uav3"
 
 Times must be in order, unknown keys are refused. `flockwire sim` honours every kind, `flockwire up` those that a
-machine can really do to its processes (all but SIM_ONLY).
+machine can really do to its processes and their links (all but SIM_ONLY, and of a link no loss and no reordering).
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from flockwire.config import Swarm
 
 WITNESSES = ("recorder", "operator")  # no fault takes these: without them there is no flight to judge
-SIM_ONLY = ("cut", "link", "partition", "clock")
+SIM_ONLY = ("clock",)
 
 
 class FaultFileError(ValueError):
