@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import signal
 from collections.abc import Callable
+from functools import partial
 
 from flockwire.config import Swarm
 from flockwire.faults import SIM_ONLY, Cut, Fault, Freeze, Kill, LinkChange, Partition, Restart
@@ -57,7 +58,7 @@ class Misfortune:
                 self._children.kill(fault.process)
             case Freeze():
                 self._children.signal(fault.process, signal.SIGSTOP)
-                thaw = lambda: self._children.signal(fault.process, signal.SIGCONT)  # noqa: E731
+                thaw = partial(self._children.signal, fault.process, signal.SIGCONT)
                 self._ends.append((fault.at + fault.duration, thaw))
             case Restart():
                 task = asyncio.create_task(self._children.restart(fault.process))

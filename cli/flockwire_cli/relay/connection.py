@@ -61,6 +61,11 @@ class Side(asyncio.Protocol):
         self.other.pass_on()
 
     @property
+    def held(self) -> int:
+        """The bytes that it said and that are still held."""
+        return self._said.size
+
+    @property
     def connected(self) -> bool:
         """Whether there is somebody to say something to."""
         return self._transport is not None and not self._transport.is_closing()
@@ -88,7 +93,7 @@ class Side(asyncio.Protocol):
         """Write what the other side said, or END."""
         if self._transport is None or self._transport.is_closing():
             return
-        if data is not END:
+        if data:
             self._transport.write(data)
             return
         self.other.over = True

@@ -32,6 +32,16 @@ class Relay:
         self._server = await loop.create_server(lambda: self._connection().near, HERE, 0)
         return f"{HERE}:{self._server.sockets[0].getsockname()[1]}"
 
+    @property
+    def connections(self) -> int:
+        """How many there are, those included that may not get through yet."""
+        return len(self._connections)
+
+    @property
+    def held(self) -> int:
+        """The bytes that are held, of all connections, both ways."""
+        return sum(side.held for connection in self._connections for side in (connection.near, connection.far))
+
     def end(self) -> None:
         """Close everything at once."""
         if self._server is not None:

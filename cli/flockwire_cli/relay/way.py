@@ -58,27 +58,27 @@ class Stream:
 
     def __init__(self, way: Way) -> None:
         self._way = way
+        self.size = 0  # bytes
         self._held: deque[tuple[float, bytes]] = deque()  # with the time of arrival
-        self._size = 0
         self._last = 0.0
 
     @property
     def full(self) -> bool:
         """Whether no more should be taken for now."""
-        return self._size >= MOST_HELD
+        return self.size >= MOST_HELD
 
     def take(self, data: bytes, now: float) -> None:
         """Take in what was said at `now`, or END."""
         self._last = self._way.arrival(now, self._last)
         self._held.append((self._last, data))
-        self._size += len(data)
+        self.size += len(data)
 
     def due(self, now: float) -> list[bytes]:
         """Return what arrives by `now`, in order, and hold it no longer."""
         arrived: list[bytes] = []
         while self._way.passable and self._held and self._held[0][0] <= now:
             arrived.append(self._held.popleft()[1])
-            self._size -= len(arrived[-1])
+            self.size -= len(arrived[-1])
         return arrived
 
     def next_arrival(self) -> float | None:
