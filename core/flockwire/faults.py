@@ -73,7 +73,7 @@ class _LinkFault(_Fault):
 
 
 class Cut(_LinkFault):
-    """Nothing arrives; the other direction stays as it is."""
+    """Nothing arrives; the other direction stays as it is (a real one for 1 s, when Zenoh gives the link up)."""
 
     kind: Literal["cut"]
 

@@ -1,91 +1,15 @@
-"""A relay between real sockets on loopback."""
+"""A relay between real sockets on loopback: what it holds, delays, lets through and closes."""
 
 import asyncio
 import contextlib
 from collections import deque
 
 import pytest
-from flockwire_cli.relay.relay import MOST_CONNECTIONS, Relay
+from flockwire_cli.relay.relay import MOST_CONNECTIONS
 from flockwire_cli.relay.way import MOST_HELD
+from relay_bench import PATIENCE, on_bench, settle, until
 
-PATIENCE = 10.0  # s after which a test that waits has failed
 LARGEST_READ = 262_144  # bytes that asyncio takes in at once
-ROUNDS = 50  # of the loop, in which whatever is wrongly let through would arrive
-
-
-class Listener:
-    """Listens, keeps what each connection said, and can answer."""
-
-    def __init__(self):
-        self.said = []
-        self.writers = []
-        self.ends = 0
-
-    async def heard(self, reader, writer):
-        place = len(self.said)
-        self.said.append(b"")
-        self.writers.append(writer)
-        with contextlib.suppress(ConnectionError):
-            while data := await reader.read(65536):
-                self.said[place] += data
-        self.ends += 1
-
-
-class Bench:
-    """A relay with a listener behind it, and diallers in front of it."""
-
-    async def __aenter__(self):
-        self.listener, self.diallers = Listener(), []
-        self.server = await asyncio.start_server(self.listener.heard, "127.0.0.1", 0)
-        self.relay = Relay("uav2", "uav1", self.server.sockets[0].getsockname())
-        address, _, port = (await self.relay.start()).partition(":")
-        self.address = (address, int(port))
-        return self
-
-    async def __aexit__(self, *_):
-        self.relay.end()
-        self.server.close()
-        for writer in (*self.diallers, *self.listener.writers):
-            writer.close()
-
-    async def dial(self):
-        reader, writer = await asyncio.open_connection(*self.address)
-        self.diallers.append(writer)
-        return reader, writer
-
-    async def linked(self):
-        """Dial, and wait until the listener knows."""
-        reader, writer = await self.dial()
-        known = len(self.listener.said)
-        await until(lambda: len(self.listener.said) > known)
-        return reader, writer, self.listener.writers[known]
-
-
-async def until(met):
-    """Let the loop run until something is so."""
-    async with asyncio.timeout(PATIENCE):
-        while not met():  # noqa: ASYNC110
-            await asyncio.sleep(0.001)
-
-
-async def settle():
-    """Let the loop run, so that what can happen does."""
-    for _ in range(ROUNDS):
-        await asyncio.sleep(0)
-
-
-def on_bench(test):
-    """Run a test that is a coroutine function of a Bench."""
-
-    def run():
-        async def body():
-            async with asyncio.timeout(2 * PATIENCE), Bench() as bench:
-                await test(bench)
-
-        asyncio.run(body())
-
-    run.__name__ = test.__name__
-    return run
 
 
 @on_bench
@@ -121,12 +45,12 @@ async def test_a_delay_is_kept_in_its_direction_alone(bench):
     answer.write(b"slow")
     assert await reader.readexactly(4) == b"slow"
     assert 0.2 <= clock() - sent < PATIENCE
+    bench.relay.back.slow(60.0, 0.0)
     answer.write(b"slow")
     await until(lambda: bench.relay.held == 4)
     writer.write(b"fast")
     await until(lambda: bench.listener.said == [b"fast"])
     assert bench.relay.held == 4
-    assert await reader.readexactly(4) == b"slow"
 
 
 @pytest.mark.parametrize("direction", ["there", "back"])
@@ -194,6 +118,19 @@ async def test_a_dialler_that_is_gone_gets_nothing_and_the_listener_learns_of_it
     answer.close()
     bench.relay.back.mend()
     await until(lambda: bench.relay.connections == 0)
+
+
+@on_bench
+async def test_who_goes_on_speaking_to_a_dialler_that_is_gone_is_hung_up_on(bench):
+    _, writer, answer = await bench.linked()
+    writer.close()
+    await until(lambda: bench.listener.ends == 1)
+
+    def hung_up():
+        answer.write(b"?")
+        return bench.relay.connections == 0
+
+    await until(hung_up)
 
 
 @on_bench
