@@ -52,14 +52,14 @@ def up(
         refuse(f"--duration = {duration}: must be a number of seconds; 0 flies until Ctrl-C")
     loaded = load(swarm)
     wrong = faults_of(faults, loaded)
-    if cannot := refusal(wrong):
-        refuse(f"{faults}: {cannot}")
     if host is not None and host not in loaded.hosts:
         refuse(f"--host = {host!r}: must be one of {sorted(loaded.hosts)} ([hosts])")
+    here = host or next(iter(loaded.hosts))
+    if cannot := refusal(wrong, loaded, here):
+        refuse(f"{faults}: {cannot}")
     folder = out or Path("runs") / f"{loaded.name}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
     if (folder / "trace.mcap").exists():
         refuse(f"--out = {folder}: there is a trace of another flight; name a new folder")
-    here = host or next(iter(loaded.hosts))
     flight = Flight(loaded, swarm, here, duration, folder, made_keys(loaded, keys, here), headless, wrong, faults)
     try:
         failure = asyncio.run(fly(flight))

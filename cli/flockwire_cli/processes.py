@@ -9,10 +9,11 @@ import os
 import signal
 import socket
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from flockwire.config import Swarm
+from flockwire.detours import detour_environment
 from flockwire.runtime import LIFELINE
 from flockwire.wiring import endpoints
 
@@ -56,10 +57,21 @@ def busy_endpoint(swarm: Swarm, identities: Iterable[str]) -> str:
 
 
 class Children:
-    """The running processes, by identity. Their standard error goes to `out`/logs/IDENTITY.log."""
+    """The running processes, by identity. Their standard error goes to `out`/logs/IDENTITY.log.
 
-    def __init__(self, swarm_file: Path, out: Path, keys: Path, faults: Path | None = None) -> None:
+    `detours` has by identity, for those whose links have relays, where they dial whom.
+    """
+
+    def __init__(
+        self,
+        swarm_file: Path,
+        out: Path,
+        keys: Path,
+        faults: Path | None = None,
+        detours: Mapping[str, Mapping[str, str]] | None = None,
+    ) -> None:
         self._swarm_file, self._out, self._keys, self._faults = swarm_file, out, keys, faults
+        self._detours = detours or {}
         self._running: dict[str, asyncio.subprocess.Process] = {}
         self._doomed: set[str] = set()
         self._read_end, self._write_end = os.pipe()
@@ -67,6 +79,7 @@ class Children:
 
     async def start(self, identity: str) -> None:
         """Start the process of `identity`."""
+        detours = detour_environment(self._detours.get(identity, {}))
         with self.log(identity).open("ab") as log:
             self._running[identity] = await asyncio.create_subprocess_exec(
                 *command(identity, self._swarm_file, self._out, self._keys, self._faults),
@@ -74,7 +87,7 @@ class Children:
                 stdout=log,
                 stderr=log,
                 pass_fds=(self._read_end,),
-                env={**os.environ, LIFELINE: str(self._read_end)},
+                env={**os.environ, LIFELINE: str(self._read_end), **detours},
                 start_new_session=True,  # the terminal's Ctrl-C is ours to handle
             )
 

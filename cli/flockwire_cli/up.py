@@ -26,6 +26,7 @@ from rich.live import Live
 from flockwire_cli.misfortune import Misfortune
 from flockwire_cli.operator import Operator
 from flockwire_cli.processes import Children, PortInUseError, busy_endpoint
+from flockwire_cli.relay.links import Links
 from flockwire_cli.table import Rates, draw
 
 STARTED_FIRST = ("router", "recorder")
@@ -54,11 +55,16 @@ class Flight:
 
 async def fly(flight: Flight) -> str:
     """Fly; returns why the flight failed, empty when it did not. Raises PortInUseError before anything starts."""
-    identities = processes_on(flight.swarm, flight.host)
-    busy = busy_endpoint(flight.swarm, identities)
+    busy = busy_endpoint(flight.swarm, processes_on(flight.swarm, flight.host))
     if busy:
         raise PortInUseError(busy)
-    children = Children(flight.swarm_file, flight.out, flight.keys, flight.faults_file)
+    async with Links(flight.faults if flight.conducts else (), flight.swarm) as links:
+        return await _fly(flight, links)
+
+
+async def _fly(flight: Flight, links: Links) -> str:
+    identities = processes_on(flight.swarm, flight.host)
+    children = Children(flight.swarm_file, flight.out, flight.keys, flight.faults_file, links.detours)
     try:
         for identity in sorted(identities, key=STARTED_FIRST.__contains__, reverse=True):
             await children.start(identity)
@@ -67,7 +73,7 @@ async def fly(flight: Flight) -> str:
         session = await connect(flight.swarm, OPERATOR, flight.keys, asyncio.Event())
         assert session is not None  # noqa: S101  (only the event that nobody sets would make it so)
         with session:
-            misfortune = Misfortune(flight.faults, identities, children)
+            misfortune = Misfortune(flight.faults, identities, children, links)
             try:
                 return await _conduct(flight, children, Operator(flight.swarm, session), misfortune)
             finally:

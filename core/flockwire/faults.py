@@ -6,7 +6,7 @@
     process = "uav3"
 
 Times must be in order, unknown keys are refused. `flockwire sim` honours every kind, `flockwire up` those that a
-machine can really do to its processes (all but SIM_ONLY).
+machine can really do to its processes and their links (all but SIM_ONLY, and of a link no loss and no reordering).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from flockwire.config import Swarm
 
 WITNESSES = ("recorder", "operator")  # no fault takes these: without them there is no flight to judge
-SIM_ONLY = ("cut", "link", "partition", "clock")
+SIM_ONLY = ("clock",)
 
 
 class FaultFileError(ValueError):
@@ -74,7 +74,7 @@ class _LinkFault(_Fault):
 
 
 class Cut(_LinkFault):
-    """Nothing arrives; the other direction stays as it is."""
+    """Nothing arrives; the other direction stays as it is (a real one for 1 s, when Zenoh gives the link up)."""
 
     kind: Literal["cut"]
 

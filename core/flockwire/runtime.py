@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 from flockwire import clock, policy
 from flockwire.credentials import CredentialsError
+from flockwire.detours import DetoursError, read_detours
 from flockwire.refusals import Refusals
 from flockwire.session import EndpointInUseError, Prompt, Session, connect
 from flockwire.stepping import Core, Deadlines, StatusTeller, Stepper, at_once, tick_period
@@ -106,9 +107,10 @@ class Vitals:
 
 async def run_core(core: Core, swarm: Swarm, identity: str, keys: Path | None) -> None:
     """Fly `core` as `identity`, with the certificates in `keys`, until the process is told to end."""
+    detours = read_detours()
     ended, refusals = ending(), Refusals(identity)
     refusals.watch()
-    session = await connect(swarm, identity, keys, ended)
+    session = await connect(swarm, identity, keys, ended, detours)
     if session is None:
         return
     with session:
@@ -161,7 +163,7 @@ def main(identity: str, process: Coroutine[None, None, None]) -> int:
     )
     try:
         asyncio.run(process)
-    except (CredentialsError, EndpointInUseError) as error:
+    except (CredentialsError, DetoursError, EndpointInUseError) as error:
         logging.getLogger(identity).error(str(error))
         return 2
     return 0

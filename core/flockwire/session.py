@@ -13,8 +13,9 @@ import logging
 import os
 import uuid
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from flockwire import clock, policy
@@ -41,6 +42,7 @@ BACKLOG = 256  # samples of one key that wait for a step; beyond, the oldest is 
 LARGEST_MESSAGE = 65536  # bytes
 SPARE_SESSIONS = 64  # beside one for each link: operators come and go, and nobody alone may keep a stop out
 ROUTER_PATIENCE = 500  # ms that one attempt to reach the router may take
+NO_DETOURS: Mapping[str, str] = MappingProxyType({})
 RETRY = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
 
 _QOS = {
@@ -61,7 +63,9 @@ class RouterAbsentError(OSError):
     """The router does not answer yet."""
 
 
-async def connect(swarm: Swarm, identity: str, keys: Path | None, ended: asyncio.Event) -> Session | None:
+async def connect(
+    swarm: Swarm, identity: str, keys: Path | None, ended: asyncio.Event, detours: Mapping[str, str] = NO_DETOURS
+) -> Session | None:
     """Open the session of `identity`, in router mode as soon as the router is there; None when `ended` comes first.
 
     Raises CredentialsError, and EndpointInUseError.
@@ -69,7 +73,7 @@ async def connect(swarm: Swarm, identity: str, keys: Path | None, ended: asyncio
     waiting = False
     while not ended.is_set():
         try:
-            return await asyncio.to_thread(Session, swarm, identity, keys)
+            return await asyncio.to_thread(Session, swarm, identity, keys, detours)
         except RouterAbsentError:
             if not waiting:
                 logging.getLogger(identity).info("waits for the router at %s", endpoints(swarm)[ROUTER])
@@ -77,12 +81,15 @@ async def connect(swarm: Swarm, identity: str, keys: Path | None, ended: asyncio
     return None
 
 
-def configuration(swarm: Swarm, identity: str, credentials: Credentials | None) -> dict[str, object]:
+def configuration(
+    swarm: Swarm, identity: str, credentials: Credentials | None, detours: Mapping[str, str] = NO_DETOURS
+) -> dict[str, object]:
     """Return the Zenoh configuration of `identity`: endpoints, links, access control, nothing found by itself.
 
-    Without `credentials` nothing is encrypted, authenticated or refused.
+    Without `credentials` nothing is encrypted, authenticated or refused. `detours`: who is dialled elsewhere.
     """
     address = endpoints(swarm)
+    dialled = {**address, **detours}
     kind = "peer" if swarm.network.mode == "peers" else "router" if identity == ROUTER else "client"
     scheme = "tls" if credentials is not None else "tcp"
     link: dict[str, object] = {
@@ -93,7 +100,7 @@ def configuration(swarm: Swarm, identity: str, credentials: Credentials | None) 
         "mode": kind,
         "listen": {"endpoints": [f"{scheme}/{address[identity]}"] if identity in address else []},
         "connect": {
-            "endpoints": [f"{scheme}/{address[other]}" for other in policy.dials(swarm, identity)],
+            "endpoints": [f"{scheme}/{dialled[other]}" for other in policy.dials(swarm, identity)],
             "timeout_ms": ROUTER_PATIENCE if kind == "client" else -1,
             "exit_on_failure": kind == "client",
             "retry": RETRY,
@@ -125,7 +132,9 @@ def configuration(swarm: Swarm, identity: str, credentials: Credentials | None) 
 class Session:
     """One process's connection to the swarm. Use it as a context manager: a session left open hangs the exit."""
 
-    def __init__(self, swarm: Swarm, identity: str, keys: Path | None = None) -> None:
+    def __init__(
+        self, swarm: Swarm, identity: str, keys: Path | None = None, detours: Mapping[str, str] = NO_DETOURS
+    ) -> None:
         """Open the session of `identity`; `keys` is the folder of the certificates, the default one without it.
 
         Raises CredentialsError, EndpointInUseError, and in router mode RouterAbsentError.
@@ -136,7 +145,7 @@ class Session:
         credentials = None
         if swarm.network.security == "mtls":
             credentials = load_credentials(keys or default_folder(swarm.name), identity, clock.utc())
-        config = configuration(swarm, identity, credentials)
+        config = configuration(swarm, identity, credentials, detours)
         try:
             self._zenoh = zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
         except zenoh.ZError as error:

@@ -14,6 +14,7 @@ from fleet import agree, flockwire
 from flockwire.keys import all_keys
 from flockwire_recorder.phases import formation_phase
 from flockwire_recorder.reading import Trace, read_trace
+from independent_reader import read
 
 DURATION = 12
 
@@ -95,15 +96,78 @@ def test_the_same_faults_have_the_same_end(make_swarm: Callable[..., Path], tmp_
         assert count("pose", 1, 8.1, 9.9) > 170, world
 
 
+BROKEN_LINKS = """
+[[faults]] # the link stays up
+at = 4.0
+kind = "cut"
+from = "gateway"
+to = "uav1"
+duration = 0.4
+[[faults]] # long enough to take the link down
+at = 5.0
+kind = "cut"
+from = "uav1"
+to = "uav2"
+duration = 1.5
+[[faults]]
+at = 7.5
+kind = "link"
+from = "uav1"
+to = "uav2"
+duration = 0.9
+delay = 0.6
+[[faults]] # what arrives now is worth nothing
+at = 8.2
+kind = "link"
+from = "uav1"
+to = "uav2"
+duration = 0.2
+delay = 1.05
+jitter = 0.02
+"""
+
+
+def test_links_break_and_slow_down_in_both_worlds_and_the_formation_settles_again(
+    make_swarm: Callable[..., Path], tmp_path: Path
+) -> None:
+    faults = tmp_path / "links.txt"
+    faults.write_text(BROKEN_LINKS)
+    flown = fly_both(make_swarm(), tmp_path, "--faults", faults)
+    for world, (status, reason, out) in flown.items():
+        assert status == 0, (world, reason)
+        summary = json.loads((out / "summary.json").read_text())
+        assert list(summary["messages"]["rejected_by_key"]) == ["paper/uav1/estimate expired"], world
+        assert summary["messages"]["rejected"] > 10, world
+        assert summary["formation_error_m"]["settled_s"] == pytest.approx(8.3, abs=1.0), world
+        assert summary["formation_error_m"]["max_tail"] < 0.08, world
+        topics = read(out / "trace.mcap")
+        takeoff = next(_seconds(mission) for mission in topics["/paper/mission"] if mission.verb == "takeoff")
+
+        def told(name: str, begin: float, end: float, topics=topics, takeoff=takeoff) -> list:
+            return [s for s in topics[f"/paper/{name}/status"] if begin < _seconds(s) - takeoff < end]
+
+        assert max(s.pose_age for s in told("uav1", 4.0, 4.6)) == pytest.approx(0.4, abs=0.12), world
+        assert max(s.estimate_age for s in told("uav2", 5.0, 6.9)) == pytest.approx(1.5, abs=0.2), world
+        assert max(s.estimate_age for s in told("uav2", 7.1, 7.5)) < 0.1, world
+        assert max(s.estimate_age for s in told("uav2", 8.2, 9.6)) > 1.0, world
+        assert {s.phase for s in told("uav2", 6.35, 6.5)} == {"hold"}, world
+        for pilot in ("uav1", "uav2", "uav3", "uav4"):
+            assert {s.phase for s in told(pilot, 10.0, 13.5)} == {"formation"}, (world, pilot)
+
+
+def _seconds(message: object) -> float:
+    return message.header.stamp.sec + message.header.stamp.nanosec / 1e9
+
+
 def test_what_only_virtual_time_can_do_is_refused_before_anything_starts(
     make_swarm: Callable[..., Path], tmp_path: Path
 ) -> None:
-    faults = tmp_path / "cut.txt"
-    faults.write_text('[[faults]]\nat = 1.0\nkind = "cut"\nfrom = "uav1"\nto = "uav2"\nduration = 1.0\n')
+    faults = tmp_path / "clock.txt"
+    faults.write_text('[[faults]]\nat = 1.0\nkind = "clock"\nprocess = "uav1"\nstep = 0.1\n')
     process = flockwire("up", make_swarm(), "--headless", "--out", tmp_path / "out", "--faults", faults)
     _, errors = process.communicate(timeout=30)
     assert process.returncode == 2
     assert errors.strip().splitlines() == [
-        f"flockwire: {faults}: faults.0.kind = 'cut': only `flockwire sim` can do this; a real flight cannot"
+        f"flockwire: {faults}: faults.0.kind = 'clock': only `flockwire sim` can do this; a real flight cannot"
     ]
     assert not (tmp_path / "out").exists()

@@ -33,8 +33,9 @@ def test_the_table_has_every_kind_with_its_keys_and_says_which_are_refused() -> 
 
 
 def test_a_refusal_reads_as_the_page_says(make_swarm: Callable[..., Swarm]) -> None:
-    cut = {"at": 1.0, "kind": "cut", "from": "uav1", "to": "uav2", "duration": 1.0}
-    said = refusal(parse_faults({"faults": [cut]}, make_swarm(), "wrong.toml"))
+    swarm = make_swarm()
+    wrong = {"at": 1.0, "kind": "clock", "process": "uav2", "step": 0.01}
+    said = refusal(parse_faults({"faults": [wrong]}, swarm, "wrong.toml"), swarm, next(iter(swarm.hosts)))
     assert f"    flockwire: wrong.toml: {said}\n" in PAGE.read_text(encoding="utf-8")
 
 

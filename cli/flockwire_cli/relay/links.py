@@ -1,0 +1,105 @@
+"""Which links a flight's faults break or slow, the relays on these, and the faults as they happen to them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Self
+
+from flockwire import policy
+from flockwire.config import Swarm
+from flockwire.faults import WITNESSES, Cut, Fault, LinkChange, Partition
+from flockwire.wiring import endpoints, host_of, identities
+
+from flockwire_cli.relay.relay import Relay
+from flockwire_cli.relay.way import Way
+
+LinkFault = Cut | LinkChange | Partition
+Undo = Callable[[], None]
+
+
+def refusal(place: int, fault: LinkFault, swarm: Swarm, host: str) -> str:
+    """Return a line about why a flight seen from `host` cannot have `fault`, the one at `place`; empty when it can."""
+    key = f"faults.{place}"
+    if swarm.network.mode == "router":
+        return f"{key}.kind = {fault.kind!r}: all links go to the router; a real flight needs network.mode = 'peers'"
+    if isinstance(fault, LinkChange):
+        for name, share in (("loss", fault.loss), ("reordering", fault.reordering)):
+            if share:
+                return (
+                    f"{key}.{name} = {share:g}: must be 0 in a real flight, whose links are TCP: bytes come late, but "
+                    "all and in order"
+                )
+    for source, target in directions(fault, swarm):
+        dialler, listener = _ends(source, target, swarm)
+        if host == host_of(swarm, "recorder") != host_of(swarm, dialler):
+            return (
+                f"{key}.kind = {fault.kind!r}: {dialler}, who dials {listener}, must run on the recorder's host, "
+                f"{host!r}, in a real flight"
+            )
+    return ""
+
+
+def directions(fault: Fault, swarm: Swarm) -> Iterator[tuple[str, str]]:
+    """Yield the directed links (from, to) that `fault` changes; recorder and operator always hear everybody."""
+    match fault:
+        case Cut() | LinkChange():
+            yield fault.source, fault.target
+        case Partition():
+            inside = set(fault.processes)
+            for source in identities(swarm):
+                for target in policy.links(swarm, source):
+                    if (source in inside) != (target in inside) and not {source, target}.intersection(WITNESSES):
+                        yield source, target
+
+
+class Links:
+    """The relays that `faults` need; an asynchronous context, within which they run."""
+
+    def __init__(self, faults: tuple[Fault, ...], swarm: Swarm) -> None:
+        self.detours: dict[str, dict[str, str]] = {}  # by dialler, then listener
+        self._swarm = swarm
+        self._relays: dict[tuple[str, str], Relay] = {}
+        self._ways: dict[tuple[str, str], Way] = {}
+        for fault in faults:
+            for source, target in directions(fault, swarm):
+                self._stand_between(*_ends(source, target, swarm))
+
+    async def __aenter__(self) -> Self:
+        for (dialler, listener), relay in self._relays.items():
+            self.detours.setdefault(dialler, {})[listener] = await relay.start()
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        for relay in self._relays.values():
+            relay.end()
+
+    def befall(self, fault: LinkFault) -> Undo:
+        """Let `fault` happen; returns what ends it."""
+        ways = [self._ways[ends] for ends in directions(fault, self._swarm)]
+        for way in ways:
+            if isinstance(fault, LinkChange):
+                way.slow(fault.delay, fault.jitter)
+            else:
+                way.cut()
+
+        def undo() -> None:
+            for way in ways:
+                if isinstance(fault, LinkChange):
+                    way.lift(fault.delay, fault.jitter)
+                else:
+                    way.mend()
+
+        return undo
+
+    def _stand_between(self, dialler: str, listener: str) -> None:
+        if (dialler, listener) in self._relays:
+            return
+        address, _, port = endpoints(self._swarm)[listener].rpartition(":")
+        relay = Relay(dialler, listener, (address.strip("[]"), int(port)))
+        self._relays[dialler, listener] = relay
+        self._ways[dialler, listener], self._ways[listener, dialler] = relay.there, relay.back
+
+
+def _ends(one: str, other: str, swarm: Swarm) -> tuple[str, str]:
+    """Return the two ends of a link, who dials first."""
+    return (one, other) if other in policy.dials(swarm, one) else (other, one)

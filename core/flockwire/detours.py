@@ -1,0 +1,34 @@
+"""Detours: at which address a process dials a peer instead of that peer's own, when a relay stands between the two.
+
+`FLOCKWIRE_DETOURS` has them, as `gateway=127.0.0.1:40001,uav1=127.0.0.1:40002`. `flockwire up` sets it for processes
+whose links a file of faults breaks or slows. A detour takes nothing from security: whoever answers there must have a
+certificate of the swarm for that address, and may say and hear what that certificate's identity may.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+
+DETOURS = "FLOCKWIRE_DETOURS"
+_FORM = re.compile(r"(?P<identity>[a-z0-9]+)=(?P<address>[^\s,=]+:[0-9]{1,5})")
+
+
+class DetoursError(ValueError):
+    """The environment's detours cannot be understood."""
+
+
+def read_detours(environment: Mapping[str, str] = os.environ) -> dict[str, str]:
+    """Return `IP:PORT` by the identity that is dialled there; raises DetoursError."""
+    text = environment.get(DETOURS, "")
+    matches = [_FORM.fullmatch(part) for part in text.split(",")] if text else []
+    found = {match["identity"]: match["address"] for match in matches if match is not None}
+    if len(found) < len(matches):
+        raise DetoursError(f"{DETOURS} = {text!r}: must be IDENTITY=IP:PORT, several separated by commas")
+    return found
+
+
+def detour_environment(detours: Mapping[str, str]) -> dict[str, str]:
+    """Return the environment that tells a process its `detours`, nothing when it has none."""
+    return {DETOURS: ",".join(f"{identity}={address}" for identity, address in detours.items())} if detours else {}
