@@ -21,7 +21,8 @@ from flockwire import clock, policy
 from flockwire.credentials import CredentialsError
 from flockwire.detours import DetoursError, read_detours
 from flockwire.refusals import Refusals
-from flockwire.session import EndpointInUseError, Prompt, Session, connect
+from flockwire.session import EndpointInUseError, Session, connect
+from flockwire.sources import Prompt
 from flockwire.stepping import Core, Deadlines, StatusTeller, Stepper, at_once, tick_period
 from flockwire.ticker import BILLION, Ticker
 

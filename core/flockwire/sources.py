@@ -1,0 +1,82 @@
+"""The newest sample of a key: read when a step wants it, or announced; all others are judged and counted on the way."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import zenoh
+
+from flockwire.inbox import Inbox, Received
+
+if TYPE_CHECKING:
+    from flockwire.messages import Message
+
+BACKLOG = 256  # samples of one key that wait for a step; beyond, the oldest is gone and counted as an overflow
+
+Subscription = zenoh.Subscriber[zenoh.Handler[zenoh.Sample]]
+
+
+class Newest:
+    """The newest sample of a key, read when a step wants it; all others are judged and counted on the way."""
+
+    def __init__(self, inbox: Inbox, subscriber: Subscription) -> None:
+        self.inbox = inbox
+        self._subscriber = subscriber
+
+    def take(self, now: int) -> Received | None:
+        """Return the newest message that came since the last call and was accepted, None when there is none."""
+        newest, count = None, 0
+        while (sample := self._subscriber.try_recv()) is not None:
+            newest, count = self.inbox.accept(*_bytes(sample), now) or newest, count + 1
+        if count >= BACKLOG:
+            self.inbox.rejected["overflow"] += 1
+        return newest
+
+    def message(self, now: int) -> Message | None:
+        """Return only the message of what `take` returns."""
+        received = self.take(now)
+        return None if received is None else received.message
+
+
+class Prompt:
+    """The newest sample of a key, announced as soon as it arrives; all others are judged and counted on the way."""
+
+    def __init__(self, inbox: Inbox, wake: Callable[[Prompt], None]) -> None:
+        self.inbox = inbox
+        self._wake = wake
+        self._loop = asyncio.get_running_loop()
+        self._waiting: deque[zenoh.Sample] = deque(maxlen=BACKLOG)
+        self._announced = False
+
+    def arrived(self, sample: zenoh.Sample) -> None:
+        """Keep the sample and wake the loop. Called by Zenoh, in its thread."""
+        self._waiting.append(sample)
+        if not self._announced:
+            self._announced = True
+            try:
+                self._loop.call_soon_threadsafe(self._wake, self)
+            except RuntimeError:  # the loop is closed: the process is ending
+                return
+
+    def take(self, now: int) -> Received | None:
+        """Return the newest message that came since the last call and was accepted, None when there is none."""
+        self._announced = False
+        newest, count = None, len(self._waiting)
+        for _ in range(count):
+            newest = self.inbox.accept(*_bytes(self._waiting.popleft()), now) or newest
+        if count >= BACKLOG:
+            self.inbox.rejected["overflow"] += 1
+        return newest
+
+    def message(self, now: int) -> Message | None:
+        """Return only the message of what `take` returns."""
+        received = self.take(now)
+        return None if received is None else received.message
+
+
+def _bytes(sample: zenoh.Sample) -> tuple[bytes, bytes]:
+    attached = sample.attachment
+    return sample.payload.to_bytes(), attached.to_bytes() if attached is not None else b""
