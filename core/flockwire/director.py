@@ -17,7 +17,7 @@ POLL_PERIOD = 0.05  # s between two looks at the statuses
 
 LEAD_TIME = BILLION // 2  # ns from the order to start until the formation's time 0, so that all begin together
 PATIENCE = 30 * BILLION  # ns that a stage may take
-_LOST = (Phase.LANDING, Phase.STOPPED, Phase.GROUNDED)
+GRACE = BILLION  # ns that a pilot which begins anew in flight may say that it is grounded, until it knows better
 STALE = 2 * BILLION  # ns after which a status says nothing
 
 
@@ -46,6 +46,7 @@ class Director:
         self._duration = round(duration * BILLION)
         self.took_off: int | None = None  # when the order to take off was given, Unix ns
         self._since = self._took_off = now
+        self._grounded: dict[str, int] = {}  # since when pilots have said in flight that they are grounded
 
     def step(self, statuses: Mapping[str, Status], now: int) -> Mission | None:
         """Return the order that is due at `now` (Unix ns), None when there is none."""
@@ -58,10 +59,10 @@ class Director:
         if self.stage is Stage.TAKING_OFF and self._all(phases, Phase.HOLD):
             return self._go(Stage.FLYING, Mission(now, self._frame, "start", now + LEAD_TIME))
         if self.stage is Stage.FLYING:
-            lost = [i for i in self._pilots if phases.get(i, Phase.GROUNDED) in _LOST]
-            if lost:
-                why = _why(statuses, lost[0]) if lost[0] in phases else "silent"
-                return self._fail(f"{lost[0]} left the formation: {why}", now)
+            lost = next((i for i in self._pilots if self._is_lost(i, phases.get(i), now)), None)
+            if lost is not None:
+                why = _why(statuses, lost) if lost in phases else "silent"
+                return self._fail(f"{lost} left the formation: {why}", now)
             if self._duration and now - self._took_off >= self._duration:
                 return self.land(now)
         if self.stage is Stage.LANDING:
@@ -86,6 +87,13 @@ class Director:
 
     def _all(self, phases: Mapping[str, str], phase: Phase) -> bool:
         return all(phases.get(pilot) == phase for pilot in self._pilots)
+
+    def _is_lost(self, pilot: str, phase: str | None, now: int) -> bool:
+        """Return whether a pilot in `phase` (None: silent) flies no more."""
+        if phase != Phase.GROUNDED:
+            self._grounded.pop(pilot, None)
+            return phase in (None, Phase.LANDING, Phase.STOPPED)
+        return now - self._grounded.setdefault(pilot, now) >= GRACE
 
     def _go(self, stage: Stage, order: Mission) -> Mission:
         self.stage, self._since = stage, order.stamp

@@ -95,12 +95,19 @@ def test_without_a_duration_it_flies_until_told():
     assert tower.director.land(tower.now).verb == "land"
 
 
-@pytest.mark.parametrize("phase", [Phase.LANDING, Phase.STOPPED, Phase.GROUNDED])
-def test_a_pilot_that_leaves_the_formation_ends_the_flight(flying, phase):
-    assert flying.step(uav2=(phase, "battery at 9%")) == ["land"]
+@pytest.mark.parametrize(("phase", "seconds"), [(Phase.LANDING, 0.1), (Phase.STOPPED, 0.1), (Phase.GROUNDED, 1.1)])
+def test_a_pilot_that_leaves_the_formation_ends_the_flight(flying, phase, seconds):
+    assert flying.step(seconds, uav2=(phase, "battery at 9%")) == ["land"]
     assert flying.director.failure == "uav2 left the formation: battery at 9%"
     flying.all(Phase.GROUNDED)
     assert flying.stage is Stage.OVER
+
+
+def test_a_pilot_that_begins_anew_has_a_second_to_find_itself_in_flight(flying):
+    for _ in range(2):
+        assert flying.step(0.9, uav2=(Phase.GROUNDED, "waits for its own pose")) == []
+        assert flying.step(0.1, uav2=Phase.HOLD) == []
+    assert flying.stage is Stage.FLYING
 
 
 def test_a_pilot_that_holds_for_a_while_ends_nothing(flying):
