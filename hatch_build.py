@@ -13,7 +13,10 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 COMPILED = (
     "core/flockwire/control",
-    *(f"core/flockwire/{name}.py" for name in ("cdr", "flight", "inbox", "law", "messages", "stamped", "stepping")),
+    *(
+        f"core/flockwire/{name}.py"
+        for name in ("cdr", "flight", "inbox", "law", "messages", "stamped", "status", "stepping")
+    ),
     "agent/flockwire_agent",
     "leader/flockwire_leader/core.py",
     *(f"mocap_gateway/flockwire_mocap/{name}.py" for name in ("cameras", "core", "vicinity")),

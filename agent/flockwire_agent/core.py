@@ -10,7 +10,6 @@ from flockwire.config import Swarm
 from flockwire.control.airframe_state import AirframeState, Motion
 from flockwire.control.vector import ZERO, Vector, add, limit, scale
 from flockwire.flight import (
-    BILLION,
     IN_FLIGHT,
     NEVER,
     Flight,
@@ -25,18 +24,9 @@ from flockwire.flight import (
 )
 from flockwire.keys import MISSION, STOP, Key, uav
 from flockwire.law import Decision, Law, Observation, Reference, check_decision, load_law
-from flockwire.messages import (
-    Body,
-    Command,
-    Estimate,
-    FlightState,
-    Message,
-    Mission,
-    Pose,
-    Report,
-    Stop,
-    Telemetry,
-)
+from flockwire.messages import Body, Command, Estimate, FlightState, Message, Mission, Pose, Stop, Telemetry
+from flockwire.nanoseconds import BILLION
+from flockwire.status import Report
 
 from flockwire_agent.avoidance import repulsion
 from flockwire_agent.guard import Guard

@@ -19,7 +19,8 @@ from flockwire.control.relay import LeaderMotion, relay_step
 from flockwire.control.sidestep import Impatience, sidestep
 from flockwire.control.vector import ZERO, Vector, add, limit, norm, scale, subtract
 from flockwire.law import Decision, Heard, Observation, Reference
-from flockwire.messages import BILLION, Body, BodyKind
+from flockwire.messages import Body, BodyKind
+from flockwire.nanoseconds import BILLION
 
 PATIENCE = 3.0  # s
 

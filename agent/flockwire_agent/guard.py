@@ -10,7 +10,8 @@ from flockwire.control.barrier import keep_clear, keep_inside, sight_speed, spee
 from flockwire.control.body_tracks import BodyTracks
 from flockwire.control.safety_filter import HalfSpace, nearest_velocity
 from flockwire.control.vector import ZERO, Vector, add, limit, norm, scale, subtract
-from flockwire.messages import BILLION, Body, BodyKind
+from flockwire.messages import Body, BodyKind
+from flockwire.nanoseconds import BILLION
 
 BODY_TIME_CONSTANT = 0.05  # s, of the trackers of nearby bodies
 OVERSHOOT = 1.25  # the way to the stopping point is taken this much longer: the airframe is known to about 20 %

@@ -9,7 +9,7 @@ from functools import partial
 
 from flockwire.config import Swarm
 from flockwire.faults import SIM_ONLY, Cut, Fault, Freeze, Kill, LinkChange, Partition, Restart
-from flockwire.flight import BILLION
+from flockwire.nanoseconds import BILLION
 
 from flockwire_cli.processes import Children
 from flockwire_cli.relay import links

@@ -10,8 +10,9 @@ from flockwire.config import Swarm
 from flockwire.director import LEAD_TIME, POLL_PERIOD, Director, Stage, pilots
 from flockwire.flight import Phase
 from flockwire.keys import MISSION, STOP
-from flockwire.messages import Message, Mission, Status, Stop
+from flockwire.messages import Message, Mission, Stop
 from flockwire.session import RouterAbsentError, Session
+from flockwire.status import Status
 from flockwire.wiring import OPERATOR, ROUTER, endpoints
 
 LINK_TIME = 5.0  # s to wait for the swarm to be there

@@ -19,9 +19,9 @@ from pathlib import Path
 from flockwire import clock
 from flockwire.config import Swarm
 from flockwire.credentials import Credentials
-from flockwire.flight import BILLION
 from flockwire.keys import Key, all_keys, key_text
 from flockwire.messages import Mission
+from flockwire.nanoseconds import BILLION
 from flockwire.pki import Signer, alternative_names, issue, new_authority, read_authority, save
 from flockwire.session import RouterAbsentError, Session, connect
 from flockwire.wiring import OPERATOR, identities

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from flockwire.flight import BILLION
-from flockwire.messages import Status
+from flockwire.nanoseconds import BILLION
+from flockwire.status import Status
 from rich.markup import escape
 from rich.table import Table
 

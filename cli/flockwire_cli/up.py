@@ -17,7 +17,7 @@ from flockwire import clock
 from flockwire.config import Swarm
 from flockwire.director import POLL_PERIOD, Director, Stage, pilots
 from flockwire.faults import Fault
-from flockwire.flight import BILLION
+from flockwire.nanoseconds import BILLION
 from flockwire.session import connect
 from flockwire.wiring import OPERATOR, processes_on
 from rich.console import Console

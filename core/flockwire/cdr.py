@@ -10,6 +10,8 @@ from __future__ import annotations
 from functools import lru_cache
 from struct import Struct, calcsize, error
 
+from flockwire.nanoseconds import BILLION
+
 HEADER = b"\x00\x01\x00\x00"  # little-endian CDR
 LONGEST_SEQUENCE = 4096
 _LENGTH = Struct("<I")
@@ -63,6 +65,11 @@ class Writer:
         size = one(code).size
         self._data += bytes(-(len(self._data) - 4) % size) + several(code, len(values)).pack(*values)
 
+    def time(self, stamp: int) -> None:
+        """Append a builtin_interfaces/Time, from ns."""
+        self.put("i", stamp // BILLION)
+        self.put("I", stamp % BILLION)
+
     def text(self, value: str) -> None:
         """Append a string."""
         raw = value.encode()
@@ -107,6 +114,13 @@ class Reader:
             raise MessageError(f"ends after {len(self._data)} bytes, too soon") from None
         self._at += form.size
         return values
+
+    def time(self) -> int:
+        """Take a builtin_interfaces/Time, in ns."""
+        sec, nanosec = self.take("i"), self.take("I")
+        if nanosec >= BILLION:
+            raise MessageError(f"{nanosec} ns are more than a second")
+        return sec * BILLION + nanosec
 
     def text(self) -> str:
         """Take a string."""

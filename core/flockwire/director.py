@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
-from flockwire.flight import BILLION, Phase
-from flockwire.messages import Mission, Status
+from flockwire.flight import Phase
+from flockwire.messages import Mission
+from flockwire.nanoseconds import BILLION
+from flockwire.status import Status
 from flockwire.wiring import agent_identity
 
 if TYPE_CHECKING:

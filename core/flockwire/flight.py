@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 from flockwire.control.vector import Vector, limit
 from flockwire.messages import Mission, Pose
+from flockwire.nanoseconds import BILLION
 
-BILLION = 1_000_000_000
 NEVER = float("inf")
 HOLDING_GAIN = 1.5  # 1/s, of the loop that keeps a place
 

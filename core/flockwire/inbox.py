@@ -9,8 +9,8 @@ from typing import NamedTuple
 from flockwire.cdr import MessageError
 from flockwire.keys import Key, Row
 from flockwire.messages import Message
+from flockwire.nanoseconds import BILLION
 
-BILLION = 1_000_000_000
 ATTACHMENT = Struct("<qqB16s")  # as rmw_zenoh: sequence number, source time in ns, 16, publisher id
 CANARY = b"flockwire canary"  # what the conformance probe says in place of a message: dropped, and counted as such
 MOST_MISSED = 1_000_000  # a larger gap is somebody's joke, and must not overflow a counter

@@ -12,7 +12,8 @@ from enum import Enum
 from typing import TYPE_CHECKING, NamedTuple
 
 from flockwire.control.graph import LEADER
-from flockwire.messages import Command, Estimate, Message, Mission, Nearby, Pose, Status, Stop, Telemetry
+from flockwire.messages import Command, Estimate, Message, Mission, Nearby, Pose, Stop, Telemetry
+from flockwire.status import Status
 from flockwire.wiring import OPERATOR, agent_identity, identities
 
 if TYPE_CHECKING:

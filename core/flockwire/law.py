@@ -16,7 +16,8 @@ from flockwire.control.airframe_state import Motion
 from flockwire.control.formation import Formation
 from flockwire.control.relay import LeaderMotion
 from flockwire.control.vector import ZERO, Vector
-from flockwire.messages import BILLION, Body
+from flockwire.messages import Body
+from flockwire.nanoseconds import BILLION
 
 if TYPE_CHECKING:
     from flockwire.config import Swarm

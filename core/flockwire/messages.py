@@ -9,14 +9,12 @@ from __future__ import annotations
 
 from enum import IntEnum
 from functools import lru_cache
-from math import isfinite
 from typing import NamedTuple, Protocol, Self
 
 from flockwire.cdr import LONGEST_SEQUENCE, MessageError, Reader, Writer
 from flockwire.control.vector import Vector
 from flockwire.stamped import pack, peek_length, unpack
 
-BILLION = 1_000_000_000
 SMALLEST_BODY = 33  # bytes that a nearby body takes at least
 
 
@@ -194,9 +192,11 @@ class Mission(NamedTuple):
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        writer = _write_header(self.stamp, self.frame)
+        writer = Writer()
+        writer.time(self.stamp)
+        writer.text(self.frame)
         writer.text(self.verb)
-        _write_time(writer, self.start)
+        writer.time(self.start)
         writer.text(self.formation)
         return writer.finish()
 
@@ -204,8 +204,8 @@ class Mission(NamedTuple):
     def decode(cls, data: bytes) -> Self:
         """Read CDR bytes; raises MessageError."""
         reader = Reader(data)
-        stamp, frame, verb = _read_time(reader), reader.text(), reader.text()
-        mission = cls(stamp, frame, verb, _read_time(reader), reader.text())
+        stamp, frame, verb = reader.time(), reader.text(), reader.text()
+        mission = cls(stamp, frame, verb, reader.time(), reader.text())
         reader.end()
         if verb not in MISSION_VERBS:
             raise MessageError(f"there is no mission {verb!r}")
@@ -221,7 +221,9 @@ class Stop(NamedTuple):
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        writer = _write_header(self.stamp, self.frame)
+        writer = Writer()
+        writer.time(self.stamp)
+        writer.text(self.frame)
         writer.text(self.reason)
         return writer.finish()
 
@@ -229,96 +231,11 @@ class Stop(NamedTuple):
     def decode(cls, data: bytes) -> Self:
         """Read CDR bytes; raises MessageError."""
         reader = Reader(data)
-        stop = cls(_read_time(reader), reader.text(), reader.text())
+        stop = cls(reader.time(), reader.text(), reader.text())
         reader.end()
         return stop
-
-
-class Report(NamedTuple):
-    """What a core knows of itself; -1 stands for a figure that does not apply."""
-
-    phase: str
-    detail: str = ""  # what it waits for, or why it is in this phase
-    formation_error: float = -1.0  # m, |x_i - h_i - eta_i|: by its own estimate
-    pose_age: float = -1.0  # s
-    estimate_age: float = -1.0  # s, of the oldest in-neighbour
-    nearby_age: float = -1.0  # s
-    telemetry_age: float = -1.0  # s
-    battery: float = -1.0  # share of full
-
-
-class Status(NamedTuple):
-    """flockwire_msgs/Status: how a process is."""
-
-    stamp: int
-    frame: str
-    identity: str
-    report: Report
-    steps: int
-    late_1ms: int
-    late_5ms: int
-    skipped: int
-    refused: int  # connections
-    cpu: float  # share of one core since the last status
-    resident: int  # bytes
-    rejected: tuple[tuple[str, int], ...]  # key, messages dropped
-    links: tuple[str, ...]  # the processes that it is linked to
-
-    def encode(self) -> bytes:
-        """Return the CDR bytes."""
-        writer, report = _write_header(self.stamp, self.frame), self.report
-        for text in (self.identity, report.phase, report.detail):
-            writer.text(text)
-        ages = (report.pose_age, report.estimate_age, report.nearby_age, report.telemetry_age)
-        writer.put_all("d", report.formation_error, *ages, report.battery, self.cpu)
-        writer.put_all("Q", self.steps, self.late_1ms, self.late_5ms, self.skipped, self.refused, self.resident)
-        writer.texts(tuple(key for key, _ in self.rejected))
-        writer.numbers("Q", tuple(count for _, count in self.rejected))
-        writer.texts(self.links)
-        return writer.finish()
-
-    @classmethod
-    def decode(cls, data: bytes) -> Self:
-        """Read CDR bytes; raises MessageError."""
-        reader = Reader(data)
-        stamp, frame, identity = _read_time(reader), reader.text(), reader.text()
-        phase, detail = reader.text(), reader.text()
-        figures = reader.take_all("d", 7)
-        if not isfinite(sum(figures)):
-            raise MessageError("holds a number that is not finite")
-        steps, late_1ms, late_5ms, skipped, refused, resident = map(int, reader.take_all("Q", 6))
-        keys, rejections, links = reader.texts(), reader.numbers("Q"), reader.texts()
-        reader.end()
-        if len(keys) != len(rejections):
-            raise MessageError(f"{len(keys)} keys with {len(rejections)} counts")
-        rejected = tuple(zip(keys, rejections, strict=True))
-        report = Report(phase, detail, *figures[:6])
-        return cls(
-            stamp, frame, identity, report, steps, late_1ms, late_5ms, skipped, refused, figures[6], resident,
-            rejected, links,
-        )  # fmt: skip
 
 
 @lru_cache(maxsize=256)
 def _bodies(count: int) -> str:
     return "I" + "Bdddd" * count
-
-
-def _write_header(stamp: int, frame: str) -> Writer:
-    writer = Writer()
-    _write_time(writer, stamp)
-    writer.text(frame)
-    return writer
-
-
-def _write_time(writer: Writer, time: int) -> None:
-    sec, nanosec = divmod(time, BILLION)
-    writer.put("i", sec)
-    writer.put("I", nanosec)
-
-
-def _read_time(reader: Reader) -> int:
-    sec, nanosec = reader.take("i"), reader.take("I")
-    if nanosec >= BILLION:
-        raise MessageError(f"{nanosec} ns are more than a second")
-    return sec * BILLION + nanosec

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from flockwire.config import Swarm
 from flockwire.keys import Key
-from flockwire.messages import Message, Report
+from flockwire.messages import Message
 from flockwire.runtime import run_core
+from flockwire.status import Report
 from flockwire.wiring import ROUTER
 
 

@@ -20,11 +20,12 @@ from typing import TYPE_CHECKING
 from flockwire import clock, policy
 from flockwire.credentials import CredentialsError
 from flockwire.detours import DetoursError, read_detours
+from flockwire.nanoseconds import BILLION
 from flockwire.refusals import Refusals
 from flockwire.session import EndpointInUseError, Session, connect
 from flockwire.sources import Prompt
 from flockwire.stepping import Core, Deadlines, StatusTeller, Stepper, at_once, tick_period
-from flockwire.ticker import BILLION, Ticker
+from flockwire.ticker import Ticker
 
 if TYPE_CHECKING:
     from flockwire.config import Swarm

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 
-from flockwire.messages import Command, Estimate, Message, Mission, Nearby, Pose, Status, Stop, Telemetry
+from flockwire.messages import Command, Estimate, Message, Mission, Nearby, Pose, Stop, Telemetry
+from flockwire.status import Status
 
 ROS_TYPES: dict[type[Message], str] = {
     Pose: "geometry_msgs/msg/PoseStamped",

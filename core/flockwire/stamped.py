@@ -7,8 +7,7 @@ from math import isfinite
 from struct import Struct, error
 
 from flockwire.cdr import HEADER, MessageError, layout
-
-BILLION = 1_000_000_000
+from flockwire.nanoseconds import BILLION
 
 
 def pack(stamp: int, frame: str, body: str, *values: object) -> bytes:

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Protocol
 
 from flockwire.inbox import Inbox
 from flockwire.keys import Key, key_text
-from flockwire.messages import Message, Report, Status
+from flockwire.messages import Message
+from flockwire.nanoseconds import BILLION
+from flockwire.status import Report, Status
 
 if TYPE_CHECKING:
     from flockwire.config import Swarm
 
-BILLION = 1_000_000_000
 STATUS_PERIOD = BILLION // 10
 WATCHDOG_PERIODS = 2  # a core with a trigger steps without it after as many periods
 

@@ -14,8 +14,8 @@ from collections.abc import Callable
 from struct import Struct
 
 from flockwire import clock
+from flockwire.nanoseconds import BILLION
 
-BILLION = 1_000_000_000
 _CLOCK_MONOTONIC, _ABSOLUTE = 1, 1
 _TIMES = Struct("@qqqq")  # interval sec, nsec, first expiry sec, nsec
 

@@ -7,7 +7,8 @@ from flockwire.control.graph import LEADER
 from flockwire.control.vector import ZERO, Vector, add, limit, scale, subtract
 from flockwire.flight import NEVER, Flight, Phase, Situation, age, climb, command_stamp, fenced, keep_place, outside
 from flockwire.keys import Key, uav
-from flockwire.messages import Command, FlightState, Message, Mission, Pose, Report, Stop, Telemetry
+from flockwire.messages import Command, FlightState, Message, Mission, Pose, Stop, Telemetry
+from flockwire.status import Report
 
 
 class FlyingLeader:

@@ -9,9 +9,8 @@ from typing import Protocol
 
 from flockwire.control.vector import Vector
 from flockwire.faults import Fault, NoiseBurst, TrackerLoss
+from flockwire.nanoseconds import BILLION
 from flockwire.tables import Gateway
-
-BILLION = 1_000_000_000
 
 
 class Randomness(Protocol):

@@ -13,9 +13,11 @@ from flockwire.control.obstacle import to_axis
 from flockwire.control.vector import Vector, norm, subtract
 from flockwire.faults import Fault
 from flockwire.keys import MISSION, Key, uav
-from flockwire.messages import Body, BodyKind, Message, Mission, Nearby, Pose, Report
+from flockwire.messages import Body, BodyKind, Message, Mission, Nearby, Pose
+from flockwire.nanoseconds import BILLION
+from flockwire.status import Report
 
-from flockwire_mocap.cameras import BILLION, Cameras, Randomness
+from flockwire_mocap.cameras import Cameras, Randomness
 from flockwire_mocap.vicinity import Vicinity
 
 REPEAT = BILLION // 2  # ns between two repetitions of the newest order

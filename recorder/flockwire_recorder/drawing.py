@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from flockwire.control.graph import LEADER
+from flockwire.nanoseconds import BILLION
 from matplotlib import colormaps, rc_context
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from flockwire_recorder.phases import BILLION, Span, airborne, formation_phase
+from flockwire_recorder.phases import Span, airborne, formation_phase
 from flockwire_recorder.reading import Floats, Integers, Trace
 
 if TYPE_CHECKING:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from flockwire.control.formation import Formation
 from flockwire.messages import Mission
+from flockwire.nanoseconds import BILLION
 
 from flockwire_recorder.reading import Floats, Integers, Trace
 
-BILLION = 1_000_000_000
 TAIL = 0.3  # share of the formation phase at its end by which tracking is judged
 
 

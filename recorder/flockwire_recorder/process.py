@@ -12,11 +12,11 @@ from flockwire.cdr import MessageError
 from flockwire.config import Swarm
 from flockwire.inbox import CANARY, read_attachment
 from flockwire.keys import ROWS, key_text
-from flockwire.messages import Report
 from flockwire.refusals import Refusals
 from flockwire.runtime import Deadlines, Teller, ending
 from flockwire.schemas import ROS_TYPES
 from flockwire.session import Session, connect
+from flockwire.status import Report
 from flockwire.ticker import Ticker
 
 from flockwire_recorder.trace import TraceFullError, TraceWriter, describe

@@ -13,7 +13,8 @@ from flockwire.cdr import MessageError
 from flockwire.config import FLOWN, Swarm
 from flockwire.control.graph import LEADER
 from flockwire.keys import ROWS, Key, all_keys, key_text, uav
-from flockwire.messages import Command, Estimate, Message, Mission, Pose, Status, Stop, Telemetry
+from flockwire.messages import Command, Estimate, Message, Mission, Pose, Stop, Telemetry
+from flockwire.status import Status
 from mcap.records import Channel, Metadata
 from mcap.records import Message as Record
 from numpy.typing import NDArray

@@ -5,9 +5,10 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
+from flockwire.nanoseconds import BILLION
 from flockwire.tables import Obstacle
 
-from flockwire_recorder.phases import BILLION, Span
+from flockwire_recorder.phases import Span
 from flockwire_recorder.reading import Floats, Integers, Trace
 from flockwire_recorder.tracking import interpolated
 

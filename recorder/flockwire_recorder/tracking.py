@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from flockwire.nanoseconds import BILLION
 
-from flockwire_recorder.phases import BILLION, Span, offsets
+from flockwire_recorder.phases import Span, offsets
 from flockwire_recorder.reading import Floats, Integers, Series, Trace
 
 SETTLED_BELOW = 0.1  # m

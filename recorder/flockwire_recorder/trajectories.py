@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from flockwire.control.graph import LEADER
+from flockwire.nanoseconds import BILLION
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgba
 from matplotlib.patches import Circle, Polygon
 
 from flockwire_recorder.drawing import DANGER, INK, MOST_POINTS, MUTED, Canvas, title
-from flockwire_recorder.phases import BILLION, Span
+from flockwire_recorder.phases import Span
 from flockwire_recorder.reading import Floats, Integers
 from flockwire_recorder.tracking import formation_errors, interpolated, settling_time
 

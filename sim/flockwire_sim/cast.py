@@ -9,7 +9,8 @@ from flockwire.config import Swarm
 from flockwire.director import POLL_PERIOD, Director, Stage
 from flockwire.faults import Fault
 from flockwire.keys import MISSION, Key
-from flockwire.messages import Message, Mission, Report, Status
+from flockwire.messages import Message, Mission
+from flockwire.status import Report, Status
 from flockwire.stepping import Core
 from flockwire_agent.core import AgentCore
 from flockwire_leader.core import FlyingLeader, VirtualLeader

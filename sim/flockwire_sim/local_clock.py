@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-BILLION = 1_000_000_000
+from flockwire.nanoseconds import BILLION
 
 
 class LocalClock:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from flockwire.faults import ClockStep, Cut, Fault, Freeze, Kill, LinkChange, Partition, Restart
+from flockwire.nanoseconds import BILLION
 from flockwire.wiring import ROUTER
 
-from flockwire_sim.local_clock import BILLION
 from flockwire_sim.network import Conditions, Link
 from flockwire_sim.process import Process
 from flockwire_sim.scheduler import Action, Scheduler

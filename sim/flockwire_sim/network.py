@@ -13,10 +13,11 @@ from dataclasses import dataclass
 from random import Random
 
 from flockwire.keys import Delivery
+from flockwire.nanoseconds import BILLION
 from flockwire.tables import Sim
 
 from flockwire_sim.sample import Parcel
-from flockwire_sim.scheduler import BILLION, Scheduler
+from flockwire_sim.scheduler import Scheduler
 
 HELD_BACK = 0.05  # s, at most, that reordering holds a message back
 AGAIN = 0.2  # s after which a lost event is sent again

@@ -10,10 +10,11 @@ from flockwire.config import Swarm
 from flockwire.inbox import ATTACHMENT, Inbox
 from flockwire.keys import ROWS, Key, Row, key_text
 from flockwire.messages import Message
+from flockwire.nanoseconds import BILLION
 from flockwire.stepping import Core, StatusTeller, Stepper, at_once, tick_period
 from flockwire.wiring import OPERATOR
 
-from flockwire_sim.local_clock import BILLION, LocalClock
+from flockwire_sim.local_clock import LocalClock
 from flockwire_sim.network import Link
 from flockwire_sim.sample import Parcel, Sample, Slot
 from flockwire_sim.scheduler import Scheduler

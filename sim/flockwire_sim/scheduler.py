@@ -6,8 +6,6 @@ from collections.abc import Callable
 from heapq import heappop, heappush
 from typing import Any
 
-BILLION = 1_000_000_000
-
 Action = Callable[[Any], None]
 
 

@@ -11,11 +11,12 @@ from flockwire.director import Director, Stage, pilots
 from flockwire.faults import Fault
 from flockwire.keys import Key
 from flockwire.messages import Mission
+from flockwire.nanoseconds import BILLION
 from flockwire.stepping import Core
 from flockwire.wiring import OPERATOR, ROUTER, identities
 
 from flockwire_sim.cast import OperatorCore, make_core
-from flockwire_sim.local_clock import BILLION, LocalClock
+from flockwire_sim.local_clock import LocalClock
 from flockwire_sim.misfortune import Misfortune
 from flockwire_sim.network import Conditions, Link
 from flockwire_sim.process import MakeCore, Outlet, Process, Tap

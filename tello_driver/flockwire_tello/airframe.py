@@ -13,9 +13,9 @@ from math import exp
 
 from flockwire.control.vector import ZERO, Vector, add, scale, subtract
 from flockwire.messages import FlightState
+from flockwire.nanoseconds import BILLION
 from flockwire.tables import Airframe
 
-BILLION = 1_000_000_000
 GRAVITY = 9.81  # m/s^2
 CONTACT = 0.01  # m above the ground at which a sinking airframe stands
 

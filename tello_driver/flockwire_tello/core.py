@@ -11,9 +11,11 @@ from collections.abc import Iterable
 from flockwire.config import Swarm
 from flockwire.control.vector import ZERO, Vector
 from flockwire.faults import AirframeFailure, AirframeLag, Fault
-from flockwire.flight import BILLION, age
+from flockwire.flight import age
 from flockwire.keys import STOP, Key, uav
-from flockwire.messages import Command, FlightState, Message, Pose, Report, Stop, Telemetry
+from flockwire.messages import Command, FlightState, Message, Pose, Stop, Telemetry
+from flockwire.nanoseconds import BILLION
+from flockwire.status import Report
 from flockwire.stepping import next_due
 from flockwire.tables import Staleness
 

@@ -11,21 +11,11 @@ from typing import Any
 import pytest
 from flockwire.config import Swarm, parse_swarm
 from flockwire.control.vector import Vector, add, scale, subtract
-from flockwire.flight import BILLION, Phase
+from flockwire.flight import Phase
 from flockwire.keys import MISSION, STOP, Key, uav
-from flockwire.messages import (
-    Body,
-    Command,
-    Estimate,
-    FlightState,
-    Mission,
-    Nearby,
-    Pose,
-    Report,
-    Status,
-    Stop,
-    Telemetry,
-)
+from flockwire.messages import Body, Command, Estimate, FlightState, Mission, Nearby, Pose, Stop, Telemetry
+from flockwire.nanoseconds import BILLION
+from flockwire.status import Report, Status
 from flockwire_agent.core import AgentCore
 from flockwire_sim.process import Said
 from flockwire_sim.world import World

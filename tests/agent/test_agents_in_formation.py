@@ -4,9 +4,10 @@ from math import dist
 
 import pytest
 from flockwire.control.vector import add, scale
-from flockwire.flight import BILLION, Phase
+from flockwire.flight import Phase
 from flockwire.keys import MISSION, Key, uav
 from flockwire.messages import Estimate, FlightState, Mission, Nearby, Pose, Telemetry
+from flockwire.nanoseconds import BILLION
 from flockwire_agent.core import AgentCore
 
 BEGAN = 1_790_000_000 * BILLION

@@ -1,5 +1,6 @@
-from flockwire.flight import BILLION, NEVER
+from flockwire.flight import NEVER
 from flockwire.messages import Estimate, Pose
+from flockwire.nanoseconds import BILLION
 from flockwire_agent.neighbourhood import Neighbourhood
 
 T = 1_790_000_000 * BILLION

@@ -1,20 +1,9 @@
 from math import hypot
 
 import pytest
-from flockwire.flight import (
-    BILLION,
-    NEVER,
-    Flight,
-    Phase,
-    Situation,
-    age,
-    climb,
-    command_stamp,
-    fenced,
-    keep_place,
-    outside,
-)
+from flockwire.flight import NEVER, Flight, Phase, Situation, age, climb, command_stamp, fenced, keep_place, outside
 from flockwire.messages import Mission, Pose
+from flockwire.nanoseconds import BILLION
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -5,20 +5,8 @@ from struct import pack
 
 import pytest
 from flockwire.cdr import HEADER, LONGEST_SEQUENCE, MessageError
-from flockwire.messages import (
-    Body,
-    BodyKind,
-    Command,
-    Estimate,
-    FlightState,
-    Mission,
-    Nearby,
-    Pose,
-    Report,
-    Status,
-    Stop,
-    Telemetry,
-)
+from flockwire.messages import Body, BodyKind, Command, Estimate, FlightState, Mission, Nearby, Pose, Stop, Telemetry
+from flockwire.status import Report, Status
 from hypothesis import given
 from hypothesis import strategies as st
 

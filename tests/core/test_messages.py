@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from flockwire.keys import TABLE
 from flockwire.messages import (
-    BILLION,
     MISSION_VERBS,
     Body,
     BodyKind,
@@ -14,12 +13,12 @@ from flockwire.messages import (
     Mission,
     Nearby,
     Pose,
-    Report,
-    Status,
     Stop,
     Telemetry,
 )
+from flockwire.nanoseconds import BILLION
 from flockwire.schemas import DEFINITIONS, ROS_TYPES, schema_text
+from flockwire.status import Report, Status
 from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore

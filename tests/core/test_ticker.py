@@ -1,6 +1,7 @@
 import asyncio
 
-from flockwire.ticker import BILLION, Ticker
+from flockwire.nanoseconds import BILLION
+from flockwire.ticker import Ticker
 
 PERIOD = 0.002
 

@@ -20,9 +20,10 @@ from flockwire import clock, policy
 from flockwire.config import Swarm, load_swarm
 from flockwire.credentials import Credentials
 from flockwire.keys import MISSION
-from flockwire.messages import Mission, Status
+from flockwire.messages import Mission
 from flockwire.pki import make_keys
 from flockwire.session import RouterAbsentError, Session
+from flockwire.status import Status
 from flockwire.wiring import OPERATOR, endpoints, identities
 from flockwire_cli.attackers import Attacker, attacker_configuration
 from flockwire_cli.processes import command

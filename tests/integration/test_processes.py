@@ -13,12 +13,13 @@ from pathlib import Path
 
 from fleet import Fleet, Tower, flockwire
 from flockwire import clock, policy
-from flockwire.flight import BILLION
 from flockwire.keys import Key, key_text, uav
-from flockwire.messages import Message, Report
+from flockwire.messages import Message
+from flockwire.nanoseconds import BILLION
 from flockwire.refusals import Refusals
 from flockwire.runtime import Shell
 from flockwire.session import Session
+from flockwire.status import Report
 from flockwire_recorder.reading import read_trace
 
 MakeSwarm = Callable[..., Path]

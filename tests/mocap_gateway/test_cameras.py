@@ -2,8 +2,9 @@ from random import Random
 from statistics import fmean, pstdev
 
 import pytest
+from flockwire.nanoseconds import BILLION
 from flockwire.tables import Gateway
-from flockwire_mocap.cameras import BILLION, Cameras
+from flockwire_mocap.cameras import Cameras
 
 PLACE = (1.0, 2.0, 3.0)
 FRAME = BILLION // 100

@@ -1,9 +1,9 @@
 from random import Random
 
 import pytest
-from flockwire.flight import BILLION
 from flockwire.keys import MISSION, Key, uav
 from flockwire.messages import Body, BodyKind, Mission, Nearby, Pose
+from flockwire.nanoseconds import BILLION
 from flockwire_mocap.core import GatewayCore
 
 BEGAN = 1_790_000_000 * BILLION

@@ -11,12 +11,13 @@ from random import Random
 import pytest
 from flockwire.config import Swarm, parse_swarm
 from flockwire.keys import MISSION, ROWS, Key, key_text, uav
-from flockwire.messages import Command, Estimate, FlightState, Message, Mission, Nearby, Pose, Report, Status, Telemetry
+from flockwire.messages import Command, Estimate, FlightState, Message, Mission, Nearby, Pose, Telemetry
+from flockwire.nanoseconds import BILLION
 from flockwire.schemas import ROS_TYPES
+from flockwire.status import Report, Status
 from flockwire.wiring import agent_identity
 from flockwire_recorder.trace import TraceWriter, describe
 
-BILLION = 1_000_000_000
 T0 = 1_790_000_000 * BILLION  # mission time 0
 STEP = BILLION // 100
 MS = BILLION // 1000

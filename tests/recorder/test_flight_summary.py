@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from flockwire.keys import Key
 from flockwire.messages import Mission
+from flockwire.nanoseconds import BILLION
 from flockwire.tables import Obstacle
-from flockwire_recorder.phases import BILLION, offsets
+from flockwire_recorder.phases import offsets
 from flockwire_recorder.reading import read_trace
 from flockwire_recorder.separation import surface_distance
 from flockwire_recorder.summary import summarise

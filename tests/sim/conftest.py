@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 import pytest
 from flockwire.config import Swarm
 from flockwire.faults import parse_faults
-from flockwire.flight import BILLION
-from flockwire.messages import Message, Mission, Status
+from flockwire.messages import Message, Mission
+from flockwire.nanoseconds import BILLION
+from flockwire.status import Status
 from flockwire_sim.process import Said
 from flockwire_sim.world import EPOCH, Outcome, World
 

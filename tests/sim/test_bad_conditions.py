@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 from flockwire.config import Swarm
 from flockwire.control.vector import Vector, add
-from flockwire.flight import BILLION
 from flockwire.messages import Pose
+from flockwire.nanoseconds import BILLION
 from flockwire_sim.study.places import random_starts
 from flockwire_sim.study.plan import Starts
 

@@ -9,9 +9,9 @@ from collections.abc import Callable
 import pytest
 from flockwire.config import Swarm
 from flockwire.faults import Kill
-from flockwire.flight import BILLION
 from flockwire.law import Decision, Observation
 from flockwire.messages import Estimate, FlightState, Pose
+from flockwire.nanoseconds import BILLION
 from flockwire_agent.extended_law import ExtendedLaw
 from flockwire_sim.misfortune import refusal
 from flockwire_sim.process import Said

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from flockwire_sim.local_clock import BILLION, LocalClock
+from flockwire.nanoseconds import BILLION
+from flockwire_sim.local_clock import LocalClock
 
 
 def test_offset_and_drift_add_to_the_true_time() -> None:

@@ -6,9 +6,10 @@ from statistics import fmean
 
 import pytest
 from flockwire.keys import ROWS
+from flockwire.nanoseconds import BILLION
 from flockwire_sim.network import HELD_BACK, Conditions, Link
 from flockwire_sim.sample import Sample
-from flockwire_sim.scheduler import BILLION, Scheduler
+from flockwire_sim.scheduler import Scheduler
 
 COUNT = 5000
 PERIOD = BILLION // 100

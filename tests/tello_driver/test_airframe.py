@@ -2,8 +2,9 @@ from math import exp
 
 import pytest
 from flockwire.messages import FlightState
+from flockwire.nanoseconds import BILLION
 from flockwire.tables import Airframe
-from flockwire_tello.airframe import BILLION, SimulatedAirframe
+from flockwire_tello.airframe import SimulatedAirframe
 from hypothesis import given
 from hypothesis import strategies as st
 

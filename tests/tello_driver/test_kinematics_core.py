@@ -1,7 +1,7 @@
 import pytest
-from flockwire.flight import BILLION
 from flockwire.keys import STOP, Key, uav
 from flockwire.messages import Command, FlightState, Stop
+from flockwire.nanoseconds import BILLION
 from flockwire_tello.core import KinematicsCore
 
 BEGAN = 1_790_000_000 * BILLION

@@ -1,0 +1,7 @@
+"""Stamps and clocks are integers, in ns of Unix time: a float would not keep them."""
+
+from __future__ import annotations
+
+from typing import Final
+
+BILLION: Final = 1_000_000_000  # ns in a second
