@@ -36,7 +36,7 @@ class ExtendedLaw:
         self._period = round(self._hold * BILLION)
         self._avoidance = swarm.avoidance
         self._observer = ObserverParameters(swarm.observer.gain, swarm.observer.exponent)
-        constant = swarm.observer.leader_time_constant or leader_time_constant(max(swarm.topology.depths().values()))
+        constant = swarm.observer.leader_time_constant or leader_time_constant(swarm.depth)
         self._track = LeaderTrack(constant)
         self._leader: LeaderMotion | None = None
         self._epoch = 0  # Unix ns that the times of trackers count from

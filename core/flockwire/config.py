@@ -93,6 +93,11 @@ class Swarm(Model):
         """The communication graph."""
         return Graph(self.followers, self.graph.edges)
 
+    @cached_property
+    def depth(self) -> int:
+        """Hops from the leader to the deepest follower."""
+        return max(self.topology.depths().values())
+
     def drone(self, number: int) -> Drone:
         """Return drone `number`; KeyError when the swarm has none."""
         for drone in self.drones:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from math import floor
 
 from flockwire.control.vector import Vector
 
-Cell = tuple[int, int, int]
+Cell = tuple[int, int]
 
 
 class Vicinity:
-    """The `places` (m, by any key), sorted into cubes of `reach` m."""
+    """The `places` (m, by any key), sorted into upright columns of `reach` x `reach` m: few drones share one."""
 
     def __init__(self, places: Mapping[int, Vector], reach: float) -> None:
         self._reach = reach
@@ -22,17 +22,13 @@ class Vicinity:
 
     def round(self, position: Vector) -> list[int]:
         """Return the keys of all places that may be within reach of `position`, in the order of the mapping."""
-        found = [key for cell in _block(self._cell(position)) for key in self._cells.get(cell, ())]
-        return sorted(found, key=self._order.__getitem__)
+        cells, (a, b) = self._cells, self._cell(position)
+        found: list[int] = []
+        for i in (a - 1, a, a + 1):
+            for j in (b - 1, b, b + 1):
+                if (i, j) in cells:
+                    found += cells[i, j]
+        return sorted(found, key=self._order.__getitem__) if len(found) > 1 else found
 
     def _cell(self, place: Vector) -> Cell:
-        reach = self._reach
-        return (floor(place[0] / reach), floor(place[1] / reach), floor(place[2] / reach))
-
-
-def _block(cell: Cell) -> Iterator[Cell]:
-    a, b, c = cell
-    for i in (a - 1, a, a + 1):
-        for j in (b - 1, b, b + 1):
-            for k in (c - 1, c, c + 1):
-                yield (i, j, k)
+        return (floor(place[0] / self._reach), floor(place[1] / self._reach))

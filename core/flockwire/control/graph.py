@@ -47,12 +47,15 @@ class Graph:
 
     def depths(self) -> dict[int, int]:
         """Return the fewest hops from the leader to each node that it reaches; {LEADER: 0} at least."""
+        listeners: dict[int, list[int]] = {}
+        for source, target, _ in self.edges:
+            listeners.setdefault(source, []).append(target)
         depths = {LEADER: 0}
         frontier = [LEADER]
         while frontier:
             reached: list[int] = []
             for source in frontier:
-                for target in self.listeners(source):
+                for target in listeners.get(source, ()):
                     if target not in depths:
                         depths[target] = depths[source] + 1
                         reached.append(target)
