@@ -30,7 +30,7 @@ from flockwire.ticker import Ticker
 if TYPE_CHECKING:
     from flockwire.config import Swarm
 
-__all__ = ["LIFELINE", "Core", "Deadlines", "Shell", "Teller", "ending", "main", "run_core"]
+__all__ = ["LIFELINE", "Core", "Deadlines", "Shell", "ending", "main", "make_teller", "run_core"]
 
 LIFELINE = "FLOCKWIRE_LIFELINE"  # file descriptor whose end means that the parent is gone
 LAST_RESORT = 1.8  # s after the signal to end at which a process ends in any case
@@ -44,7 +44,7 @@ class Shell:
         heard, prompt_keys = policy.hears(swarm, identity), at_once(core)
         resting = [session.newest(key) for key in heard if key not in prompt_keys]
         prompts = [session.prompt(key, self._arrived) for key in heard if key in prompt_keys]
-        teller = Teller(swarm, identity, session, refusals)
+        teller = make_teller(swarm, identity, session, refusals)
         self._stepper = Stepper(core, swarm, resting, [*resting, *prompts], session.publish, teller)
         self._ticker = Ticker(tick_period(core), self._tick)
 
@@ -66,12 +66,9 @@ class Shell:
         self._stepper.tick(lateness, skipped, clock.now())
 
 
-class Teller(StatusTeller):
-    """Tells how this process is, on its session and in its log."""
-
-    def __init__(self, swarm: Swarm, identity: str, session: Session, refusals: Refusals) -> None:
-        vitals = Vitals(session, refusals)
-        super().__init__(swarm, identity, session.publish, vitals, logging.getLogger(identity).info)
+def make_teller(swarm: Swarm, identity: str, session: Session, refusals: Refusals) -> StatusTeller:
+    """Return what tells how this process is, on its session and in its log."""
+    return StatusTeller(swarm, identity, session.publish, Vitals(session, refusals), logging.getLogger(identity).info)
 
 
 class Vitals:

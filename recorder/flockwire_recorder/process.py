@@ -13,7 +13,7 @@ from flockwire.config import Swarm
 from flockwire.inbox import CANARY, read_attachment
 from flockwire.keys import ROWS, key_text
 from flockwire.refusals import Refusals
-from flockwire.runtime import Deadlines, Teller, ending
+from flockwire.runtime import Deadlines, ending, make_teller
 from flockwire.schemas import ROS_TYPES
 from flockwire.session import Session, connect
 from flockwire.status import Report
@@ -34,7 +34,7 @@ class Recorder:
 
     def __init__(self, swarm: Swarm, session: Session, trace: TraceWriter, refusals: Refusals) -> None:
         self._trace = trace
-        self._teller = Teller(swarm, IDENTITY, session, refusals)
+        self._teller = make_teller(swarm, IDENTITY, session, refusals)
         self._deadlines = Deadlines()
         self._rejected: Counter[str] = Counter()
         self._full = ""
