@@ -29,6 +29,12 @@ def refuse(reason: str) -> NoReturn:
     raise typer.Exit(2)
 
 
+def refuse_a_second_trace(out: Path) -> None:
+    """Refuse a folder that has a flight's trace already."""
+    if (out / "trace.mcap").exists():
+        refuse(f"--out = {out}: there is a trace of another flight; name a new folder")
+
+
 def load(path: Path) -> Swarm:
     """Return the swarm of a file, or refuse it."""
     try:

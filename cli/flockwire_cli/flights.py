@@ -15,7 +15,16 @@ from flockwire import clock
 from flockwire.config import SwarmFileError
 from flockwire.credentials import CredentialsError, default_folder
 
-from flockwire_cli.arguments import FaultsFile, Keys, SwarmFile, faults_of, load, made_keys, refuse
+from flockwire_cli.arguments import (
+    FaultsFile,
+    Keys,
+    SwarmFile,
+    faults_of,
+    load,
+    made_keys,
+    refuse,
+    refuse_a_second_trace,
+)
 
 app = typer.Typer()
 
@@ -58,8 +67,7 @@ def up(
     if cannot := refusal(wrong, loaded, here):
         refuse(f"{faults}: {cannot}")
     folder = out or Path("runs") / f"{loaded.name}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
-    if (folder / "trace.mcap").exists():
-        refuse(f"--out = {folder}: there is a trace of another flight; name a new folder")
+    refuse_a_second_trace(folder)
     flight = Flight(loaded, swarm, here, duration, folder, made_keys(loaded, keys, here), headless, wrong, faults)
     try:
         failure = asyncio.run(fly(flight))
@@ -93,8 +101,7 @@ def sim(
             refuse(f"--out = {out}: with --no-trace nothing is written")
         raise typer.Exit(simulate_in_memory(loaded, seed, duration, wrong))
     folder = out or Path("runs") / f"{loaded.name}-sim-{seed}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
-    if (folder / "trace.mcap").exists():
-        refuse(f"--out = {folder}: there is a trace of another flight; name a new folder")
+    refuse_a_second_trace(folder)
     try:
         status = simulate(loaded, swarm.read_text(encoding="utf-8"), seed, duration, wrong, folder)
     except OSError as error:

@@ -8,7 +8,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from flockwire_cli.arguments import FaultsFile, Keys, Number, SwarmFile, faults_of, load, refuse
+from flockwire_cli.arguments import FaultsFile, Keys, Number, SwarmFile, faults_of, load, refuse, refuse_a_second_trace
 
 app = typer.Typer()
 
@@ -71,8 +71,7 @@ def recorder(
     from flockwire_recorder.process import run  # noqa: PLC0415
 
     loaded = load(swarm)
-    if (out / "trace.mcap").exists():
-        refuse(f"--out = {out}: there is a trace of another flight; name a new folder")
+    refuse_a_second_trace(out)
     _serve("recorder", run(loaded, swarm.read_text(encoding="utf-8"), out, keys))
 
 

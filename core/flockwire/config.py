@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import re
-import tomllib
 from functools import cached_property
 from pathlib import Path
 
@@ -33,6 +32,7 @@ from flockwire.tables import (
     Obstacle,
     Sim,
 )
+from flockwire.toml_file import read_toml
 
 FLOWN = "flown"  # the context in which to read the swarm of a flight that is over: its law need not be here
 
@@ -124,13 +124,7 @@ def load_swarm(path: Path) -> Swarm:
 
 def load_table(path: Path) -> dict[str, object]:
     """Read a swarm file, with the key frames it names, as it is; raises SwarmFileError where that cannot be done."""
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "is not UTF-8 text"
-        raise SwarmFileError(f"{path}: cannot read the swarm file: {reason}") from error
-    except tomllib.TOMLDecodeError as error:
-        raise SwarmFileError(f"{path}: not TOML: {error}") from error
+    table = read_toml(path, "swarm file", SwarmFileError)
     for name, formation in [("formation", table.get("formation")), *_tables(table, "formations")]:
         if isinstance(formation, dict) and formation.get("kind") == "key_frames" and "file" in formation:
             formation["frames"] = _read_key_frames(path, name, str(formation["file"]))

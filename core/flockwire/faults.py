@@ -12,7 +12,6 @@ machine can really do to its processes and their links (all but SIM_ONLY, and of
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -22,6 +21,7 @@ from pydantic import ConfigDict, Field, ValidationError
 from flockwire import policy
 from flockwire.config import error_lines
 from flockwire.tables import Finite, Model, NotNegative, Positive, Probability
+from flockwire.toml_file import read_toml
 from flockwire.wiring import identities
 
 if TYPE_CHECKING:
@@ -149,14 +149,7 @@ class _File(Model):
 
 def load_faults(path: Path, swarm: Swarm) -> tuple[Fault, ...]:
     """Read and check the faults for `swarm` in the file `path`; raises FaultFileError."""
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "is not UTF-8 text"
-        raise FaultFileError(f"{path}: cannot read the faults: {reason}") from error
-    except tomllib.TOMLDecodeError as error:
-        raise FaultFileError(f"{path}: not TOML: {error}") from error
-    return parse_faults(table, swarm, str(path))
+    return parse_faults(read_toml(path, "faults", FaultFileError), swarm, str(path))
 
 
 def parse_faults(table: dict[str, object], swarm: Swarm, origin: str) -> tuple[Fault, ...]:

@@ -23,7 +23,6 @@ probability = 0.5
 from __future__ import annotations
 
 import json
-import tomllib
 from hashlib import blake2b
 from itertools import product
 from pathlib import Path
@@ -32,6 +31,7 @@ from typing import Annotated, Any
 
 from flockwire.config import error_lines
 from flockwire.tables import Finite, Model, Positive, Probability
+from flockwire.toml_file import read_toml
 from pydantic import Field, JsonValue, ValidationError, model_validator
 
 Point = tuple[tuple[str, JsonValue], ...]  # one combination of the grid: key, value
@@ -131,15 +131,7 @@ class Plan(Model):
 def load_plan(path: Path | None, options: dict[str, object]) -> Plan:
     """Read a study file (none: all defaults); `options` go before its keys. Raises StudyError."""
     origin = str(path) if path is not None else "options"
-    table: dict[str, object] = {}
-    if path is not None:
-        try:
-            table = tomllib.loads(path.read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "is not UTF-8 text"
-            raise StudyError(f"{path}: cannot read the study: {reason}") from error
-        except tomllib.TOMLDecodeError as error:
-            raise StudyError(f"{path}: not TOML: {error}") from error
+    table = read_toml(path, "study", StudyError) if path is not None else {}
     try:
         return Plan.model_validate_json(json.dumps(_spelled_out(table | options), default=str))
     except ValidationError as error:
