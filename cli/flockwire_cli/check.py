@@ -115,7 +115,7 @@ def _observer_warnings(swarm: Swarm) -> Iterator[str]:
                 f"theta = {result.margin:.3f} <= 0: Lemma 3 does not prove convergence; observer.gain = "
                 f"{observer.gain:g} must be above {smallest:.2f} m/s"
             )
-    deepest = max(graph.depths().values())
+    deepest = swarm.depth
     if deepest > DEEP:
         yield f"the deepest drone is {deepest} hops from the leader: noise and delay grow with every hop beyond {DEEP}"
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -19,11 +20,31 @@ BACKLOG = 256  # samples of one key that wait for a step; beyond, the oldest is 
 Subscription = zenoh.Subscriber[zenoh.Handler[zenoh.Sample]]
 
 
-class Newest:
+class Source(ABC):
+    """The newest sample of the key of `inbox`."""
+
+    def __init__(self, inbox: Inbox) -> None:
+        self.inbox = inbox
+
+    @abstractmethod
+    def take(self, now: int) -> Received | None:
+        """Return the newest message that came since the last call and was accepted, None when there is none."""
+
+    def message(self, now: int) -> Message | None:
+        """Return only the message of what `take` returns."""
+        received = self.take(now)
+        return None if received is None else received.message
+
+    def _count(self, samples: int) -> None:
+        if samples >= BACKLOG:
+            self.inbox.rejected["overflow"] += 1
+
+
+class Newest(Source):
     """The newest sample of a key, read when a step wants it; all others are judged and counted on the way."""
 
     def __init__(self, inbox: Inbox, subscriber: Subscription) -> None:
-        self.inbox = inbox
+        super().__init__(inbox)
         self._subscriber = subscriber
 
     def take(self, now: int) -> Received | None:
@@ -31,21 +52,15 @@ class Newest:
         newest, count = None, 0
         while (sample := self._subscriber.try_recv()) is not None:
             newest, count = self.inbox.accept(*_bytes(sample), now) or newest, count + 1
-        if count >= BACKLOG:
-            self.inbox.rejected["overflow"] += 1
+        self._count(count)
         return newest
 
-    def message(self, now: int) -> Message | None:
-        """Return only the message of what `take` returns."""
-        received = self.take(now)
-        return None if received is None else received.message
 
-
-class Prompt:
+class Prompt(Source):
     """The newest sample of a key, announced as soon as it arrives; all others are judged and counted on the way."""
 
     def __init__(self, inbox: Inbox, wake: Callable[[Prompt], None]) -> None:
-        self.inbox = inbox
+        super().__init__(inbox)
         self._wake = wake
         self._loop = asyncio.get_running_loop()
         self._waiting: deque[zenoh.Sample] = deque(maxlen=BACKLOG)
@@ -67,14 +82,8 @@ class Prompt:
         newest, count = None, len(self._waiting)
         for _ in range(count):
             newest = self.inbox.accept(*_bytes(self._waiting.popleft()), now) or newest
-        if count >= BACKLOG:
-            self.inbox.rejected["overflow"] += 1
+        self._count(count)
         return newest
-
-    def message(self, now: int) -> Message | None:
-        """Return only the message of what `take` returns."""
-        received = self.take(now)
-        return None if received is None else received.message
 
 
 def _bytes(sample: zenoh.Sample) -> tuple[bytes, bytes]:
