@@ -13,10 +13,12 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 COMPILED = (
     "core/flockwire/control",
+    *(f"core/flockwire/wire/{name}.py" for name in ("cdr", "inbox", "messages", "stamped", "status")),
     *(
-        f"core/flockwire/{name}.py"
-        for name in ("cdr", "flight", "inbox", "law", "messages", "stamped", "status", "stepping")
+        f"core/flockwire/flight/{name}.py"
+        for name in ("avoidance", "guard", "ladder", "phases", "stepping", "surroundings")
     ),
+    "core/flockwire/law.py",
     "agent/flockwire_agent",
     "leader/flockwire_leader/core.py",
     *(f"mocap_gateway/flockwire_mocap/{name}.py" for name in ("cameras", "core", "vicinity")),

@@ -20,7 +20,7 @@ from math import cos, pi, sin
 from pathlib import Path
 
 from flockwire import clock
-from flockwire.ticker import Ticker
+from flockwire.runtime.ticker import Ticker
 from flockwire_recorder.reading import read_trace
 
 FLOOR_SAMPLES = 300

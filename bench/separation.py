@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from flockwire.config import load_swarm
+from flockwire.loading import load_swarm
 
 FILES = Path(__file__).parent / "separation"
 

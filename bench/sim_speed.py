@@ -13,8 +13,9 @@ from math import ceil, sqrt
 from pathlib import Path
 
 from flockwire import clock
-from flockwire.config import Swarm, load_swarm, parse_swarm
 from flockwire.control import vector
+from flockwire.loading import load_swarm, parse_swarm
+from flockwire.swarm.model import Swarm
 from flockwire_sim.recording import TraceFile
 from flockwire_sim.world import World
 

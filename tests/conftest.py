@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from flockwire.config import Swarm, parse_swarm
+from flockwire.loading import parse_swarm
+from flockwire.swarm.model import Swarm
 from hypothesis import settings
 
 settings.register_profile("flockwire", derandomize=True, deadline=None, max_examples=100)

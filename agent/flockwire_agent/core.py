@@ -6,10 +6,13 @@ from collections.abc import Callable, Sequence
 from math import dist
 from typing import Any
 
-from flockwire.config import Swarm
 from flockwire.control.airframe_state import AirframeState, Motion
 from flockwire.control.vector import ZERO, Vector, add, limit, scale
-from flockwire.flight import (
+from flockwire.flight.avoidance import repulsion
+from flockwire.flight.cores import Start
+from flockwire.flight.guard import Guard
+from flockwire.flight.ladder import Inputs, all_well, hold_reason, land_reason, shown, speed_limit, unready_reason
+from flockwire.flight.phases import (
     IN_FLIGHT,
     NEVER,
     Flight,
@@ -22,27 +25,27 @@ from flockwire.flight import (
     keep_place,
     outside,
 )
-from flockwire.keys import MISSION, STOP, Key, uav
-from flockwire.law import Decision, Law, Observation, Reference, check_decision, load_law
-from flockwire.messages import Body, Command, Estimate, FlightState, Message, Mission, Pose, Stop, Telemetry
+from flockwire.flight.surroundings import Surroundings
+from flockwire.law import Decision, Law, Observation, Reference, check_decision
+from flockwire.loading import load_law
 from flockwire.nanoseconds import BILLION
-from flockwire.status import Report
+from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.keys import MISSION, STOP, Key
+from flockwire.wire.messages import Body, Command, Estimate, FlightState, Message, Mission, Pose, Stop, Telemetry
+from flockwire.wire.status import Report
 
-from flockwire_agent.avoidance import repulsion
-from flockwire_agent.guard import Guard
-from flockwire_agent.ladder import Inputs, all_well, hold_reason, land_reason, shown, speed_limit, unready_reason
 from flockwire_agent.neighbourhood import Neighbourhood
-from flockwire_agent.surroundings import Surroundings
 
 AIRBORNE = frozenset({FlightState.FLYING, FlightState.LANDING})
 LONGEST_STEP = 0.1  # s: after a longer pause the observer goes on as if only this had passed
 
 
 class AgentCore:
-    """Follower `number` of `swarm`, begun at `now` (Unix ns)."""
+    """Follower `number` of `swarm`, started at `now` (Unix ns)."""
 
     def __init__(self, swarm: Swarm, number: int, now: int) -> None:
-        self.trigger = Key("pose", uav(number))
+        self._pose_key = Key("pose", uav(number))
+        self.triggers = frozenset({self._pose_key})
         self.prompt: frozenset[Key] = frozenset()
         self.period = 1.0 / swarm.control.rate_hz
         self._swarm, self._number, self._born = swarm, number, now
@@ -71,7 +74,7 @@ class AgentCore:
         self._take: dict[Key, Callable[[Any], None]] = {  # what to do with a message, by its key
             **{Key("pose", uav(j)): self._neighbourhood.hear_pose(j) for j in neighbours},
             **{Key("estimate", uav(j)): self._neighbourhood.hear_estimate(j) for j in neighbours},
-            self.trigger: self._measured,
+            self._pose_key: self._measured,
             Key("nearby", uav(number)): self._surroundings.see,
             Key("telemetry", uav(number)): self._told,
             MISSION: self._ordered,
@@ -83,6 +86,10 @@ class AgentCore:
         take = self._take.get(key)
         if take is not None:
             take(message)
+
+    def due(self, key: Key) -> bool:
+        """Return True: each own pose calls for a step."""
+        return True
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Observe, decide, command: what to publish at `now`."""
@@ -97,7 +104,7 @@ class AgentCore:
         motion: Motion | None = None
         bodies: Sequence[Body] = ()
         if pose is not None:
-            bodies = self._surroundings.bodies(pose, self._neighbourhood)
+            bodies = self._surroundings.bodies(pose, self._neighbourhood.positions)
             if fresh:
                 motion = self._airframe.measure(pose.position, (pose.stamp - self._born) / BILLION, since_birth)
         seen = Observation(dt, stamp, motion, heard, bodies, self._reference)
@@ -229,3 +236,8 @@ class AgentCore:
         """Return the velocity to command without a fresh pose: straight down when landing, else none."""
         landing = self._flight.phase is Phase.LANDING
         return (0.0, 0.0, -self._limits.vertical_speed) if landing else ZERO
+
+
+def make_core(start: Start) -> AgentCore:
+    """Return the core of one follower's agent."""
+    return AgentCore(start.plan.swarm, start.drone, start.now)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from flockwire.config import Swarm
 from flockwire.control.feed_forward import lead, stopping_reference
 from flockwire.control.graph import LEADER
 from flockwire.control.leader_track import LeaderTrack, leader_time_constant
@@ -19,8 +18,9 @@ from flockwire.control.relay import LeaderMotion, relay_step
 from flockwire.control.sidestep import Impatience, sidestep
 from flockwire.control.vector import ZERO, Vector, add, limit, norm, scale, subtract
 from flockwire.law import Decision, Heard, Observation, Reference
-from flockwire.messages import Body, BodyKind
 from flockwire.nanoseconds import BILLION
+from flockwire.swarm.model import Swarm
+from flockwire.wire.messages import Body, BodyKind
 
 PATIENCE = 3.0  # s
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from flockwire.control.graph import LEADER
 from flockwire.control.relay import LeaderMotion
 from flockwire.control.vector import Vector
-from flockwire.flight import NEVER, age
+from flockwire.flight.phases import NEVER, age
 from flockwire.law import Heard
-from flockwire.messages import Estimate, Pose
 from flockwire.nanoseconds import BILLION
+from flockwire.wire.messages import Estimate, Pose
 
 
 @dataclass(slots=True)

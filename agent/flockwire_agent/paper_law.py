@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from flockwire.config import Swarm
 from flockwire.control.observer import ObserverParameters, explicit_step, implicit_step, rate_estimate
 from flockwire.control.protocol import ProtocolParameters, control_input
 from flockwire.control.relay import LeaderMotion
 from flockwire.control.vector import ZERO, Vector
+from flockwire.flight.avoidance import repulsion
 from flockwire.law import Decision, Observation
-
-from flockwire_agent.avoidance import repulsion
+from flockwire.swarm.model import Swarm
 
 
 class PaperLaw:

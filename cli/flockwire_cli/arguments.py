@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 from flockwire import clock
-from flockwire.config import Swarm, SwarmFileError, load_swarm
-from flockwire.credentials import CredentialsError, default_folder, load_credentials
-from flockwire.wiring import OPERATOR, processes_on
+from flockwire.loading import SwarmFileError, load_swarm
+from flockwire.security.credentials import CredentialsError, default_folder, load_credentials
+from flockwire.swarm.model import Swarm
+from flockwire.wire.plan import Plan
+from flockwire.wire.processes import OPERATOR
 
 if TYPE_CHECKING:
-    from flockwire.faults import Fault
+    from flockwire.flight.faults import Fault
 
 SwarmFile = Annotated[Path, typer.Argument(metavar="SWARM", help="The swarm file (TOML).")]
 Keys = Annotated[
@@ -35,20 +37,20 @@ def refuse_a_second_trace(out: Path) -> None:
         refuse(f"--out = {out}: there is a trace of another flight; name a new folder")
 
 
-def load(path: Path) -> Swarm:
-    """Return the swarm of a file, or refuse it."""
+def load(path: Path) -> Plan:
+    """Return the plan of a file's swarm, or refuse the file."""
     try:
-        return load_swarm(path)
+        return Plan(load_swarm(path))
     except SwarmFileError as error:
         refuse(str(error))
 
 
-def faults_of(path: Path | None, swarm: Swarm) -> tuple[Fault, ...]:
-    """Return what a file of faults does to `swarm`, nothing without a file; or refuse it."""
-    from flockwire.faults import FaultFileError, load_faults  # noqa: PLC0415
+def faults_of(path: Path | None, plan: Plan) -> tuple[Fault, ...]:
+    """Return the faults of a file, none without one; or refuse it."""
+    from flockwire.flight.faults import FaultFileError, load_faults  # noqa: PLC0415
 
     try:
-        return load_faults(path, swarm) if path is not None else ()
+        return load_faults(path, plan) if path is not None else ()
     except FaultFileError as error:
         refuse(str(error))
 
@@ -57,24 +59,27 @@ def warn_of(swarm: Swarm) -> None:
     """Say so when nothing protects the swarm."""
     if swarm.network.security == "none":
         print(
-            "flockwire: warning: network.security = 'none': whoever reaches a port hears and says all", file=sys.stderr
+            "flockwire: warning: network.security = 'none': whoever reaches a port reads and writes all",
+            file=sys.stderr,
         )
 
 
-def made_keys(swarm: Swarm, keys: Path | None, host: str) -> Path:
+def made_keys(plan: Plan, keys: Path | None, host: str) -> Path:
     """Return the folder of the certificates, after making what it lacks where the authority's key is or may be here."""
-    from flockwire.pki import make_keys  # noqa: PLC0415
+    from flockwire.security.pki import make_keys  # noqa: PLC0415
 
+    swarm = plan.swarm
     folder = keys or default_folder(swarm.name)
     warn_of(swarm)
     first = next(iter(swarm.hosts)) == host  # another host's keys come from the first one
     here = (first and not (folder / "ca.crt").exists()) or (folder / "authority" / "ca.key").exists()
     if swarm.network.security == "mtls":
         if here:
-            written(folder, lambda: make_keys(swarm, folder, clock.utc()))
+            written(folder, lambda: make_keys(plan, folder, clock.utc()))
         try:
-            for identity in (*processes_on(swarm, host), OPERATOR):
-                load_credentials(folder, identity, clock.utc())
+            for identity in (*plan.processes_on(host), OPERATOR.kind):
+                if identity in plan.certified:
+                    load_credentials(folder, identity, clock.utc())
         except CredentialsError as error:
             refuse(str(error))
     return folder

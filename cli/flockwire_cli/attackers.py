@@ -15,11 +15,10 @@ from typing import Any
 
 import zenoh
 from flockwire import clock
-from flockwire.config import Swarm
-from flockwire.credentials import Credentials
-from flockwire.inbox import CANARY, attachment
-from flockwire.keys import Key, all_keys, key_text
-from flockwire.wiring import endpoints
+from flockwire.security.credentials import Credentials
+from flockwire.wire.inbox import CANARY, attachment
+from flockwire.wire.keys import Key
+from flockwire.wire.plan import Plan
 
 MODES = ("peer", "client", "router")
 LINK_TIME = 0.8  # s that an attacker gives the swarm to accept it
@@ -41,14 +40,14 @@ class Attacker:
 class Attack:
     """One attacker's sessions: one that dials every endpoint, as client one for each. Use it as a context manager."""
 
-    def __init__(self, swarm: Swarm, attacker: Attacker, authority: str) -> None:
+    def __init__(self, plan: Plan, attacker: Attacker, authority: str) -> None:
         self.heard: set[str] = set()
         self.answered: set[str] = set()
-        self._swarm, self._attacker = swarm, attacker
-        self._keys = {key_text(swarm, key): key for key in all_keys(swarm)}
+        self._plan, self._attacker = plan, attacker
+        self._keys = {plan.text(key): key for key in plan.keys}
         self._held: list[object] = []
         self._numbers = count()
-        targets = [f"tls/{endpoint}" for endpoint in endpoints(swarm).values()]
+        targets = [f"tls/{endpoint}" for endpoint in plan.endpoints.values()]
         groups = [[target] for target in targets] if attacker.mode == "client" else [targets]
         self._links_wanted = len(targets)
         self._sessions: list[zenoh.Session] = []
@@ -72,8 +71,8 @@ class Attack:
 
     def listen(self) -> None:
         """Subscribe to every key, exactly and by wildcards, in every way there is; `heard` and `answered` fill."""
-        name = self._swarm.name
-        patterns = (*self._keys, "**", f"{name}/**", f"{name}/*/estimate", f"{name}/*/pose", "*/uav1/*")
+        name = self._plan.swarm.name
+        patterns = (*self._keys, "**", f"{name}/**", f"{name}/*/estimate", f"{name}/*/pose", "*/*/*")
         for session in self._sessions:
             liveliness = session.liveliness()
             for pattern in patterns:
@@ -88,8 +87,8 @@ class Attack:
     def forge(self) -> None:
         """Say a canary on every key, delete every key, and offer to answer for all of them."""
         for session in self._sessions:
-            self._hold(session.declare_queryable(f"{self._swarm.name}/**", _direct(lambda _: None)))
-            self._hold(session.liveliness().declare_token(f"{self._swarm.name}/uav1/alive"))
+            self._hold(session.declare_queryable(f"{self._plan.swarm.name}/**", _direct(lambda _: None)))
+            self._hold(session.liveliness().declare_token(f"{self._plan.swarm.name}/alive"))
         for _ in range(TRIES):
             for session in self._sessions:
                 for text in self._keys:

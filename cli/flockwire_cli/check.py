@@ -5,25 +5,25 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import inf, sqrt
 
-from flockwire import policy
-from flockwire.config import Swarm
 from flockwire.control.convergence import convergence, smallest_observer_gain
 from flockwire.control.depth import motion_error, noise_gain
 from flockwire.control.graph import LEADER
 from flockwire.control.leader_track import leader_time_constant
 from flockwire.control.stability import critical_gain, smallest_smoothing
 from flockwire.control.survey import survey
-from flockwire.rules import SURVEY_HORIZON, SURVEY_SAMPLES
-from flockwire.wiring import endpoints
-from flockwire_agent.guard import Guard
+from flockwire.flight.guard import Guard
+from flockwire.swarm.model import Swarm, uav
+from flockwire.swarm.rules import SURVEY_HORIZON, SURVEY_SAMPLES
+from flockwire.wire.plan import Plan
 
 DEPTH_HORIZON = 40.0  # s of the leader's trajectory that are looked at
 DEEP = 6  # hops beyond which noise and news of the leader take their toll
 
 
-def describe(swarm: Swarm) -> str:
+def describe(plan: Plan) -> str:
     """Return the description that `check` prints."""
-    parts = (_graph(swarm), ("",), _lemma(swarm), _depth(swarm), ("",), _formations(swarm), ("",), _links(swarm))
+    swarm = plan.swarm
+    parts = (_graph(swarm), ("",), _lemma(swarm), _depth(swarm), ("",), _formations(swarm), ("",), _links(plan))
     return "\n".join(line for part in (*parts, _warned(swarm)) for line in part)
 
 
@@ -34,9 +34,9 @@ def _graph(swarm: Swarm) -> Iterator[str]:
     yield "who hears whom (weight)                     hops from the leader"
     for i in swarm.followers:
         heard = ", ".join(
-            f"{'leader' if j == LEADER else f'uav{j}'} ({weight:g})" for j, weight in graph.neighbours(i).items()
+            f"{'leader' if j == LEADER else uav(j)} ({weight:g})" for j, weight in graph.neighbours(i).items()
         )
-        yield f"  uav{i:<4} hears {heard:<36} {depths[i]}"
+        yield f"  {uav(i):<7} hears {heard:<36} {depths[i]}"
 
 
 def _lemma(swarm: Swarm) -> Iterator[str]:
@@ -59,7 +59,7 @@ def _depth(swarm: Swarm) -> Iterator[str]:
     noise = 1e3 * swarm.gateway.noise * noise_gain(constant, age, period)
     moving = 1e3 * motion_error(swarm.leader.trajectory.build(), constant, age, period, DEPTH_HORIZON)
     yield (
-        f"  deepest: uav{deepest}, {depths[deepest]} hops, news up to {1e3 * age:.0f} ms old; its estimate errs by "
+        f"  deepest: {uav(deepest)}, {depths[deepest]} hops, news up to {1e3 * age:.0f} ms old; its estimate errs by "
         f"{noise:.2f} mm per axis from noise (standard deviation), {moving:.2f} mm at most from the leader's turns"
     )
 
@@ -76,10 +76,10 @@ def _formations(swarm: Swarm) -> Iterator[str]:
         yield f"  reaches  [{reach}] m from the leader; fence {list(limits.fence.min)} to {list(limits.fence.max)}"
 
 
-def _links(swarm: Swarm) -> Iterator[str]:
+def _links(plan: Plan) -> Iterator[str]:
     yield "process       listens at            linked to"
-    for identity, endpoint in endpoints(swarm).items():
-        yield f"  {identity:<11} {endpoint:<21} {', '.join(policy.links(swarm, identity))}"
+    for identity, endpoint in plan.endpoints.items():
+        yield f"  {identity:<11} {endpoint:<21} {', '.join(plan.links[identity])}"
 
 
 def _warned(swarm: Swarm) -> Iterator[str]:
@@ -157,6 +157,6 @@ def _oscillation(swarm: Swarm, number: int) -> Iterator[str]:
         else f"control.formation_gain = {control.formation_gain:g} alone is too high for it"
     )
     yield (
-        f"uav{number} will oscillate: gain K + phi/eps = {slope:.0f} /s, its airframe (lag {frame.lag:g} s, delays "
+        f"{uav(number)} will oscillate: gain K + phi/eps = {slope:.0f} /s, its airframe (lag {frame.lag:g} s, delays "
         f"{delay:.3f} s) bears {critical:.1f} /s; {cure}"
     )

@@ -12,8 +12,8 @@ from typing import Annotated
 
 import typer
 from flockwire import clock
-from flockwire.config import SwarmFileError
-from flockwire.credentials import CredentialsError, default_folder
+from flockwire.loading import SwarmFileError
+from flockwire.security.credentials import CredentialsError, default_folder
 
 from flockwire_cli.arguments import (
     FaultsFile,
@@ -32,13 +32,13 @@ app = typer.Typer()
 @app.command()
 def check(swarm: SwarmFile, keys: Keys = None) -> None:
     """Validate a swarm file; print its graph, observer bounds, formations, links and warnings."""
-    from flockwire.pki import expiring  # noqa: PLC0415
+    from flockwire.security.pki import expiring  # noqa: PLC0415
 
     from flockwire_cli.check import describe  # noqa: PLC0415  (numpy)
 
-    loaded = load(swarm)
-    print(describe(loaded))
-    for line in expiring(loaded, keys or default_folder(loaded.name), clock.utc()):
+    plan = load(swarm)
+    print(describe(plan))
+    for line in expiring(plan, keys or default_folder(plan.swarm.name), clock.utc()):
         print(f"warning: {line}")
 
 
@@ -53,22 +53,23 @@ def up(
     faults: FaultsFile = None,
 ) -> None:
     """Start all processes of this host, fly, land, report."""
-    from flockwire_cli.misfortune import refusal  # noqa: PLC0415
+    from flockwire_cli.fault_injection import refusal  # noqa: PLC0415
     from flockwire_cli.processes import PortInUseError  # noqa: PLC0415
-    from flockwire_cli.up import Flight, conclude, fly  # noqa: PLC0415
+    from flockwire_cli.up import UpOptions, conclude, fly  # noqa: PLC0415
 
     if not isfinite(duration):
         refuse(f"--duration = {duration}: must be a number of seconds; 0 flies until Ctrl-C")
-    loaded = load(swarm)
-    wrong = faults_of(faults, loaded)
+    plan = load(swarm)
+    loaded = plan.swarm
+    wrong = faults_of(faults, plan)
     if host is not None and host not in loaded.hosts:
         refuse(f"--host = {host!r}: must be one of {sorted(loaded.hosts)} ([hosts])")
     here = host or next(iter(loaded.hosts))
-    if cannot := refusal(wrong, loaded, here):
+    if cannot := refusal(wrong, plan, here):
         refuse(f"{faults}: {cannot}")
     folder = out or Path("runs") / f"{loaded.name}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
     refuse_a_second_trace(folder)
-    flight = Flight(loaded, swarm, here, duration, folder, made_keys(loaded, keys, here), headless, wrong, faults)
+    flight = UpOptions(plan, swarm, here, duration, folder, made_keys(plan, keys, here), headless, wrong, faults)
     try:
         failure = asyncio.run(fly(flight))
     except (PortInUseError, CredentialsError) as error:
@@ -88,13 +89,14 @@ def sim(
     no_trace: Annotated[bool, typer.Option("--no-trace", help="Write nothing, only print the figures.")] = False,
 ) -> None:
     """Fly the same swarm in virtual time, many times faster; report."""
-    from flockwire_sim.misfortune import refusal  # noqa: PLC0415
+    from flockwire_sim.fault_injection import refusal  # noqa: PLC0415
 
     from flockwire_cli.sim import simulate, simulate_in_memory  # noqa: PLC0415
 
-    loaded = load(swarm)
-    wrong = faults_of(faults, loaded)
-    if cannot := refusal(wrong):
+    plan = load(swarm)
+    loaded = plan.swarm
+    wrong = faults_of(faults, plan)
+    if cannot := refusal(wrong, plan):
         refuse(f"{faults}: {cannot}")
     if no_trace:
         if out is not None:
@@ -124,11 +126,11 @@ def study(
     scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="Of a Dask cluster, which flies instead.")] = "",
 ) -> None:
     """Fly the swarm many times in virtual time, each time a little different; tell how often all goes well."""
-    from flockwire_sim.study.plan import StudyError  # noqa: PLC0415
+    from flockwire_sim.study.file import StudyError  # noqa: PLC0415
 
     from flockwire_cli import study as studies  # noqa: PLC0415  (numpy)
 
-    loaded = load(swarm)
+    loaded = load(swarm).swarm
     folder = out or Path("runs") / f"{loaded.name}-study-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
     try:
         options = studies.options_of(runs, seed, duration, random_starts)
@@ -150,11 +152,11 @@ def probe(
     from flockwire_cli.probe import run  # noqa: PLC0415
     from flockwire_cli.processes import PortInUseError  # noqa: PLC0415
 
-    loaded = load(swarm)
-    if loaded.network.security == "none":
-        refuse("network.security = 'none': there is nothing to prove; whoever reaches a port hears and says all")
+    plan = load(swarm)
+    if plan.swarm.network.security == "none":
+        refuse("network.security = 'none': there is nothing to prove; whoever reaches a port reads and writes all")
     try:
-        found = asyncio.run(run(loaded, swarm, made_keys(loaded, keys, next(iter(loaded.hosts))), out))
+        found = asyncio.run(run(plan, swarm, made_keys(plan, keys, next(iter(plan.swarm.hosts))), out))
     except (PortInUseError, CredentialsError, FileNotFoundError) as error:
         refuse(str(error))
     if found:

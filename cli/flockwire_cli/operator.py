@@ -1,31 +1,31 @@
-"""The operator: hears how everybody is, and gives orders."""
+"""The operator: receives how everybody is, and gives orders."""
 
 from __future__ import annotations
 
 import asyncio
 from pathlib import Path
 
-from flockwire import clock, policy
-from flockwire.config import Swarm
-from flockwire.director import LEAD_TIME, POLL_PERIOD, Director, Stage, pilots
-from flockwire.flight import Phase
-from flockwire.keys import MISSION, STOP
-from flockwire.messages import Message, Mission, Stop
-from flockwire.session import RouterAbsentError, Session
-from flockwire.status import Status
-from flockwire.wiring import OPERATOR, ROUTER, endpoints
+from flockwire import clock
+from flockwire.flight.director import LEAD_TIME, POLL_PERIOD, Director, Stage
+from flockwire.flight.phases import Phase
+from flockwire.runtime.session import RouterAbsentError, Session
+from flockwire.wire.keys import MISSION, STOP
+from flockwire.wire.messages import Message, Mission, Stop
+from flockwire.wire.plan import Plan
+from flockwire.wire.processes import OPERATOR
+from flockwire.wire.status import Status
 
 LINK_TIME = 5.0  # s to wait for the swarm to be there
 STOPS = 3  # times that an emergency stop is said
 
 
 class Operator:
-    """Speaks and listens as the operator on `session`."""
+    """Publishes and subscribes as the operator on `session`."""
 
-    def __init__(self, swarm: Swarm, session: Session) -> None:
+    def __init__(self, plan: Plan, session: Session) -> None:
         self.statuses: dict[str, Status] = {}
         self._session = session
-        self._sources = [self._session.newest(key) for key in policy.hears(swarm, OPERATOR) if key.kind == "status"]
+        self._sources = [self._session.newest(key) for key in plan.subscribes[OPERATOR.kind] if key.kind == "status"]
 
     def poll(self) -> int:
         """Take in the newest statuses; returns the present time, Unix ns."""
@@ -44,15 +44,15 @@ class Operator:
             self._session.publish([(STOP if isinstance(message, Stop) else MISSION, message)])
 
 
-async def give(swarm: Swarm, keys: Path | None, verb: str, formation: str = "") -> str:
+async def give(plan: Plan, keys: Path | None, verb: str, formation: str = "") -> str:
     """Give one order to a swarm that runs; returns why that failed, empty when it did not. Raises CredentialsError."""
     try:
-        session = Session(swarm, OPERATOR, keys)
+        session = Session(plan, OPERATOR.kind, keys)
     except RouterAbsentError:
-        return f"the router at {endpoints(swarm)[ROUTER]} does not answer"
+        return f"the router at {plan.endpoints[plan.routers[0]]} does not answer"
     with session:
-        operator = Operator(swarm, session)
-        if not await _meet(operator, pilots(swarm)):
+        operator, swarm = Operator(plan, session), plan.swarm
+        if not await _meet(operator, plan.pilots):
             there = ", ".join(sorted(operator.statuses)) or "nobody"
             return f"not all of the swarm answer within {LINK_TIME:.0f} s; there: {there}"
         now = clock.now()
@@ -61,7 +61,7 @@ async def give(swarm: Swarm, keys: Path | None, verb: str, formation: str = "") 
                 operator.order(Stop(clock.now(), swarm.frame, "the operator says so"))
                 await asyncio.sleep(POLL_PERIOD)
         elif verb == "start":
-            return await _start(operator, swarm, formation)
+            return await _start(operator, plan, formation)
         else:
             operator.order(Mission(now, swarm.frame, verb))
         await asyncio.sleep(2 * POLL_PERIOD)  # what is sent must leave before the session closes
@@ -77,18 +77,18 @@ async def _meet(operator: Operator, expected: tuple[str, ...]) -> bool:
     return False
 
 
-async def _start(operator: Operator, swarm: Swarm, formation: str) -> str:
+async def _start(operator: Operator, plan: Plan, formation: str) -> str:
     """Take off where need be, then start the formation."""
     now = clock.now()
-    in_flight = {operator.statuses[pilot].report.phase for pilot in pilots(swarm)} <= {Phase.HOLD, Phase.FORMATION}
+    in_flight = {operator.statuses[pilot].report.phase for pilot in plan.pilots} <= {Phase.HOLD, Phase.FORMATION}
     if not in_flight:
-        director = Director(pilots(swarm), swarm.frame, 0.0, now)
+        director = Director(plan.pilots, plan.swarm.frame, 0.0, now)
         while director.stage not in (Stage.FLYING, Stage.OVER):
             operator.order(director.step(operator.statuses, operator.poll()))
             await asyncio.sleep(POLL_PERIOD)
         if director.failure:
             return director.failure
     now = clock.now()
-    operator.order(Mission(now, swarm.frame, "start", now + LEAD_TIME, formation))
+    operator.order(Mission(now, plan.swarm.frame, "start", now + LEAD_TIME, formation))
     await asyncio.sleep(2 * POLL_PERIOD)
     return ""

@@ -9,8 +9,8 @@ from typing import Annotated
 
 import typer
 from flockwire import clock
-from flockwire.config import Swarm
-from flockwire.credentials import CredentialsError, default_folder
+from flockwire.security.credentials import CredentialsError, default_folder
+from flockwire.wire.plan import Plan
 
 from flockwire_cli.arguments import Keys, SwarmFile, load, refuse, warn_of, written
 
@@ -24,10 +24,11 @@ def start(
     keys: Keys = None,
 ) -> None:
     """Take off where need be, and fly the formation."""
-    loaded = load(swarm)
-    if formation and formation not in loaded.formations:
-        refuse(f"--formation = {formation!r}: must be one of {sorted(loaded.formations)} ([formations])")
-    _give(loaded, keys, "start", formation)
+    plan = load(swarm)
+    known = plan.swarm.formations
+    if formation and formation not in known:
+        refuse(f"--formation = {formation!r}: must be one of {sorted(known)} ([formations])")
+    _give(plan, keys, "start", formation)
 
 
 @app.command()
@@ -59,24 +60,24 @@ def keys(
     swarm: SwarmFile,
     out: Annotated[Path | None, typer.Option(help="Folder of the certificates [.flockwire/NAME/keys].")] = None,
     rotate: Annotated[
-        bool, typer.Option("--rotate", help="A new authority: all keys made before are worthless.")
+        bool, typer.Option("--rotate", help="A new authority: all keys made before are rejected.")
     ] = False,
 ) -> None:
     """Make the swarm's certificates, and renew what is about to expire."""
-    from flockwire.pki import make_keys  # noqa: PLC0415
+    from flockwire.security.pki import make_keys  # noqa: PLC0415
 
-    loaded = load(swarm)
-    folder = out or default_folder(loaded.name)
-    made = written(folder, lambda: make_keys(loaded, folder, clock.utc(), rotate))
+    plan = load(swarm)
+    folder = out or default_folder(plan.swarm.name)
+    made = written(folder, lambda: make_keys(plan, folder, clock.utc(), rotate))
     print(f"flockwire: {folder}: {', '.join(made) + ' made' if made else 'all good, nothing to do'}")
 
 
-def _give(swarm: Swarm, keys: Path | None, verb: str, formation: str = "") -> None:
+def _give(plan: Plan, keys: Path | None, verb: str, formation: str = "") -> None:
     from flockwire_cli.operator import give  # noqa: PLC0415
 
-    warn_of(swarm)
+    warn_of(plan.swarm)
     try:
-        failure = asyncio.run(give(swarm, keys, verb, formation))
+        failure = asyncio.run(give(plan, keys, verb, formation))
     except CredentialsError as error:
         refuse(str(error))
     if failure:

@@ -12,12 +12,10 @@ import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from flockwire.config import Swarm
-from flockwire.detours import detour_environment
-from flockwire.runtime import LIFELINE
-from flockwire.wiring import endpoints
+from flockwire.runtime.detours import detour_environment
+from flockwire.runtime.ending import LIFELINE
+from flockwire.wire.plan import Plan
 
-FAULTY = ("gateway", "kinematics")  # they let the faults of the tracker and the airframes happen
 GRACE = 2.5  # s between being told to end and being killed
 
 
@@ -25,23 +23,37 @@ class PortInUseError(OSError):
     """A process of the swarm cannot listen where it should."""
 
 
-def command(identity: str, swarm_file: Path, out: Path, keys: Path, faults: Path | None = None) -> list[str]:
-    """Return the command line that runs `identity`; `faults` goes to those that let faults happen themselves."""
-    base = [sys.executable, "-m", "flockwire_cli"]
-    extra = ["--out", str(out)] if identity == "recorder" else []
-    if faults is not None and identity in FAULTY:
-        extra = ["--faults", str(faults)]
-    if identity.startswith("uav"):
-        verb, number = "agent", [identity.removeprefix("uav")]
-    else:
-        verb, number = identity, []
-    return [*base, verb, str(swarm_file), *number, "--keys", str(keys), *extra]
+def command(
+    plan: Plan,
+    identity: str,
+    swarm_file: Path,
+    out: Path,
+    keys: Path,
+    faults: Path | None = None,
+    took_off: int | None = None,
+) -> list[str]:
+    """Return the command line that runs `identity`.
+
+    `faults` goes to those whose cores inject faults themselves, with when these count from (Unix ns) where it is known.
+    """
+    row, member = plan.rows[identity], plan.members[identity]
+    line = [sys.executable, "-m", "flockwire_cli", row.kind, str(swarm_file)]
+    if row.numbered:
+        line.append(str(member.drone))
+    line += ["--keys", str(keys)]
+    if row.records:
+        line += ["--out", str(out)]
+    if row.faults and faults is not None:
+        line += ["--faults", str(faults)]
+        if took_off is not None:
+            line += ["--took-off", str(took_off)]
+    return line
 
 
-def busy_endpoint(swarm: Swarm, identities: Iterable[str]) -> str:
+def busy_endpoint(plan: Plan, identities: Iterable[str]) -> str:
     """Return a line about the first of the endpoints that cannot be listened at, empty when all can."""
-    for identity in (identity for identity in identities if identity in endpoints(swarm)):
-        address, _, port = endpoints(swarm)[identity].rpartition(":")
+    for identity in (identity for identity in identities if identity in plan.endpoints):
+        address, _, port = plan.endpoints[identity].rpartition(":")
         family = socket.AF_INET6 if address.startswith("[") else socket.AF_INET
         with socket.socket(family, socket.SOCK_STREAM) as probe:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -50,8 +62,8 @@ def busy_endpoint(swarm: Swarm, identities: Iterable[str]) -> str:
             except OSError as error:
                 reason = "is in use" if error.errno == errno.EADDRINUSE else str(error.strerror).lower()
                 return (
-                    f"network.base_port = {swarm.network.base_port}: {identity} listens at {address}:{port}, which "
-                    f"{reason}; end what runs there or choose another base_port"
+                    f"network.base_port = {plan.swarm.network.base_port}: {identity} listens at {address}:{port}, "
+                    f"which {reason}; end what runs there or choose another base_port"
                 )
     return ""
 
@@ -64,16 +76,18 @@ class Children:
 
     def __init__(
         self,
+        plan: Plan,
         swarm_file: Path,
         out: Path,
         keys: Path,
         faults: Path | None = None,
         detours: Mapping[str, Mapping[str, str]] | None = None,
     ) -> None:
-        self._swarm_file, self._out, self._keys, self._faults = swarm_file, out, keys, faults
+        self._plan, self._swarm_file, self._out, self._keys, self._faults = plan, swarm_file, out, keys, faults
+        self.took_off: int | None = None  # when the flight's faults count from, Unix ns
         self._detours = detours or {}
         self._running: dict[str, asyncio.subprocess.Process] = {}
-        self._doomed: set[str] = set()
+        self._expected_exits: set[str] = set()
         self._read_end, self._write_end = os.pipe()
         (out / "logs").mkdir(parents=True, exist_ok=True)
 
@@ -82,7 +96,7 @@ class Children:
         detours = detour_environment(self._detours.get(identity, {}))
         with self.log(identity).open("ab") as log:
             self._running[identity] = await asyncio.create_subprocess_exec(
-                *command(identity, self._swarm_file, self._out, self._keys, self._faults),
+                *command(self._plan, identity, self._swarm_file, self._out, self._keys, self._faults, self.took_off),
                 stdin=asyncio.subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,
@@ -98,17 +112,17 @@ class Children:
             process.send_signal(number)
 
     def kill(self, identity: str) -> None:
-        """End the process of `identity` at once; that is then no accident."""
-        self._doomed.add(identity)
+        """End the process of `identity` at once; its exit is then expected."""
+        self._expected_exits.add(identity)
         self.signal(identity, signal.SIGKILL)
 
     async def restart(self, identity: str) -> None:
-        """Kill the process of `identity`, if it runs, and start it anew."""
+        """Kill the process of `identity`, if it runs, and start it again."""
         self.kill(identity)
         if identity in self._running:
             await self._running[identity].wait()
         await self.start(identity)
-        self._doomed.discard(identity)
+        self._expected_exits.discard(identity)
 
     def log(self, identity: str) -> Path:
         """Return where the process of `identity` logs."""
@@ -117,16 +131,16 @@ class Children:
     def died(self) -> str:
         """Return a line about a process that ended by itself, empty when all run."""
         for identity, process in self._running.items():
-            if process.returncode is not None and identity not in self._doomed:
+            if process.returncode is not None and identity not in self._expected_exits:
                 lines = self.log(identity).read_text(errors="replace").strip().splitlines()
                 how = _how(process.returncode)
                 return f"{identity} ended by itself ({how}){': ' + lines[-1] if lines else ''}"
         return ""
 
     async def end(self) -> None:
-        """End all processes, the recorder last, and wait for them; kill what does not end in time."""
-        order = sorted(self._running, key=lambda identity: identity == "recorder")
-        for group in (order[:-1], order[-1:]) if "recorder" in self._running else (order,):
+        """End all processes, those that record last, and wait for them; kill what does not end in time."""
+        last = [identity for identity in self._running if identity in self._plan.recorders]
+        for group in ([identity for identity in self._running if identity not in last], last):
             await asyncio.gather(*(self._end(self._running[identity]) for identity in group))
         self._running.clear()
         for fd in (self._read_end, self._write_end):
@@ -135,7 +149,7 @@ class Children:
 
     async def _end(self, process: asyncio.subprocess.Process) -> None:
         with contextlib.suppress(ProcessLookupError):
-            process.send_signal(signal.SIGCONT)  # one that stands still would not hear the other
+            process.send_signal(signal.SIGCONT)  # one that stands still would not get the other
             process.terminate()
         try:
             await asyncio.wait_for(process.wait(), GRACE)

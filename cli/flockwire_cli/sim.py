@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 
 from flockwire import clock
-from flockwire.config import Swarm
-from flockwire.faults import Fault
+from flockwire.flight.faults import Fault
+from flockwire.swarm.model import Swarm
 from flockwire_recorder.summary import summarise
 from flockwire_sim.recording import TraceFile, TraceInMemory
 from flockwire_sim.world import Outcome, World

@@ -11,13 +11,13 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-from flockwire.config import load_table, parse_swarm
+from flockwire.loading import load_table, parse_swarm
+from flockwire_sim.study.file import Study, StudyError, load_study
 from flockwire_sim.study.findings import QUANTITIES, Findings, find, write_worst
 from flockwire_sim.study.flight import Task
 from flockwire_sim.study.labels import label, quantity
 from flockwire_sim.study.ledger import Ledger
 from flockwire_sim.study.page import write_study
-from flockwire_sim.study.plan import Plan, StudyError, load_plan
 from flockwire_sim.study.variation import Table, rehearse
 from flockwire_sim.study.workers import Workers, WorkersLostError, cluster, conduct, local
 from rich import box
@@ -43,7 +43,7 @@ def study(swarm: Path, file: Path | None, options: dict[str, object], out: Path,
     """
     table = _table(swarm)
     checked = parse_swarm(table, str(swarm))
-    plan = load_plan(file, options)
+    plan = load_study(file, options)
     try:
         rehearse(plan, table)
     except StudyError as error:
@@ -59,7 +59,7 @@ def study(swarm: Path, file: Path | None, options: dict[str, object], out: Path,
     return _verdict(findings, stopped)
 
 
-def _fly(plan: Plan, table: Table, ledger: Ledger, workers: Workers) -> str:
+def _fly(plan: Study, table: Table, ledger: Ledger, workers: Workers) -> str:
     """Fly what the ledger lacks; returns why it was not done to its end, or nothing."""
     flown = {(result.point, result.run) for result in ledger.results}
     runs = [(point, run) for run in range(plan.runs) for point in range(len(plan.points))]

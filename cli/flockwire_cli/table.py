@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from flockwire.nanoseconds import BILLION
-from flockwire.status import Status
+from flockwire.wire.status import Status
 from rich.markup import escape
 from rich.table import Table
 

@@ -1,4 +1,4 @@
-"""The interface of a control law, and where laws come from.
+"""The interface of a control law.
 
 A law is pure: what it sees and the time go in, a velocity and an estimate come out. It reads no clock, does no input or
 output and draws no random numbers; it may keep state from step to step. `[control] law = "package.module:ClassName"`
@@ -7,25 +7,19 @@ flies any class of this form. Positions are m, velocities m/s, world frame (ENU)
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Sequence
 from math import isfinite
-from typing import TYPE_CHECKING, NamedTuple, Protocol, cast
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from flockwire.control.airframe_state import Motion
 from flockwire.control.formation import Formation
 from flockwire.control.relay import LeaderMotion
 from flockwire.control.vector import ZERO, Vector
-from flockwire.messages import Body
 from flockwire.nanoseconds import BILLION
+from flockwire.wire.messages import Body
 
 if TYPE_CHECKING:
-    from flockwire.config import Swarm
-
-BUILT_IN = {
-    "paper": "flockwire_agent.paper_law:PaperLaw",
-    "extended": "flockwire_agent.extended_law:ExtendedLaw",
-}
+    from flockwire.swarm.model import Swarm
 
 
 class Heard(NamedTuple):
@@ -82,26 +76,10 @@ class Law(Protocol):
         """Return what to do at `now`; called at the control rate, on the ground too."""
 
 
-class LawError(ValueError):
-    """A law that cannot be had; the text says which and why."""
-
-
 def check_decision(decision: Decision) -> None:
-    """Raise LawError for a decision that cannot be flown."""
+    """Raise ValueError for a decision that cannot be flown."""
     numbers = list(decision.velocity)
     if decision.estimate is not None:
         numbers += [*decision.estimate.position, *decision.estimate.velocity, *decision.estimate.acceleration]
     if not isfinite(sum(numbers)):
-        raise LawError(f"{decision}: holds a number that is not finite")
-
-
-def load_law(name: str) -> type[Law]:
-    """Return the class that `[control] law` names: one of BUILT_IN or `package.module:ClassName`; raises LawError."""
-    module, _, attribute = BUILT_IN.get(name, name).partition(":")
-    try:
-        found = getattr(importlib.import_module(module), attribute)
-    except Exception as error:
-        raise LawError(f"control.law = {name!r}: cannot import it: {type(error).__name__}: {error}") from error
-    if not isinstance(found, type) or not callable(getattr(found, "step", None)):
-        raise LawError(f"control.law = {name!r}: must be a class with a method step(seen, now)")
-    return cast("type[Law]", found)
+        raise ValueError(f"{decision}: holds a number that is not finite")

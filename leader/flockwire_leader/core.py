@@ -2,20 +2,32 @@
 
 from __future__ import annotations
 
-from flockwire.config import Swarm
 from flockwire.control.graph import LEADER
 from flockwire.control.vector import ZERO, Vector, add, limit, scale, subtract
-from flockwire.flight import NEVER, Flight, Phase, Situation, age, climb, command_stamp, fenced, keep_place, outside
-from flockwire.keys import Key, uav
-from flockwire.messages import Command, FlightState, Message, Mission, Pose, Stop, Telemetry
-from flockwire.status import Report
+from flockwire.flight.cores import Start
+from flockwire.flight.phases import (
+    NEVER,
+    Flight,
+    Phase,
+    Situation,
+    age,
+    climb,
+    command_stamp,
+    fenced,
+    keep_place,
+    outside,
+)
+from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.keys import Key
+from flockwire.wire.messages import Command, FlightState, Message, Mission, Pose, Stop, Telemetry
+from flockwire.wire.status import Report
 
 
 class FlyingLeader:
     """Flies drone 0 along the trajectory; begun at `now` (Unix ns)."""
 
     def __init__(self, swarm: Swarm, now: int) -> None:
-        self.trigger = Key("pose", uav(LEADER))
+        self.triggers = frozenset({Key("pose", uav(LEADER))})
         self.prompt: frozenset[Key] = frozenset()
         self.period = 1.0 / swarm.control.rate_hz
         self._swarm = swarm
@@ -39,6 +51,10 @@ class FlyingLeader:
                 self._flight.order(message)
             case Stop():
                 self._flight.stop()
+
+    def due(self, key: Key) -> bool:
+        """Return True: each own pose calls for a step."""
+        return True
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Decide and command: what to publish at `now`."""
@@ -116,9 +132,8 @@ class FlyingLeader:
 class VirtualLeader:
     """A point that moves along the trajectory while the order is to start, and rests otherwise."""
 
-    trigger = None
-
     def __init__(self, swarm: Swarm, now: int) -> None:
+        self.triggers: frozenset[Key] = frozenset()
         self.prompt: frozenset[Key] = frozenset()
         self.period = 1.0 / swarm.control.rate_hz
         self._swarm = swarm
@@ -135,6 +150,10 @@ class VirtualLeader:
             if t is not None and self._flight.mission is message:
                 self._begin = subtract(self._position, self._trajectory.position(t))
 
+    def due(self, key: Key) -> bool:
+        """Return False: a point moves at its own rate."""
+        return False
+
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Say where the point is at `now`."""
         t = self._flight.mission_time(now)
@@ -146,3 +165,9 @@ class VirtualLeader:
         """Return how the leader is."""
         moving = (self._flight.mission_time(now) or 0.0) > 0.0
         return Report(Phase.FORMATION if moving else Phase.READY)
+
+
+def make_core(start: Start) -> FlyingLeader | VirtualLeader:
+    """Return the core of the leader that the swarm has."""
+    swarm = start.plan.swarm
+    return VirtualLeader(swarm, start.now) if swarm.leader.kind == "virtual" else FlyingLeader(swarm, start.now)

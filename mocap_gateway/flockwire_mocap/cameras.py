@@ -8,9 +8,9 @@ from math import hypot
 from typing import Protocol
 
 from flockwire.control.vector import Vector
-from flockwire.faults import Fault, NoiseBurst, TrackerLoss
+from flockwire.flight.faults import Fault, NoiseBurst, TrackerLoss
 from flockwire.nanoseconds import BILLION
-from flockwire.tables import Gateway
+from flockwire.swarm.tables import Gateway
 
 
 class Randomness(Protocol):

@@ -8,14 +8,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from math import dist
 
-from flockwire.config import Swarm
 from flockwire.control.obstacle import to_axis
 from flockwire.control.vector import Vector, norm, subtract
-from flockwire.faults import Fault
-from flockwire.keys import MISSION, Key, uav
-from flockwire.messages import Body, BodyKind, Message, Mission, Nearby, Pose
+from flockwire.flight.cores import Start
+from flockwire.flight.faults import Fault
 from flockwire.nanoseconds import BILLION
-from flockwire.status import Report
+from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.keys import MISSION, Key
+from flockwire.wire.messages import Body, BodyKind, Message, Mission, Nearby, Pose
+from flockwire.wire.status import Report
 
 from flockwire_mocap.cameras import Cameras, Randomness
 from flockwire_mocap.vicinity import Vicinity
@@ -30,7 +31,7 @@ class GatewayCore:
 
     def __init__(self, swarm: Swarm, randomness: Randomness, faults: Iterable[Fault] = ()) -> None:
         self._keys = {Key("truth", uav(i)): i for i in swarm.flying}
-        self.trigger = Key("truth", uav(swarm.flying[-1]))  # the kinematics send it last: the frame is complete
+        self.triggers = frozenset({Key("truth", uav(swarm.flying[-1]))})
         self.prompt = frozenset({MISSION})
         self.period = 1.0 / swarm.gateway.rate_hz
         self._swarm = swarm
@@ -53,6 +54,10 @@ class GatewayCore:
                 if message.verb == "takeoff":
                     self._cameras.begin(message.stamp)
                 self._mission, self._repeat_at = message, now + REPEAT
+
+    def due(self, key: Key) -> bool:
+        """Return True."""
+        return True
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Publish the frames that have arrived; for each drone what is near it first, then its pose."""
@@ -97,3 +102,8 @@ class GatewayCore:
             if norm(relative) - obstacle.radius < reach:
                 bodies.append(Body(BodyKind.OBSTACLE, relative, obstacle.radius))
         return tuple(bodies)
+
+
+def make_core(start: Start) -> GatewayCore:
+    """Return the gateway's core."""
+    return GatewayCore(start.plan.swarm, start.chance, start.faults)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flockwire.config import Swarm
+from flockwire.swarm.model import Swarm
 
 SPEED_TOLERANCE = 0.02  # share by which a speed measured from noisy positions may exceed its limit
 LEAST_RATE = 0.95  # share of the control rate that the slowest agent must reach

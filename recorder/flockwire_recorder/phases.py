@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from flockwire.control.formation import Formation
-from flockwire.messages import Mission
 from flockwire.nanoseconds import BILLION
+from flockwire.wire.messages import Mission
 
 from flockwire_recorder.reading import Floats, Integers, Trace
 

@@ -5,42 +5,44 @@ from __future__ import annotations
 import logging
 from collections import Counter
 from operator import itemgetter
-from pathlib import Path
 
-from flockwire import clock, policy
-from flockwire.cdr import MessageError
-from flockwire.config import Swarm
-from flockwire.inbox import CANARY, read_attachment
-from flockwire.keys import ROWS, key_text
-from flockwire.refusals import Refusals
-from flockwire.runtime import Deadlines, ending, make_teller
-from flockwire.schemas import ROS_TYPES
-from flockwire.session import Session, connect
-from flockwire.status import Report
-from flockwire.ticker import Ticker
+from flockwire import clock
+from flockwire.flight.stepping import Deadlines
+from flockwire.runtime.detours import read_detours
+from flockwire.runtime.ending import ending
+from flockwire.runtime.job import Job
+from flockwire.runtime.refusals import Refusals
+from flockwire.runtime.session import Session, connect
+from flockwire.runtime.shell import status_publisher
+from flockwire.runtime.ticker import Ticker
+from flockwire.wire.cdr import MessageError
+from flockwire.wire.inbox import CANARY, read_attachment
+from flockwire.wire.keys import ROWS
+from flockwire.wire.plan import Plan
+from flockwire.wire.schemas import ROS_TYPES
+from flockwire.wire.status import Report
 
+from flockwire_recorder.core import PERIOD
 from flockwire_recorder.trace import TraceFullError, TraceWriter, describe
 
-IDENTITY = "recorder"
-DRAIN_PERIOD = 0.02  # s
 FLUSH_EVERY = 5  # drains: at most a tenth of a second is lost with the process
-CAPACITY = 2048  # samples of one key that wait between two drains
+CAPACITY = 2048  # samples of one key that are buffered between two drains
 
-Row = tuple[int, str, str, bytes, int, bytes]  # source time, topic, type, publisher, sequence, payload
+Entry = tuple[int, str, str, bytes, int, bytes]  # source time, topic, type, publisher, sequence, payload
 
 
 class Recorder:
     """Drains all keys into a trace."""
 
-    def __init__(self, swarm: Swarm, session: Session, trace: TraceWriter, refusals: Refusals) -> None:
-        self._trace = trace
-        self._teller = make_teller(swarm, IDENTITY, session, refusals)
+    def __init__(self, plan: Plan, identity: str, session: Session, trace: TraceWriter, refusals: Refusals) -> None:
+        self._trace, self._log = trace, logging.getLogger(identity)
+        self._status = status_publisher(plan, identity, session, refusals)
         self._deadlines = Deadlines()
         self._rejected: Counter[str] = Counter()
         self._full = ""
         self._sources = [
-            (key_text(swarm, key), ROS_TYPES[ROWS[key.kind].message], session.every(key, CAPACITY))
-            for key in policy.hears(swarm, IDENTITY)
+            (plan.text(key), ROS_TYPES[ROWS[key.kind].message], session.every(key, CAPACITY))
+            for key in plan.subscribes[identity]
         ]
 
     def tick(self, lateness: int, skipped: int) -> None:
@@ -53,13 +55,13 @@ class Recorder:
                 self._trace.flush()
         except TraceFullError as error:
             self._full = str(error)
-            logging.getLogger(IDENTITY).error(self._full)
-        if now >= self._teller.due:
-            self._teller.tell(now, self._report(), self._deadlines, tuple(self._rejected.items()))
+            self._log.error(self._full)
+        if now >= self._status.deadline:
+            self._status.update(now, self._report(), self._deadlines, tuple(self._rejected.items()))
 
     def drain(self, now: int) -> None:
-        """Write everything that waits, in the order in which it was sent. Raises TraceFullError once."""
-        rows: list[Row] = []
+        """Write everything that is buffered, in the order in which it was sent. Raises TraceFullError once."""
+        rows: list[Entry] = []
         for topic, ros_type, subscriber in self._sources:
             while (sample := subscriber.try_recv()) is not None:
                 attached, payload = sample.attachment, sample.payload.to_bytes()
@@ -82,18 +84,20 @@ class Recorder:
         return Report("recording") if self._trace.written > 1 else Report("waiting", "waits for messages")
 
 
-async def run(swarm: Swarm, toml: str, out: Path, keys: Path | None) -> None:
-    """Record into `out`/trace.mcap until the process is told to end."""
-    ended, refusals = ending(), Refusals(IDENTITY)
+async def run(job: Job) -> None:
+    """Record into `job.out`/trace.mcap until the process is told to end."""
+    plan, identity = job.plan, job.identity
+    ended, refusals = ending(), Refusals(identity)
     refusals.watch()
-    session = await connect(swarm, IDENTITY, keys, ended)
+    session = await connect(plan, identity, job.keys, ended, read_detours())
     if session is None:
         return
-    out.mkdir(parents=True, exist_ok=True)
-    trace = TraceWriter(out / "trace.mcap", describe(swarm, toml, swarm.gateway.seed, clock.now()))
+    job.out.mkdir(parents=True, exist_ok=True)
+    seed = plan.swarm.gateway.seed
+    trace = TraceWriter(job.out / "trace.mcap", describe(plan.swarm, job.toml, seed, clock.now()))
     with session:
-        recorder = Recorder(swarm, session, trace, refusals)
-        ticker = Ticker(DRAIN_PERIOD, recorder.tick)
+        recorder = Recorder(plan, identity, session, trace, refusals)
+        ticker = Ticker(PERIOD, recorder.tick)
         ticker.start()
         try:
             await ended.wait()
@@ -103,4 +107,4 @@ async def run(swarm: Swarm, toml: str, out: Path, keys: Path | None) -> None:
                 recorder.drain(clock.now())
                 trace.close()
             except TraceFullError as error:
-                logging.getLogger(IDENTITY).error(str(error))
+                logging.getLogger(identity).error(str(error))

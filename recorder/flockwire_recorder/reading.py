@@ -9,12 +9,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from flockwire.cdr import MessageError
-from flockwire.config import FLOWN, Swarm
 from flockwire.control.graph import LEADER
-from flockwire.keys import ROWS, Key, all_keys, key_text, uav
-from flockwire.messages import Command, Estimate, Message, Mission, Pose, Stop, Telemetry
-from flockwire.status import Status
+from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.cdr import MessageError
+from flockwire.wire.keys import ROWS, Key
+from flockwire.wire.messages import Command, Estimate, Message, Mission, Pose, Stop, Telemetry
+from flockwire.wire.plan import Plan
+from flockwire.wire.status import Status
 from mcap.records import Channel, Metadata
 from mcap.records import Message as Record
 from numpy.typing import NDArray
@@ -48,7 +49,7 @@ class Series:
 
 
 @dataclass(frozen=True, slots=True)
-class Vitals:
+class ProcessRecord:
     """How one publisher fared: its `last` status, its mean share of one core, and whom it was ever linked to."""
 
     last: Status
@@ -67,12 +68,12 @@ class Trace:
     """
 
     path: Path
-    swarm: Swarm
+    plan: Plan
     metadata: dict[str, str]
     series: dict[Key, Series]
     missions: tuple[Mission, ...]
     stops: tuple[Stop, ...]
-    vitals: tuple[Vitals, ...]
+    vitals: tuple[ProcessRecord, ...]
     begin: int
     end: int
     recorded: int
@@ -80,6 +81,11 @@ class Trace:
     malformed: int
     closed: bool
     lost_bytes: int
+
+    @property
+    def swarm(self) -> Swarm:
+        """The swarm that flew."""
+        return self.plan.swarm
 
     def of(self, kind: str, number: int) -> Series:
         """Return what was recorded of drone `number`'s key `kind`, possibly nothing."""
@@ -115,7 +121,7 @@ def read_trace(path: Path) -> Trace:
 
 def _swarm(path: Path, metadata: dict[str, str]) -> Swarm:
     try:
-        return Swarm.model_validate_json(metadata["swarm"], context=FLOWN)
+        return Swarm.model_validate_json(metadata["swarm"])
     except (KeyError, ValueError) as error:
         raise ValueError(f"{path}: its swarm is of another version of flockwire: {error}") from error
 
@@ -167,7 +173,8 @@ class _Reader:
 
     def __init__(self, collector: Collector) -> None:
         self.collector = collector
-        self._keys = {f"/{key_text(collector.swarm, key)}": key for key in all_keys(collector.swarm)}
+        plan = collector.plan
+        self._keys = {f"/{plan.text(key)}": key for key in plan.keys}
         self._channels: dict[int, Key | None] = {}
 
     def take(self, record: object) -> None:
@@ -188,7 +195,7 @@ class Collector:
     """Collects the messages of a flight of `swarm` into a Trace."""
 
     def __init__(self, swarm: Swarm, metadata: dict[str, str]) -> None:
-        self.swarm = swarm
+        self.plan = Plan(swarm)
         self._metadata = metadata
         self._publishers: dict[Hashable, _Publisher] = {}
         self._columns: dict[Key, _Columns] = {}
@@ -234,12 +241,12 @@ class Collector:
     def trace(self, path: Path, closed: bool = True, lost_bytes: int = 0) -> Trace:
         """Return what was collected, which came from `path`."""
         return Trace(
-            path, self.swarm, self._metadata,
+            path, self.plan, self._metadata,
             {key: columns.series() for key, columns in self._columns.items()},
             tuple(mission for _, mission in sorted(self._missions.items())),
             tuple(stop for _, stop in sorted(self._stops.items())),
             tuple(
-                Vitals(publisher.last, publisher.cpu / len(publisher.sequences), tuple(sorted(publisher.links)))
+                ProcessRecord(publisher.last, publisher.cpu / len(publisher.sequences), tuple(sorted(publisher.links)))
                 for publisher in self._publishers.values()
                 if publisher.last is not None
             ),

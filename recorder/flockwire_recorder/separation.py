@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 from flockwire.nanoseconds import BILLION
-from flockwire.tables import Obstacle
+from flockwire.swarm.tables import Obstacle
 
 from flockwire_recorder.phases import Span
 from flockwire_recorder.reading import Floats, Integers, Trace

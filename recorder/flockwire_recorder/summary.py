@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import asdict, dataclass
 
-from flockwire.wiring import agent_identity
+from flockwire.swarm.model import uav
 
 from flockwire_recorder import separation, tracking
 from flockwire_recorder.checks import Check, Measured, checks
@@ -87,7 +87,7 @@ def summarise(trace: Trace) -> Summary:
         speed = separation.max_speed(trace, flight)
         if trace.swarm.obstacles:
             nearest_obstacle = separation.smallest(list(separation.obstacle_distances(trace, times).values()))
-    rate = {agent_identity(number): _rate(trace, number, phase) for number in trace.swarm.followers}
+    rate = {trace.plan.pilot[number]: _rate(trace, number, phase) for number in trace.swarm.followers}
     measured = Measured(nearest, nearest_obstacle, speed, formation.settled_s, rate, trace.lost)
     return Summary(
         duration_s=(trace.end - trace.begin) / 1e9,
@@ -112,12 +112,12 @@ class _Gaps:
 
     def __init__(self, trace: Trace, phase: Span | None) -> None:
         flying = trace.swarm.flying
-        self.placeless = [f"uav{number}" for number in flying if not len(trace.positions(number))]
+        self.placeless = [uav(number) for number in flying if not len(trace.positions(number))]
         self.places = f"no position of {', '.join(self.placeless)} was recorded" if self.placeless else ""
         self.formation = self._formation(trace, phase) or self.places
-        silent = [f"uav{number}" for number in trace.swarm.followers if not len(trace.of("estimate", number))]
+        silent = [uav(number) for number in trace.swarm.followers if not len(trace.of("estimate", number))]
         told = {vitals.last.identity for vitals in trace.vitals}
-        mute = [name for name in map(agent_identity, trace.swarm.followers) if name not in told]
+        mute = [name for name in map(trace.plan.pilot.__getitem__, trace.swarm.followers) if name not in told]
         sentences = {
             "the trace was not closed: its recorder did not end properly": not trace.closed,
             f"{trace.lost_bytes} bytes of the trace are incomplete": trace.lost_bytes,
@@ -150,7 +150,7 @@ def _rate(trace: Trace, number: int, phase: Span | None) -> float | None:
 
 
 def _deadlines(trace: Trace) -> Deadlines:
-    agents = {agent_identity(number) for number in trace.swarm.followers}
+    agents = {trace.plan.pilot[number] for number in trace.swarm.followers}
     last = [vitals.last for vitals in trace.vitals if vitals.last.identity in agents]
     return Deadlines(
         sum(status.steps for status in last),

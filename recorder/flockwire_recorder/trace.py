@@ -14,12 +14,12 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from flockwire.schemas import schema_text
+from flockwire.wire.schemas import schema_text
 
 from flockwire_recorder.chunked import ChunkedWriter
 
 if TYPE_CHECKING:
-    from flockwire.config import Swarm
+    from flockwire.swarm.model import Swarm
 
 METADATA = "flockwire"
 PUBLISHER = "publisher"  # in a channel's metadata: who says this topic, in hexadecimal

@@ -12,9 +12,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from random import Random
 
-from flockwire.keys import Delivery
 from flockwire.nanoseconds import BILLION
-from flockwire.tables import Sim
+from flockwire.swarm.tables import Sim
+from flockwire.wire.keys import Delivery
 
 from flockwire_sim.sample import Parcel
 from flockwire_sim.scheduler import Scheduler

@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterable
 from hashlib import blake2b
 from typing import NamedTuple
 
-from flockwire.config import Swarm
-from flockwire.inbox import ATTACHMENT, Inbox
-from flockwire.keys import ROWS, Key, Row, key_text
-from flockwire.messages import Message
+from flockwire.flight.cores import Core
+from flockwire.flight.stepping import StatusPublisher, Stepper, at_once, tick_period
 from flockwire.nanoseconds import BILLION
-from flockwire.stepping import Core, StatusTeller, Stepper, at_once, tick_period
-from flockwire.wiring import OPERATOR
+from flockwire.swarm.model import Swarm
+from flockwire.wire.inbox import ATTACHMENT, Inbox
+from flockwire.wire.keys import ROWS, Key, KeyRow, key_text
+from flockwire.wire.messages import Message
 
 from flockwire_sim.local_clock import LocalClock
 from flockwire_sim.network import Link
@@ -20,8 +20,8 @@ from flockwire_sim.sample import Parcel, Sample, Slot
 from flockwire_sim.scheduler import Scheduler
 
 
-class Said(NamedTuple):
-    """One message as it was said: `at` is the true time, `sent` what its publisher's clock showed (Unix ns)."""
+class Published(NamedTuple):
+    """One message as it was published: `at` is the true time, `sent` what its publisher's clock showed (Unix ns)."""
 
     at: int
     sent: int
@@ -32,21 +32,21 @@ class Said(NamedTuple):
     sample: Sample
 
 
-Tap = Callable[[Said], None]
-MakeCore = Callable[[int, int], Core]  # from the own clock's time (Unix ns) and how often it was begun before
+Tap = Callable[[Published], None]
+MakeCore = Callable[[int, int], Core]  # from the own clock's time (Unix ns) and how often it was started before
 
 
 class Outlet:
-    """One key that a process says, and the links and places of all who hear it."""
+    """One key that a process publishes, and the links and places of all its subscribers."""
 
     def __init__(self, swarm: Swarm, key: Key) -> None:
-        self.row: Row = ROWS[key.kind]
+        self.row: KeyRow = ROWS[key.kind]
         self.topic = f"/{key_text(swarm, key)}"
         self.sequence = 0
         self.readers: list[tuple[Link, int]] = []
 
 
-class NoVitals:
+class NoResources:
     """What a process in virtual time costs: nothing that would be the same the next time. It needs no links either."""
 
     def cpu_share(self, now: int) -> float:
@@ -67,24 +67,25 @@ class NoVitals:
 
 
 class Process:
-    """The process of `identity`, which hears the keys `heard`, in their order, and says those in `outlets`."""
+    """The process of `identity`; it subscribes to the keys `subscribed`, in their order, and publishes `outlets`."""
 
     def __init__(
         self,
         swarm: Swarm,
         identity: str,
         make_core: MakeCore,
-        heard: tuple[Key, ...],
+        subscribed: tuple[Key, ...],
         clock: LocalClock,
         scheduler: Scheduler,
         seed: int,
         tap: Tap | None,
+        reports: bool,
     ) -> None:
-        self.identity, self.heard, self.clock = identity, heard, clock
+        self.identity, self.subscribed, self.clock = identity, subscribed, clock
         self.outlets: dict[Key, Outlet] = {}
         self.alive = False
         self._swarm, self._make_core, self._scheduler, self._seed, self._tap = swarm, make_core, scheduler, seed, tap
-        self._begun = 0
+        self._starts, self._reports = 0, reports
         self._frozen = False
         self._slots: list[Slot] = []
         self._waiting: dict[int, Slot] = {}
@@ -92,26 +93,26 @@ class Process:
         self._now = 0
 
     def start(self, _: object = None) -> None:
-        """Begin, or after a `kill` begin anew, with nothing known."""
+        """Start, or after a `kill` restart, with nothing known."""
         if self.alive:
             return
         self._now = self.clock.read(self._scheduler.now)
-        core = self._make_core(self._now, self._begun)
-        self._begun += 1
+        core = self._make_core(self._now, self._starts)
+        self._starts += 1
         self.alive, self._frozen, self._missed = True, False, 0
-        self._publisher = blake2b(f"{self._seed} {self.identity} {self._begun}".encode(), digest_size=16).digest()
+        self._publisher = blake2b(f"{self._seed} {self.identity} {self._starts}".encode(), digest_size=16).digest()
         prompt = at_once(core)
-        self._slots = [Slot(Inbox(key, ROWS[key.kind]), key in prompt) for key in self.heard]
+        self._slots = [Slot(Inbox(key, ROWS[key.kind]), key in prompt) for key in self.subscribed]
         self._waiting = {}
         for outlet in self.outlets.values():
             outlet.sequence = 0
-        teller = StatusTeller(self._swarm, self.identity, self._publish, NoVitals(), _say_nothing)
-        resting = [slot for slot in self._slots if not slot.prompt]
+        status = StatusPublisher(self._swarm, self.identity, self._publish, NoResources(), _log_nothing)
+        buffered = [slot for slot in self._slots if not slot.prompt]
         self._stepper = Stepper(
-            core, self._swarm, resting, self._slots, self._publish, None if self.identity == OPERATOR else teller
+            core, self._swarm, buffered, self._slots, self._publish, status if self._reports else None
         )
         self._period = self.clock.true_length(round(tick_period(core) * BILLION))
-        self._scheduler.at(self._scheduler.now + self._period, self._tick, self._begun)
+        self._scheduler.at(self._scheduler.now + self._period, self._tick, self._starts)
 
     def kill(self, _: object = None) -> None:
         """End at once."""
@@ -119,11 +120,11 @@ class Process:
         self._waiting = {}
 
     def freeze(self, _: object = None) -> None:
-        """Stand still: of what arrives the newest rests."""
+        """Stand still: of what arrives the newest is buffered."""
         self._frozen = True
 
     def thaw(self, _: object = None) -> None:
-        """Go on, beginning with what rests."""
+        """Go on, beginning with what is buffered."""
         self._frozen = False
         waiting, self._waiting = self._waiting, {}
         for slot in waiting.values():
@@ -148,10 +149,10 @@ class Process:
         if self._loaded:
             self._depart()
 
-    def _tick(self, begun: int) -> None:
-        if not self.alive or begun != self._begun:
+    def _tick(self, starts: int) -> None:
+        if not self.alive or starts != self._starts:
             return
-        self._scheduler.at(self._scheduler.now + self._period, self._tick, begun)
+        self._scheduler.at(self._scheduler.now + self._period, self._tick, starts)
         if self._frozen:
             self._missed += 1
             return
@@ -174,7 +175,7 @@ class Process:
                     loaded.append(link)
                 load.append((place, sample))
             if tap is not None:
-                tap(Said(self._scheduler.now, now, key, outlet.topic, publisher, sequence, sample))
+                tap(Published(self._scheduler.now, now, key, outlet.topic, publisher, sequence, sample))
 
     def _depart(self) -> None:
         loaded, self._loaded = self._loaded, []
@@ -182,5 +183,5 @@ class Process:
             link.depart()
 
 
-def _say_nothing(_: str) -> None:
+def _log_nothing(_: str) -> None:
     pass

@@ -1,15 +1,15 @@
-"""What becomes of all that is said in a virtual flight: a trace on disk, or one in memory."""
+"""What becomes of all that is published in a virtual flight: a trace on disk, or one in memory."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from flockwire.config import Swarm
-from flockwire.schemas import ROS_TYPES
+from flockwire.swarm.model import Swarm
+from flockwire.wire.schemas import ROS_TYPES
 from flockwire_recorder.reading import Collector, Trace
 from flockwire_recorder.trace import TraceWriter, describe_virtual
 
-from flockwire_sim.process import Said
+from flockwire_sim.process import Published
 from flockwire_sim.world import EPOCH
 
 
@@ -19,11 +19,17 @@ class TraceFile:
     def __init__(self, path: Path, swarm: Swarm, toml: str, seed: int) -> None:
         self._writer = TraceWriter(path, describe_virtual(swarm, toml, seed, EPOCH))
 
-    def take(self, said: Said) -> None:
+    def take(self, published: Published) -> None:
         """Write one message."""
-        sample = said.sample
+        sample = published.sample
         self._writer.write(
-            said.topic, ROS_TYPES[sample.row.message], said.publisher, said.sequence, said.at, said.sent, sample.payload
+            published.topic,
+            ROS_TYPES[sample.row.message],
+            published.publisher,
+            published.sequence,
+            published.at,
+            published.sent,
+            sample.payload,
         )
 
     def close(self) -> None:
@@ -32,16 +38,23 @@ class TraceFile:
 
 
 class TraceInMemory:
-    """Collects what is said into a trace without a file."""
+    """Collects what is published into a trace without a file."""
 
     def __init__(self, swarm: Swarm, seed: int) -> None:
         self._collector = Collector(swarm, describe_virtual(swarm, "", seed, EPOCH))
 
-    def take(self, said: Said) -> None:
+    def take(self, published: Published) -> None:
         """Collect one message."""
-        opened = said.sample.opened()
+        opened = published.sample.opened()
         message = opened[0] if opened is not None else None
-        self._collector.add((said.publisher, said.key), said.key, message, said.sequence, said.sent, said.at)
+        self._collector.add(
+            (published.publisher, published.key),
+            published.key,
+            message,
+            published.sequence,
+            published.sent,
+            published.at,
+        )
 
     def trace(self) -> Trace:
         """Return the trace so far."""

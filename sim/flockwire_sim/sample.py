@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from flockwire.inbox import Inbox, Opened, open_sample
-from flockwire.keys import Row
-from flockwire.messages import Message
+from flockwire.wire.inbox import Inbox, Opened, open_sample
+from flockwire.wire.keys import KeyRow
+from flockwire.wire.messages import Message
 
 
 class Sample:
@@ -12,7 +12,7 @@ class Sample:
 
     __slots__ = ("_opened", "_sealed", "attached", "payload", "row")
 
-    def __init__(self, row: Row, payload: bytes, attached: bytes) -> None:
+    def __init__(self, row: KeyRow, payload: bytes, attached: bytes) -> None:
         self.row, self.payload, self.attached, self._sealed = row, payload, attached, True
 
     def opened(self) -> Opened | None:
@@ -23,11 +23,11 @@ class Sample:
         return self._opened
 
 
-Parcel = tuple[int, Sample]  # a sample, and its place among what its reader hears
+Parcel = tuple[int, Sample]  # a sample, and its place among what its reader subscribes to
 
 
 class Slot:
-    """The newest sample of a key, as it rests with a process until it is asked for."""
+    """The newest sample of a key, buffered at a process until it is read."""
 
     __slots__ = ("inbox", "prompt", "sample")
 
@@ -36,7 +36,7 @@ class Slot:
         self.sample: Sample | None = None
 
     def message(self, now: int) -> Message | None:
-        """Return the message that came since the last call, None when there is none or it was turned away."""
+        """Return the message that came since the last call, None when there is none or it was rejected."""
         sample = self.sample
         if sample is None:
             return None

@@ -5,25 +5,24 @@ from __future__ import annotations
 from dataclasses import dataclass
 from random import Random
 
-from flockwire import policy
-from flockwire.config import Swarm
-from flockwire.director import Director, Stage, pilots
-from flockwire.faults import Fault
-from flockwire.keys import Key
-from flockwire.messages import Mission
+from flockwire.flight.cores import Core, Start, make_core
+from flockwire.flight.director import Director, Stage
+from flockwire.flight.faults import Fault, of_core
 from flockwire.nanoseconds import BILLION
-from flockwire.stepping import Core
-from flockwire.wiring import OPERATOR, ROUTER, identities
+from flockwire.swarm.model import Swarm
+from flockwire.wire.keys import Key
+from flockwire.wire.messages import Mission
+from flockwire.wire.plan import Plan
 
-from flockwire_sim.cast import OperatorCore, make_core
+from flockwire_sim.fault_injection import FaultInjector
 from flockwire_sim.local_clock import LocalClock
-from flockwire_sim.misfortune import Misfortune
 from flockwire_sim.network import Conditions, Link
+from flockwire_sim.operator import OperatorCore
 from flockwire_sim.process import MakeCore, Outlet, Process, Tap
 from flockwire_sim.scheduler import Scheduler
 
 EPOCH = 1_790_000_000 * BILLION  # when every virtual flight begins, Unix ns
-BEGUN_WITHIN = 0.2  # s in which the processes start, each at a moment of its own
+STARTED_WITHIN = 0.2  # s in which the processes start, each at a moment of its own
 LINGER = BILLION // 10  # ns after the flight is over until the recording ends
 LONGEST = 3600.0  # s that a flight without an end of its own may take
 
@@ -39,22 +38,25 @@ class Outcome:
 class World:
     """The processes of `swarm`, flown for `duration` s from take-off to landing; equal seeds give equal flights.
 
-    `tap` is told of every message as it is said (what is heard may be another matter).
+    `tap` is called with every message as it is published (what is received may be another matter).
     """
 
     def __init__(
         self, swarm: Swarm, seed: int, duration: float, faults: tuple[Fault, ...] = (), tap: Tap | None = None
     ) -> None:
+        self.swarm, self.plan = swarm, Plan(swarm)
         self.scheduler = Scheduler(EPOCH)
-        self.director = Director(pilots(swarm), swarm.frame, duration, EPOCH)
+        self.director = Director(self.plan.pilots, swarm.frame, duration, EPOCH)
         self.links: dict[tuple[str, str], Link] = {}
-        self._swarm, self._seed, self._faults, self._tap = swarm, seed, faults, tap
+        self._seed, self._faults, self._tap = seed, faults, tap
+        self._persons = frozenset(self.plan.identities).difference(self.plan.started)
         self._limit = EPOCH + round((duration + LONGEST) * BILLION)
         self.processes = self._processes()
         self._connect()
-        self._misfortune = Misfortune(faults, self.scheduler, self.processes, self.links)
+        self._faulty = FaultInjector(faults, self.scheduler, self.processes, self.links, self._persons)
         for identity, process in self.processes.items():
-            begin = 0.0 if identity == "recorder" else self._chance(f"begin {identity}").random() * BEGUN_WITHIN
+            recorder = identity in self.plan.recorders
+            begin = 0.0 if recorder else self._chance(f"begin {identity}").random() * STARTED_WITHIN
             self.scheduler.at(EPOCH + round(begin * BILLION), process.start)
 
     def run(self) -> Outcome:
@@ -68,54 +70,57 @@ class World:
         return Outcome(failure, (scheduler.now - EPOCH) / BILLION)
 
     def _processes(self) -> dict[str, Process]:
-        heard: dict[str, list[Key]] = {one: [] for one in identities(self._swarm) if one != ROUTER}
-        for key, _, hearers in policy.flows(self._swarm):
-            for hearer in hearers:
-                if hearer != "recorder":  # the tap is the recorder's ear
-                    heard[hearer].append(key)
-        heard[OPERATOR] = [key for key in heard[OPERATOR] if key.kind == "status"]
         return {
             identity: Process(
-                self._swarm, identity, self._maker(identity), tuple(keys), self._clock(identity), self.scheduler,
-                self._seed, self._tap,
+                self.swarm, identity, self._maker(identity), self._subscribed(identity), self._clock(identity),
+                self.scheduler, self._seed, self._tap, identity not in self._persons,
             )
-            for identity, keys in heard.items()
+            for identity in self.plan.identities
+            if identity not in self.plan.routers
         }  # fmt: skip
 
+    def _subscribed(self, identity: str) -> tuple[Key, ...]:
+        if identity in self.plan.recorders:  # the tap sees everything
+            return ()
+        keys = self.plan.subscribes[identity]
+        return tuple(key for key in keys if key.kind == "status") if identity in self._persons else keys
+
     def _maker(self, identity: str) -> MakeCore:
-        if identity == OPERATOR:
+        if identity in self._persons:
             return lambda _, __: OperatorCore(self.director, self._ordered, self.scheduler.stop)
 
-        def make(now: int, begun: int) -> Core:
-            seed = f"{self._swarm.gateway.seed} {self._seed} {identity} {begun}"
-            return make_core(self._swarm, identity, now, seed, self._faults)
+        def make(now: int, starts: int) -> Core:
+            chance = Random(f"{self.swarm.gateway.seed} {self._seed} {identity} {starts}")  # noqa: S311  (noise)
+            faults = of_core(self._faults, self.plan, identity)
+            return make_core(Start(self.plan, identity, now, chance, faults, self._faulty.took_off))
 
         return make
 
     def _clock(self, identity: str) -> LocalClock:
-        table, chance = self._swarm.sim, self._chance(f"clock {identity}")
-        if identity == OPERATOR:
+        table, chance = self.swarm.sim, self._chance(f"clock {identity}")
+        if identity in self._persons:
             return LocalClock(EPOCH)
         offset, drift = chance.uniform(-1.0, 1.0) * table.clock_offset, chance.uniform(-1.0, 1.0) * table.clock_drift
         return LocalClock(EPOCH, round(offset * BILLION), round(drift * BILLION))
 
     def _connect(self) -> None:
-        usual = Conditions.usual(self._swarm.sim)
-        places = {identity: {key: k for k, key in enumerate(p.heard)} for identity, p in self.processes.items()}
-        for key, speakers, hearers in policy.flows(self._swarm):
-            for speaker in speakers:
-                if speaker == ROUTER:
+        usual = Conditions.usual(self.swarm.sim)
+        places = {identity: {key: k for k, key in enumerate(p.subscribed)} for identity, p in self.processes.items()}
+        for key, publishers, subscribers in self.plan.flows:
+            for publisher in publishers:
+                if publisher not in self.processes:
                     continue
-                outlet = self.processes[speaker].outlets[key] = Outlet(self._swarm, key)
-                for hearer in hearers:
-                    if hearer != speaker and key in places[hearer]:
-                        ends = (speaker, hearer)
+                outlet = self.processes[publisher].outlets[key] = Outlet(self.swarm, key)
+                for subscriber in subscribers:
+                    if subscriber != publisher and key in places.get(subscriber, ()):
+                        ends = (publisher, subscriber)
                         link = self.links.get(ends) or self._link(ends, usual)
-                        outlet.readers.append((link, places[hearer][key]))
+                        outlet.readers.append((link, places[subscriber][key]))
 
     def _link(self, ends: tuple[str, str], usual: Conditions) -> Link:
-        ideal = usual if OPERATOR not in ends else Conditions(usual.delay)  # whoever judges the flight sees it all
-        link = Link(ends, ideal, self._seed, self.scheduler, self.processes[ends[1]].deliver)
+        judged = self._persons.intersection(ends)
+        conditions = Conditions(usual.delay) if judged else usual  # whoever judges the flight sees it all
+        link = Link(ends, conditions, self._seed, self.scheduler, self.processes[ends[1]].deliver)
         self.links[ends] = link
         return link
 
@@ -124,4 +129,4 @@ class World:
 
     def _ordered(self, order: Mission) -> None:
         if order.verb == "takeoff":
-            self._misfortune.begin()
+            self._faulty.begin()

@@ -12,9 +12,9 @@ from collections import deque
 from math import exp
 
 from flockwire.control.vector import ZERO, Vector, add, scale, subtract
-from flockwire.messages import FlightState
 from flockwire.nanoseconds import BILLION
-from flockwire.tables import Airframe
+from flockwire.swarm.tables import Airframe
+from flockwire.wire.messages import FlightState
 
 GRAVITY = 9.81  # m/s^2
 CONTACT = 0.01  # m above the ground at which a sinking airframe stands

@@ -8,16 +8,17 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable
 
-from flockwire.config import Swarm
 from flockwire.control.vector import ZERO, Vector
-from flockwire.faults import AirframeFailure, AirframeLag, Fault
-from flockwire.flight import age
-from flockwire.keys import STOP, Key, uav
-from flockwire.messages import Command, FlightState, Message, Pose, Stop, Telemetry
+from flockwire.flight.cores import Start
+from flockwire.flight.faults import AirframeFailure, AirframeLag, Fault
+from flockwire.flight.phases import age
+from flockwire.flight.stepping import next_deadline
 from flockwire.nanoseconds import BILLION
-from flockwire.status import Report
-from flockwire.stepping import next_due
-from flockwire.tables import Staleness
+from flockwire.swarm.model import Swarm, uav
+from flockwire.swarm.tables import Staleness
+from flockwire.wire.keys import STOP, Key
+from flockwire.wire.messages import Command, FlightState, Message, Pose, Stop, Telemetry
+from flockwire.wire.status import Report
 
 from flockwire_tello.airframe import SimulatedAirframe
 
@@ -55,11 +56,13 @@ class SimulatedDrone:
 
 
 class KinematicsCore:
-    """All simulated drones of `swarm`, begun at `now` (Unix ns); `faults` has what befalls the airframes."""
+    """All simulated drones of `swarm`, started at `now` (Unix ns), with the `faults` of their airframes.
 
-    trigger = None
+    Faults count from `took_off` (Unix ns), or without it from the first command to rise.
+    """
 
-    def __init__(self, swarm: Swarm, now: int, faults: Iterable[Fault] = ()) -> None:
+    def __init__(self, swarm: Swarm, now: int, faults: Iterable[Fault] = (), took_off: int | None = None) -> None:
+        self.triggers: frozenset[Key] = frozenset()
         self.prompt = frozenset({STOP, *(Key("command", uav(i)) for i in swarm.flying)})
         self.period = 1.0 / swarm.gateway.rate_hz
         self._frame = swarm.frame
@@ -71,9 +74,9 @@ class KinematicsCore:
             for i in swarm.flying
         }
         self._truths = tuple((Key("truth", owner), drone) for owner, drone in self._drones.items())
-        self._telemetry_due = now
+        self._telemetry_deadline = now
         self._faults = deque(fault for fault in faults if isinstance(fault, AirframeLag | AirframeFailure))
-        self._begin: int | None = None  # of the time that faults count in: the first take-off
+        self._begin = took_off  # of the time that faults count in: the first take-off
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Take in a message."""
@@ -86,16 +89,20 @@ class KinematicsCore:
                 for drone in self._drones.values():
                     drone.airframe.stop()
 
+    def due(self, key: Key) -> bool:
+        """Return False: the airframes move at a rate of their own."""
+        return False
+
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Move all drones on to `now` and tell where they are."""
         if self._faults and self._begin is not None:
-            self._befall((now - self._begin) / BILLION)
+            self._inject((now - self._begin) / BILLION)
         messages: list[tuple[Key, Message]] = []
         for key, drone in self._truths:
             drone.advance(now)
             messages.append((key, Pose(now, self._frame, drone.airframe.position)))
-        if now >= self._telemetry_due:
-            self._telemetry_due = next_due(self._telemetry_due, now, TELEMETRY_PERIOD)
+        if now >= self._telemetry_deadline:
+            self._telemetry_deadline = next_deadline(self._telemetry_deadline, now, TELEMETRY_PERIOD)
             for owner, drone in self._drones.items():
                 frame = drone.airframe
                 height, silence = frame.position[2], drone.command_age(now)
@@ -108,8 +115,8 @@ class KinematicsCore:
         flying = sum(drone.airframe.state is FlightState.FLYING for drone in self._drones.values())
         return Report("simulating", f"{flying} of {len(self._drones)} in flight" if flying else "")
 
-    def _befall(self, t: float) -> None:
-        """Let the faults happen that are due at `t` s after the first take-off."""
+    def _inject(self, t: float) -> None:
+        """Inject the faults that are due at `t` s after the first take-off."""
         while self._faults and self._faults[0].at <= t:
             fault = self._faults.popleft()
             airframe = self._drones[uav(fault.drone)].airframe
@@ -117,3 +124,8 @@ class KinematicsCore:
                 airframe.stop()
             else:
                 airframe.respond(fault.lag, fault.dead_time)
+
+
+def make_core(start: Start) -> KinematicsCore:
+    """Return the core of all simulated airframes."""
+    return KinematicsCore(start.plan.swarm, start.now, start.faults, start.took_off)

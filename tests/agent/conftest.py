@@ -9,13 +9,14 @@ from math import dist, hypot, inf
 from typing import Any
 
 import pytest
-from flockwire.config import Swarm, parse_swarm
 from flockwire.control.vector import Vector, add, scale, subtract
-from flockwire.flight import Phase
-from flockwire.keys import MISSION, STOP, Key, uav
-from flockwire.messages import Body, Command, Estimate, FlightState, Mission, Nearby, Pose, Stop, Telemetry
+from flockwire.flight.phases import Phase
+from flockwire.loading import parse_swarm
 from flockwire.nanoseconds import BILLION
-from flockwire.status import Report, Status
+from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.keys import MISSION, STOP, Key
+from flockwire.wire.messages import Body, Command, Estimate, FlightState, Mission, Nearby, Pose, Stop, Telemetry
+from flockwire.wire.status import Report, Status
 from flockwire_agent.core import AgentCore
 from flockwire_sim.process import Said
 from flockwire_sim.world import World

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from flockwire.config import Swarm, load_swarm
+from flockwire.loading import load_swarm
+from flockwire.swarm.model import Swarm
 from flockwire_agent import extended_law
 from flockwire_tello.airframe import SimulatedAirframe
 

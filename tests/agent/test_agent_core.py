@@ -1,9 +1,9 @@
 from math import hypot
 
 import pytest
-from flockwire.flight import Phase
-from flockwire.keys import Key
-from flockwire.messages import Body, BodyKind, FlightState, Pose
+from flockwire.flight.phases import Phase
+from flockwire.wire.keys import Key
+from flockwire.wire.messages import Body, BodyKind, FlightState, Pose
 
 
 def test_on_the_ground_it_says_what_it_waits_for(cockpit):

@@ -3,8 +3,8 @@
 from math import hypot
 
 import pytest
-from flockwire.flight import Phase
-from flockwire.messages import FlightState
+from flockwire.flight.phases import Phase
+from flockwire.wire.messages import FlightState
 
 TWO = {"graph.edges": [[0, 1], [0, 2], [1, 2], [2, 3], [3, 4]]}
 STILL = (0.0, 0.0, 0.0)

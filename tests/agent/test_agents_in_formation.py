@@ -4,10 +4,11 @@ from math import dist
 
 import pytest
 from flockwire.control.vector import add, scale
-from flockwire.flight import Phase
-from flockwire.keys import MISSION, Key, uav
-from flockwire.messages import Estimate, FlightState, Mission, Nearby, Pose, Telemetry
+from flockwire.flight.phases import Phase
 from flockwire.nanoseconds import BILLION
+from flockwire.swarm.model import uav
+from flockwire.wire.keys import MISSION, Key
+from flockwire.wire.messages import Estimate, FlightState, Mission, Nearby, Pose, Telemetry
 from flockwire_agent.core import AgentCore
 
 BEGAN = 1_790_000_000 * BILLION

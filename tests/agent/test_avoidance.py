@@ -1,9 +1,9 @@
 from math import hypot
 
 import pytest
-from flockwire.messages import Body, BodyKind
-from flockwire.tables import Avoidance, Obstacle
-from flockwire_agent.avoidance import known_bodies, repulsion
+from flockwire.flight.avoidance import known_bodies, repulsion
+from flockwire.swarm.tables import Avoidance, Obstacle
+from flockwire.wire.messages import Body, BodyKind
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,6 +1,6 @@
-from flockwire.flight import NEVER
-from flockwire.messages import Estimate, Pose
+from flockwire.flight.phases import NEVER
 from flockwire.nanoseconds import BILLION
+from flockwire.wire.messages import Estimate, Pose
 from flockwire_agent.neighbourhood import Neighbourhood
 
 T = 1_790_000_000 * BILLION

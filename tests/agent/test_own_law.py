@@ -8,9 +8,10 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from flockwire.config import Swarm, SwarmFileError
 from flockwire.control.relay import LeaderMotion
 from flockwire.law import Decision, Observation
+from flockwire.loading import SwarmFileError
+from flockwire.swarm.model import Swarm
 
 STARTS = [[0.0, 0.0], [1.6, 0.3], [-1.4, 0.2]]
 PLACES = {1: [1.0, 1.0, 0.0], 2: [-1.0, 1.0, 0.0]}

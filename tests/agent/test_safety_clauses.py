@@ -13,8 +13,8 @@ from flockwire.control.airframe_state import Motion
 from flockwire.control.barrier import sight_speed
 from flockwire.control.safety_filter import nearest_velocity
 from flockwire.control.vector import ZERO
-from flockwire.messages import Body, BodyKind
 from flockwire.nanoseconds import BILLION
+from flockwire.wire.messages import Body, BodyKind
 from flockwire_agent import guard
 
 FAR = [0.0, 9.0]

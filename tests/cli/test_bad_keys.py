@@ -8,8 +8,8 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
-from flockwire.config import load_swarm
-from flockwire.pki import make_keys
+from flockwire.loading import load_swarm
+from flockwire.security.pki import make_keys
 
 PAPER = Path(__file__).parents[2] / "swarms" / "paper_simulation.toml"
 

@@ -3,7 +3,7 @@
 import asyncio
 
 import pytest
-from flockwire.faults import parse_faults
+from flockwire.flight.faults import parse_faults
 from flockwire_cli.misfortune import Misfortune, refusal
 from flockwire_cli.relay.links import Links, directions
 

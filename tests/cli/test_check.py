@@ -1,7 +1,7 @@
 from pathlib import Path
 
 import pytest
-from flockwire.config import load_swarm
+from flockwire.loading import load_swarm
 from flockwire_cli.check import describe, warnings
 
 SWARMS = Path(__file__).parents[2] / "swarms"

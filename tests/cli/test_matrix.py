@@ -3,8 +3,8 @@
 import json
 
 import pytest
-from flockwire.keys import MISSION, ROWS, STOP, Delivery, Key, all_keys, key_text
-from flockwire.wiring import OPERATOR, ROUTER, identities
+from flockwire.wire.keys import MISSION, ROWS, STOP, Delivery, Key, all_keys, key_text
+from flockwire.wire.wiring import OPERATOR, ROUTER, identities
 from flockwire_cli.matrix import OUTSIDERS, Finding, Observation, as_json, draw, findings, may_hear, may_say
 from hypothesis import given, settings
 from hypothesis import strategies as st

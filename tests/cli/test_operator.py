@@ -5,10 +5,10 @@ from io import StringIO
 
 import pytest
 from flockwire import clock
-from flockwire.inbox import Inbox, attachment
-from flockwire.keys import ROWS
 from flockwire.nanoseconds import BILLION
-from flockwire.status import Report, Status
+from flockwire.wire.inbox import Inbox, attachment
+from flockwire.wire.keys import ROWS
+from flockwire.wire.status import Report, Status
 from flockwire_cli.operator import Operator
 from flockwire_cli.table import Rates
 from flockwire_cli.table import draw as draw_table

@@ -1,6 +1,6 @@
 import pytest
 from flockwire.nanoseconds import BILLION
-from flockwire.status import Report, Status
+from flockwire.wire.status import Report, Status
 from flockwire_cli.table import Rates
 
 BEGAN = 1_790_000_000 * BILLION

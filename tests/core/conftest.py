@@ -7,8 +7,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
-from flockwire.config import Swarm
-from flockwire.pki import make_keys
+from flockwire.security.pki import make_keys
+from flockwire.swarm.model import Swarm
 from hypothesis import strategies as st
 
 

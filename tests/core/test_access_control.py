@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from flockwire import policy
-from flockwire.credentials import Credentials
-from flockwire.keys import ROWS, all_keys, key_text
-from flockwire.session import BURST, SPARE_SESSIONS, configuration
-from flockwire.wiring import ROUTER, endpoints, identities
+from flockwire.runtime.session import BURST, SPARE_SESSIONS, configuration
+from flockwire.security.credentials import Credentials
+from flockwire.wire import access
+from flockwire.wire.keys import ROWS, all_keys, key_text
+from flockwire.wire.wiring import ROUTER, endpoints, identities
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

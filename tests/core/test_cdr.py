@@ -1,5 +1,5 @@
 import pytest
-from flockwire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer, layout
+from flockwire.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer, layout
 from hypothesis import given
 from hypothesis import strategies as st
 

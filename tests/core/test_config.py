@@ -2,7 +2,8 @@ import datetime
 from pathlib import Path
 
 import pytest
-from flockwire.config import Swarm, SwarmFileError, load_swarm, parse_swarm
+from flockwire.loading import SwarmFileError, load_swarm, parse_swarm
+from flockwire.swarm.model import Swarm
 
 SHIPPED = sorted((Path(__file__).parents[2] / "swarms").glob("*.toml"))
 FRAMES = "t,drone,x,y,z\n0,1,1,0,0\n9,1,2,0,0\n0,2,0,1,0\n0,3,-1,0,0\n0,4,0,-1,0\n"

@@ -10,8 +10,8 @@ import pytest
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
-from flockwire.credentials import Credentials, CredentialsError, default_folder, load_credentials
-from flockwire.pki import BACKDATED, LIFE, Signer, issue, new_authority, read_authority, save
+from flockwire.security.credentials import Credentials, CredentialsError, default_folder, load_credentials
+from flockwire.security.pki import BACKDATED, LIFE, Signer, issue, new_authority, read_authority, save
 
 DAY, MINUTE = timedelta(days=1), timedelta(minutes=1)
 

@@ -1,8 +1,8 @@
 """Where the environment tells a process to dial."""
 
 import pytest
-from flockwire.detours import DETOURS, DetoursError, detour_environment, read_detours
-from flockwire.session import configuration
+from flockwire.runtime.detours import DETOURS, DetoursError, detour_environment, read_detours
+from flockwire.runtime.session import configuration
 
 
 @pytest.mark.parametrize("detours", [{}, {"gateway": "127.0.0.1:40001"}, {"gateway": "[::1]:1", "uav12": "10.0.0.1:2"}])

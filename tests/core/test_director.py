@@ -1,8 +1,8 @@
 import pytest
-from flockwire.director import LEAD_TIME, PATIENCE, Director, Stage
-from flockwire.flight import Phase
+from flockwire.flight.director import LEAD_TIME, PATIENCE, Director, Stage
+from flockwire.flight.phases import Phase
 from flockwire.nanoseconds import BILLION
-from flockwire.status import Report, Status
+from flockwire.wire.status import Report, Status
 
 BEGAN = 1_790_000_000 * BILLION
 PILOTS = ("leader", "uav1", "uav2")

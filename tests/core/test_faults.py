@@ -6,8 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from flockwire.config import Swarm
-from flockwire.faults import FaultFileError, Kill, LinkChange, load_faults, parse_faults
+from flockwire.flight.faults import FaultFileError, Kill, LinkChange, load_faults, parse_faults
+from flockwire.swarm.model import Swarm
 
 EVERY_KIND = [
     {"at": 1.0, "kind": "kill", "process": "uav3"},

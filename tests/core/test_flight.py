@@ -1,9 +1,20 @@
 from math import hypot
 
 import pytest
-from flockwire.flight import NEVER, Flight, Phase, Situation, age, climb, command_stamp, fenced, keep_place, outside
-from flockwire.messages import Mission, Pose
+from flockwire.flight.phases import (
+    NEVER,
+    Flight,
+    Phase,
+    Situation,
+    age,
+    climb,
+    command_stamp,
+    fenced,
+    keep_place,
+    outside,
+)
 from flockwire.nanoseconds import BILLION
+from flockwire.wire.messages import Mission, Pose
 from hypothesis import given
 from hypothesis import strategies as st
 

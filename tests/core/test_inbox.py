@@ -1,10 +1,10 @@
 import tracemalloc
 
 import pytest
-from flockwire.inbox import AHEAD, ATTACHMENT, CANARY, Inbox, attachment
-from flockwire.keys import MISSION, ROWS, STOP, Key
-from flockwire.messages import Mission, Pose, Stop
 from flockwire.nanoseconds import BILLION
+from flockwire.wire.inbox import AHEAD, ATTACHMENT, CANARY, Inbox, attachment
+from flockwire.wire.keys import MISSION, ROWS, STOP, Key
+from flockwire.wire.messages import Mission, Pose, Stop
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,5 +1,6 @@
 import pytest
-from flockwire.keys import MISSION, ROWS, STOP, TABLE, Delivery, Key, all_keys, key_text, uav
+from flockwire.swarm.model import uav
+from flockwire.wire.keys import MISSION, ROWS, STOP, TABLE, Delivery, Key, all_keys, key_text
 
 AGENTS = ("uav1", "uav2", "uav3", "uav4")
 PILOTS = ("leader", *AGENTS)

@@ -4,9 +4,20 @@ import time
 from struct import pack
 
 import pytest
-from flockwire.cdr import HEADER, LONGEST_SEQUENCE, MessageError
-from flockwire.messages import Body, BodyKind, Command, Estimate, FlightState, Mission, Nearby, Pose, Stop, Telemetry
-from flockwire.status import Report, Status
+from flockwire.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError
+from flockwire.wire.messages import (
+    Body,
+    BodyKind,
+    Command,
+    Estimate,
+    FlightState,
+    Mission,
+    Nearby,
+    Pose,
+    Stop,
+    Telemetry,
+)
+from flockwire.wire.status import Report, Status
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from flockwire.keys import TABLE
-from flockwire.messages import (
+from flockwire.nanoseconds import BILLION
+from flockwire.wire.keys import TABLE
+from flockwire.wire.messages import (
     MISSION_VERBS,
     Body,
     BodyKind,
@@ -16,9 +17,8 @@ from flockwire.messages import (
     Stop,
     Telemetry,
 )
-from flockwire.nanoseconds import BILLION
-from flockwire.schemas import DEFINITIONS, ROS_TYPES, schema_text
-from flockwire.status import Report, Status
+from flockwire.wire.schemas import DEFINITIONS, ROS_TYPES, schema_text
+from flockwire.wire.status import Report, Status
 from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore

@@ -11,8 +11,8 @@ from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID
-from flockwire.credentials import common_name, load_credentials
-from flockwire.pki import (
+from flockwire.security.credentials import common_name, load_credentials
+from flockwire.security.pki import (
     BACKDATED,
     LIFE,
     RENEW,
@@ -25,7 +25,7 @@ from flockwire.pki import (
     read_authority,
     save,
 )
-from flockwire.wiring import endpoints, identities
+from flockwire.wire.wiring import endpoints, identities
 
 DAY = timedelta(days=1)
 SECOND = timedelta(seconds=1)

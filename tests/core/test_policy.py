@@ -1,7 +1,8 @@
 import pytest
-from flockwire import policy
-from flockwire.keys import MISSION, ROWS, STOP, Key, all_keys, uav
-from flockwire.wiring import ROUTER, identities
+from flockwire.swarm.model import uav
+from flockwire.wire import access
+from flockwire.wire.keys import MISSION, ROWS, STOP, Key, all_keys
+from flockwire.wire.wiring import ROUTER, identities
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

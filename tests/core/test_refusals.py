@@ -3,7 +3,7 @@ import subprocess
 import sys
 
 import pytest
-from flockwire.refusals import Refusals
+from flockwire.runtime.refusals import Refusals
 
 DIM, OFF, YELLOW, RED = "\x1b[2m", "\x1b[0m", "\x1b[33m", "\x1b[31m"
 
@@ -88,7 +88,7 @@ def test_all_else_is_passed_on_without_colours(refusals, capsys, other):
 
 WATCH = """
 import asyncio, os, sys
-from flockwire.refusals import Refusals
+from flockwire.runtime.refusals import Refusals
 
 async def main():
     refusals = Refusals("uav1")
@@ -117,7 +117,7 @@ def test_the_log_is_read_from_the_standard_output_however_it_is_cut_up():
 
 FLOOD = """
 import asyncio, os
-from flockwire.refusals import Refusals
+from flockwire.runtime.refusals import Refusals
 
 async def main():
     Refusals("uav1").watch()

@@ -1,5 +1,5 @@
 import pytest
-from flockwire.config import SwarmFileError
+from flockwire.loading import SwarmFileError
 
 VIRTUAL = {"leader.kind": "virtual", "drones.0": None}
 WRONG = [

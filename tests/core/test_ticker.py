@@ -1,7 +1,7 @@
 import asyncio
 
 from flockwire.nanoseconds import BILLION
-from flockwire.ticker import Ticker
+from flockwire.runtime.ticker import Ticker
 
 PERIOD = 0.002
 

@@ -1,4 +1,4 @@
-from flockwire.wiring import ROUTER, agent_identity, endpoints, host_of, identities, processes_on
+from flockwire.wire.wiring import ROUTER, agent_identity, endpoints, host_of, identities, processes_on
 
 TWO_HOSTS = {
     "hosts": {

@@ -16,15 +16,17 @@ from typing import Any
 import psutil
 import pytest
 import zenoh
-from flockwire import clock, policy
-from flockwire.config import Swarm, load_swarm
-from flockwire.credentials import Credentials
-from flockwire.keys import MISSION
-from flockwire.messages import Mission
-from flockwire.pki import make_keys
-from flockwire.session import RouterAbsentError, Session
-from flockwire.status import Status
-from flockwire.wiring import OPERATOR, endpoints, identities
+from flockwire import clock
+from flockwire.loading import load_swarm
+from flockwire.runtime.session import RouterAbsentError, Session
+from flockwire.security.credentials import Credentials
+from flockwire.security.pki import make_keys
+from flockwire.swarm.model import Swarm
+from flockwire.wire import access
+from flockwire.wire.keys import MISSION
+from flockwire.wire.messages import Mission
+from flockwire.wire.status import Status
+from flockwire.wire.wiring import OPERATOR, endpoints, identities
 from flockwire_cli.attackers import Attacker, attacker_configuration
 from flockwire_cli.processes import command
 

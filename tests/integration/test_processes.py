@@ -12,14 +12,16 @@ from collections.abc import Callable
 from pathlib import Path
 
 from fleet import Fleet, Tower, flockwire
-from flockwire import clock, policy
-from flockwire.keys import Key, key_text, uav
-from flockwire.messages import Message
+from flockwire import clock
 from flockwire.nanoseconds import BILLION
-from flockwire.refusals import Refusals
-from flockwire.runtime import Shell
-from flockwire.session import Session
-from flockwire.status import Report
+from flockwire.runtime.refusals import Refusals
+from flockwire.runtime.session import Session
+from flockwire.runtime.shell import Shell
+from flockwire.swarm.model import uav
+from flockwire.wire import access
+from flockwire.wire.keys import Key, key_text
+from flockwire.wire.messages import Message
+from flockwire.wire.status import Report
 from flockwire_recorder.reading import read_trace
 
 MakeSwarm = Callable[..., Path]

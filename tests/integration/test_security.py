@@ -15,8 +15,8 @@ from pathlib import Path
 
 import zenoh
 from fleet import Fleet, Tower, flockwire, free_ports
-from flockwire import policy
-from flockwire.keys import MISSION, key_text
+from flockwire.wire import access
+from flockwire.wire.keys import MISSION, key_text
 
 MakeSwarm = Callable[..., Path]
 MakeFleet = Callable[[Path], Fleet]
@@ -25,7 +25,7 @@ InFlight = Callable[..., tuple[Fleet, Tower]]
 
 PATCHED = """
 import sys
-from flockwire import policy
+from flockwire.wire import access
 right = policy.access_control
 
 def wrong(swarm, identity):

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from fleet import agree, flockwire
-from flockwire.keys import all_keys
+from flockwire.wire.keys import all_keys
 from flockwire_recorder.phases import formation_phase
 from flockwire_recorder.reading import Trace, read_trace
 from independent_reader import read

@@ -2,10 +2,10 @@ from math import dist, hypot
 
 import pytest
 from flockwire.control.vector import add, scale
-from flockwire.flight import Phase
-from flockwire.keys import MISSION, STOP, Key
-from flockwire.messages import FlightState, Mission, Pose, Stop, Telemetry
+from flockwire.flight.phases import Phase
 from flockwire.nanoseconds import BILLION
+from flockwire.wire.keys import MISSION, STOP, Key
+from flockwire.wire.messages import FlightState, Mission, Pose, Stop, Telemetry
 from flockwire_leader.core import FlyingLeader, VirtualLeader
 
 BEGAN = 1_790_000_000 * BILLION

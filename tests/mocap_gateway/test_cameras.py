@@ -3,7 +3,7 @@ from statistics import fmean, pstdev
 
 import pytest
 from flockwire.nanoseconds import BILLION
-from flockwire.tables import Gateway
+from flockwire.swarm.tables import Gateway
 from flockwire_mocap.cameras import Cameras
 
 PLACE = (1.0, 2.0, 3.0)

@@ -1,9 +1,10 @@
 from random import Random
 
 import pytest
-from flockwire.keys import MISSION, Key, uav
-from flockwire.messages import Body, BodyKind, Mission, Nearby, Pose
 from flockwire.nanoseconds import BILLION
+from flockwire.swarm.model import uav
+from flockwire.wire.keys import MISSION, Key
+from flockwire.wire.messages import Body, BodyKind, Mission, Nearby, Pose
 from flockwire_mocap.core import GatewayCore
 
 BEGAN = 1_790_000_000 * BILLION

@@ -9,13 +9,14 @@ from pathlib import Path
 from random import Random
 
 import pytest
-from flockwire.config import Swarm, parse_swarm
-from flockwire.keys import MISSION, ROWS, Key, key_text, uav
-from flockwire.messages import Command, Estimate, FlightState, Message, Mission, Nearby, Pose, Telemetry
+from flockwire.loading import parse_swarm
 from flockwire.nanoseconds import BILLION
-from flockwire.schemas import ROS_TYPES
-from flockwire.status import Report, Status
-from flockwire.wiring import agent_identity
+from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.keys import MISSION, ROWS, Key, key_text
+from flockwire.wire.messages import Command, Estimate, FlightState, Message, Mission, Nearby, Pose, Telemetry
+from flockwire.wire.schemas import ROS_TYPES
+from flockwire.wire.status import Report, Status
+from flockwire.wire.wiring import agent_identity
 from flockwire_recorder.trace import TraceWriter, describe
 
 T0 = 1_790_000_000 * BILLION  # mission time 0

@@ -5,10 +5,10 @@ from math import cos, exp, hypot, sin
 
 import numpy as np
 import pytest
-from flockwire.keys import Key
-from flockwire.messages import Mission
 from flockwire.nanoseconds import BILLION
-from flockwire.tables import Obstacle
+from flockwire.swarm.tables import Obstacle
+from flockwire.wire.keys import Key
+from flockwire.wire.messages import Mission
 from flockwire_recorder.phases import offsets
 from flockwire_recorder.reading import read_trace
 from flockwire_recorder.separation import surface_distance

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from flockwire.keys import Key
+from flockwire.wire.keys import Key
 from flockwire_recorder.reading import read_trace
 from flockwire_recorder.trace import TraceWriter, describe
 
@@ -17,7 +17,7 @@ def writer(tmp_path, swarm_of):
 
 
 def pose(stamp, x):
-    from flockwire.messages import Pose
+    from flockwire.wire.messages import Pose
 
     return Pose(stamp, "world", (x, 0.0, 1.0)).encode()
 

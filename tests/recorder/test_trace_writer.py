@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from flockwire.messages import Pose
+from flockwire.wire.messages import Pose
 from flockwire_recorder.reading import read_trace
 from flockwire_recorder.trace import TraceFullError, TraceWriter
 from mcap.reader import make_reader

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import pytest
-from flockwire.config import Swarm
-from flockwire.faults import parse_faults
-from flockwire.messages import Message, Mission
+from flockwire.flight.faults import parse_faults
 from flockwire.nanoseconds import BILLION
-from flockwire.status import Status
+from flockwire.swarm.model import Swarm
+from flockwire.wire.messages import Message, Mission
+from flockwire.wire.status import Status
 from flockwire_sim.process import Said
 from flockwire_sim.world import EPOCH, Outcome, World
 

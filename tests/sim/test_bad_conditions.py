@@ -10,10 +10,10 @@ from random import Random
 from typing import Any
 
 import pytest
-from flockwire.config import Swarm
 from flockwire.control.vector import Vector, add
-from flockwire.messages import Pose
 from flockwire.nanoseconds import BILLION
+from flockwire.swarm.model import Swarm
+from flockwire.wire.messages import Pose
 from flockwire_sim.study.places import random_starts
 from flockwire_sim.study.plan import Starts
 

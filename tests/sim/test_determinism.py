@@ -38,8 +38,8 @@ def flown(folder: Path, name: str, seed: int, hash_seed: int) -> str:
     (folder / "faults.toml").write_text(FAULTS)
     program = f"""
 from pathlib import Path
-from flockwire.config import load_swarm
-from flockwire.faults import load_faults
+from flockwire.loading import load_swarm
+from flockwire.flight.faults import load_faults
 from flockwire_sim.recording import TraceFile
 from flockwire_sim.world import World
 swarm = load_swarm(Path("chance.toml"))

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any, get_args
 
 import pytest
-from flockwire.config import Swarm
-from flockwire.faults import SIM_ONLY, Fault, parse_faults
-from flockwire.messages import FlightState
+from flockwire.flight.faults import SIM_ONLY, Fault, parse_faults
+from flockwire.swarm.model import Swarm
+from flockwire.wire.messages import FlightState
 from flockwire_cli.misfortune import refusal
 
 PAGE = Path(__file__).parents[2] / "docs" / "faults.md"

@@ -7,11 +7,11 @@ import sys
 from collections.abc import Callable
 
 import pytest
-from flockwire.config import Swarm
-from flockwire.faults import Kill
+from flockwire.flight.faults import Kill
 from flockwire.law import Decision, Observation
-from flockwire.messages import Estimate, FlightState, Pose
 from flockwire.nanoseconds import BILLION
+from flockwire.swarm.model import Swarm
+from flockwire.wire.messages import Estimate, FlightState, Pose
 from flockwire_agent.extended_law import ExtendedLaw
 from flockwire_sim.misfortune import refusal
 from flockwire_sim.process import Said

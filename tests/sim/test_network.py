@@ -5,8 +5,8 @@ from __future__ import annotations
 from statistics import fmean
 
 import pytest
-from flockwire.keys import ROWS
 from flockwire.nanoseconds import BILLION
+from flockwire.wire.keys import ROWS
 from flockwire_sim.network import HELD_BACK, Conditions, Link
 from flockwire_sim.sample import Sample
 from flockwire_sim.scheduler import Scheduler

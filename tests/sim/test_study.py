@@ -9,15 +9,16 @@ from pathlib import Path
 from random import Random
 
 import pytest
-from flockwire.config import Swarm, load_swarm, load_table
-from flockwire.faults import load_faults
+from flockwire.flight.faults import load_faults
+from flockwire.loading import load_swarm, load_table
+from flockwire.swarm.model import Swarm
 from flockwire_cli.main import app
 from flockwire_recorder.summary import summarise
 from flockwire_sim.recording import TraceInMemory
 from flockwire_sim.study import workers
 from flockwire_sim.study.flight import Result
 from flockwire_sim.study.places import random_starts
-from flockwire_sim.study.plan import RandomGraph, Starts, StudyError, load_plan
+from flockwire_sim.study.file import RandomGraph, Starts, StudyError, load_study
 from flockwire_sim.study.statistics import spread, wilson
 from flockwire_sim.study.trees import random_edges
 from flockwire_sim.study.variation import rehearse
@@ -208,7 +209,7 @@ def test_a_bad_study_is_refused_in_one_line_before_anything_is_written(
 def test_the_study_of_the_documentation_can_be_made(tmp_path: Path) -> None:
     page = (Path(__file__).parents[2] / "docs" / "study.md").read_text()
     (tmp_path / "study.toml").write_text(page.split("```toml\n")[1].split("```")[0])
-    plan = load_plan(tmp_path / "study.toml", {})
+    plan = load_study(tmp_path / "study.toml", {})
     rehearse(plan, load_table(Path(__file__).parents[2] / "swarms" / "paper_simulation.toml"))
     assert len(plan.points) == 2
 
@@ -224,7 +225,7 @@ def test_a_folder_with_another_study_or_something_else_is_left_alone(files: tupl
 
     out = tmp_path / "out"
     table = load_table(files[0])
-    with Ledger(out, load_plan(files[1], {}), table):
+    with Ledger(out, load_study(files[1], {}), table):
         busy = flockwire(*files, "--out", out)
         assert (busy.exit_code, "another call is at work" in busy.stderr) == (2, True)
     content = {path.name: path.read_bytes() for path in out.iterdir()}

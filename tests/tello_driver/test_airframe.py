@@ -1,9 +1,9 @@
 from math import exp
 
 import pytest
-from flockwire.messages import FlightState
 from flockwire.nanoseconds import BILLION
-from flockwire.tables import Airframe
+from flockwire.swarm.tables import Airframe
+from flockwire.wire.messages import FlightState
 from flockwire_tello.airframe import SimulatedAirframe
 from hypothesis import given
 from hypothesis import strategies as st

@@ -1,7 +1,8 @@
 import pytest
-from flockwire.keys import STOP, Key, uav
-from flockwire.messages import Command, FlightState, Stop
 from flockwire.nanoseconds import BILLION
+from flockwire.swarm.model import uav
+from flockwire.wire.keys import STOP, Key
+from flockwire.wire.messages import Command, FlightState, Stop
 from flockwire_tello.core import KinematicsCore
 
 BEGAN = 1_790_000_000 * BILLION

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Self
 
-from flockwire import policy
-from flockwire.config import Swarm
-from flockwire.faults import WITNESSES, Cut, Fault, LinkChange, Partition
-from flockwire.wiring import endpoints, host_of, identities
+from flockwire.flight.faults import Cut, Fault, LinkChange, Partition
+from flockwire.wire.plan import Plan
 
 from flockwire_cli.relay.relay import Relay
 from flockwire_cli.relay.way import Way
@@ -17,10 +15,10 @@ LinkFault = Cut | LinkChange | Partition
 Undo = Callable[[], None]
 
 
-def refusal(place: int, fault: LinkFault, swarm: Swarm, host: str) -> str:
+def refusal(place: int, fault: LinkFault, plan: Plan, host: str) -> str:
     """Return a line about why a flight seen from `host` cannot have `fault`, the one at `place`; empty when it can."""
     key = f"faults.{place}"
-    if swarm.network.mode == "router":
+    if plan.swarm.network.mode == "router":
         return f"{key}.kind = {fault.kind!r}: all links go to the router; a real flight needs network.mode = 'peers'"
     if isinstance(fault, LinkChange):
         for name, share in (("loss", fault.loss), ("reordering", fault.reordering)):
@@ -29,9 +27,9 @@ def refusal(place: int, fault: LinkFault, swarm: Swarm, host: str) -> str:
                     f"{key}.{name} = {share:g}: must be 0 in a real flight, whose links are TCP: bytes come late, but "
                     "all and in order"
                 )
-    for source, target in directions(fault, swarm):
-        dialler, listener = _ends(source, target, swarm)
-        if host == host_of(swarm, "recorder") != host_of(swarm, dialler):
+    for source, target in directions(fault, plan):
+        dialler, listener = _ends(source, target, plan)
+        if plan.conducts(host) and plan.hosts[dialler] != host:
             return (
                 f"{key}.kind = {fault.kind!r}: {dialler}, who dials {listener}, must run on the recorder's host, "
                 f"{host!r}, in a real flight"
@@ -39,30 +37,30 @@ def refusal(place: int, fault: LinkFault, swarm: Swarm, host: str) -> str:
     return ""
 
 
-def directions(fault: Fault, swarm: Swarm) -> Iterator[tuple[str, str]]:
-    """Yield the directed links (from, to) that `fault` changes; recorder and operator always hear everybody."""
+def directions(fault: Fault, plan: Plan) -> Iterator[tuple[str, str]]:
+    """Yield the directed links (from, to) that `fault` changes; witnesses always receive everything."""
     match fault:
         case Cut() | LinkChange():
             yield fault.source, fault.target
         case Partition():
             inside = set(fault.processes)
-            for source in identities(swarm):
-                for target in policy.links(swarm, source):
-                    if (source in inside) != (target in inside) and not {source, target}.intersection(WITNESSES):
+            for source in plan.identities:
+                for target in plan.links[source]:
+                    if (source in inside) != (target in inside) and not {source, target}.intersection(plan.witnesses):
                         yield source, target
 
 
-class Links:
+class Relays:
     """The relays that `faults` need; an asynchronous context, within which they run."""
 
-    def __init__(self, faults: tuple[Fault, ...], swarm: Swarm) -> None:
+    def __init__(self, faults: tuple[Fault, ...], plan: Plan) -> None:
         self.detours: dict[str, dict[str, str]] = {}  # by dialler, then listener
-        self._swarm = swarm
+        self._plan = plan
         self._relays: dict[tuple[str, str], Relay] = {}
         self._ways: dict[tuple[str, str], Way] = {}
         for fault in faults:
-            for source, target in directions(fault, swarm):
-                self._stand_between(*_ends(source, target, swarm))
+            for source, target in directions(fault, plan):
+                self._stand_between(*_ends(source, target, plan))
 
     async def __aenter__(self) -> Self:
         for (dialler, listener), relay in self._relays.items():
@@ -73,9 +71,9 @@ class Links:
         for relay in self._relays.values():
             relay.end()
 
-    def befall(self, fault: LinkFault) -> Undo:
-        """Let `fault` happen; returns what ends it."""
-        ways = [self._ways[ends] for ends in directions(fault, self._swarm)]
+    def inject(self, fault: LinkFault) -> Undo:
+        """Inject `fault`; returns what ends it."""
+        ways = [self._ways[ends] for ends in directions(fault, self._plan)]
         for way in ways:
             if isinstance(fault, LinkChange):
                 way.slow(fault.delay, fault.jitter)
@@ -94,12 +92,12 @@ class Links:
     def _stand_between(self, dialler: str, listener: str) -> None:
         if (dialler, listener) in self._relays:
             return
-        address, _, port = endpoints(self._swarm)[listener].rpartition(":")
+        address, _, port = self._plan.endpoints[listener].rpartition(":")
         relay = Relay(dialler, listener, (address.strip("[]"), int(port)))
         self._relays[dialler, listener] = relay
         self._ways[dialler, listener], self._ways[listener, dialler] = relay.there, relay.back
 
 
-def _ends(one: str, other: str, swarm: Swarm) -> tuple[str, str]:
+def _ends(one: str, other: str, plan: Plan) -> tuple[str, str]:
     """Return the two ends of a link, who dials first."""
-    return (one, other) if other in policy.dials(swarm, one) else (other, one)
+    return (one, other) if other in plan.dials[one] else (other, one)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from flockwire.config import Swarm
+from flockwire.swarm.model import Swarm
 from flockwire_recorder.drawing import DANGER, OKABE_ITO, STYLE, title
 from matplotlib import rc_context
 from matplotlib.figure import Figure

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import tomli_w
-from flockwire.config import Swarm
+from flockwire.swarm.model import Swarm
 from pydantic import JsonValue
 
+from flockwire_sim.study.file import Point, Study, StudyError
 from flockwire_sim.study.flight import Result
-from flockwire_sim.study.plan import Plan, Point, StudyError
 from flockwire_sim.study.statistics import Spread, spread, wilson
 from flockwire_sim.study.variation import Table, vary
 
@@ -59,7 +59,7 @@ class Findings:
     """All rows in the order of the grid, the results in order, and the worst of them, worst first."""
 
     swarm: str
-    plan: Plan
+    plan: Study
     rows: tuple[Row, ...]
     results: tuple[Result, ...]
     worst: tuple[Result, ...]
@@ -91,7 +91,7 @@ class Findings:
         return {"swarm": f"{stem}.toml", "command": command}
 
 
-def find(swarm: Swarm, plan: Plan, results: Sequence[Result]) -> Findings:
+def find(swarm: Swarm, plan: Study, results: Sequence[Result]) -> Findings:
     """Return what the runs of the plan say, in whatever order they were flown; runs beyond `plan.runs` do not count."""
     counted = sorted((r for r in results if r.run < plan.runs), key=lambda r: (r.point, r.run))
     rows = []

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from flockwire.config import Swarm
+from flockwire.swarm.model import Swarm
 from flockwire_recorder.summary import Summary, summarise
 
 from flockwire_sim.recording import TraceInMemory
-from flockwire_sim.study.plan import Plan, StudyError
+from flockwire_sim.study.file import Study, StudyError
 from flockwire_sim.study.variation import Table, vary
 from flockwire_sim.world import World
 
@@ -20,7 +20,7 @@ JUDGED = ("separation", "obstacle clearance", "speed", "formation settled")  # t
 class Task:
     """Run `run` of a plan at the grid point number `point`; `table` is the study's swarm file."""
 
-    plan: Plan
+    plan: Study
     table: Table
     point: int
     run: int

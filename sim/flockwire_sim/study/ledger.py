@@ -8,8 +8,8 @@ from importlib.metadata import version
 from pathlib import Path
 from types import TracebackType
 
+from flockwire_sim.study.file import Study, StudyError
 from flockwire_sim.study.flight import Result
-from flockwire_sim.study.plan import Plan, StudyError
 from flockwire_sim.study.variation import Table
 
 PLAN, RUNS = "plan.json", "runs.jsonl"
@@ -21,7 +21,7 @@ class Ledger:
     Raises StudyError, with nothing changed, where the folder holds something else; OSError where it cannot be written.
     """
 
-    def __init__(self, out: Path, plan: Plan, table: Table) -> None:
+    def __init__(self, out: Path, plan: Study, table: Table) -> None:
         identity = _identity(plan, table)
         there = _read(out / PLAN)
         if there is None and out.exists() and (not out.is_dir() or any(out.iterdir())):
@@ -73,7 +73,7 @@ class Ledger:
         return found
 
 
-def _identity(plan: Plan, table: Table) -> str:
+def _identity(plan: Study, table: Table) -> str:
     """Return what two calls must have in common to belong together: everything but the number of runs."""
     content = {
         "flockwire": version("flockwire"),

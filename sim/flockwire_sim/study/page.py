@@ -9,7 +9,7 @@ from html import escape
 from pathlib import Path
 from string import Template
 
-from flockwire.config import Swarm
+from flockwire.swarm.model import Swarm
 
 from flockwire_sim.study.findings import QUANTITIES, Findings, Row
 from flockwire_sim.study.labels import label, quantity

@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from math import dist
 from random import Random
 
-from flockwire.config import Swarm
+from flockwire.swarm.model import Swarm
 
-from flockwire_sim.study.plan import Starts, StudyError
+from flockwire_sim.study.file import Starts, StudyError
 
 TRIES = 2000  # for one drone, until all begin anew
 BEGINNINGS = 20

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from random import Random
 
-from flockwire.config import Swarm
 from flockwire.control.graph import LEADER
+from flockwire.swarm.model import Swarm
 
-from flockwire_sim.study.plan import RandomGraph, StudyError
+from flockwire_sim.study.file import RandomGraph, StudyError
 
 
 def random_edges(swarm: Swarm, graph: RandomGraph, chance: Random) -> list[list[int]]:

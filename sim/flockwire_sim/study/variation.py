@@ -8,13 +8,15 @@ from dataclasses import dataclass
 from random import Random
 from typing import Any
 
-from flockwire.config import Swarm, SwarmFileError, parse_swarm
-from flockwire.faults import Fault, FaultFileError, parse_faults
+from flockwire.flight.faults import Fault, FaultFileError, parse_faults
+from flockwire.loading import SwarmFileError, parse_swarm
+from flockwire.swarm.model import Swarm
+from flockwire.wire.plan import Plan
 from pydantic import JsonValue
 
-from flockwire_sim.misfortune import refusal
+from flockwire_sim.fault_injection import refusal
+from flockwire_sim.study.file import Draw, Point, Study, StudyError
 from flockwire_sim.study.places import random_starts
-from flockwire_sim.study.plan import Draw, Plan, Point, StudyError
 from flockwire_sim.study.trees import random_edges
 
 Table = dict[str, Any]
@@ -31,13 +33,13 @@ class Variation:
     drawn: dict[str, JsonValue]
 
 
-def vary(plan: Plan, table: Table, point: Point, seed: int) -> Variation:
+def vary(plan: Study, table: Table, point: Point, seed: int) -> Variation:
     """Return the run of `seed` at a grid point; raises StudyError when what was drawn cannot be flown."""
     drawn = {key: draw.value(_chance(seed, key)) for key, draw in plan.random.items()}
     return _build(plan, table, [*point, *drawn.items()], seed, drawn)
 
 
-def rehearse(plan: Plan, table: Table) -> None:
+def rehearse(plan: Study, table: Table) -> None:
     """Try the first run of each grid point, and each range's ends; raises StudyError for what cannot be flown."""
     for point in plan.points:
         vary(plan, table, point, plan.seed_of(0))
@@ -52,7 +54,7 @@ def rehearse(plan: Plan, table: Table) -> None:
 
 
 def _build(
-    plan: Plan, table: Table, values: list[tuple[str, JsonValue]], seed: int, drawn: dict[str, JsonValue]
+    plan: Study, table: Table, values: list[tuple[str, JsonValue]], seed: int, drawn: dict[str, JsonValue]
 ) -> Variation:
     varied = deepcopy(table)
     for key, value in values:
@@ -70,7 +72,7 @@ def _build(
     return Variation(varied, swarm, fault_table, _faults(fault_table, swarm, "the study's faults"), drawn)
 
 
-def _drawn_faults(plan: Plan, seed: int) -> list[Table]:
+def _drawn_faults(plan: Study, seed: int) -> list[Table]:
     happen: list[Table] = []
     for place, fault in enumerate(plan.faults):
         chance = _chance(seed, f"fault {place}")
@@ -114,10 +116,10 @@ def _swarm(table: Table) -> Swarm:
 
 def _faults(table: Table, swarm: Swarm, origin: str) -> tuple[Fault, ...]:
     try:
-        faults = parse_faults(table, swarm, origin)
+        faults = parse_faults(table, wiring := Plan(swarm), origin)
     except FaultFileError as error:
         raise StudyError(str(error)) from None
-    if cannot := refusal(faults):
+    if cannot := refusal(faults, wiring):
         raise StudyError(f"{origin}: {cannot}")
     return faults
 

@@ -14,8 +14,8 @@ from itertools import islice
 from multiprocessing.process import BaseProcess
 from threading import Thread
 
+from flockwire_sim.study.file import StudyError
 from flockwire_sim.study.flight import Result, Task, fly
-from flockwire_sim.study.plan import StudyError
 
 PATIENCE = 10.0  # s that a scheduler may take to answer, and to have a worker
 AHEAD = 3  # runs in the queue for each worker

@@ -1,0 +1,1 @@
+"""What pilots and operators share, pure: phases, the staleness ladder, the director, faults, when a core steps."""

@@ -1,0 +1,75 @@
+"""What a core is, what it is given at its start, and where the process table's cores come from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple, Protocol, cast
+
+from flockwire.flight.faults import Fault
+from flockwire.loading import load_object
+from flockwire.wire.keys import Key
+from flockwire.wire.messages import Message
+from flockwire.wire.plan import Plan
+from flockwire.wire.status import Report
+
+
+class Randomness(Protocol):
+    """Where chance comes from: a seeded random.Random."""
+
+    def gauss(self, mu: float, sigma: float) -> float:
+        """Return a normally distributed number."""
+
+    def random(self) -> float:
+        """Return a number evenly distributed over [0, 1)."""
+
+
+class Start(NamedTuple):
+    """What a core is given at its start."""
+
+    plan: Plan
+    identity: str
+    now: int  # Unix ns
+    chance: Randomness
+    faults: tuple[Fault, ...] = ()  # of its own kinds (processes.py)
+    took_off: int | None = None  # when the flight's faults count from, Unix ns, where that is known already
+
+    @property
+    def drone(self) -> int:
+        """The drone that the process serves; raises ValueError when it serves none."""
+        drone = self.plan.members[self.identity].drone
+        if drone is None:
+            raise ValueError(f"{self.identity} serves no drone")
+        return drone
+
+
+class Core(Protocol):
+    """What a process does, without clock, input and output."""
+
+    @property
+    def triggers(self) -> frozenset[Key]:
+        """The keys whose arrival may call for a step; empty for a core that steps at a rate of its own."""
+
+    @property
+    def prompt(self) -> frozenset[Key]:
+        """Further keys that are handed over as soon as they arrive; all others are buffered until the next step."""
+
+    @property
+    def period(self) -> float:
+        """Seconds between steps (with a trigger: when to step without one)."""
+
+    def receive(self, key: Key, message: Message, now: int) -> None:
+        """Take a message in at `now`, Unix time in ns."""
+
+    def due(self, key: Key) -> bool:
+        """Return whether the message of the trigger `key` that was just received calls for a step."""
+
+    def step(self, now: int) -> Iterable[tuple[Key, Message]]:
+        """Return what to publish at `now`, Unix time in ns."""
+
+    def report(self, now: int) -> Report:
+        """Return how it is at `now`."""
+
+
+def make_core(start: Start) -> Core:
+    """Return the core that the process table names for `start`."""
+    return cast("Core", load_object(start.plan.rows[start.identity].core)(start))

@@ -1,0 +1,88 @@
+"""The staleness ladder: what an agent may still do when inputs grow old."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from flockwire.flight.phases import NEVER
+from flockwire.swarm.tables import Limits, Staleness
+
+
+class Inputs(NamedTuple):
+    """Ages in s of what an agent flies by (NEVER: not there yet), and what its airframe says."""
+
+    pose: float
+    silence: float  # since the last in-neighbour was fresh
+    nearby: float  # 0 when nothing is sensed nearby
+    telemetry: float
+    battery: float  # share of full
+    outside: float  # m outside the fence
+
+
+def all_well(inputs: Inputs, limits: Limits) -> bool:
+    """Return whether no rung of the ladder is reached, so that none of the reasons below can be given."""
+    stale = limits.staleness
+    return (
+        inputs.pose <= stale.pose_zero
+        and inputs.silence <= stale.estimates_hold
+        and inputs.nearby <= stale.nearby_slow
+        and inputs.telemetry <= stale.telemetry_warn
+        and inputs.battery >= limits.battery_takeoff
+        and inputs.outside == 0.0
+    )
+
+
+def land_reason(inputs: Inputs, limits: Limits) -> str:
+    """Return why the agent must land, empty when it need not."""
+    stale = limits.staleness
+    rungs = (
+        ("own pose", inputs.pose, stale.pose_land),
+        ("in-neighbours", inputs.silence, stale.estimates_land),
+        ("telemetry", inputs.telemetry, stale.telemetry_land),
+    )
+    for name, age, rung in rungs:
+        if age > rung:
+            return f"{name} lost for {age:.1f} s"
+    if inputs.battery < limits.battery_land:
+        return f"battery at {inputs.battery:.0%}"
+    if inputs.outside > limits.fence.margin:
+        return f"{inputs.outside:.1f} m outside the fence"
+    return ""
+
+
+def hold_reason(inputs: Inputs, stale: Staleness) -> str:
+    """Return why the agent must leave the formation and hold, empty when it need not."""
+    if inputs.pose > stale.pose_zero:
+        return "own pose is stale"
+    if inputs.silence > stale.estimates_hold:
+        return "no in-neighbour is heard"
+    if inputs.nearby > stale.nearby_hold:
+        return "nearby bodies are stale"
+    return ""
+
+
+def unready_reason(inputs: Inputs, missing: tuple[int, ...], limits: Limits) -> str:
+    """Return what the agent waits for before it may take off, empty when it is ready; `missing`: silent neighbours."""
+    stale = limits.staleness
+    if inputs.pose > stale.pose_zero:
+        return "waits for its own pose"
+    if inputs.telemetry > stale.telemetry_warn:
+        return "waits for its driver's telemetry"
+    if missing:
+        names = ", ".join("the leader's pose" if j == 0 else f"uav{j}'s estimate" for j in missing)
+        return f"waits for {names}"
+    if inputs.nearby > stale.nearby_slow:
+        return "waits for its nearby bodies"
+    if inputs.battery < limits.battery_takeoff:
+        return f"battery at {inputs.battery:.0%}, take-off needs {limits.battery_takeoff:.0%}"
+    return ""
+
+
+def speed_limit(inputs: Inputs, limits: Limits) -> float:
+    """Return the speed, m/s, that the agent may fly at."""
+    return limits.speed if inputs.nearby <= limits.staleness.nearby_slow else min(limits.speed, limits.blind_speed)
+
+
+def shown(age: float) -> float:
+    """Return an age as status messages carry it: -1 for what never came."""
+    return -1.0 if age == NEVER else age

@@ -1,0 +1,159 @@
+"""Flight phases: what a pilot (an agent, or the leader) does, and what makes it do something else.
+
+grounded -> ready -> take-off -> hold <-> formation
+                        any phase in flight -> landing -> grounded;  stop -> stopped
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import NamedTuple
+
+from flockwire.control.vector import Vector, limit
+from flockwire.nanoseconds import BILLION
+from flockwire.wire.messages import Mission, Pose
+
+NEVER = float("inf")
+HOLDING_GAIN = 1.5  # 1/s, of the loop that keeps a place
+
+
+class Phase(StrEnum):
+    """What a pilot does."""
+
+    GROUNDED = "grounded"
+    READY = "ready"
+    TAKEOFF = "take-off"
+    HOLD = "hold"
+    FORMATION = "formation"
+    LANDING = "landing"
+    STOPPED = "stopped"
+
+
+IN_FLIGHT = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION, Phase.LANDING})
+
+
+class Situation(NamedTuple):
+    """What the phases depend on; the three reasons are empty where there is none."""
+
+    now: int  # Unix time, ns
+    unready: str  # why it must not take off
+    hold: str  # why it must not fly the formation
+    land: str  # why it must not fly at all
+    airborne: bool  # the airframe flies
+    high: bool  # at take-off height or above
+
+
+class Flight:
+    """The phase a pilot is in, and why. `born` is when the pilot began, Unix ns."""
+
+    def __init__(self, born: int) -> None:
+        self.phase = Phase.GROUNDED
+        self.reason = ""
+        self.mission: Mission | None = None
+        self._obeyed_from = born  # a take-off needs an order given later than this
+
+    def order(self, mission: Mission) -> None:
+        """Take the operator's newest order."""
+        if self.mission is None or mission.stamp > self.mission.stamp:
+            self.mission = mission
+
+    def stop(self) -> None:
+        """Stop for good: only a new process flies again."""
+        self.phase, self.reason = Phase.STOPPED, "emergency stop"
+
+    def mission_time(self, now: int) -> float | None:
+        """Return the formation's time t in s at `now` (Unix ns), None before an order to start."""
+        if self.mission is None or self.mission.verb != "start":
+            return None
+        return (now - self.mission.start) / BILLION
+
+    def update(self, situation: Situation) -> Phase:
+        """Return the phase that follows from `situation`."""
+        was = self.phase
+        self.phase, self.reason = self._next(situation)
+        if was in IN_FLIGHT and self.phase is Phase.GROUNDED:
+            self._obeyed_from = situation.now
+        return self.phase
+
+    def _next(self, at: Situation) -> tuple[Phase, str]:
+        verb = self.mission.verb if self.mission is not None else ""
+        if self.phase is Phase.STOPPED:
+            return self.phase, self.reason
+        if self.phase is Phase.LANDING:
+            return (Phase.LANDING, self.reason) if at.airborne else (Phase.GROUNDED, at.unready)
+        if self.phase in (Phase.GROUNDED, Phase.READY):
+            return self._on_ground(at, verb)
+        if self.phase is not Phase.TAKEOFF and not at.airborne:  # its driver set it down
+            return Phase.GROUNDED, at.unready
+        if verb == "land" or at.land:
+            return Phase.LANDING, at.land
+        return self._in_flight(at, verb)
+
+    def _in_flight(self, at: Situation, verb: str) -> tuple[Phase, str]:
+        if self.phase is Phase.TAKEOFF and not at.high:
+            return Phase.TAKEOFF, ""
+        if verb == "start" and not at.hold and self.mission is not None and at.now >= self.mission.start:
+            return Phase.FORMATION, ""
+        return Phase.HOLD, at.hold if verb == "start" else ""
+
+    def _on_ground(self, at: Situation, verb: str) -> tuple[Phase, str]:
+        if at.airborne:  # this process began, or began anew, in flight
+            return Phase.HOLD, ""
+        if at.unready:
+            return Phase.GROUNDED, at.unready
+        ordered = self.mission is not None and self.mission.stamp > self._obeyed_from
+        if ordered and verb in ("takeoff", "start", "hold"):
+            return Phase.TAKEOFF, ""
+        return Phase.READY, ""
+
+
+def keep_place(position: Vector, place: Vector, speed: float) -> Vector:
+    """Return the velocity, m/s, at most `speed`, that brings `position` to `place` (m, world frame) and keeps it."""
+    return limit(
+        (
+            HOLDING_GAIN * (place[0] - position[0]),
+            HOLDING_GAIN * (place[1] - position[1]),
+            HOLDING_GAIN * (place[2] - position[2]),
+        ),
+        speed,
+    )
+
+
+def climb(position: Vector, place: Vector, vertical_speed: float) -> Vector:
+    """Return the velocity, m/s, of going straight up (down: a negative `vertical_speed`) above `place`."""
+    x, y, _ = keep_place(position, (place[0], place[1], position[2]), abs(vertical_speed))
+    return (x, y, vertical_speed)
+
+
+def fenced(velocity: Vector, position: Vector, low: Vector, high: Vector) -> Vector:
+    """Return `velocity` without the components that lead further out of the box `low` … `high` (m, world frame)."""
+    if low[0] < position[0] < high[0] and low[1] < position[1] < high[1] and low[2] < position[2] < high[2]:
+        return velocity
+    x, y, z = (
+        max(v, 0.0) if p <= a else min(v, 0.0) if p >= b else v
+        for v, p, a, b in zip(velocity, position, low, high, strict=True)
+    )
+    return (x, y, z)
+
+
+def outside(position: Vector, low: Vector, high: Vector) -> float:
+    """Return how far `position` is outside the box, m (largest over the axes; 0 inside)."""
+    (x, y, z), (a, b, c), (d, e, f) = position, low, high
+    if a <= x <= d and b <= y <= e and c <= z <= f:
+        return 0.0
+    return max(a - x, x - d, b - y, y - e, c - z, z - f)
+
+
+def command_stamp(pose: Pose | None, now: int, stale_after: float) -> tuple[int, bool]:
+    """Return the stamp of the command to give at `now` (Unix ns), and whether it answers `pose`.
+
+    It does while the pose is not older than `stale_after` s. Else the stamp is that of the oldest pose that would still
+    count: no later answer to a pose is older.
+    """
+    oldest = now - round(stale_after * BILLION)
+    return (pose.stamp, True) if pose is not None and pose.stamp >= oldest else (oldest, False)
+
+
+def age(stamp: int, now: int) -> float:
+    """Return the age in s of what was stamped `stamp`, NEVER for 0 (nothing came yet)."""
+    return (now - stamp) / BILLION if stamp else NEVER

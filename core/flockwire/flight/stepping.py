@@ -1,0 +1,173 @@
+"""When a core steps, what it receives before, what is counted and reported of it: the same in real and virtual time.
+
+A core has no clock and no input or output. Whoever runs one (runtime/shell.py on Zenoh, the simulation on its event
+queue) passes to a `Stepper` what has arrived and when its ticker ticks; the stepper decides the rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Protocol
+
+from flockwire.flight.cores import Core
+from flockwire.nanoseconds import BILLION
+from flockwire.swarm.model import Swarm
+from flockwire.wire.inbox import Inbox
+from flockwire.wire.keys import Key, key_text
+from flockwire.wire.messages import Message
+from flockwire.wire.status import Report, Status
+
+STATUS_PERIOD = BILLION // 10
+WATCHDOG_PERIODS = 2  # a core with a trigger steps without it after as many periods
+
+Publish = Callable[[Iterable[tuple[Key, Message]]], None]
+
+
+class Input(Protocol):
+    """The newest sample of one key."""
+
+    inbox: Inbox
+
+    def message(self, now: int) -> Message | None:
+        """Return the message that came since the last call, None when there is none or it was rejected."""
+
+
+class Resources(Protocol):
+    """What a process costs, and how it is connected."""
+
+    def cpu_share(self, now: int) -> float:
+        """Return the share of one core used since the last call."""
+
+    def resident(self) -> int:
+        """Return the bytes of memory in use."""
+
+    def refused(self) -> int:
+        """Return the connections refused so far."""
+
+    def links(self) -> tuple[str, ...]:
+        """Return who is linked, by authenticated identity."""
+
+
+class Deadlines:
+    """Counts steps, those that came late, and those that did not come."""
+
+    def __init__(self) -> None:
+        self.steps = self.late_1ms = self.late_5ms = self.skipped = 0
+
+    def count(self, lateness: int, skipped: int) -> None:
+        """Count one step that came `lateness` ns after its time, and `skipped` steps missed before it."""
+        self.steps += 1
+        self.late_1ms += lateness > 1_000_000
+        self.late_5ms += lateness > 5_000_000
+        self.skipped += skipped
+
+
+def next_deadline(deadline: int, now: int, period: int) -> int:
+    """Return the next deadline (ns) of a periodic task whose last one was `deadline` and which is done at `now`.
+
+    A step that comes a little early or late does not shift those after it; long silence is not made up for.
+    """
+    return deadline + period if deadline + period > now else now + period
+
+
+class StatusPublisher:
+    """Publishes how a process is ten times a second, and logs a line when its state changes."""
+
+    def __init__(
+        self, swarm: Swarm, identity: str, publish: Publish, resources: Resources, log: Callable[[str], None]
+    ) -> None:
+        self._key, self._frame, self._identity = Key("status", identity), swarm.frame, identity
+        self._publish, self._resources, self._log = publish, resources, log
+        self.deadline = 0  # of the next status, Unix ns
+        self._logged = ""
+
+    def update(self, now: int, report: Report, counts: Deadlines, rejected: tuple[tuple[str, int], ...]) -> None:
+        """Publish the status, and log the state if it is a new one."""
+        self.deadline = next_deadline(self.deadline, now, STATUS_PERIOD)
+        status = Status(
+            now, self._frame, self._identity, report,
+            counts.steps, counts.late_1ms, counts.late_5ms, counts.skipped, self._resources.refused(),
+            self._resources.cpu_share(now), self._resources.resident(), rejected, self._resources.links(),
+        )  # fmt: skip
+        self._publish(((self._key, status),))
+        state = f"{report.phase}: {report.detail}" if report.detail else str(report.phase)
+        if state != self._logged:
+            self._logged = state
+            self._log(state)
+
+
+def at_once(core: Core) -> frozenset[Key]:
+    """Return the keys that are handed over as soon as they arrive; all others are buffered until the next step."""
+    return core.prompt | core.triggers
+
+
+def tick_period(core: Core) -> float:
+    """Return the period of a core's ticker, s: its own, or with triggers that of the watchdog for when they stop."""
+    return WATCHDOG_PERIODS * core.period if core.triggers else core.period
+
+
+class Stepper:
+    """Steps one core. `buffered` are the inputs read at each step, `inputs` all that it has."""
+
+    def __init__(
+        self,
+        core: Core,
+        swarm: Swarm,
+        buffered: Sequence[Input],
+        inputs: Sequence[Input],
+        publish: Publish,
+        status: StatusPublisher | None,
+    ) -> None:
+        self._core, self._publish, self._status = core, publish, status
+        self._receive = core.receive
+        self._triggers = core.triggers
+        self._buffered = tuple((source.inbox.key, source.message) for source in buffered)
+        self._named = tuple((key_text(swarm, source.inbox.key), source.inbox) for source in inputs)
+        self._deadlines = Deadlines()
+        self._spacing = round(core.period / 2 * BILLION)
+        self._next_stamp = 0
+        self._stepped = False
+
+    def arrived(self, source: Input, now: int) -> None:
+        """Take in what has arrived of a key that is not buffered; step when it is a trigger and a step is due."""
+        message = source.message(now)
+        if message is None:
+            return
+        inbox = source.inbox
+        key = inbox.key
+        self._receive(key, message, now)
+        if key not in self._triggers or not self._core.due(key):
+            return
+        stamp = message.stamp
+        if stamp >= self._next_stamp:  # poses may come faster than the control rate
+            self._next_stamp = stamp + self._spacing
+            self._deadlines.count(now - inbox.sent, inbox.missed)
+            self._step(now)
+
+    def tick(self, lateness: int, skipped: int, now: int) -> None:
+        """Step for the ticker, which is `lateness` ns late and missed `skipped` ticks; not if a trigger did already."""
+        stepped, self._stepped = self._stepped, False
+        if not self._triggers:
+            self._deadlines.count(lateness, skipped)
+        elif stepped:
+            return
+        self._step(now)
+
+    def _step(self, now: int) -> None:
+        self._stepped = True
+        core, status = self._core, self._status
+        for key, newest in self._buffered:
+            message = newest(now)
+            if message is not None:
+                self._receive(key, message, now)
+        self._publish(core.step(now))
+        if status is not None and now >= status.deadline:
+            status.update(now, core.report(now), self._deadlines, self._rejected())
+
+    def _rejected(self) -> tuple[tuple[str, int], ...]:
+        return tuple(
+            (f"{name} {reason}", count)
+            for name, inbox in self._named
+            if inbox.rejected
+            for reason, count in inbox.rejected.items()
+        )

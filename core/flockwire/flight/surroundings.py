@@ -1,0 +1,47 @@
+"""What is near a follower: sensed, or known without a sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from flockwire.control.vector import ZERO, Vector, add, subtract
+from flockwire.flight.avoidance import known_bodies
+from flockwire.swarm.model import Swarm
+from flockwire.wire.messages import Body, Nearby, Pose
+
+
+class Surroundings:
+    """The bodies near one follower of `swarm`, relative to its newest pose."""
+
+    def __init__(self, swarm: Swarm) -> None:
+        self._sensing = swarm.avoidance.sensing == "nearby"
+        self._obstacles = swarm.obstacles
+        self._nearby: Nearby | None = None
+        self._seen_from: tuple[int, Vector] = (0, ZERO)  # stamp and own position of a pose
+
+    @property
+    def stamp(self) -> int:
+        """When the bodies were seen, Unix ns; 0 when nothing is sensed."""
+        return self._nearby.stamp if self._nearby is not None else 0
+
+    def see(self, nearby: Nearby) -> None:
+        """Take what the sensor sees."""
+        self._nearby = nearby
+
+    def bodies(self, pose: Pose, neighbours: Callable[[], list[Vector]]) -> Sequence[Body]:
+        """Return the bodies relative to `pose`; what was seen from an earlier place is moved by the own way since.
+
+        `neighbours` returns the positions known without a sensor (m, world frame).
+        """
+        if not self._sensing:
+            return known_bodies(pose.position, neighbours(), self._obstacles)
+        if self._nearby is None:
+            return ()
+        if self._nearby.stamp == pose.stamp:
+            self._seen_from = (pose.stamp, pose.position)
+            return self._nearby.bodies
+        stamp, place = self._seen_from
+        if stamp != self._nearby.stamp:
+            return self._nearby.bodies
+        way = subtract(place, pose.position)
+        return [Body(body.kind, add(body.relative_position, way), body.radius) for body in self._nearby.bodies]

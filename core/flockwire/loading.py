@@ -1,0 +1,111 @@
+"""Reads swarm files: TOML in, one checked model out. The only place that applies the rules and imports a user's law.
+
+It stands above `swarm` and `wire` because some rules are about addresses, which only the plan knows.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from pydantic import ValidationError
+
+from flockwire.swarm import rules
+from flockwire.swarm.model import Swarm
+from flockwire.swarm.reading import error_lines, read_toml
+from flockwire.wire import rules as wire_rules
+from flockwire.wire.plan import Plan
+
+if TYPE_CHECKING:
+    from flockwire.law import Law
+
+
+class SwarmFileError(ValueError):
+    """A swarm file that cannot be flown; each line of the text names one key, its value and the rule."""
+
+
+class LawError(ValueError):
+    """A law that cannot be used; the text says which and why."""
+
+
+def load_swarm(path: Path) -> Swarm:
+    """Read and check a swarm file.
+
+    Raises SwarmFileError with one line for each problem: file, key, value, rule.
+    """
+    return parse_swarm(load_table(path), str(path))
+
+
+def load_table(path: Path) -> dict[str, object]:
+    """Read a swarm file, with the key frames it names, as it is; raises SwarmFileError where that cannot be done."""
+    table = read_toml(path, "swarm file", SwarmFileError)
+    for name, formation in [("formation", table.get("formation")), *_tables(table, "formations")]:
+        if isinstance(formation, dict) and formation.get("kind") == "key_frames" and "file" in formation:
+            formation["frames"] = _read_key_frames(path, name, str(formation["file"]))
+    return table
+
+
+def parse_swarm(table: dict[str, object], origin: str) -> Swarm:
+    """Check the swarm file's content `table`, which came from `origin`; raises SwarmFileError."""
+    try:
+        swarm = Swarm.model_validate_json(json.dumps(table, default=str))
+    except ValidationError as error:
+        found = error_lines(error)
+    else:
+        found = list(problems(swarm))
+        if not found:
+            return swarm
+    raise SwarmFileError("\n".join(f"{origin}: {line}" for line in found))
+
+
+def problems(swarm: Swarm) -> Iterator[str]:
+    """Yield one line per problem, `key = value: rule`; later groups of rules need the earlier ones to be kept."""
+    groups = (
+        lambda: rules.basic_problems(swarm),
+        lambda: (*rules.problems(swarm), *wire_rules.problems(Plan(swarm))),
+        lambda: (*_law_problems(swarm), *rules.place_problems(swarm)),
+    )
+    for group in groups:
+        found = list(group())
+        yield from found
+        if found:
+            return
+
+
+def load_law(name: str) -> type[Law]:
+    """Return the class that `[control] law` names: a built-in one or `package.module:ClassName`; raises LawError."""
+    try:
+        found = load_object(rules.BUILT_IN.get(name, name))
+    except Exception as error:  # importing a user's module may raise anything
+        raise LawError(f"control.law = {name!r}: cannot import it: {type(error).__name__}: {error}") from error
+    if not isinstance(found, type) or not callable(getattr(found, "step", None)):
+        raise LawError(f"control.law = {name!r}: must be a class with a method step(seen, now)")
+    return cast("type[Law]", found)
+
+
+def load_object(path: str) -> Any:  # noqa: ANN401  (whatever it names)
+    """Return what `package.module:name` names; raises ImportError, AttributeError, or what the import raises."""
+    module, _, attribute = path.partition(":")
+    return getattr(importlib.import_module(module), attribute)
+
+
+def _law_problems(swarm: Swarm) -> Iterator[str]:
+    try:
+        load_law(swarm.control.law)
+    except LawError as error:
+        yield str(error)
+
+
+def _tables(table: dict[str, object], key: str) -> list[tuple[str, object]]:
+    inner = table.get(key)
+    return [(f"{key}.{name}", value) for name, value in inner.items()] if isinstance(inner, dict) else []
+
+
+def _read_key_frames(swarm_file: Path, key: str, name: str) -> str:
+    try:
+        return (swarm_file.parent / name).read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        raise SwarmFileError(f"{swarm_file}: {key}.file = {name!r}: cannot read it: {error}") from error

@@ -1,0 +1,1 @@
+"""The shell round every core: the only room that knows Zenoh and asyncio."""

@@ -1,0 +1,44 @@
+"""What this process costs, and how it is connected."""
+
+from __future__ import annotations
+
+import resource
+import sys
+
+from flockwire import clock
+from flockwire.nanoseconds import BILLION
+from flockwire.runtime.refusals import Refusals
+from flockwire.runtime.session import Session
+
+
+class ProcessResources:
+    """What this process costs, and how it is connected."""
+
+    def __init__(self, session: Session, refusals: Refusals) -> None:
+        self._session, self._refusals = session, refusals
+        self._links: tuple[str, ...] = ()
+        self._look_at = 0
+        self._at, self._used = clock.now(), clock.cpu_time()
+
+    def cpu_share(self, now: int) -> float:
+        """Return the share of one core used since the last call."""
+        used, elapsed = clock.cpu_time(), max(1, now - self._at)
+        share = (used - self._used) * BILLION / elapsed
+        self._at, self._used = now, used
+        return share
+
+    def resident(self) -> int:
+        """Return the most memory that was resident so far, in bytes."""
+        most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        return most if sys.platform == "darwin" else most * 1024
+
+    def refused(self) -> int:
+        """Return the connections refused so far."""
+        return self._refusals.count
+
+    def links(self) -> tuple[str, ...]:
+        """Return who is linked, by authenticated identity, as of a second ago at most: to look takes a while."""
+        now = clock.monotonic()
+        if now >= self._look_at:
+            self._look_at, self._links = now + BILLION, self._session.linked()
+        return self._links

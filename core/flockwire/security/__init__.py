@@ -1,0 +1,1 @@
+"""Certificates: making them, and checking those that a process shows."""

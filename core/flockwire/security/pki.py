@@ -1,0 +1,232 @@
+"""The swarm's certificates: one authority, one EC P-256 certificate per identity, its name the identity.
+
+    FOLDER/authority/ca.key            signs; stays off the drones
+    FOLDER/ca.crt                      what every process trusts
+    FOLDER/IDENTITY.crt, IDENTITY.key  what a process shows, to those that it dials and those that dial it
+
+Making keys is idempotent: what is good stays, what is about to expire or names another host's address is made again.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import ipaddress
+import os
+import secrets
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from pathlib import Path
+
+from cryptography import x509
+from cryptography.exceptions import InvalidSignature
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+
+from flockwire.wire.plan import Plan
+
+LIFE = timedelta(days=90)
+AUTHORITY_LIFE = timedelta(days=3650)
+RENEW = timedelta(days=30)  # before its end a certificate is renewed
+WARN = timedelta(days=14)  # before its end `check` warns
+BACKDATED = timedelta(hours=1)  # so that a machine whose clock is a little behind trusts it too
+
+
+class KeysError(ValueError):
+    """Keys that cannot be made; the text is one line: the file, what is wrong, what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Signer:
+    """A certificate with its private key."""
+
+    certificate: x509.Certificate
+    key: ec.EllipticCurvePrivateKey
+
+
+def make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool = False) -> tuple[str, ...]:
+    """Make what is missing, wrong or about to expire; returns the names of what was made.
+
+    With `rotate`, a new authority and all certificates again: whatever was signed before is rejected afterwards.
+    Raises KeysError, and OSError where the folder cannot be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+    folder.chmod(0o700)
+    lock = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # two who make keys at once take turns
+        return _make_keys(plan, folder, now, rotate)
+    finally:
+        os.close(lock)
+
+
+def _make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool) -> tuple[str, ...]:
+    made = []
+    authority = None if rotate else _read_authority(folder)
+    if authority is None and not rotate and (folder / "ca.crt").exists():
+        return _without_authority(plan, folder, now)
+    if authority is None or authority.certificate.not_valid_after_utc - now < RENEW:
+        authority = new_authority(plan.swarm.name, now)
+        _write(folder / "authority" / "ca.key", _pem(authority.key), private=True)
+        _write(folder / "ca.crt", authority.certificate.public_bytes(serialization.Encoding.PEM))
+        made.append("ca")
+    for identity in plan.certified:
+        names = alternative_names(plan, identity)
+        if not _good(folder, identity, names, authority.certificate, now):
+            save(issue(authority, identity, names, now - BACKDATED, now + LIFE), folder, identity)
+            made.append(identity)
+    return tuple(made)
+
+
+def _without_authority(plan: Plan, folder: Path, now: datetime) -> tuple[str, ...]:
+    """Make nothing where the authority's key is kept elsewhere; raises KeysError when something would have to be."""
+    certificate = x509.load_pem_x509_certificate((folder / "ca.crt").read_bytes())
+    for identity in plan.certified:
+        if not (folder / f"{identity}.crt").exists():
+            continue  # another host's
+        if not _good(folder, identity, alternative_names(plan, identity), certificate, now):
+            raise KeysError(
+                f"{folder / identity}.crt: has to be made again, and the authority's key is not here; run "
+                "`flockwire keys` where authority/ca.key is and copy the files, or use --rotate for a new authority"
+            )
+    return ()
+
+
+def alternative_names(plan: Plan, identity: str) -> tuple[str, ...]:
+    """Return the addresses and names under which `identity` is dialled: its host's, its own as a service, loopback."""
+    host = plan.hosts[identity]
+    listening = plan.endpoints.get(identity, "").rpartition(":")[0].strip("[]")
+    names = (listening, plan.swarm.hosts[host].address, "127.0.0.1", "::1", host, identity, "localhost")
+    return tuple(dict.fromkeys(name for name in names if name))
+
+
+def issue(authority: Signer, name: str, alternatives: tuple[str, ...], begin: datetime, end: datetime) -> Signer:
+    """Return a new certificate for `name`, valid from `begin` to `end`, with its key."""
+    key = ec.generate_private_key(ec.SECP256R1())
+    certificate = (
+        _builder(name, authority.certificate.subject, key, begin, end)
+        .add_extension(x509.SubjectAlternativeName(list(_general_names(alternatives))), critical=False)
+        .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
+        .add_extension(
+            x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH]), critical=False
+        )
+        .sign(authority.key, hashes.SHA256())
+    )
+    return Signer(certificate, key)
+
+
+def expiring(plan: Plan, folder: Path, now: datetime) -> Iterator[str]:
+    """Yield a line for each certificate that ends within two weeks of `now`, or has ended."""
+    for identity in ("ca", *plan.certified):
+        path = folder / f"{identity}.crt"
+        try:
+            end = x509.load_pem_x509_certificate(path.read_bytes()).not_valid_after_utc
+        except FileNotFoundError:
+            continue
+        except (OSError, ValueError):
+            yield f"{path}: is not a certificate; `flockwire keys` makes it again"
+        else:
+            if end - now < WARN:
+                yield f"{path}: ends on {end:%Y-%m-%d}; `flockwire keys` renews it"
+
+
+def save(signer: Signer, folder: Path, name: str) -> None:
+    """Write a certificate and its key as `name`.crt and `name`.key."""
+    _write(folder / f"{name}.key", _pem(signer.key), private=True)
+    _write(folder / f"{name}.crt", signer.certificate.public_bytes(serialization.Encoding.PEM))
+
+
+def read_authority(folder: Path) -> Signer:
+    """Read the authority with its key; raises FileNotFoundError where the key is kept elsewhere."""
+    authority = _read_authority(folder)
+    if authority is None:
+        raise FileNotFoundError(f"{folder / 'authority' / 'ca.key'}: the authority's key is not here")
+    return authority
+
+
+def _read_authority(folder: Path) -> Signer | None:
+    try:
+        key = serialization.load_pem_private_key((folder / "authority" / "ca.key").read_bytes(), None)
+        certificate = x509.load_pem_x509_certificate((folder / "ca.crt").read_bytes())
+    except FileNotFoundError:
+        return None
+    except (ValueError, TypeError) as error:
+        raise KeysError(f"{folder}: its authority cannot be read: {error}; --rotate makes a new one") from None
+    if not isinstance(key, ec.EllipticCurvePrivateKey) or certificate.public_key() != key.public_key():
+        raise KeysError(f"{folder / 'authority' / 'ca.key'}: is not the key of ca.crt; --rotate makes a new authority")
+    return Signer(certificate, key)
+
+
+def new_authority(name: str, now: datetime) -> Signer:
+    """Return a new authority for the swarm called `name`."""
+    key = ec.generate_private_key(ec.SECP256R1())
+    common_name = f"flockwire {name}"[:64]  # no longer one fits into a certificate
+    certificate = (
+        _builder(common_name, _name(common_name), key, now - BACKDATED, now + AUTHORITY_LIFE)
+        .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
+        .sign(key, hashes.SHA256())
+    )
+    return Signer(certificate, key)
+
+
+def _builder(
+    name: str, issuer: x509.Name, key: ec.EllipticCurvePrivateKey, begin: datetime, end: datetime
+) -> x509.CertificateBuilder:
+    return (
+        x509.CertificateBuilder()
+        .subject_name(_name(name))
+        .issuer_name(issuer)
+        .public_key(key.public_key())
+        .serial_number(x509.random_serial_number())
+        .not_valid_before(begin)
+        .not_valid_after(end)
+    )
+
+
+def _name(common_name: str) -> x509.Name:
+    return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, common_name)])
+
+
+def _general_names(names: tuple[str, ...]) -> Iterator[x509.GeneralName]:
+    for name in names:
+        try:
+            yield x509.IPAddress(ipaddress.ip_address(name))
+        except ValueError:
+            yield x509.DNSName(name)
+
+
+def _good(folder: Path, identity: str, names: tuple[str, ...], authority: x509.Certificate, now: datetime) -> bool:
+    """Return whether the certificate on disk can stay: whole, this authority's, for these names, for a while yet."""
+    try:
+        certificate = x509.load_pem_x509_certificate((folder / f"{identity}.crt").read_bytes())
+        key = serialization.load_pem_private_key((folder / f"{identity}.key").read_bytes(), None)
+        certificate.verify_directly_issued_by(authority)
+        alternatives = certificate.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+    except (FileNotFoundError, ValueError, TypeError, InvalidSignature, x509.ExtensionNotFound):
+        return False
+    return (
+        certificate.not_valid_after_utc - now > RENEW
+        and certificate.subject == _name(identity)
+        and certificate.public_key() == key.public_key()
+        and list(alternatives) == list(_general_names(names))
+        and (folder / f"{identity}.key").stat().st_mode & 0o077 == 0
+    )
+
+
+def _pem(key: ec.EllipticCurvePrivateKey) -> bytes:
+    return key.private_bytes(
+        serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
+    )
+
+
+def _write(path: Path, data: bytes, private: bool = False) -> None:
+    """Write a file whole or not at all, readable by its owner alone when it is private."""
+    path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+    part = path.with_name(f".{path.name}.{secrets.token_hex(8)}")
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW
+    with os.fdopen(os.open(part, flags, 0o600 if private else 0o644), "wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+    part.replace(path)

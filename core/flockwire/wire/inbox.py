@@ -1,0 +1,116 @@
+"""The gate that every received message passes: decoded, judged for freshness, counted when it is rejected."""
+
+from __future__ import annotations
+
+from collections import Counter
+from struct import Struct, error
+from typing import NamedTuple
+
+from flockwire.nanoseconds import BILLION
+from flockwire.wire.cdr import MessageError
+from flockwire.wire.keys import Key, KeyRow
+from flockwire.wire.messages import Message
+
+ATTACHMENT = Struct("<qqB16s")  # as rmw_zenoh: sequence number, source time in ns, 16, publisher id
+CANARY = b"flockwire canary"  # what the conformance probe publishes in place of a message: dropped, and counted as such
+MOST_MISSED = 1_000_000  # a larger gap is forged, and must not overflow a counter
+AHEAD = BILLION // 10  # ns by which a stamp may lie in the future: a bound on the offset between two machines' clocks
+
+
+def attachment(sequence: int, sent: int, publisher: bytes) -> bytes:
+    """Return what accompanies every sample: its number, when it was sent (Unix ns), and by whom (16 bytes)."""
+    return ATTACHMENT.pack(sequence, sent, 16, publisher)
+
+
+class Origin(NamedTuple):
+    """Where a sample comes from: the attachment's content."""
+
+    sequence: int
+    sent: int
+    publisher: bytes
+
+
+def read_attachment(data: bytes) -> Origin:
+    """Read an attachment; raises MessageError."""
+    try:
+        sequence, sent, size, publisher = ATTACHMENT.unpack(data)
+    except error:
+        raise MessageError(f"an attachment of {len(data)} bytes, not {ATTACHMENT.size}") from None
+    if size != 16 or sequence < 0:
+        raise MessageError("an attachment of another form")
+    return Origin(sequence, sent, publisher)
+
+
+Opened = tuple[Message, int, int, bytes]  # a sample that could be read: message, sequence, sent, publisher
+
+
+def open_sample(row: KeyRow, payload: bytes, attached: bytes) -> Opened | None:
+    """Decode a sample of a key of `row`; None when it is malformed."""
+    try:
+        message = row.message.decode(payload)
+        sequence, sent, size, publisher = ATTACHMENT.unpack(attached)
+    except (MessageError, error):
+        return None
+    return (message, sequence, sent, publisher) if size == 16 and sequence >= 0 else None
+
+
+class Received(NamedTuple):
+    """A message that passed."""
+
+    message: Message
+    origin: Origin
+    missed: int  # messages of the same publisher between the last one and this
+
+
+class Inbox:
+    """Receives one key.
+
+    `rejected` counts the messages rejected, by reason. Of the last one that passed, `sent` is when its publisher
+    sent it (Unix ns), `missed` how many of the same publisher's were between it and the one before.
+    """
+
+    def __init__(self, key: Key, row: KeyRow) -> None:
+        self.key = key
+        self.rejected: Counter[str] = Counter()
+        self.sent = self.missed = 0
+        self._row = row
+        self._maximum_age = None if row.maximum_age is None else round(row.maximum_age * BILLION)
+        self._newest = 0
+        self._publisher = b""
+        self._sequence = -1
+
+    def accept(self, payload: bytes, attached: bytes, now: int) -> Received | None:
+        """Return the message, or None when it is malformed, not newer than the last accepted, too old or ahead."""
+        if payload.startswith(CANARY):
+            self.rejected["canary"] += 1
+            return None
+        opened = open_sample(self._row, payload, attached)
+        message = self.admit(opened, now)
+        if message is None or opened is None:
+            return None
+        _, sequence, sent, publisher = opened
+        return Received(message, Origin(sequence, sent, publisher), self.missed)
+
+    def admit(self, opened: Opened | None, now: int) -> Message | None:
+        """Judge what `open_sample` returned, as `accept` does; return its message when it passes."""
+        if opened is None:
+            return self._reject("malformed")
+        message, sequence, sent, publisher = opened
+        stamp, known = message.stamp, publisher == self._publisher
+        if self._newest > now + AHEAD:  # this machine's clock was set back
+            self._newest = 0
+        if known and sequence <= self._sequence:
+            return self._reject("repeated")
+        if stamp < self._newest:
+            return self._reject("older than the last")
+        if stamp > now + AHEAD:
+            return self._reject("ahead of time")
+        if self._maximum_age is not None and stamp < now - self._maximum_age:
+            return self._reject("expired")
+        self.missed = min(sequence - self._sequence - 1, MOST_MISSED) if known else 0
+        self.sent, self._newest, self._publisher, self._sequence = sent, stamp, publisher, sequence
+        return message
+
+    def _reject(self, reason: str) -> Message | None:
+        self.rejected[reason] += 1
+        return None

@@ -1,0 +1,153 @@
+"""The key table: which keys a swarm has, their message, who publishes them and who subscribes to them.
+
+A key is `<swarm>/<owner>/<kind>` (`<swarm>/<kind>` where all drones share it), which is also a ROS 2 topic name. No
+other file knows a key's spelling, and who is linked to whom (plan.py) follows from this table, the process table and
+the graph. Whoever records subscribes to every key without being named here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple
+
+from flockwire.control.graph import LEADER
+from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.messages import Command, Estimate, Message, Mission, Nearby, Pose, Stop, Telemetry
+from flockwire.wire.processes import AGENT, GATEWAY, KINEMATICS, LEADING, OPERATOR, Process, Roster
+from flockwire.wire.status import Status
+
+
+class Key(NamedTuple):
+    """One key of a swarm: what it tells (`kind`) and of whom (`owner`, empty when of the whole swarm)."""
+
+    kind: str
+    owner: str = ""
+
+
+class Delivery(Enum):
+    """How the network treats a key's messages."""
+
+    STATE = "newest counts: sent at once, dropped rather than queued"
+    EVENT = "every one counts: sent before all else, waited for"
+    BACKGROUND = "sent when there is time"
+
+
+class Owner(NamedTuple):
+    """Whose key it is: a drone's, a process's, or (both empty) everybody's."""
+
+    name: str = ""
+    drone: int | None = None
+
+
+Owners = Callable[[Roster], tuple[Owner, ...]]
+Who = Callable[[Roster, Owner], tuple[str, ...]]
+
+
+@dataclass(frozen=True, slots=True)
+class KeyRow:
+    """One kind of key. `owners` answers for a swarm, `publishers` and `subscribers` for one owner in it."""
+
+    kind: str
+    message: type[Message]
+    owners: Owners
+    publishers: Who
+    subscribers: Who
+    delivery: Delivery = Delivery.STATE
+    maximum_age: float | None = 1.0  # s; None: a message holds until a newer one comes
+
+
+def _drones(which: Callable[[Swarm], tuple[int, ...]]) -> Owners:
+    return lambda roster: tuple(Owner(uav(i), i) for i in which(roster.swarm))
+
+
+def _everybody(_: Roster) -> tuple[Owner, ...]:
+    return (Owner(),)
+
+
+def _processes(roster: Roster) -> tuple[Owner, ...]:
+    return tuple(Owner(identity) for identity, row in roster.rows.items() if row.started)
+
+
+def _flying(swarm: Swarm) -> tuple[int, ...]:
+    return swarm.flying
+
+
+def _posed(swarm: Swarm) -> tuple[int, ...]:
+    return tuple(sorted({LEADER, *swarm.flying}))
+
+
+def _followers(swarm: Swarm) -> tuple[int, ...]:
+    return swarm.followers
+
+
+def _sensing(swarm: Swarm) -> tuple[int, ...]:
+    return swarm.followers if swarm.avoidance.sensing == "nearby" else ()
+
+
+def _all(*rows: Process) -> Who:
+    return lambda roster, _: roster.of(*rows)
+
+
+def _any_of(*parts: Who) -> Who:
+    return lambda roster, owner: tuple(identity for part in parts for identity in part(roster, owner))
+
+
+def _itself(_: Roster, owner: Owner) -> tuple[str, ...]:
+    return (owner.name,)
+
+
+def _pilot(roster: Roster, owner: Owner) -> tuple[str, ...]:
+    return (roster.pilots[owner.drone],) if owner.drone is not None else ()
+
+
+def _neighbours(roster: Roster, owner: Owner) -> tuple[str, ...]:
+    """Name the pilots of those with an edge from the owner."""
+    return tuple(roster.pilots[i] for i in roster.swarm.topology.listeners(owner.drone or 0))
+
+
+def _virtual(roster: Roster, owner: Owner) -> bool:
+    return owner.drone == LEADER and roster.swarm.leader.kind == "virtual"
+
+
+def _pose_source(roster: Roster, owner: Owner) -> tuple[str, ...]:
+    return roster.of(LEADING if _virtual(roster, owner) else GATEWAY)
+
+
+def _pose_readers(roster: Roster, owner: Owner) -> tuple[str, ...]:
+    """Name the drone itself, and its listeners where they need it: for the leader's pose, or to avoid neighbours."""
+    pilot = () if _virtual(roster, owner) else _pilot(roster, owner)
+    needed = owner.drone == LEADER or roster.swarm.avoidance.sensing == "neighbours"
+    return (*pilot, *(_neighbours(roster, owner) if needed else ()))
+
+
+TABLE = (
+    KeyRow("truth", Pose, _drones(_flying), _all(KINEMATICS), _all(GATEWAY)),
+    KeyRow("nearby", Nearby, _drones(_sensing), _all(GATEWAY), _pilot),
+    KeyRow("pose", Pose, _drones(_posed), _pose_source, _pose_readers),
+    KeyRow("estimate", Estimate, _drones(_followers), _pilot, _neighbours),
+    KeyRow("command", Command, _drones(_flying), _pilot, _all(KINEMATICS)),
+    KeyRow("telemetry", Telemetry, _drones(_flying), _all(KINEMATICS), _any_of(_pilot, _all(OPERATOR))),
+    KeyRow("status", Status, _processes, _itself, _all(OPERATOR), Delivery.BACKGROUND),
+    KeyRow(
+        # The gateway repeats the newest mission, stamp unchanged, for those who join late.
+        "mission", Mission, _everybody, _all(OPERATOR, GATEWAY), _all(GATEWAY, LEADING, AGENT),
+        Delivery.EVENT, None,
+    ),
+    KeyRow("stop", Stop, _everybody, _all(OPERATOR), _all(KINEMATICS, LEADING, AGENT), Delivery.EVENT),
+)  # fmt: skip
+
+ROWS = {row.kind: row for row in TABLE}
+MISSION = Key("mission")
+STOP = Key("stop")
+
+
+def key_text(swarm: Swarm, key: Key) -> str:
+    """Return the key as it stands on the wire; with a `/` before it, the ROS 2 topic."""
+    return f"{swarm.name}/{key.owner}/{key.kind}" if key.owner else f"{swarm.name}/{key.kind}"
+
+
+def all_keys(roster: Roster) -> tuple[Key, ...]:
+    """Return every key of the swarm, in the table's order."""
+    return tuple(Key(row.kind, owner.name) for row in TABLE for owner in row.owners(roster))

@@ -1,0 +1,241 @@
+"""The wire: every message as a named tuple with its codec beside it.
+
+The payloads are ROS 2 messages in CDR, so that a trace or a bridge needs no translation. Stamps are Unix time in
+nanoseconds and say for when the content is true. Positions are metres, velocities m/s, both in the world frame (ENU)
+that `frame` names. `decode` raises MessageError for bytes of another form and for numbers that are not finite.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from functools import lru_cache
+from typing import NamedTuple, Protocol, Self
+
+from flockwire.control.vector import Vector
+from flockwire.wire.cdr import LONGEST_SEQUENCE, MessageError, Reader, Writer
+from flockwire.wire.stamped import pack, peek_length, unpack
+
+SMALLEST_BODY = 33  # bytes that a nearby body takes at least
+
+
+class Message(Protocol):
+    """What all messages share."""
+
+    @property
+    def stamp(self) -> int:
+        """Unix time in ns for which the content is true."""
+
+    def encode(self) -> bytes:
+        """Return the CDR bytes."""
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Read CDR bytes; raises MessageError."""
+
+
+class Pose(NamedTuple):
+    """geometry_msgs/PoseStamped: where a body is; the quaternion is x y z w."""
+
+    stamp: int
+    frame: str
+    position: Vector
+    orientation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+
+    def encode(self) -> bytes:
+        """Return the CDR bytes."""
+        return pack(self.stamp, self.frame, "ddddddd", *self.position, *self.orientation)
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Read CDR bytes; raises MessageError."""
+        stamp, frame, v = unpack(data, "ddddddd")
+        return cls(stamp, frame, (v[0], v[1], v[2]), (v[3], v[4], v[5], v[6]))
+
+
+class Estimate(NamedTuple):
+    """flockwire_msgs/LeaderEstimate: one follower's estimate of the leader's position, velocity and acceleration."""
+
+    stamp: int
+    frame: str
+    position: Vector
+    velocity: Vector
+    acceleration: Vector = (0.0, 0.0, 0.0)  # m/s^2
+
+    def encode(self) -> bytes:
+        """Return the CDR bytes."""
+        return pack(self.stamp, self.frame, "ddddddddd", *self.position, *self.velocity, *self.acceleration)
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Read CDR bytes; raises MessageError."""
+        stamp, frame, v = unpack(data, "ddddddddd")
+        return cls(stamp, frame, (v[0], v[1], v[2]), (v[3], v[4], v[5]), (v[6], v[7], v[8]))
+
+
+class Command(NamedTuple):
+    """geometry_msgs/TwistStamped: a velocity command; the stamp is that of the own pose it answers."""
+
+    stamp: int
+    frame: str
+    velocity: Vector
+    yaw_rate: float = 0.0  # rad/s, counter-clockwise
+
+    def encode(self) -> bytes:
+        """Return the CDR bytes."""
+        return pack(self.stamp, self.frame, "dddddd", *self.velocity, 0.0, 0.0, self.yaw_rate)
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Read CDR bytes; raises MessageError."""
+        stamp, frame, v = unpack(data, "dddddd")
+        return cls(stamp, frame, (v[0], v[1], v[2]), v[5])
+
+
+class BodyKind(IntEnum):
+    """What a nearby body is."""
+
+    DRONE = 0
+    OBSTACLE = 1
+
+
+_KINDS: dict[object, BodyKind] = {int(kind): kind for kind in BodyKind}
+
+
+class Body(NamedTuple):
+    """A nearby body: from the own position to its nearest axis point, and its radius round that."""
+
+    kind: BodyKind
+    relative_position: Vector
+    radius: float
+
+
+class Nearby(NamedTuple):
+    """flockwire_msgs/NearbyBodies: what a relative sensor on board would see, without identities."""
+
+    stamp: int
+    frame: str
+    bodies: tuple[Body, ...]
+
+    def encode(self) -> bytes:
+        """Return the CDR bytes."""
+        stamp, frame, bodies = self
+        values: list[object] = []
+        for kind, (x, y, z), radius in bodies:
+            values += (kind, x, y, z, radius)
+        return pack(stamp, frame, _bodies(len(bodies)), len(bodies), *values)
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Read CDR bytes; raises MessageError."""
+        count = peek_length(data)
+        if count > LONGEST_SEQUENCE or count * SMALLEST_BODY > len(data):
+            raise MessageError(f"{count} nearby bodies in {len(data)} bytes; the most is {LONGEST_SEQUENCE}")
+        stamp, frame, v = unpack(data, _bodies(count))
+        if count and min(v[5::5]) < 0.0:
+            raise MessageError(f"a nearby body of radius {min(v[5::5])}, below 0")
+        try:
+            bodies = tuple(
+                [Body(_KINDS[kind], (x, y, z), r) for kind, x, y, z, r in zip(*([iter(v[1:])] * 5), strict=True)]
+            )
+        except KeyError as kind:
+            raise MessageError(f"there is no body of kind {kind}") from None
+        return cls(stamp, frame, bodies)
+
+
+class FlightState(IntEnum):
+    """What an airframe does."""
+
+    GROUNDED = 0
+    FLYING = 1
+    LANDING = 2
+    STOPPED = 3
+
+
+_STATES: dict[object, FlightState] = {int(state): state for state in FlightState}
+
+
+class Telemetry(NamedTuple):
+    """flockwire_msgs/Telemetry: the state of an airframe."""
+
+    stamp: int
+    frame: str
+    state: FlightState
+    battery: float  # share of full, 0 to 1
+    height: float  # m above the ground
+    command_age: float  # s since the last command; -1 before the first
+
+    def encode(self) -> bytes:
+        """Return the CDR bytes."""
+        return pack(self.stamp, self.frame, "Bddd", self.state, self.battery, self.height, self.command_age)
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Read CDR bytes; raises MessageError."""
+        stamp, frame, v = unpack(data, "Bddd")
+        state = _STATES.get(v[0])
+        if state is None:
+            raise MessageError(f"there is no flight state {v[0]}")
+        return cls(stamp, frame, state, v[1], v[2], v[3])
+
+
+MISSION_VERBS = ("takeoff", "start", "hold", "land")
+
+
+class Mission(NamedTuple):
+    """flockwire_msgs/Mission: what the operator wants of all drones; the newest one holds."""
+
+    stamp: int
+    frame: str
+    verb: str  # one of MISSION_VERBS
+    start: int = 0  # Unix time in ns at which the formation's time is 0 (verb "start")
+    formation: str = ""  # a name from [formations], empty for [formation]
+
+    def encode(self) -> bytes:
+        """Return the CDR bytes."""
+        writer = Writer()
+        writer.time(self.stamp)
+        writer.text(self.frame)
+        writer.text(self.verb)
+        writer.time(self.start)
+        writer.text(self.formation)
+        return writer.finish()
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Read CDR bytes; raises MessageError."""
+        reader = Reader(data)
+        stamp, frame, verb = reader.time(), reader.text(), reader.text()
+        mission = cls(stamp, frame, verb, reader.time(), reader.text())
+        reader.end()
+        if verb not in MISSION_VERBS:
+            raise MessageError(f"there is no mission {verb!r}")
+        return mission
+
+
+class Stop(NamedTuple):
+    """flockwire_msgs/Stop: emergency stop, motors off."""
+
+    stamp: int
+    frame: str
+    reason: str
+
+    def encode(self) -> bytes:
+        """Return the CDR bytes."""
+        writer = Writer()
+        writer.time(self.stamp)
+        writer.text(self.frame)
+        writer.text(self.reason)
+        return writer.finish()
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Read CDR bytes; raises MessageError."""
+        reader = Reader(data)
+        stop = cls(reader.time(), reader.text(), reader.text())
+        reader.end()
+        return stop
+
+
+@lru_cache(maxsize=256)
+def _bodies(count: int) -> str:
+    return "I" + "Bdddd" * count

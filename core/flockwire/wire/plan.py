@@ -1,0 +1,154 @@
+"""Who publishes, subscribes, links, dials and listens where: one pass over the two tables and the graph, for a swarm.
+
+Session, access control, certificates, child processes, the virtual world and the probe all take a Plan; none of them
+looks at the tables again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from flockwire.swarm.model import Swarm
+from flockwire.wire.keys import TABLE, Key, key_text
+from flockwire.wire.processes import DRONE_PORTS, SINGLE_PORTS, Link, Member, Process, Roster
+
+
+class Flow(NamedTuple):
+    """One key with the identities that publish it and those that subscribe to it."""
+
+    key: Key
+    publishers: tuple[str, ...]
+    subscribers: tuple[str, ...]
+
+
+class Plan:
+    """The plan of `swarm`. Mappings are by identity; identities are in the order of the process table."""
+
+    def __init__(self, swarm: Swarm) -> None:
+        self.swarm = swarm
+        roster = Roster(swarm)
+        self.rows: Mapping[str, Process] = roster.rows
+        self.members: Mapping[str, Member] = roster.members
+        self.identities = tuple(roster.rows)
+        self.started = tuple(identity for identity, row in roster.rows.items() if row.started)
+        self.certified = tuple(identity for identity, row in roster.rows.items() if row.certified)
+        self.pilots = tuple(roster.pilots[i] for i in swarm.flying if i in roster.pilots)  # whom a flight waits for
+        self.pilot: Mapping[int, str] = roster.pilots  # by drone
+        self.routers = tuple(identity for identity, row in roster.rows.items() if row.link is Link.ROUTER)
+        self.recorders = tuple(identity for identity, row in roster.rows.items() if row.records)
+        self.witnesses = tuple(identity for identity, row in roster.rows.items() if row.witness)
+        self.flows = tuple(_flows(roster, self.recorders))
+        self.publishes: dict[str, tuple[Key, ...]] = {}
+        self.subscribes: dict[str, tuple[Key, ...]] = {}
+        self._passes: dict[tuple[str, str], list[Key]] = {}
+        self._collect()
+        self.partners = self._partners()
+        self.links = self._links()
+        place = {identity: rank for rank, identity in enumerate(self.identities)}
+        self.dials = {
+            one: tuple(other for other in linked if place[other] < place[one]) for one, linked in self.links.items()
+        }
+        self.hosts = {identity: self._host(identity) for identity in self.identities}
+        self.endpoints = {identity: self._endpoint(identity) for identity in self.identities if self._listens(identity)}
+
+    @property
+    def keys(self) -> tuple[Key, ...]:
+        """Every key of the swarm, in the key table's order."""
+        return tuple(flow.key for flow in self.flows)
+
+    def text(self, key: Key) -> str:
+        """Return the key as it stands on the wire."""
+        return key_text(self.swarm, key)
+
+    def of_kind(self, kind: str) -> tuple[str, ...]:
+        """Return the identities of the processes of one kind, possibly none."""
+        return tuple(identity for identity, row in self.rows.items() if row.kind == kind)
+
+    def processes_on(self, host: str) -> tuple[str, ...]:
+        """Return the identities that host `host` runs."""
+        return tuple(identity for identity in self.started if self.hosts[identity] == host)
+
+    def conducts(self, host: str) -> bool:
+        """Return whether host `host` gives the orders and gets the trace."""
+        return any(self.hosts[identity] == host for identity in self.recorders)
+
+    def passes(self, sender: str, receiver: str) -> tuple[Key, ...]:
+        """Return the keys that may go over the link from `sender` to `receiver`.
+
+        Between partners: what the one publishes and the other subscribes to. A router passes on what others publish.
+        """
+        if sender in self.routers:
+            return self.subscribes[receiver]
+        if receiver in self.routers:
+            return self.publishes[sender]
+        return tuple(self._passes.get((sender, receiver), ()))
+
+    def publishes_to(self, sender: str, receiver: str) -> bool:
+        """Return whether `receiver` subscribes to anything that `sender` publishes."""
+        return (sender, receiver) in self._passes
+
+    def _collect(self) -> None:
+        publishes: dict[str, list[Key]] = {identity: [] for identity in self.identities}
+        subscribes: dict[str, list[Key]] = {identity: [] for identity in self.identities}
+        for key, publishers, subscribers in self.flows:
+            for sender in publishers:
+                publishes[sender].append(key)
+                for receiver in subscribers:
+                    self._passes.setdefault((sender, receiver), []).append(key)
+            for receiver in subscribers:
+                subscribes[receiver].append(key)
+        self.publishes = {identity: tuple(keys) for identity, keys in publishes.items()}
+        self.subscribes = {identity: tuple(keys) for identity, keys in subscribes.items()}
+
+    def _partners(self) -> dict[str, tuple[str, ...]]:
+        """Return the identities with which each exchanges at least one key, in the order of dialling."""
+        found: dict[str, set[str]] = {identity: set() for identity in self.identities}
+        for sender, receiver in self._passes:
+            if sender != receiver:
+                found[sender].add(receiver)
+                found[receiver].add(sender)
+        place = {identity: rank for rank, identity in enumerate(self.identities)}
+        return {one: tuple(sorted(others, key=place.__getitem__)) for one, others in found.items()}
+
+    def _links(self) -> dict[str, tuple[str, ...]]:
+        """Return the identities to which each is linked: its partners, or the router, which is linked to all."""
+        if not self.routers:
+            return self.partners
+        others = tuple(identity for identity in self.certified if identity not in self.routers)
+        return {
+            identity: others if identity in self.routers else self.routers if self.rows[identity].certified else ()
+            for identity in self.identities
+        }
+
+    def _host(self, identity: str) -> str:
+        swarm, drone = self.swarm, self.members[identity].drone
+        for name, host in swarm.hosts.items():
+            if identity in host.processes:
+                return name
+        named = swarm.drone(drone).host if drone in swarm.flying and drone is not None else None
+        return named if named is not None else next(iter(swarm.hosts))
+
+    def _listens(self, identity: str) -> bool:
+        link = self.rows[identity].link
+        return link is Link.ROUTER or (link is Link.PEER and not self.routers)
+
+    def _endpoint(self, identity: str) -> str:
+        """Return `IP:PORT`, its own: the ports of a kind do not depend on what other kinds there are."""
+        swarm, row, drone = self.swarm, self.rows[identity], self.members[identity].drone
+        if row.pilot and drone is not None and drone in swarm.flying:
+            address = swarm.drone(drone).address
+            if address is not None:
+                return address
+        place = row.port if drone is None else SINGLE_PORTS + DRONE_PORTS * drone + row.port
+        address, port = swarm.hosts[self.hosts[identity]].address, swarm.network.base_port + place
+        return f"[{address}]:{port}" if ":" in address else f"{address}:{port}"
+
+
+def _flows(roster: Roster, recorders: tuple[str, ...]) -> list[Flow]:
+    found = []
+    for row in TABLE:
+        for owner in row.owners(roster):
+            subscribers = (*row.subscribers(roster, owner), *recorders)
+            found.append(Flow(Key(row.kind, owner.name), row.publishers(roster, owner), subscribers))
+    return found

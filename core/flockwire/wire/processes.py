@@ -1,0 +1,160 @@
+"""The process table: one row for each kind of process. No other file outside a kind's own folder knows its name.
+
+Beside it stands the key table (keys.py); who is linked to whom, with which certificate and access rules, is derived
+from the two and the graph (plan.py). A new kind of process is a row here, its keys there, and a folder with its core.
+
+The order of the rows is that of tables and reports, and says who dials: of two linked processes the one further down
+dials the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple
+
+from flockwire.control.graph import LEADER
+from flockwire.swarm.model import Swarm, uav
+
+SINGLE_PORTS = 16  # base_port and those after it belong to kinds with one member
+DRONE_PORTS = 4  # after those, so many belong to each drone
+
+
+class Link(Enum):
+    """How a kind of process is linked to the others."""
+
+    PEER = "listens at its own endpoint and dials those before it"
+    ROUTER = "listens; all others dial it, and it passes on what they publish"
+    DIALS = "dials and is dialled by nobody; may be there any number of times"
+    NONE = "has no link, and so neither keys nor a certificate"
+
+
+class Member(NamedTuple):
+    """One process of a swarm: its identity (certificate, log, status) and the drone that it serves, None if none."""
+
+    identity: str
+    drone: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Process:
+    """One kind of process."""
+
+    kind: str  # its verb on the command line
+    help: str
+    members: Callable[[Swarm], tuple[Member, ...]]
+    core: str  # "module:function" from a Start to the core, in real and in virtual time; empty for a person's command
+    port: int  # its place among the kinds with one member, or among a drone's processes
+    runner: str = "flockwire.runtime.shell:run_core"  # what runs it in real time
+    numbered: bool = False  # one member for each of several drones, named on the command line by the drone's id
+    link: Link = Link.PEER
+    pilot: bool = False  # flies its drone: a flight waits for it, and ends when it is lost
+    witness: bool = False  # no fault reaches it: without it a flight cannot be judged
+    records: bool = False  # subscribes to every key and writes the trace; its host conducts the flight
+    faults: frozenset[str] = frozenset()  # the kinds of fault that its core injects by itself
+    after: tuple[str, ...] = ("router", "recorder")  # kinds whose status is waited for before it is started
+    only_if: str = ""  # when a swarm has members of this kind, where not every swarm has
+
+    @property
+    def certified(self) -> bool:
+        """Whether its members have certificates."""
+        return self.link is not Link.NONE
+
+    @property
+    def started(self) -> bool:
+        """Whether `up` starts its members; else they are a person's."""
+        return bool(self.core)
+
+
+def _one(identity: str) -> Callable[[Swarm], tuple[Member, ...]]:
+    return lambda _: (Member(identity),)
+
+
+ROUTER = Process(
+    "router",
+    'Run the router of `[network] mode = "router"`.',
+    lambda swarm: (Member("router"),) if swarm.network.mode == "router" else (),
+    "flockwire_router.core:make_core",
+    port=4,
+    link=Link.ROUTER,
+    after=(),
+    only_if="network.mode = 'router'",
+)
+GATEWAY = Process(
+    "gateway",
+    "Run the gateway, which serves poses and what is nearby.",
+    _one("gateway"),
+    "flockwire_mocap.core:make_core",
+    port=0,
+    faults=frozenset({"tracker", "noise"}),
+)
+KINEMATICS = Process(
+    "kinematics",
+    "Run the simulated airframes with their drivers.",
+    _one("kinematics"),
+    "flockwire_tello.core:make_core",
+    port=1,
+    faults=frozenset({"lag", "failure"}),
+)
+LEADING = Process(
+    "leader",
+    "Run the leader.",
+    lambda _: (Member("leader", LEADER),),
+    "flockwire_leader.core:make_core",
+    port=0,
+    pilot=True,
+)
+AGENT = Process(
+    "agent",
+    "Run the agent of one follower.",
+    lambda swarm: tuple(Member(uav(i), i) for i in swarm.followers),
+    "flockwire_agent.core:make_core",
+    port=0,
+    numbered=True,
+    pilot=True,
+)
+RECORDER = Process(
+    "recorder",
+    "Record every message into OUT/trace.mcap.",
+    _one("recorder"),
+    "flockwire_recorder.core:make_core",
+    port=3,
+    runner="flockwire_recorder.process:run",
+    witness=True,
+    records=True,
+    after=("router",),
+)
+OPERATOR = Process(
+    "operator",
+    "Give orders.",
+    _one("operator"),
+    "",
+    port=0,
+    link=Link.DIALS,
+    witness=True,
+)
+
+PROCESSES = (ROUTER, GATEWAY, KINEMATICS, LEADING, AGENT, RECORDER, OPERATOR)
+
+
+class Roster:
+    """The processes of `swarm`, in the order of the table."""
+
+    def __init__(self, swarm: Swarm) -> None:
+        self.swarm = swarm
+        self.rows: dict[str, Process] = {}  # by identity
+        self.members: dict[str, Member] = {}  # by identity
+        self.pilots: dict[int, str] = {}  # the identity of who flies a drone
+        self._identities: dict[str, tuple[str, ...]] = {}  # by kind
+        for row in PROCESSES:
+            members = row.members(swarm)
+            self._identities[row.kind] = tuple(member.identity for member in members)
+            for member in members:
+                self.rows[member.identity], self.members[member.identity] = row, member
+                if row.pilot and member.drone is not None:
+                    self.pilots[member.drone] = member.identity
+
+    def of(self, *rows: Process) -> tuple[str, ...]:
+        """Return the identities of all members of `rows`."""
+        return tuple(identity for row in rows for identity in self._identities[row.kind])

@@ -1,0 +1,57 @@
+"""The rules that a swarm file's hosts and addresses must keep so that every process can be reached."""
+
+from __future__ import annotations
+
+import ipaddress
+from collections.abc import Iterator
+
+from flockwire.wire.plan import Plan
+
+HIGHEST_PORT = 65535
+
+
+def problems(plan: Plan) -> Iterator[str]:
+    """Yield one line for each problem, `key = value: rule`."""
+    yield from _processes(plan)
+    yield from _ports(plan)
+    yield from _addresses(plan)
+    yield from _security(plan)
+
+
+def _processes(plan: Plan) -> Iterator[str]:
+    known = [identity for identity in plan.started if not plan.rows[identity].numbered]
+    claimed: dict[str, str] = {}
+    for name, host in plan.swarm.hosts.items():
+        for process in host.processes:
+            if process not in known:
+                yield f"hosts.{name}.processes has {process!r}: must be of {known}"
+            elif process in claimed:
+                yield f"hosts.{name}.processes has {process!r}: host {claimed[process]} runs it already"
+            claimed.setdefault(process, name)
+
+
+def _ports(plan: Plan) -> Iterator[str]:
+    base = plan.swarm.network.base_port
+    for identity, endpoint in plan.endpoints.items():
+        port = int(endpoint.rpartition(":")[2])
+        if port > HIGHEST_PORT:
+            yield f"network.base_port = {base}: {identity} would listen at port {port}, the highest is {HIGHEST_PORT}"
+
+
+def _addresses(plan: Plan) -> Iterator[str]:
+    owners: dict[str, str] = {}
+    for identity, endpoint in plan.endpoints.items():
+        if endpoint in owners:
+            yield f"drones.address: {identity} and {owners[endpoint]} have one address, {endpoint}"
+        owners[endpoint] = identity
+
+
+def _security(plan: Plan) -> Iterator[str]:
+    if plan.swarm.network.security != "none":
+        return
+    for identity, endpoint in plan.endpoints.items():
+        if not ipaddress.ip_address(endpoint.rpartition(":")[0].strip("[]")).is_loopback:
+            yield (
+                f"network.security = 'none': {identity} would listen at {endpoint}; without security only loopback "
+                "addresses are allowed"
+            )

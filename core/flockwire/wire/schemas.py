@@ -1,0 +1,75 @@
+"""The ROS 2 definitions of all messages, as a trace carries them for its readers."""
+
+from __future__ import annotations
+
+import re
+
+from flockwire.wire.messages import Command, Estimate, Message, Mission, Nearby, Pose, Stop, Telemetry
+from flockwire.wire.status import Status
+
+ROS_TYPES: dict[type[Message], str] = {
+    Pose: "geometry_msgs/msg/PoseStamped",
+    Estimate: "flockwire_msgs/msg/LeaderEstimate",
+    Command: "geometry_msgs/msg/TwistStamped",
+    Nearby: "flockwire_msgs/msg/NearbyBodies",
+    Telemetry: "flockwire_msgs/msg/Telemetry",
+    Mission: "flockwire_msgs/msg/Mission",
+    Stop: "flockwire_msgs/msg/Stop",
+    Status: "flockwire_msgs/msg/Status",
+}
+
+DEFINITIONS = {
+    "builtin_interfaces/msg/Time": "int32 sec\nuint32 nanosec",
+    "std_msgs/msg/Header": "builtin_interfaces/Time stamp\nstring frame_id",
+    "geometry_msgs/msg/Point": "float64 x\nfloat64 y\nfloat64 z",
+    "geometry_msgs/msg/Quaternion": "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1",
+    "geometry_msgs/msg/Vector3": "float64 x\nfloat64 y\nfloat64 z",
+    "geometry_msgs/msg/Pose": "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation",
+    "geometry_msgs/msg/Twist": "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular",
+    "geometry_msgs/msg/PoseStamped": "std_msgs/Header header\ngeometry_msgs/Pose pose",
+    "geometry_msgs/msg/TwistStamped": "std_msgs/Header header\ngeometry_msgs/Twist twist",
+    "flockwire_msgs/msg/LeaderEstimate": (
+        "std_msgs/Header header\ngeometry_msgs/Point position\ngeometry_msgs/Vector3 velocity\n"
+        "geometry_msgs/Vector3 acceleration"
+    ),
+    "flockwire_msgs/msg/NearbyBody": (
+        "uint8 DRONE=0\nuint8 OBSTACLE=1\nuint8 kind\ngeometry_msgs/Vector3 relative_position\nfloat64 radius"
+    ),
+    "flockwire_msgs/msg/NearbyBodies": "std_msgs/Header header\nflockwire_msgs/NearbyBody[] bodies",
+    "flockwire_msgs/msg/Telemetry": (
+        "uint8 GROUNDED=0\nuint8 FLYING=1\nuint8 LANDING=2\nuint8 STOPPED=3\n"
+        "std_msgs/Header header\nuint8 state\nfloat64 battery\nfloat64 height\nfloat64 command_age"
+    ),
+    "flockwire_msgs/msg/Mission": (
+        "std_msgs/Header header\nstring verb\nbuiltin_interfaces/Time start\nstring formation"
+    ),
+    "flockwire_msgs/msg/Stop": "std_msgs/Header header\nstring reason",
+    "flockwire_msgs/msg/Status": (
+        "std_msgs/Header header\nstring identity\nstring phase\nstring detail\nfloat64 formation_error\n"
+        "float64 pose_age\nfloat64 estimate_age\nfloat64 nearby_age\nfloat64 telemetry_age\nfloat64 battery\n"
+        "float64 cpu\nuint64 steps\nuint64 late_1ms\nuint64 late_5ms\nuint64 skipped\nuint64 refused\nuint64 resident\n"
+        "string[] rejected_keys\nuint64[] rejected_counts\nstring[] links"
+    ),
+}
+
+
+def schema_text(ros_type: str) -> str:
+    """Return the definition of `ros_type` followed by those that it needs, in MCAP's ros2msg encoding.
+
+    Raises KeyError for a type that is not in DEFINITIONS.
+    """
+    parts, queue, seen = [DEFINITIONS[ros_type]], _needs(ros_type), {ros_type}
+    while queue:
+        name = queue.pop(0)
+        if name in seen:
+            continue
+        seen.add(name)
+        short = name.replace("/msg/", "/")
+        parts.append(f"{'=' * 80}\nMSG: {short}\n{DEFINITIONS[name]}")
+        queue += _needs(name)
+    return "\n".join(parts) + "\n"
+
+
+def _needs(ros_type: str) -> list[str]:
+    found = re.findall(r"^(\w+)/(\w+)", DEFINITIONS[ros_type], re.MULTILINE)
+    return [f"{package}/msg/{name}" for package, name in found]

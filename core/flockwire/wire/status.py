@@ -1,0 +1,74 @@
+"""The status that every process tells of itself, ten times a second."""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import NamedTuple, Self
+
+from flockwire.wire.cdr import MessageError, Reader, Writer
+
+
+class Report(NamedTuple):
+    """What a core knows of itself; -1 stands for a figure that does not apply."""
+
+    phase: str
+    detail: str = ""  # what it waits for, or why it is in this phase
+    formation_error: float = -1.0  # m, |x_i - h_i - eta_i|: by its own estimate
+    pose_age: float = -1.0  # s
+    estimate_age: float = -1.0  # s, of the oldest in-neighbour
+    nearby_age: float = -1.0  # s
+    telemetry_age: float = -1.0  # s
+    battery: float = -1.0  # share of full
+
+
+class Status(NamedTuple):
+    """flockwire_msgs/Status: how a process is."""
+
+    stamp: int
+    frame: str
+    identity: str
+    report: Report
+    steps: int
+    late_1ms: int
+    late_5ms: int
+    skipped: int
+    refused: int  # connections
+    cpu: float  # share of one core since the last status
+    resident: int  # bytes
+    rejected: tuple[tuple[str, int], ...]  # key, messages dropped
+    links: tuple[str, ...]  # the processes that it is linked to
+
+    def encode(self) -> bytes:
+        """Return the CDR bytes."""
+        writer, report = Writer(), self.report
+        writer.time(self.stamp)
+        for text in (self.frame, self.identity, report.phase, report.detail):
+            writer.text(text)
+        ages = (report.pose_age, report.estimate_age, report.nearby_age, report.telemetry_age)
+        writer.put_all("d", report.formation_error, *ages, report.battery, self.cpu)
+        writer.put_all("Q", self.steps, self.late_1ms, self.late_5ms, self.skipped, self.refused, self.resident)
+        writer.texts(tuple(key for key, _ in self.rejected))
+        writer.numbers("Q", tuple(count for _, count in self.rejected))
+        writer.texts(self.links)
+        return writer.finish()
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Read CDR bytes; raises MessageError."""
+        reader = Reader(data)
+        stamp, frame, identity = reader.time(), reader.text(), reader.text()
+        phase, detail = reader.text(), reader.text()
+        figures = reader.take_all("d", 7)
+        if not isfinite(sum(figures)):
+            raise MessageError("holds a number that is not finite")
+        steps, late_1ms, late_5ms, skipped, refused, resident = map(int, reader.take_all("Q", 6))
+        keys, rejections, links = reader.texts(), reader.numbers("Q"), reader.texts()
+        reader.end()
+        if len(keys) != len(rejections):
+            raise MessageError(f"{len(keys)} keys with {len(rejections)} counts")
+        rejected = tuple(zip(keys, rejections, strict=True))
+        report = Report(phase, detail, *figures[:6])
+        return cls(
+            stamp, frame, identity, report, steps, late_1ms, late_5ms, skipped, refused, figures[6], resident,
+            rejected, links,
+        )  # fmt: skip

@@ -1,0 +1,1 @@
+"""The router of router mode: for networks in which the drones cannot reach each other."""

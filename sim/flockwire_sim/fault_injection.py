@@ -1,0 +1,82 @@
+"""Injects faults into processes, links and clocks; those of tracker and airframes are their own cores' matter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from flockwire.flight.faults import ClockStep, Cut, Fault, Freeze, Kill, LinkChange, Partition, Restart
+from flockwire.nanoseconds import BILLION
+from flockwire.wire.plan import Plan
+
+from flockwire_sim.network import Conditions, Link
+from flockwire_sim.process import Process
+from flockwire_sim.scheduler import Action, Scheduler
+
+RESTART_TIME = 0.5  # s that a process takes to be there again
+
+
+def refusal(faults: tuple[Fault, ...], plan: Plan) -> str:
+    """Return a line about the first fault that virtual time does not know, empty when it knows all."""
+    for place, fault in enumerate(faults):
+        if isinstance(fault, Kill | Freeze | Restart | ClockStep) and fault.process in plan.routers:
+            key = f"faults.{place}.process"
+            return f"{key} = {fault.process!r}: there is none in virtual time; cut links or part the swarm"
+    return ""
+
+
+class FaultInjector:
+    """The `faults` of one flight, counted from `begin`."""
+
+    def __init__(
+        self,
+        faults: tuple[Fault, ...],
+        scheduler: Scheduler,
+        processes: Mapping[str, Process],
+        links: Mapping[tuple[str, str], Link],
+        untouched: frozenset[str],
+    ) -> None:
+        self.took_off: int | None = None  # Unix ns
+        self._faults, self._scheduler, self._processes, self._links = faults, scheduler, processes, links
+        self._untouched = untouched
+
+    def begin(self) -> None:
+        """Take the present for time 0."""
+        self.took_off = self._scheduler.now
+        for fault in self._faults:
+            self._after(fault.at, self._inject, fault)
+
+    def _inject(self, fault: Fault) -> None:
+        match fault:
+            case Kill():
+                self._processes[fault.process].kill()
+            case Restart():
+                process = self._processes[fault.process]
+                process.kill()
+                self._after(RESTART_TIME, process.start)
+            case Freeze():
+                process = self._processes[fault.process]
+                process.freeze()
+                self._after(fault.duration, process.thaw)
+            case ClockStep():
+                self._processes[fault.process].clock.step(round(fault.step * BILLION))
+            case Cut():
+                self._cut([self._links[fault.source, fault.target]], fault.duration)
+            case Partition():
+                inside = set(fault.processes)
+                self._cut([link for ends, link in self._links.items() if self._parts(ends, inside)], fault.duration)
+            case LinkChange():
+                link = self._links[fault.source, fault.target]
+                conditions = Conditions(fault.delay, fault.jitter, fault.loss, fault.reordering)
+                link.impose(conditions)
+                self._after(fault.duration, lambda _: link.lift(conditions))
+
+    def _cut(self, links: list[Link], duration: float) -> None:
+        for link in links:
+            link.cut()
+            self._after(duration, Link.mend, link)
+
+    def _after(self, seconds: float, action: Action, argument: object = None) -> None:
+        self._scheduler.at(self._scheduler.now + round(seconds * BILLION), action, argument)
+
+    def _parts(self, ends: tuple[str, str], inside: set[str]) -> bool:
+        return len(inside.intersection(ends)) == 1 and not self._untouched.intersection(ends)
