@@ -1,38 +1,65 @@
-"""The communication graph as SVG: the leader on the left, every follower as many columns further as it is hops away."""
+"""The layout of the communication graph, for templates/graph.svg.
+
+The leader is on the left, every follower as many columns further as it is hops away.
+"""
 
 from __future__ import annotations
 
 from math import hypot
+from typing import NamedTuple
 
 from flockwire.control.graph import LEADER, Graph
 
-COLUMN, ROW, RADIUS, MARGIN = 120.0, 76.0, 21.0, 44.0
+COLUMN, ROW, RADIUS, MARGIN = 120.0, 76.0, 21, 44.0
+ABOVE = 9.0  # how far above an edge its weight is written
 
 Place = tuple[float, float]
 
 
-def graph_svg(graph: Graph) -> str:
-    """Return an SVG element whose colours its surroundings give; edges run from the speaker to the hearer."""
+class Node(NamedTuple):
+    """A drone and the centre of its circle."""
+
+    number: int
+    x: float
+    y: float
+    is_leader: bool
+
+
+class Edge(NamedTuple):
+    """An arrow from the speaker to the hearer, a quadratic Bezier curve, and where its weight is written."""
+
+    tail: Place
+    control: Place
+    tip: Place
+    label: Place
+    weight: float
+
+
+class GraphPicture(NamedTuple):
+    """A drawn graph: `box` is left, top, width and height; `radius` is that of every node."""
+
+    box: tuple[int, int, int, int]
+    edges: tuple[Edge, ...]
+    nodes: tuple[Node, ...]
+    radius: int = RADIUS
+
+
+def graph_picture(graph: Graph) -> GraphPicture:
+    """Return where each node and edge is drawn: in pixels, rounded to a tenth, Y down."""
     places = _places(graph)
     bows = [_bow(places[source], places[target]) for source, target, _ in graph.edges]
-    edges = "".join(
+    edges = tuple(
         _edge(places[source], bow, places[target], weight)
         for (source, target, weight), bow in zip(graph.edges, bows, strict=True)
     )
-    nodes = "".join(
-        f'<circle class="node{" leader" if number == LEADER else ""}" cx="{x:.1f}" cy="{y:.1f}" r="{RADIUS:g}"/>'
-        f'<text x="{x:.1f}" y="{y:.1f}">{number}</text>'
-        for number, (x, y) in places.items()
-    )
-    points = [*places.values(), *bows]
+    nodes = tuple(Node(number, *_rounded(place), number == LEADER) for number, place in places.items())
+    return GraphPicture(_box([*places.values(), *bows]), edges, nodes)
+
+
+def _box(points: list[Place]) -> tuple[int, int, int, int]:
     left, top = (min(point[axis] for point in points) - MARGIN for axis in (0, 1))
-    width, height = (max(point[axis] for point in points) + MARGIN - low for axis, low in ((0, left), (1, top)))
-    return (
-        f'<svg viewBox="{left:.0f} {top:.0f} {width:.0f} {height:.0f}" style="max-width:{width:.0f}px" role="img" '
-        'aria-label="communication graph"><defs><marker id="tip" viewBox="0 0 10 10" refX="9" refY="5" '
-        'markerWidth="7" markerHeight="7" orient="auto"><path d="M0 1 10 5 0 9z" fill="currentColor"/>'
-        f"</marker></defs>{edges}{nodes}</svg>"
-    )
+    right, bottom = (max(point[axis] for point in points) + MARGIN for axis in (0, 1))
+    return round(left), round(top), round(right - left), round(bottom - top)
 
 
 def _places(graph: Graph) -> dict[int, Place]:
@@ -54,14 +81,10 @@ def _bow(start: Place, end: Place) -> Place:
     return ((start[0] + end[0]) / 2 + bow * dy, (start[1] + end[1]) / 2 - bow * dx)
 
 
-def _edge(start: Place, bow: Place, end: Place, weight: float) -> str:
+def _edge(start: Place, bow: Place, end: Place, weight: float) -> Edge:
     control = (2 * bow[0] - (start[0] + end[0]) / 2, 2 * bow[1] - (start[1] + end[1]) / 2)
-    tail, tip = _towards(start, control), _towards(end, control)
-    path = f"M{tail[0]:.1f} {tail[1]:.1f}Q{control[0]:.1f} {control[1]:.1f} {tip[0]:.1f} {tip[1]:.1f}"
-    line = f'<path d="{path}" fill="none" stroke="currentColor" stroke-width="1.6" marker-end="url(#tip)"/>'
-    if weight == 1.0:
-        return line
-    return f'{line}<text class="weight" x="{bow[0]:.1f}" y="{bow[1] - 9:.1f}">{weight:g}</text>'
+    tail, tip, label = _towards(start, control), _towards(end, control), (bow[0], bow[1] - ABOVE)
+    return Edge(_rounded(tail), _rounded(control), _rounded(tip), _rounded(label), weight)
 
 
 def _towards(node: Place, point: Place) -> Place:
@@ -69,3 +92,7 @@ def _towards(node: Place, point: Place) -> Place:
     dx, dy = point[0] - node[0], point[1] - node[1]
     share = (RADIUS + 3.0) / max(hypot(dx, dy), 1e-9)
     return (node[0] + dx * share, node[1] + dy * share)
+
+
+def _rounded(place: Place) -> Place:
+    return round(place[0], 1), round(place[1], 1)

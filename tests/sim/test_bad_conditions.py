@@ -14,8 +14,8 @@ from flockwire.control.vector import Vector, add
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm
 from flockwire.wire.messages import Pose
+from flockwire_sim.study.file import Starts
 from flockwire_sim.study.places import random_starts
-from flockwire_sim.study.plan import Starts
 
 Fly = Callable[..., Any]
 

@@ -1,26 +1,12 @@
-"""How sure one may be of a share, and how bad the worst runs are."""
+"""Which value half, 95 %, 99 % and all of the runs keep to."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil, inf, isfinite, sqrt
+from math import ceil, inf, isfinite
 
-CONFIDENCE_Z = 1.959963984540054  # standard deviations that hold 95 %
 SHARES = (0.50, 0.95, 0.99)
-
-
-def wilson(successes: int, runs: int, z: float = CONFIDENCE_Z) -> tuple[float, float]:
-    """Return Wilson's score interval for a share of which `successes` of `runs` were seen.
-
-    (s + z^2/2 -+ z sqrt(s (n - s) / n + z^2/4)) / (n + z^2), E. B. Wilson, JASA 22 (1927).
-    """
-    if not 0 <= successes <= runs or runs < 1:
-        raise ValueError(f"{successes} of {runs} runs")
-    centre = (successes + z * z / 2.0) / (runs + z * z)
-    half = z / (runs + z * z) * sqrt(successes * (runs - successes) / runs + z * z / 4.0)
-    low = 0.0 if successes == 0 else centre - half
-    return low, 1.0 if successes == runs else centre + half
 
 
 @dataclass(frozen=True, slots=True)
