@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from flockwire_recorder.graph_picture import graph_picture
-from flockwire_recorder.reading import Trace, Vitals
+from flockwire_recorder.reading import Trace, ProcessRecord
 from flockwire_recorder.rendering import render
 from flockwire_recorder.summary import Deadlines, Summary
 
@@ -85,7 +85,7 @@ def _processes(trace: Trace, summary: Summary) -> list[tuple[str, ...]]:
     return [_process(one, summary.rate.get(one.last.identity)) for one in vitals]
 
 
-def _process(vitals: Vitals, rate: float | None) -> tuple[str, ...]:
+def _process(vitals: ProcessRecord, rate: float | None) -> tuple[str, ...]:
     last = vitals.last
     return (
         last.identity, last.report.phase, UNKNOWN if rate is None else f"{100 * rate:.1f} %",
