@@ -65,8 +65,8 @@ def problems(swarm: Swarm) -> Iterator[str]:
     """Yield one line per problem, `key = value: rule`; later groups of rules need the earlier ones to be kept."""
     groups = (
         lambda: rules.basic_problems(swarm),
-        lambda: (*rules.problems(swarm), *wire_rules.problems(Plan(swarm))),
-        lambda: (*_law_problems(swarm), *rules.place_problems(swarm)),
+        lambda: rules.problems(swarm),
+        lambda: (*wire_rules.problems(Plan(swarm)), *_law_problems(swarm), *rules.place_problems(swarm)),
     )
     for group in groups:
         found = list(group())
