@@ -61,12 +61,19 @@ def parse_swarm(table: dict[str, object], origin: str) -> Swarm:
     raise SwarmFileError("\n".join(f"{origin}: {line}" for line in found))
 
 
-def problems(swarm: Swarm) -> Iterator[str]:
-    """Yield one line per problem, `key = value: rule`; later groups of rules need the earlier ones to be kept."""
+def problems(swarm: Swarm, to_fly: bool = True) -> Iterator[str]:
+    """Yield one line per problem, `key = value: rule`; later groups of rules need the earlier ones to be kept.
+
+    A swarm that is not `to_fly`, because it has flown, may name a law that cannot be had here; none is imported.
+    """
     groups = (
         lambda: rules.basic_problems(swarm),
         lambda: rules.problems(swarm),
-        lambda: (*wire_rules.problems(Plan(swarm)), *_law_problems(swarm), *rules.place_problems(swarm)),
+        lambda: (
+            *wire_rules.problems(Plan(swarm)),
+            *(_law_problems(swarm) if to_fly else ()),
+            *rules.place_problems(swarm),
+        ),
     )
     for group in groups:
         found = list(group())

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from flockwire.control.graph import LEADER
+from flockwire.loading import problems
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.cdr import MessageError
 from flockwire.wire.keys import ROWS, Key
@@ -121,9 +122,13 @@ def read_trace(path: Path) -> Trace:
 
 def _swarm(path: Path, metadata: dict[str, str]) -> Swarm:
     try:
-        return Swarm.model_validate_json(metadata["swarm"])
+        swarm = Swarm.model_validate_json(metadata["swarm"])
     except (KeyError, ValueError) as error:
         raise ValueError(f"{path}: its swarm is of another version of flockwire: {error}") from error
+    problem = next(problems(swarm, to_fly=False), None)
+    if problem is not None:
+        raise ValueError(f"{path}: its swarm is of another version of flockwire: {problem}")
+    return swarm
 
 
 class _Columns:
