@@ -115,7 +115,7 @@ def test_a_virtual_leader_has_no_body(stage):
     gateway = stage({"leader.kind": "virtual", "drones.0": None})
     del gateway.places[0]
     assert Key("pose", "uav0") not in gateway.step()
-    assert gateway.core.trigger == Key("truth", "uav4")
+    assert gateway.core.triggers == {Key("truth", "uav4")}
 
 
 def test_the_mission_is_repeated_unchanged_twice_a_second(stage):

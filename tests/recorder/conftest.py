@@ -14,9 +14,9 @@ from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import MISSION, ROWS, Key, key_text
 from flockwire.wire.messages import Command, Estimate, FlightState, Message, Mission, Nearby, Pose, Telemetry
+from flockwire.wire.plan import Plan
 from flockwire.wire.schemas import ROS_TYPES
 from flockwire.wire.status import Report, Status
-from flockwire.wire.wiring import agent_identity
 from flockwire_recorder.trace import TraceWriter, describe
 
 T0 = 1_790_000_000 * BILLION  # mission time 0
@@ -107,13 +107,13 @@ class Flight:
             x, y, z = (value + random.gauss(0.0, self.noise) for value in place)
             return (x, y, z)
 
-        flying, sequence = self.swarm.flying, -1
+        flying, pilot, sequence = self.swarm.flying, Plan(self.swarm).pilot, -1
         yield from self.missions()
         for k in steps:
             stamp, t, sequence = T0 + k * STEP, k / 100, sequence + 1
             delay = self.command_delay + round(0.4 * MS * (1.0 + sin(k * 0.37)))
             for i in flying:
-                place, name, who = seen(self.position(i, t)), uav(i), agent_identity(i)
+                place, name, who = seen(self.position(i, t)), uav(i), pilot[i]
                 yield stamp + MS // 2, Key("truth", name), "kinematics", sequence, Pose(stamp, "world", place)
                 yield stamp + MS, Key("pose", name), "gateway", sequence, Pose(stamp, "world", place)
                 velocity = (-sin(t), cos(t), 0.0)
