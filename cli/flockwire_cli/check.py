@@ -7,7 +7,6 @@ from math import inf, sqrt
 
 from flockwire.control.convergence import convergence, smallest_observer_gain
 from flockwire.control.depth import motion_error, noise_gain
-from flockwire.control.graph import LEADER
 from flockwire.control.leader_track import leader_time_constant
 from flockwire.control.stability import critical_gain, smallest_smoothing
 from flockwire.flight.guard import Guard
@@ -21,19 +20,18 @@ DEEP = 6  # hops beyond which noise and news of the leader take their toll
 def describe(plan: Plan) -> str:
     """Return the description that `check` prints."""
     swarm = plan.swarm
-    parts = (_graph(swarm), ("",), _lemma(swarm), _depth(swarm), ("",), _formations(swarm), ("",), _links(plan))
+    parts = (_graph(plan), ("",), _lemma(swarm), _depth(swarm), ("",), _formations(swarm), ("",), _links(plan))
     return "\n".join(line for part in (*parts, _warned(swarm)) for line in part)
 
 
-def _graph(swarm: Swarm) -> Iterator[str]:
+def _graph(plan: Plan) -> Iterator[str]:
+    swarm = plan.swarm
     graph, depths = swarm.topology, swarm.topology.depths()
     yield f"swarm {swarm.name}: {len(swarm.followers)} followers, leader {swarm.leader.kind}, law {swarm.control.law}"
     yield ""
     yield "who hears whom (weight)                     hops from the leader"
     for i in swarm.followers:
-        heard = ", ".join(
-            f"{'leader' if j == LEADER else uav(j)} ({weight:g})" for j, weight in graph.neighbours(i).items()
-        )
+        heard = ", ".join(f"{plan.pilot[j]} ({weight:g})" for j, weight in graph.neighbours(i).items())
         yield f"  {uav(i):<7} hears {heard:<36} {depths[i]}"
 
 

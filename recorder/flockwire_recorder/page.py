@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from flockwire_recorder.graph_picture import graph_picture
-from flockwire_recorder.reading import Trace, ProcessRecord
+from flockwire_recorder.reading import ProcessRecord, Trace
 from flockwire_recorder.rendering import render
 from flockwire_recorder.summary import Deadlines, Summary
 

@@ -32,7 +32,6 @@ from flockwire.swarm.tables import (
     Sim,
 )
 
-
 SURVEY_HORIZON = 120.0  # s of every formation that are looked at
 SURVEY_SAMPLES = 400
 
