@@ -15,6 +15,7 @@ from typing import Any
 
 import zenoh
 from flockwire import clock
+from flockwire.nanoseconds import BILLION
 from flockwire.security.credentials import Credentials
 from flockwire.wire.inbox import CANARY, attachment
 from flockwire.wire.keys import Key
@@ -64,8 +65,8 @@ class Attack:
 
     def link(self) -> int:
         """Wait until every endpoint has accepted a link, or LINK_TIME is over; returns how many have."""
-        deadline = time.monotonic() + LINK_TIME
-        while (linked := self._linked()) < self._links_wanted and time.monotonic() < deadline:
+        deadline = clock.monotonic() + round(LINK_TIME * BILLION)
+        while (linked := self._linked()) < self._links_wanted and clock.monotonic() < deadline:
             time.sleep(POLL)
         return linked
 

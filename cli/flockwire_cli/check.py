@@ -7,13 +7,10 @@ from math import inf, sqrt
 
 from flockwire.control.convergence import convergence, smallest_observer_gain
 from flockwire.control.depth import motion_error, noise_gain
-from flockwire.control.graph import LEADER
 from flockwire.control.leader_track import leader_time_constant
 from flockwire.control.stability import critical_gain, smallest_smoothing
-from flockwire.control.survey import survey
 from flockwire.flight.guard import Guard
 from flockwire.swarm.model import Swarm, uav
-from flockwire.swarm.rules import SURVEY_HORIZON, SURVEY_SAMPLES
 from flockwire.wire.plan import Plan
 
 DEPTH_HORIZON = 40.0  # s of the leader's trajectory that are looked at
@@ -23,19 +20,18 @@ DEEP = 6  # hops beyond which noise and news of the leader take their toll
 def describe(plan: Plan) -> str:
     """Return the description that `check` prints."""
     swarm = plan.swarm
-    parts = (_graph(swarm), ("",), _lemma(swarm), _depth(swarm), ("",), _formations(swarm), ("",), _links(plan))
+    parts = (_graph(plan), ("",), _lemma(swarm), _depth(swarm), ("",), _formations(swarm), ("",), _links(plan))
     return "\n".join(line for part in (*parts, _warned(swarm)) for line in part)
 
 
-def _graph(swarm: Swarm) -> Iterator[str]:
+def _graph(plan: Plan) -> Iterator[str]:
+    swarm = plan.swarm
     graph, depths = swarm.topology, swarm.topology.depths()
     yield f"swarm {swarm.name}: {len(swarm.followers)} followers, leader {swarm.leader.kind}, law {swarm.control.law}"
     yield ""
     yield "who hears whom (weight)                     hops from the leader"
     for i in swarm.followers:
-        heard = ", ".join(
-            f"{'leader' if j == LEADER else uav(j)} ({weight:g})" for j, weight in graph.neighbours(i).items()
-        )
+        heard = ", ".join(f"{plan.pilot[j]} ({weight:g})" for j, weight in graph.neighbours(i).items())
         yield f"  {uav(i):<7} hears {heard:<36} {depths[i]}"
 
 
@@ -68,7 +64,7 @@ def _formations(swarm: Swarm) -> Iterator[str]:
     safe, limits = swarm.avoidance.drone_safety_distance, swarm.limits
     for name in ("", *swarm.formations):
         kind = (swarm.formations[name] if name else swarm.formation).kind
-        shape = survey(swarm.build_formation(name), SURVEY_HORIZON, SURVEY_SAMPLES)
+        shape = swarm.survey(name)
         reach = ", ".join(f"{x:.2f}" for x in shape.extent)
         yield f"formation {name or '(default)'}: {kind}"
         yield f"  fastest  {shape.max_speed:6.2f} m/s  limit {limits.speed:.2f} m/s"
@@ -79,7 +75,9 @@ def _formations(swarm: Swarm) -> Iterator[str]:
 def _links(plan: Plan) -> Iterator[str]:
     yield "process       listens at            linked to"
     for identity, endpoint in plan.endpoints.items():
-        yield f"  {identity:<11} {endpoint:<21} {', '.join(plan.links[identity])}"
+        links = plan.links[identity]
+        everybody = len(links) == len(plan.certified) - 1
+        yield f"  {identity:<11} {endpoint:<21} {'everybody' if everybody else ', '.join(links)}"
 
 
 def _warned(swarm: Swarm) -> Iterator[str]:
@@ -134,7 +132,7 @@ def _sight_warnings(swarm: Swarm) -> Iterator[str]:
     for name in sorted({swarm.drone(number).airframe for number in swarm.followers}):
         number = next(i for i in swarm.followers if swarm.drone(i).airframe == name)
         speed = Guard(swarm, number).speed
-        needed = survey(swarm.build_formation(), SURVEY_HORIZON, SURVEY_SAMPLES).max_speed
+        needed = swarm.survey().max_speed
         if speed < needed:
             yield (
                 f"avoidance.sensing_radius = {swarm.avoidance.sensing_radius:g} m lets airframe {name} fly {speed:.2f} "

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import os
 import sys
-from datetime import datetime
 from math import isfinite
 from pathlib import Path
 from typing import Annotated
@@ -67,7 +66,7 @@ def up(
     here = host or next(iter(loaded.hosts))
     if cannot := refusal(wrong, plan, here):
         refuse(f"{faults}: {cannot}")
-    folder = out or Path("runs") / f"{loaded.name}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
+    folder = out or Path("runs") / f"{loaded.name}-{clock.local():%Y%m%d-%H%M%S}"
     refuse_a_second_trace(folder)
     flight = UpOptions(plan, swarm, here, duration, folder, made_keys(plan, keys, here), headless, wrong, faults)
     try:
@@ -102,7 +101,7 @@ def sim(
         if out is not None:
             refuse(f"--out = {out}: with --no-trace nothing is written")
         raise typer.Exit(simulate_in_memory(loaded, seed, duration, wrong))
-    folder = out or Path("runs") / f"{loaded.name}-sim-{seed}-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
+    folder = out or Path("runs") / f"{loaded.name}-sim-{seed}-{clock.local():%Y%m%d-%H%M%S}"
     refuse_a_second_trace(folder)
     try:
         status = simulate(loaded, swarm.read_text(encoding="utf-8"), seed, duration, wrong, folder)
@@ -131,7 +130,7 @@ def study(
     from flockwire_cli import study as studies  # noqa: PLC0415  (numpy)
 
     loaded = load(swarm).swarm
-    folder = out or Path("runs") / f"{loaded.name}-study-{datetime.now().astimezone():%Y%m%d-%H%M%S}"
+    folder = out or Path("runs") / f"{loaded.name}-study-{clock.local():%Y%m%d-%H%M%S}"
     try:
         options = studies.options_of(runs, seed, duration, random_starts)
         status = studies.study(swarm, file, options, folder, jobs or os.cpu_count() or 1, scheduler)

@@ -102,9 +102,9 @@ async def run(plan: Plan, swarm_file: Path, keys: Path, out: Path) -> list[Findi
             print(f"flockwire: note: {line}")
         if children is not None:  # an order that means nothing on the ground, for the gateway to repeat
             operator.order(Mission(clock.now(), plan.swarm.frame, "land"))
-        began = time.monotonic()
+        began = clock.monotonic()
         observations, found = await asyncio.to_thread(probe, plan, keys, operator, print)
-        write(plan, observations, found, time.monotonic() - began, out)
+        write(plan, observations, found, (clock.monotonic() - began) / BILLION, out)
         return found
     finally:
         if session is not None:
@@ -128,8 +128,8 @@ async def _runs(plan: Plan, keys: Path) -> bool:
 def _await_all(plan: Plan, operator: Operator) -> list[str]:
     """Wait until the whole swarm is up and exchanges what it has to; returns what still was not so after START_TIME."""
     wanted = plan.started
-    deadline = time.monotonic() + START_TIME
-    while time.monotonic() < deadline:
+    deadline = clock.monotonic() + round(START_TIME * BILLION)
+    while clock.monotonic() < deadline:
         alive = _alive(operator)
         waiting = [i for i in wanted if i not in alive or operator.statuses[i].report.phase in WAITING]
         if not waiting:
@@ -171,8 +171,8 @@ def _attack(plan: Plan, keys: Path, group: tuple[Attacker, ...], operator: Opera
 
 
 def _watch(operator: Operator, seconds: float) -> None:
-    deadline = time.monotonic() + seconds
-    while time.monotonic() < deadline:
+    deadline = clock.monotonic() + round(seconds * BILLION)
+    while clock.monotonic() < deadline:
         operator.poll()
         time.sleep(POLL)
 

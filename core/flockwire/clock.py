@@ -16,6 +16,11 @@ def utc() -> datetime:
     return datetime.now(UTC)
 
 
+def local() -> datetime:
+    """Return the time as people's watches show it here: for the names of folders."""
+    return datetime.now().astimezone()
+
+
 def monotonic() -> int:
     """Return the monotonic clock in ns: the time base of loops."""
     return time.monotonic_ns()

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from flockwire.control.graph import LEADER
 from flockwire.nanoseconds import BILLION
+from flockwire.swarm.model import uav
 from matplotlib import colormaps, rc_context
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
@@ -76,7 +77,7 @@ class Canvas:
         drones = list(numbers)
         if len(drones) > 12:
             return
-        lines = [axes.plot([], [], color=self.colour(i), linewidth=2.4, label=f"uav{i}")[0] for i in drones]
+        lines = [axes.plot([], [], color=self.colour(i), linewidth=2.4, label=uav(i))[0] for i in drones]
         axes.legend(
             handles=lines, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(drones), handlelength=1.1,
             columnspacing=1.3, borderaxespad=0.2,

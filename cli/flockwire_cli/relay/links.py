@@ -18,7 +18,7 @@ Undo = Callable[[], None]
 def refusal(place: int, fault: LinkFault, plan: Plan, host: str) -> str:
     """Return a line about why a flight seen from `host` cannot have `fault`, the one at `place`; empty when it can."""
     key = f"faults.{place}"
-    if plan.swarm.network.mode == "router":
+    if plan.routers:
         return f"{key}.kind = {fault.kind!r}: all links go to the router; a real flight needs network.mode = 'peers'"
     if isinstance(fault, LinkChange):
         for name, share in (("loss", fault.loss), ("reordering", fault.reordering)):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from flockwire.flight.phases import NEVER
+from flockwire.swarm.model import uav
 from flockwire.swarm.tables import Limits, Staleness
 
 
@@ -69,7 +70,7 @@ def unready_reason(inputs: Inputs, missing: tuple[int, ...], limits: Limits) -> 
     if inputs.telemetry > stale.telemetry_warn:
         return "waits for its driver's telemetry"
     if missing:
-        names = ", ".join("the leader's pose" if j == 0 else f"uav{j}'s estimate" for j in missing)
+        names = ", ".join("the leader's pose" if j == 0 else f"{uav(j)}'s estimate" for j in missing)
         return f"waits for {names}"
     if inputs.nearby > stale.nearby_slow:
         return "waits for its nearby bodies"

@@ -13,6 +13,7 @@ from pydantic import Field, field_validator
 
 from flockwire.control import formation as shapes
 from flockwire.control.graph import LEADER, Graph
+from flockwire.control.survey import Survey, survey
 from flockwire.swarm.formations import Formation
 from flockwire.swarm.tables import (
     Airframe,
@@ -30,6 +31,9 @@ from flockwire.swarm.tables import (
     Obstacle,
     Sim,
 )
+
+SURVEY_HORIZON = 120.0  # s of every formation that are looked at
+SURVEY_SAMPLES = 400
 
 
 def uav(number: int) -> str:
@@ -100,3 +104,13 @@ class Swarm(Model):
     def build_formation(self, name: str = "") -> shapes.Formation:
         """Return the formation called `name`, the swarm's first one when empty; KeyError when there is none."""
         return (self.formations[name] if name else self.formation).build(len(self.followers))
+
+    def survey(self, name: str = "") -> Survey:
+        """Return the extremes of the formation called `name` over its first SURVEY_HORIZON s; raises as building it."""
+        if name not in self._surveys:
+            self._surveys[name] = survey(self.build_formation(name), SURVEY_HORIZON, SURVEY_SAMPLES)
+        return self._surveys[name]
+
+    @cached_property
+    def _surveys(self) -> dict[str, Survey]:
+        return {}

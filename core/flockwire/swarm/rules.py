@@ -9,12 +9,8 @@ from itertools import combinations, pairwise
 from math import dist, isinf
 
 from flockwire.control.graph import LEADER
-from flockwire.control.survey import survey
-from flockwire.swarm.formations import Formation
 from flockwire.swarm.model import Swarm, uav
 
-SURVEY_HORIZON = 120.0  # s of every formation that are looked at
-SURVEY_SAMPLES = 400
 BUILT_IN = {
     "paper": "flockwire_agent.paper_law:PaperLaw",
     "extended": "flockwire_agent.extended_law:ExtendedLaw",
@@ -185,18 +181,17 @@ def _starts(swarm: Swarm) -> Iterator[str]:
 
 
 def _formations(swarm: Swarm) -> Iterator[str]:
-    yield from _formation(swarm, "formation", swarm.formation)
-    for name, formation in swarm.formations.items():
-        yield from _formation(swarm, f"formations.{name}", formation)
+    for name in ("", *swarm.formations):
+        yield from _formation(swarm, name)
 
 
-def _formation(swarm: Swarm, key: str, table: Formation) -> Iterator[str]:
+def _formation(swarm: Swarm, name: str) -> Iterator[str]:
+    key = f"formations.{name}" if name else "formation"
     try:
-        formation = table.build(len(swarm.followers))
+        shape = swarm.survey(name)
     except ValueError as error:
         yield f"{key}: {error}"
         return
-    shape = survey(formation, SURVEY_HORIZON, SURVEY_SAMPLES)
     safe = swarm.avoidance.drone_safety_distance
     if shape.max_speed > swarm.limits.speed:
         yield f"{key}: its drones fly up to {shape.max_speed:.2f} m/s, limits.speed = {swarm.limits.speed} m/s"
