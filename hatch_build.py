@@ -21,7 +21,7 @@ COMPILED = (
     "core/flockwire/law.py",
     "agent/flockwire_agent",
     "leader/flockwire_leader/core.py",
-    *(f"mocap_gateway/flockwire_mocap/{name}.py" for name in ("cameras", "core", "vicinity")),
+    *(f"mocap_gateway/flockwire_mocap/{name}.py" for name in ("completeness", "core", "simulated", "vicinity")),
     *(f"tello_driver/flockwire_tello/{name}.py" for name in ("airframe", "core")),
     "recorder/flockwire_recorder/chunked.py",
     *(f"sim/flockwire_sim/{name}.py" for name in ("local_clock", "network", "process", "sample", "scheduler")),
