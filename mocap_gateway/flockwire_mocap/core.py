@@ -72,6 +72,13 @@ class GatewayCore:
             messages.append((MISSION, self._mission))
         return messages
 
+    def retire(self, now: int) -> None:
+        """Do nothing: poses are served to the end."""
+
+    def may_end(self, now: int) -> bool:
+        """Return True: nothing of its own is in the air."""
+        return True
+
     def report(self, now: int) -> Report:
         """Return how the gateway is."""
         if now - self._last_frame > BILLION:
