@@ -36,7 +36,7 @@ class GatewayCore:
         self.period = 1.0 / swarm.gateway.rate_hz
         self._swarm, self._source = swarm, source
         self._seen: dict[int, tuple[int, Vector]] = {}
-        self._followers = frozenset(swarm.followers) if swarm.avoidance.sensing == "nearby" else frozenset()
+        self._sensing = frozenset(swarm.flying) if swarm.avoidance.sensing == "nearby" else frozenset()
         self._recent: dict[int, Vector] = {}
         self._nearby_keys = {i: Key("nearby", uav(i)) for i in swarm.flying}
         self._pose_keys = {i: Key("pose", uav(i)) for i in swarm.flying}
@@ -63,7 +63,7 @@ class GatewayCore:
             self._last_frame = stamp
         vicinity = self._vicinity(now) if tracked else None
         for stamp, drone, position, orientation in sorted(tracked):
-            if drone in self._followers:
+            if drone in self._sensing:
                 bodies = self._near(drone, position, vicinity)
                 messages.append((self._nearby_keys[drone], Nearby(stamp, frame, bodies)))
             messages.append((self._pose_keys[drone], Pose(stamp, frame, position, orientation)))

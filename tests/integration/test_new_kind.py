@@ -19,14 +19,14 @@ from flockwire.wire.status import Status
 from mcap.reader import make_reader
 
 ROOT = Path(__file__).parents[2]
-PROCESS_ROW = '''
+PROCESS_ROW = """
 WEATHER = Process("weather", "Run the weather station.", _one("weather"), "flockwire_weather.core:make_core", port=9)
 
-PROCESSES = (WEATHER, '''
-KEY_ROW = '''
+PROCESSES = (WEATHER, """
+KEY_ROW = """
 TABLE = (
     KeyRow("wind", Command, lambda _: (Owner("weather"),), _all(WEATHER), _all(AGENT), maximum_age=3.0),
-'''
+"""
 CORE = '''
 """A weather station without clock, input or output."""
 

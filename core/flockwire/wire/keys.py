@@ -83,7 +83,7 @@ def _followers(swarm: Swarm) -> tuple[int, ...]:
 
 
 def _sensing(swarm: Swarm) -> tuple[int, ...]:
-    return swarm.followers if swarm.avoidance.sensing == "nearby" else ()
+    return swarm.flying if swarm.avoidance.sensing == "nearby" else ()
 
 
 def _all(*rows: Process) -> Who:
