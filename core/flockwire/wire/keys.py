@@ -30,7 +30,7 @@ class Delivery(Enum):
     """How the network treats a key's messages."""
 
     STATE = "newest counts: sent at once, dropped rather than queued"
-    EVENT = "every one counts: sent before all else, waited for"
+    EVENT = "sent before all else; whoever needs to know that it arrived repeats it until it is confirmed"
     BACKGROUND = "sent when there is time"
 
 
