@@ -19,7 +19,7 @@ POLL_PERIOD = 0.05  # s between two looks at the statuses
 
 LEAD_TIME = BILLION // 2  # ns from the order to start until the formation's time 0, so that all begin together
 PATIENCE = 30 * BILLION  # ns that a stage may take
-GRACE = BILLION  # ns that a pilot restarted in flight may say that it is grounded, until it knows better
+GRACE = BILLION  # ns that a pilot may seem lost: one restarted in flight, or all after this process stood still
 REPEAT = BILLION // 10  # ns between two repetitions of an order that somebody has not confirmed
 FLYING = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION})
 
@@ -136,7 +136,7 @@ class Director:
             self._lost_since.pop(drone, None)
             return False
         since = self._lost_since.setdefault(drone, fleet.now)
-        return silent or phase in (Phase.LANDING, Phase.STOPPED) or fleet.now - since >= GRACE
+        return phase in (Phase.LANDING, Phase.STOPPED) or fleet.now - since >= GRACE
 
     def _how(self, fleet: Fleet, drone: int) -> str:
         state = fleet.states.get(drone)
