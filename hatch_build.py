@@ -22,7 +22,7 @@ COMPILED = (
     "agent/flockwire_agent",
     "leader/flockwire_leader/core.py",
     *(f"mocap_gateway/flockwire_mocap/{name}.py" for name in ("cameras", "core", "vicinity")),
-    *(f"tello_driver/flockwire_tello/{name}.py" for name in ("airframe", "core")),
+    *(f"tello_driver/flockwire_tello/{name}.py" for name in ("airframe", "core", "first_order_lag")),
     "recorder/flockwire_recorder/chunked.py",
     *(f"sim/flockwire_sim/{name}.py" for name in ("local_clock", "network", "process", "sample", "scheduler")),
 )
