@@ -9,7 +9,7 @@ from typing import NoReturn
 
 import typer
 
-from flockwire_cli import flights, kinds, orders, traces
+from flockwire_cli import flights, kinds, orders, tello_sim, traces
 
 app = typer.Typer(
     help="Distributed edge runtime for formation flight: one process per drone, on Zenoh.",
@@ -18,7 +18,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-for part in (flights, orders, kinds, traces):
+for part in (flights, orders, kinds, traces, tello_sim):
     app.add_typer(part.app)
 
 
