@@ -23,10 +23,28 @@ def test_gaps_repetitions_and_late_frames():
     assert (sequence.missing, sequence.repeated, sequence.late) == (1, 2, 1)
 
 
-def test_a_stream_that_begins_again():
-    sequence, seen = arrivals(5000, 5001, 1, 2, 2)
-    assert seen == [NEXT, NEXT, NEXT, NEXT, REPEATED]
-    assert (sequence.restarts, sequence.missing) == (1, 0)
+def test_a_stream_begins_again_with_its_second_frame():
+    sequence, seen = arrivals(5000, 5001, 1, 2, 2, 3)
+    assert seen == [NEXT, NEXT, LATE, NEXT, REPEATED, NEXT]
+    assert (sequence.restarts, sequence.missing, sequence.late) == (1, 0, 1)
+
+
+def test_a_recording_that_is_played_in_a_loop():
+    sequence, seen = arrivals(*(list(range(100)) * 5))
+    assert seen.count(NEXT) == 500 - 4
+    assert (sequence.restarts, sequence.missing) == (4, 0)
+
+
+def test_a_straggler_begins_nothing():
+    sequence, seen = arrivals(*range(100, 200), 120, 200, 121, 201)
+    assert seen[-4:] == [LATE, NEXT, LATE, NEXT]
+    assert (sequence.restarts, sequence.missing) == (0, 0)
+
+
+def test_a_stream_that_stands_still_is_repeated_not_begun_again():
+    sequence, seen = arrivals(7, *[7] * 100)
+    assert seen == [NEXT] + [REPEATED] * 100
+    assert sequence.restarts == 0
 
 
 @pytest.mark.parametrize("seed", range(10))

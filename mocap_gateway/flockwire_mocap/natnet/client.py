@@ -28,8 +28,9 @@ class NatNetClient(asyncio.DatagramProtocol):
         deliver: called in the event loop with each frame that is newer than all before.
         local: IPv4 address of the interface to send from and to join the group on.
         command_port: the server's.
-        group: (address, port) of the multicast group, where it is not what the server announces. Until a server has
-            announced one, it is the protocol's default; afterwards that is left, as another server may stream to it.
+        group: (address, port) of the multicast group, where it is not what the server announces. For a server that
+            does not answer it is the protocol's default, which is left once one is announced: another server of the
+            same host may stream to it.
 
     """
 
@@ -57,8 +58,8 @@ class NatNetClient(asyncio.DatagramProtocol):
         sock.setblocking(False)
         sock.bind((self._local, 0))
         self._commands, _ = await loop.create_datagram_endpoint(lambda: self, sock=sock)
-        if self._session.options.multicast:
-            await self._join(self._group or (GROUP, DATA_PORT))
+        if self._session.options.multicast and (self._group is not None or self._session.version is not None):
+            await self._join(self._group or (GROUP, DATA_PORT))  # else frames could not be read before the answer
         self._task = loop.create_task(self._keep_asking())
 
     def close(self) -> None:

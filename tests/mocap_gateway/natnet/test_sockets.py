@@ -6,7 +6,7 @@ import socket
 import pytest
 from flockwire import clock
 from flockwire_mocap.natnet.client import NatNetClient
-from flockwire_mocap.natnet.packets import DATA_PORT, HEADER, Kind
+from flockwire_mocap.natnet.packets import DATA_PORT, GROUP, HEADER, Kind
 from flockwire_mocap.natnet.server import NatNetServer
 from flockwire_mocap.natnet.session import NatNetSession, Options
 from flockwire_mocap.natnet.trouble import trouble
@@ -83,6 +83,26 @@ def test_an_older_bitstream_over_the_wire():
     assert len(delivered) == FRAMES
 
 
+def test_a_server_that_never_answers_is_read_in_the_version_that_is_set():
+    async def listen():
+        server = NatNetServer(TwinOptions((4, 2), multicast=True, data_port=0), NAMES, command_port=0)
+        await server.open()
+        session, delivered = NatNetSession(Options(HOME, multicast=True, bitstream=(4, 2))), []
+        group = (GROUP, server._data.get_extra_info("sockname")[1])
+        client = NatNetClient(
+            session, lambda frame, now: delivered.append(frame), local=HOME, command_port=9, group=group
+        )
+        await client.open()
+        await stream(frames(5), 240.0, server.publish)
+        await until(lambda: len(delivered) == 5)
+        client.close()
+        server.close()
+        return session
+
+    session = asyncio.run(listen())
+    assert (session.info, session.names) == (None, {})
+
+
 def test_a_server_that_is_not_there_is_a_line_and_no_hang():
     async def wait():
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
@@ -115,13 +135,14 @@ def test_a_stranger_on_the_same_host_is_not_the_server():
     assert asyncio.run(intrude()).foreign == "127.0.0.2"
 
 
-def test_a_group_that_the_server_has_not_announced_is_left():
+@pytest.mark.parametrize("bitstream", [None, (4, 1)])
+def test_a_group_that_the_server_has_not_announced_is_left(bitstream):
     async def eavesdrop():
         server = NatNetServer(TwinOptions((4, 1), multicast=True, data_port=0), NAMES, command_port=0)
         other = NatNetServer(TwinOptions((4, 1), multicast=True, data_port=DATA_PORT), NAMES, command_port=0)
         await server.open()
         await other.open()
-        session, delivered = NatNetSession(Options(HOME, multicast=True)), []
+        session, delivered = NatNetSession(Options(HOME, multicast=True, bitstream=bitstream)), []
         client = NatNetClient(
             session, lambda frame, now: delivered.append(frame), local=HOME, command_port=server.command_port
         )
