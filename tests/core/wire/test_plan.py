@@ -1,7 +1,6 @@
 import pytest
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import MISSION, STOP, TABLE, Key
-from flockwire.wire.plan import Plan
 from flockwire.wire.processes import Roster
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -228,9 +227,3 @@ def test_every_process_runs_on_exactly_one_host(make_plan):
 def test_the_recorders_host_conducts(make_plan):
     plan = make_plan(TWO_HOSTS)
     assert [plan.conducts(host) for host in plan.swarm.hosts] == [False, True]
-
-
-def test_a_plan_depends_on_its_swarm_alone(make_swarm):
-    swarm = make_swarm(TWO_HOSTS)
-    one, other = Plan(swarm), Plan(swarm)
-    assert (one.flows, one.links, one.endpoints) == (other.flows, other.links, other.endpoints)
