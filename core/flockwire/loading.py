@@ -39,6 +39,17 @@ def load_swarm(path: Path) -> Swarm:
     return parse_swarm(load_table(path), str(path))
 
 
+def read_swarm(path: Path) -> Swarm:
+    """Read a swarm file without applying its rules: for orders to a swarm that flies by it already.
+
+    Raises SwarmFileError where it is no swarm file.
+    """
+    try:
+        return Swarm.model_validate_json(json.dumps(load_table(path), default=str))
+    except ValidationError as error:
+        raise SwarmFileError("\n".join(f"{path}: {line}" for line in error_lines(error))) from None
+
+
 def load_table(path: Path) -> dict[str, object]:
     """Read a swarm file, with the key frames it names, as it is; raises SwarmFileError where that cannot be done."""
     table = read_toml(path, "swarm file", SwarmFileError)

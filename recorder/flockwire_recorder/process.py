@@ -9,7 +9,7 @@ from operator import itemgetter
 from flockwire import clock
 from flockwire.flight.stepping import Deadlines
 from flockwire.runtime.detours import read_detours
-from flockwire.runtime.ending import ending
+from flockwire.runtime.ending import Ending, finished, last_resort
 from flockwire.runtime.job import Job
 from flockwire.runtime.refusals import Refusals
 from flockwire.runtime.session import Session, connect
@@ -22,7 +22,7 @@ from flockwire.wire.plan import Plan
 from flockwire.wire.schemas import ROS_TYPES
 from flockwire.wire.status import Report
 
-from flockwire_recorder.core import PERIOD
+from flockwire_recorder.core import PERIOD, RecorderCore
 from flockwire_recorder.trace import TraceFullError, TraceWriter, describe
 
 FLUSH_EVERY = 5  # drains: at most a tenth of a second is lost with the process
@@ -87,9 +87,9 @@ class Recorder:
 async def run(job: Job) -> None:
     """Record into `job.out`/trace.mcap until the process is told to end."""
     plan, identity = job.plan, job.identity
-    ended, refusals = ending(), Refusals(identity)
+    ending, refusals = Ending(), Refusals(identity)
     refusals.watch()
-    session = await connect(plan, identity, job.keys, ended, read_detours())
+    session = await connect(plan, identity, job.keys, ending.told, read_detours())
     if session is None:
         return
     job.out.mkdir(parents=True, exist_ok=True)
@@ -100,9 +100,10 @@ async def run(job: Job) -> None:
         ticker = Ticker(PERIOD, recorder.tick)
         ticker.start()
         try:
-            await ended.wait()
+            await finished(RecorderCore(), plan, identity, session, ending)
         finally:
             ticker.stop()
+            last_resort()
             try:
                 recorder.drain(clock.now())
                 trace.close()

@@ -19,7 +19,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from flockwire import clock
-from flockwire.security.credentials import Credentials, default_folder, load_credentials
+from flockwire.security.files import Credentials, default_folder, files_of
 from flockwire.wire.access import access_control
 from flockwire.wire.inbox import ATTACHMENT, Inbox
 from flockwire.wire.keys import ROWS, Delivery, Key
@@ -141,9 +141,16 @@ class Session:
     """One process's connection to the swarm. Use it as a context manager: a session left open hangs the exit."""
 
     def __init__(
-        self, plan: Plan, identity: str, keys: Path | None = None, detours: Mapping[str, str] = NO_DETOURS
+        self,
+        plan: Plan,
+        identity: str,
+        keys: Path | None = None,
+        detours: Mapping[str, str] = NO_DETOURS,
+        verified: bool = True,
     ) -> None:
         """Open the session of `identity`; `keys` is the folder of the certificates, the default one without it.
+
+        A process that is in a hurry does not have them `verified`: a bad one is then rejected in silence.
 
         Raises CredentialsError, EndpointInUseError, and in router mode RouterAbsentError.
         """
@@ -152,7 +159,7 @@ class Session:
         self._sequences: dict[Key, int] = {}
         credentials = None
         if swarm.network.security == "mtls":
-            credentials = load_credentials(keys or default_folder(swarm.name), identity, clock.utc())
+            credentials = _credentials(keys or default_folder(swarm.name), identity, verified)
         config = configuration(plan, identity, credentials, detours)
         try:
             self._zenoh = zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
@@ -213,6 +220,14 @@ class Session:
             congestion_control=congestion,
             express=ROWS[key.kind].delivery is Delivery.EVENT,
         )
+
+
+def _credentials(folder: Path, identity: str, verified: bool) -> Credentials:
+    if not verified:
+        return files_of(folder, identity)
+    from flockwire.security.credentials import load_credentials  # noqa: PLC0415  (takes 0.1 s)
+
+    return load_credentials(folder, identity, clock.utc())
 
 
 def _reason(error: zenoh.ZError) -> str:

@@ -6,6 +6,9 @@ from math import isfinite
 from typing import NamedTuple, Self
 
 from flockwire.wire.cdr import MessageError, Reader, Writer
+from flockwire.wire.messages import Mission
+
+NO_MISSION = Mission(0, "", "")
 
 
 class Report(NamedTuple):
@@ -19,6 +22,7 @@ class Report(NamedTuple):
     nearby_age: float = -1.0  # s
     telemetry_age: float = -1.0  # s
     battery: float = -1.0  # share of full
+    mission: Mission | None = None  # the order that it obeys: how an operator knows that it arrived
 
 
 class Status(NamedTuple):
@@ -50,6 +54,11 @@ class Status(NamedTuple):
         writer.texts(tuple(key for key, _ in self.rejected))
         writer.numbers("Q", tuple(count for _, count in self.rejected))
         writer.texts(self.links)
+        mission = report.mission or NO_MISSION
+        writer.time(mission.stamp)
+        writer.text(mission.verb)
+        writer.time(mission.start)
+        writer.text(mission.formation)
         return writer.finish()
 
     @classmethod
@@ -63,12 +72,15 @@ class Status(NamedTuple):
             raise MessageError("holds a number that is not finite")
         steps, late_1ms, late_5ms, skipped, refused, resident = map(int, reader.take_all("Q", 6))
         keys, rejections, links = reader.texts(), reader.numbers("Q"), reader.texts()
+        mission = Mission(reader.time(), frame, reader.text(), reader.time(), reader.text())
         reader.end()
         if len(keys) != len(rejections):
             raise MessageError(f"{len(keys)} keys with {len(rejections)} counts")
         rejected = tuple(zip(keys, rejections, strict=True))
-        report = Report(phase, detail, *figures[:6])
+        error, pose, estimate, nearby, telemetry, battery, cpu = figures
+        obeyed = mission if mission.stamp else None
+        report = Report(phase, detail, error, pose, estimate, nearby, telemetry, battery, obeyed)
         return cls(
-            stamp, frame, identity, report, steps, late_1ms, late_5ms, skipped, refused, figures[6], resident,
+            stamp, frame, identity, report, steps, late_1ms, late_5ms, skipped, refused, cpu, resident,
             rejected, links,
         )  # fmt: skip
