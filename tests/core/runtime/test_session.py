@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import zenoh
 from flockwire.runtime.session import BURST, SPARE_SESSIONS, configuration
-from flockwire.security.credentials import Credentials
+from flockwire.security.files import Credentials
 from flockwire.wire.access import access_control
 
 FILES = Credentials(Path("ca.crt"), Path("own.crt"), Path("own.key"))
