@@ -104,7 +104,7 @@ class Director:
                 return self.abort(f"{self._pilots[lost]} left the formation: {self._how(fleet, lost)}", now)
             if self._duration and now - self._took_off >= self._duration:
                 return self.land(now)
-        if self.stage is Stage.LANDING and not fleet.not_down():
+        if self.stage is Stage.LANDING and not fleet.not_down(self._since):
             self.stage = Stage.OVER
         return None
 
@@ -152,7 +152,7 @@ class Director:
     def _out_of_patience(self, fleet: Fleet) -> Mission | None:
         wanted = {Stage.PREPARING: Phase.READY, Stage.TAKING_OFF: Phase.HOLD}.get(self.stage)
         if wanted is None:
-            reasons = f"not known to be down: {', '.join(fleet.not_down())}"
+            reasons = f"not known to be down: {', '.join(fleet.not_down(self._since))}"
         else:
             late = [drone for drone in self._pilots if fleet.phase(drone) != wanted]
             reasons = "; ".join(f"{self._pilots[drone]}: {fleet.why(drone)}" for drone in late)
