@@ -10,7 +10,7 @@ from typing import cast
 
 from flockwire import clock
 from flockwire.nanoseconds import BILLION
-from flockwire.runtime.ending import ending
+from flockwire.runtime.ending import Ending
 
 from flockwire_tello.simulated_tello import Address, SimulatedTello
 from flockwire_tello.tello_parameters import TelloParameters
@@ -79,7 +79,7 @@ async def serve(parameters: TelloParameters, address: Address, seed: int, ready:
 
     Raises OSError where that cannot be bound.
     """
-    ended, sock = ending(), bound(address)
+    ended, sock = Ending().told, bound(address)
     tello = SimulatedTello(parameters, clock.monotonic(), Random(seed).random)  # noqa: S311  (no secret)
     loop = asyncio.get_running_loop()
     transport, _ = await loop.create_datagram_endpoint(lambda: TelloServer(tello), sock=sock)
