@@ -44,7 +44,7 @@ class SimulatedTello:
         self._client: Address | None = None  # who sent `command` last
         self._first: Address | None = None  # who sent it first since power-on
         self._mover: Address | None = None  # who waits for the end of a movement
-        self._replies = 0
+        self._replies, self._last_reply = 0, now
         self._heard = self._state_due = now
         self._silent_until = now
 
@@ -152,7 +152,8 @@ class SimulatedTello:
         quirks, fastest, slowest = self.parameters.quirks, *self.parameters.reply_time
         if Quirk.SECOND_SESSION_HANGS in quirks and to != self._first and to[1] != COMMAND_PORT:
             return
-        due = now + round((fastest + (slowest - fastest) * self._chance()) * BILLION)
+        due = max(self._last_reply, now + round((fastest + (slowest - fastest) * self._chance()) * BILLION))
+        self._last_reply = due  # replies keep their order
         self._replies += 1
         datagram = text.encode("ascii", errors="replace")
         if self._replies == 1 and Quirk.JUNK_BEFORE_FIRST_REPLY in quirks:
