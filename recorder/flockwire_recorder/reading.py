@@ -7,6 +7,7 @@ from array import array
 from collections.abc import Hashable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from flockwire.control.graph import LEADER
@@ -57,14 +58,22 @@ class ProcessRecord:
     links: tuple[str, ...]
 
 
+class StateChange(NamedTuple):
+    """From `stamp` (Unix ns) on, a process reported `phase`."""
+
+    stamp: int
+    phase: str
+
+
 @dataclass(frozen=True, slots=True)
 class Trace:
     """What a trace tells.
 
     `series` holds what was recorded of each key, `missions` each mission once, by stamp; `vitals` one entry for each
-    publisher of a status. `begin` and `end` are the first and the last log time (Unix ns). `lost` counts the gaps in
-    the publishers' sequences, `malformed` the messages that could not be decoded. A trace that was not `closed` was
-    read up to its last whole record, and `lost_bytes` are behind that.
+    publisher of a status, `states` by identity the changes of the phase that it reported. `begin` and `end` are the
+    first and the last log time (Unix ns). `lost` counts the gaps in the publishers' sequences, `malformed` the messages
+    that could not be decoded. A trace that was not `closed` was read up to its last whole record, and `lost_bytes` are
+    behind that.
     """
 
     path: Path
@@ -74,6 +83,7 @@ class Trace:
     missions: tuple[Mission, ...]
     stops: tuple[Stop, ...]
     vitals: tuple[ProcessRecord, ...]
+    states: dict[str, tuple[StateChange, ...]]
     begin: int
     end: int
     recorded: int
@@ -201,6 +211,7 @@ class Collector:
         self._columns: dict[Key, _Columns] = {}
         self._missions: dict[tuple[int, str], Mission] = {}
         self._stops: dict[int, Stop] = {}
+        self._states: dict[str, list[StateChange]] = {}
         self._begin = self._end = 0
         self._recorded = self._malformed = 0
 
@@ -229,10 +240,14 @@ class Collector:
                 self._stops[message.stamp] = message
             case Status() if message.identity != key.owner:  # nobody speaks for another
                 self._malformed += 1
+                return
             case Status():
                 publisher.last = message
                 publisher.cpu += message.cpu
                 publisher.links.update(message.links)
+                states = self._states.setdefault(message.identity, [])
+                if not states or states[-1].phase != message.report.phase:
+                    states.append(StateChange(message.stamp, message.report.phase))
         columns = self._columns.get(key)
         if columns is None:
             columns = self._columns[key] = _Columns(key.kind)
@@ -250,6 +265,7 @@ class Collector:
                 for publisher in self._publishers.values()
                 if publisher.last is not None
             ),
+            {identity: tuple(states) for identity, states in self._states.items()},
             self._begin, self._end, self._recorded,
             sum(publisher.lost() for publisher in self._publishers.values()),
             self._malformed, closed, lost_bytes,

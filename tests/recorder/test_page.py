@@ -3,8 +3,9 @@
 from dataclasses import replace
 
 import pytest
-from flockwire.messages import Stop
-from flockwire.status import Report
+from flockwire.wire.messages import Stop
+from flockwire.wire.plan import Plan
+from flockwire.wire.status import Report
 from flockwire_recorder.checks import Check
 from flockwire_recorder.figures import Picture
 from flockwire_recorder.latency import Percentiles
@@ -30,7 +31,7 @@ def hostile_trace(trace, hostile):
     last = vitals.last._replace(identity=hostile("identity"), report=Report(hostile("phase")))
     return replace(
         trace,
-        swarm=trace.swarm.model_copy(update={"name": hostile("swarm")}),
+        plan=Plan(trace.swarm.model_copy(update={"name": hostile("swarm")})),
         metadata={key: hostile(key) for key in METADATA},
         stops=(Stop(0, "world", hostile("stop")), Stop(1, "world", hostile("second stop"))),
         vitals=(replace(vitals, last=last, links=(hostile("link"), hostile("other link"))),),
