@@ -8,7 +8,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import signal
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,6 +27,7 @@ from flockwire_cli.operator import Operator
 from flockwire_cli.processes import Children, PortInUseError, busy_endpoint
 from flockwire_cli.relay.links import Relays
 from flockwire_cli.table import Rates, draw
+from flockwire_cli.verdict import unrecorded
 
 START_TIME = 10.0  # s that a process may take to be there before those that wait for it are started all the same
 
@@ -127,7 +127,7 @@ async def _conduct(flight: UpOptions, children: Children, operator: Operator, in
                 injector.step(now - director.took_off)
             display.update(operator, now)
             await asyncio.sleep(POLL_PERIOD)
-    return director.failure
+    return "; ".join(filter(None, (director.failure, unrecorded(flight.plan, operator.statuses))))
 
 
 class Interrupts:
@@ -185,22 +185,3 @@ class Display:
         elif self._stage != self._director.stage:
             print(f"flockwire: {seconds:5.1f} s  {self._director.stage}", flush=True)
         self._stage = self._director.stage
-
-
-def conclude(failure: str, out: Path, trace_due: bool = True) -> int:
-    """Write the report of the flight in `out`, print its figures and verdict; returns the exit status."""
-    trace = out / "trace.mcap"
-    failures = [failure] if failure else []
-    if trace.exists():
-        from flockwire_recorder.report import write_report  # noqa: PLC0415  (matplotlib takes a second to import)
-
-        from flockwire_cli.verdict import print_summary  # noqa: PLC0415
-
-        failures += print_summary(write_report(trace, out), out)
-    elif trace_due:
-        failures.append("there is no trace")
-    if failures:
-        print(f"flockwire: the flight failed: {'; '.join(failures)}", file=sys.stderr)
-        return 1
-    print("flockwire: all well")
-    return 0

@@ -21,6 +21,7 @@ from mcap.records import Channel, Metadata
 from mcap.records import Message as Record
 from numpy.typing import NDArray
 
+from flockwire_recorder.parts import parts
 from flockwire_recorder.records import WholeRecords
 from flockwire_recorder.trace import METADATA, PUBLISHER
 
@@ -113,20 +114,33 @@ class Trace:
 
 
 def read_trace(path: Path) -> Trace:
-    """Read the trace `path`; what is cut off or malformed is counted, not raised.
+    """Read the trace `path` with its further parts; what is cut off or malformed is counted, not raised.
 
-    Raises ValueError for a file that is no MCAP or does not begin with a swarm, OSError where it cannot be read.
+    Raises ValueError for a file that is no MCAP or does not begin with a swarm, or a part that is of another swarm;
+    OSError where one cannot be read.
     """
-    records = WholeRecords(path)
+    collector: Collector | None = None
+    files = [WholeRecords(part) for part in parts(path)]
+    for records in files:
+        collector = _read(records, collector)
+    if collector is None:
+        raise ValueError(f"{path}: names no swarm: it is another program's file, or was cut off at its very beginning")
+    closed, lost_bytes = all(records.closed for records in files), sum(records.lost_bytes for records in files)
+    return collector.trace(path, closed, lost_bytes)
+
+
+def _read(records: WholeRecords, collector: Collector | None) -> Collector | None:
+    """Read one part into `collector`, or into a new one; a part without a swarm holds nothing."""
     reader: _Reader | None = None
     for record in records:
         if reader is not None:
             reader.take(record)
         elif isinstance(record, Metadata) and record.name == METADATA:
-            reader = _Reader(Collector(_swarm(path, record.metadata), record.metadata))
-    if reader is None:
-        raise ValueError(f"{path}: names no swarm: it is another program's file, or was cut off at its very beginning")
-    return reader.collector.trace(path, records.closed, records.lost_bytes)
+            swarm = _swarm(records.path, record.metadata)
+            if collector is not None and swarm != collector.plan.swarm:
+                raise ValueError(f"{records.path}: is of another swarm than the parts of the trace before it")
+            reader = _Reader(collector or Collector(swarm, record.metadata))
+    return reader.collector if reader is not None else collector
 
 
 def _swarm(path: Path, metadata: dict[str, str]) -> Swarm:
@@ -185,20 +199,19 @@ class _Reader:
         self.collector = collector
         plan = collector.plan
         self._keys = {f"/{plan.text(key)}": key for key in plan.keys}
-        self._channels: dict[int, Key | None] = {}
+        self._channels: dict[int, tuple[Key | None, Hashable]] = {}
 
     def take(self, record: object) -> None:
         match record:
             case Record() if record.channel_id in self._channels:
-                key, message = self._channels[record.channel_id], None
+                (key, publisher), message = self._channels[record.channel_id], None
                 if key is not None:
                     with contextlib.suppress(MessageError):
                         message = ROWS[key.kind].message.decode(record.data)
-                self.collector.add(
-                    record.channel_id, key, message, record.sequence, record.publish_time, record.log_time
-                )
-            case Channel(metadata=metadata) if PUBLISHER in metadata:
-                self._channels.setdefault(record.id, self._keys.get(record.topic))
+                self.collector.add(publisher, key, message, record.sequence, record.publish_time, record.log_time)
+            case Channel(metadata=metadata) if PUBLISHER in metadata:  # the same in every part
+                publisher = (record.topic, metadata[PUBLISHER])
+                self._channels.setdefault(record.id, (self._keys.get(record.topic), publisher))
 
 
 class Collector:

@@ -35,6 +35,9 @@ SEQUENCE_MASK = 0xFFFF_FFFF  # MCAP keeps 32 bits of a sequence number
 class TraceFullError(OSError):
     """The trace takes no more: the disk is full, or gone."""
 
+    def __str__(self) -> str:
+        return f"{self.filename}: {self.strerror}"
+
 
 def describe(swarm: Swarm, toml: str, seed: int, started: int) -> dict[str, str]:
     """Return the metadata of a trace.

@@ -54,6 +54,8 @@ def grounded(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[str, ...
 def landing(trace: Trace) -> Landing:
     """Return how the drones came down; after an emergency stop that says nothing."""
     up = tuple(sentence for i in trace.swarm.flying for sentence in _up(trace, i))
+    if len(up) > 1 and not any(mission.verb == "land" for mission in trace.missions):
+        up = (f"the recording ends without an order to land, {len(up)} drones in the air",)
     distances = {i: d for i in trace.swarm.flying if (d := _landing_distance(trace, i)) is not None}
     farthest = max(distances, key=lambda i: distances[i], default=None)
     return Landing(up) if farthest is None else Landing(up, distances[farthest], uav(farthest))

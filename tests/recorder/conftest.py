@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from math import cos, exp, hypot, sin
@@ -254,3 +255,12 @@ def fly(tmp_path: Path) -> Callable[..., Path]:
 def swarm_of_fixture() -> Callable[..., Swarm]:
     """Make the paper's simulated swarm, tables replaced."""
     return swarm_of
+
+
+@pytest.fixture
+def small_disk() -> Iterator[None]:
+    """Let no file grow beyond 64 KiB."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (65536, before[1]))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)

@@ -73,8 +73,14 @@ def test_a_pilot_that_falls_silent(failures):
 def test_a_flight_that_does_not_land(failures):
     found = failures(lands=False)
     assert list(found) == ["landed"]
-    assert "uav0 was not on the ground at the end, but 1.00 m above it" in found["landed"]
-    assert found["landed"].endswith("and 1 more")
+    assert found["landed"] == "landed: the recording ends without an order to land, 5 drones in the air"
+
+
+def test_a_drone_that_hangs_on(fly):
+    trace = read_trace(fly(begin=-2.0, end=6.0))
+    trace.of("telemetry", 2).values[-1] = (1.0, 0.9, 0.4, 0.0)
+    (failure,) = summarise(trace).failures()
+    assert failure == "landed: uav2 was not on the ground at the end, but 0.40 m above it"
 
 
 def test_a_drone_that_comes_down_elsewhere(failures):
