@@ -24,7 +24,7 @@ def page(trace: Trace, summary: Summary, pictures: Sequence[Picture], probe: dic
         name=trace.swarm.name.replace("_", " "),
         failed=len(summary.failures()),
         subtitle=_subtitle(trace, summary),
-        stops=trace.stops,
+        stops=tuple(dict.fromkeys(stop.reason for stop in trace.stops)),  # each is published several times
         tiles=_tiles(summary),
         checks=_checks(summary),
         phases=_phases(summary),

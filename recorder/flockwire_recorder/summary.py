@@ -106,7 +106,7 @@ def summarise(trace: Trace) -> Summary:
     gap = gaps.longest_gap(trace)
     measured = Measured(
         lacking.places, lacking.formation, distances.between_drones, distances.to_obstacles, distances.speed,
-        tuple(stop.reason for stop in trace.stops), formation.settled_s, _unsettled(judged),
+        tuple(dict.fromkeys(stop.reason for stop in trace.stops)), formation.settled_s, _unsettled(judged),
         tracking.largest([phase.judged_tail_m for phase in judged]), observation.max_tail,
         whereabouts.grounded(trace, phases), whereabouts.lost(trace), whereabouts.landing(trace),
         rate, gap, gaps.where(trace, gap), trace.lost,

@@ -185,7 +185,8 @@ class Flight:
             orders.append(Mission(T0 + int(self.end * BILLION), "world", "land"))
         if self.stops_at is not None:
             said = T0 + int(self.stops_at * BILLION)
-            yield said, STOP, "operator", 0, Stop(said, "world", "the operator says so")
+            for k in range(3):
+                yield said + k * MS, STOP, "operator", k, Stop(said + k * MS, "world", "the operator says so")
         if self.holds_at is not None:
             orders.append(Mission(T0 + int(self.holds_at * BILLION), "world", "hold"))
         for sequence, order in enumerate(orders):
