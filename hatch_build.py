@@ -16,13 +16,13 @@ COMPILED = (
     *(f"core/flockwire/wire/{name}.py" for name in ("cdr", "inbox", "messages", "stamped", "status")),
     *(
         f"core/flockwire/flight/{name}.py"
-        for name in ("avoidance", "guard", "ladder", "phases", "stepping", "surroundings")
+        for name in ("avoidance", "guard", "ladder", "phases", "pilot", "sidestepping", "stepping", "surroundings")
     ),
     "core/flockwire/law.py",
     "agent/flockwire_agent",
-    "leader/flockwire_leader/core.py",
-    *(f"mocap_gateway/flockwire_mocap/{name}.py" for name in ("cameras", "core", "vicinity")),
-    *(f"tello_driver/flockwire_tello/{name}.py" for name in ("airframe", "core")),
+    *(f"leader/flockwire_leader/{name}.py" for name in ("core", "course", "virtual")),
+    *(f"mocap_gateway/flockwire_mocap/{name}.py" for name in ("completeness", "core", "simulated", "vicinity")),
+    *(f"tello_driver/flockwire_tello/{name}.py" for name in ("airframe", "core", "drone")),
     "recorder/flockwire_recorder/chunked.py",
     *(f"sim/flockwire_sim/{name}.py" for name in ("local_clock", "network", "process", "sample", "scheduler")),
 )

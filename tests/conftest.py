@@ -6,12 +6,14 @@ import os
 import re
 import sys
 from collections.abc import Callable, Mapping
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
 import pytest
 from flockwire.loading import parse_swarm
 from flockwire.swarm.model import Swarm
+from flockwire.wire.plan import Plan
 from hypothesis import settings
 
 settings.register_profile("flockwire", derandomize=True, deadline=None, max_examples=100)
@@ -48,7 +50,7 @@ def changed_table(changes: Changes | None = None) -> dict[str, Any]:
         if value is None:
             del inner[place]
         else:
-            inner[place] = value
+            inner[place] = deepcopy(value)
     return table
 
 
@@ -62,6 +64,12 @@ def swarm_table() -> Callable[..., dict[str, Any]]:
 def make_swarm() -> Callable[..., Swarm]:
     """Return the builder of a small valid swarm."""
     return lambda changes=None: parse_swarm(changed_table(changes), "test.toml")
+
+
+@pytest.fixture(scope="session")
+def make_plan() -> Callable[..., Plan]:
+    """Return the builder of a small valid swarm's plan."""
+    return lambda changes=None: Plan(parse_swarm(changed_table(changes), "test.toml"))
 
 
 @pytest.fixture(scope="session")

@@ -7,20 +7,16 @@ y is the airframe's stopping point. What keeps the drones apart is the safety fi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from flockwire.control.feed_forward import lead, stopping_reference
 from flockwire.control.graph import LEADER
 from flockwire.control.leader_track import LeaderTrack, leader_time_constant
 from flockwire.control.observer import ObserverParameters
-from flockwire.control.obstacle import to_surface
 from flockwire.control.relay import LeaderMotion, relay_step
-from flockwire.control.sidestep import Impatience, sidestep
 from flockwire.control.vector import ZERO, Vector, add, limit, norm, scale, subtract
+from flockwire.flight.sidestepping import Sidestepper
 from flockwire.law import Decision, Heard, Observation, Reference
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import Body, BodyKind
 
 PATIENCE = 3.0  # s
 
@@ -34,13 +30,12 @@ class ExtendedLaw:
         self._lag, self._dead_time = airframe.lag, airframe.dead_time
         self._hold = 1.0 / swarm.control.rate_hz
         self._period = round(self._hold * BILLION)
-        self._avoidance = swarm.avoidance
         self._observer = ObserverParameters(swarm.observer.gain, swarm.observer.exponent)
         constant = swarm.observer.leader_time_constant or leader_time_constant(swarm.depth)
         self._track = LeaderTrack(constant)
         self._leader: LeaderMotion | None = None
         self._epoch = 0  # Unix ns that the times of trackers count from
-        self._impatience = Impatience(PATIENCE * (1.0 + (number * 0.618) % 1.0))
+        self._sidestepper = Sidestepper(swarm.avoidance, PATIENCE * (1.0 + (number * 0.618) % 1.0))
 
     def step(self, seen: Observation, now: int) -> Decision:
         """Relay the leader's motion, then track the place in the formation."""
@@ -52,7 +47,8 @@ class ExtendedLaw:
             return Decision(ZERO, leader)
         forward, error = self._tracking(seen, leader, seen.reference, now)
         correction = limit(scale(error, -self._gain), self._speed)
-        return Decision(add(forward, self._round(correction, seen.bodies, norm(error), now)), leader)
+        turned = self._sidestepper.turned(correction, seen.bodies, norm(error), (now - self._epoch) / BILLION)
+        return Decision(add(forward, turned), leader)
 
     def _observe(self, seen: Observation, now: int) -> LeaderMotion | None:
         heard = [(one.weight, self._motion(one).after((now - one.stamp) / BILLION)) for one in seen.heard]
@@ -80,17 +76,3 @@ class ExtendedLaw:
         rate = add(scale(add(before, after), 0.5), leader.after(self._dead_time + 0.5 * self._hold).velocity)
         turn = add(scale(subtract(after, before), 1.0 / self._hold), there.acceleration)
         return lead(rate, turn, self._lag), error
-
-    def _round(self, correction: Vector, bodies: Sequence[Body], error: float, now: int) -> Vector:
-        """Turn the correction round what is in its way."""
-        safe = self._avoidance
-        ways = []
-        for body in bodies:
-            away = to_surface(body.relative_position, body.radius)
-            distance = norm(away)
-            drone = body.kind is BodyKind.DRONE
-            gap = distance - (safe.drone_safety_distance if drone else safe.obstacle_safety_distance)
-            ways.append((scale(away, -1.0 / max(distance, 1e-9)), gap))
-        turned = sidestep(correction, ways, safe.sidestep_reach, self._impatience.side)
-        self._impatience.update(error, turned != correction, (now - self._epoch) / BILLION)
-        return turned

@@ -1,4 +1,4 @@
-"""What an agent hears from its in-neighbours, and which of it still counts."""
+"""What an agent receives from its in-neighbours, and which of it still counts."""
 
 from __future__ import annotations
 
@@ -8,10 +8,14 @@ from dataclasses import dataclass
 from flockwire.control.graph import LEADER
 from flockwire.control.relay import LeaderMotion
 from flockwire.control.vector import Vector
-from flockwire.flight.phases import NEVER, age
+from flockwire.flight.phases import IN_FLIGHT, NEVER, Phase, age
 from flockwire.law import Heard
 from flockwire.nanoseconds import BILLION
-from flockwire.wire.messages import Estimate, Pose
+from flockwire.swarm.tables import Staleness
+from flockwire.wire.messages import Estimate, Leading, Pose
+from flockwire.wire.status import Status
+
+LEADING_PHASES = IN_FLIGHT - {Phase.LANDING}
 
 
 @dataclass(slots=True)
@@ -22,62 +26,96 @@ class Neighbour:
     stamp: int = 0
     motion: LeaderMotion | None = None  # its estimate of the leader
     position: Vector | None = None
+    origin: int = 0  # when the leader was where this rests on, Unix ns
+    hops: int = 0
+    leading: Leading = Leading.UNKNOWN
 
 
 class Neighbourhood:
-    """The in-neighbours N_i of one follower."""
+    """The in-neighbours N_i of one follower, by their weights; `virtual`: the leader has no airframe."""
 
-    def __init__(self, weights: dict[int, float], drop_after: float) -> None:
+    def __init__(self, weights: dict[int, float], limits: Staleness, virtual: bool = False) -> None:
         self._neighbours = {j: Neighbour(weight) for j, weight in weights.items()}
-        self._drop_after = round(drop_after * BILLION)  # ns
-        self._heard = 0
+        self._drop_after = round(limits.estimate_drop * BILLION)  # ns
+        self._origin_limit = round(limits.estimates_hold * BILLION)
+        self._leader_limit = round(limits.leader_silent * BILLION)
+        self._virtual = virtual
+        self._leader_stamp = 0  # of the leader's own status
+        self.origin = 0  # of the newest news of the leader that ever came
+        self.hops = 0
+        self.leading = Leading.UNKNOWN
 
-    def hear_estimate(self, j: int) -> Callable[[Estimate], None]:
+    def take_estimate(self, j: int) -> Callable[[Estimate], None]:
         """Return what takes neighbour j's estimates of the leader."""
         neighbour = self._neighbours[j]
 
-        def hear(message: Estimate) -> None:
-            stamp, _, position, velocity, acceleration = message
-            neighbour.stamp = stamp
+        def take(message: Estimate) -> None:
+            stamp, _, position, velocity, acceleration, origin, hops, leading = message
+            neighbour.stamp, neighbour.origin = stamp, min(origin, stamp)
+            neighbour.hops, neighbour.leading = hops, leading
             neighbour.motion = LeaderMotion(position, velocity, acceleration)
 
-        return hear
+        return take
 
-    def hear_pose(self, j: int) -> Callable[[Pose], None]:
+    def take_pose(self, j: int) -> Callable[[Pose], None]:
         """Return what takes neighbour j's poses; the leader's is also its estimate of itself (eta_0 = x_0)."""
         neighbour = self._neighbours[j]
 
-        def hear(message: Pose) -> None:
+        def take(message: Pose) -> None:
             neighbour.position = message.position
             if j == LEADER:
-                neighbour.stamp, neighbour.motion = message.stamp, LeaderMotion(message.position)
+                neighbour.stamp = neighbour.origin = message.stamp
+                neighbour.motion = LeaderMotion(message.position)
 
-        return hear
+        return take
 
-    def heard(self, now: int) -> list[Heard]:
-        """Return what the neighbours that are fresh said of the leader; a stale one's weight leaves the sum."""
-        oldest = now - self._drop_after
-        fresh = [
-            Heard(j, neighbour.weight, neighbour.stamp, neighbour.motion)
-            for j, neighbour in self._neighbours.items()
-            if neighbour.stamp >= oldest and neighbour.motion is not None
-        ]
-        if fresh:
-            self._heard = now
-        return fresh
+    def take_status(self, message: Status) -> None:
+        """Take the leader's own status: whether it leads."""
+        self._leader_stamp = message.stamp
+        leads = self._virtual or message.report.phase in LEADING_PHASES
+        self._neighbours[LEADER].leading = Leading.LEADS if leads else Leading.IS_DOWN
+
+    def fresh(self, now: int) -> list[Heard]:
+        """Return what the neighbours that count say of the leader; the weight of a stale one leaves the sum.
+
+        One counts whose estimate is fresh and rests on fresh news: old news does not get younger by being passed on.
+        """
+        oldest, oldest_origin = now - self._drop_after, now - self._origin_limit
+        found = []
+        for j, neighbour in self._neighbours.items():
+            if neighbour.stamp < oldest or neighbour.motion is None or neighbour.origin < oldest_origin:
+                continue
+            found.append(Heard(j, neighbour.weight, neighbour.stamp, neighbour.motion))
+            if neighbour.origin > self.origin:
+                self.origin, self.hops = neighbour.origin, min(neighbour.hops + 1, MOST_HOPS)
+                self.leading = neighbour.leading
+        if LEADER in self._neighbours:
+            self.leading = self._leading(now)
+        return found
+
+    def _leading(self, now: int) -> Leading:
+        """Return what the leader's own status says, which is that it is down when it is silent."""
+        if not self._leader_stamp:
+            return Leading.UNKNOWN
+        silent = now - self._leader_stamp > self._leader_limit
+        return Leading.IS_DOWN if silent else self._neighbours[LEADER].leading
 
     def silence(self, now: int, since: int) -> float:
-        """Return for how long, s, no neighbour has been fresh; counted from `since` before the first was."""
-        return age(max(self._heard, since), now)
+        """Return the age, s, of the newest news of the leader; counted from `since` before there was any."""
+        return age(max(self.origin, since), now)
 
     def oldest(self, now: int) -> float:
-        """Return the age, s, of the neighbour that has been silent longest; NEVER when one was not heard yet."""
+        """Return the age, s, of the neighbour that has been silent longest; NEVER when one was not received yet."""
         return max((age(neighbour.stamp, now) for neighbour in self._neighbours.values()), default=NEVER)
 
     def missing(self, now: int) -> tuple[int, ...]:
-        """Return the neighbours that are not fresh."""
-        return tuple(j for j, neighbour in self._neighbours.items() if neighbour.stamp < now - self._drop_after)
+        """Return the neighbours that do not count."""
+        oldest, oldest_origin = now - self._drop_after, now - self._origin_limit
+        return tuple(j for j, one in self._neighbours.items() if one.stamp < oldest or one.origin < oldest_origin)
 
     def positions(self) -> list[Vector]:
         """Return the neighbours' own positions, where they are known (m, world frame)."""
         return [neighbour.position for neighbour in self._neighbours.values() if neighbour.position is not None]
+
+
+MOST_HOPS = 255

@@ -1,5 +1,5 @@
 """`python -m flockwire_cli` is the `flockwire` command."""
 
-from flockwire_cli.main import main
+from flockwire_cli.entry import main
 
 main()

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 from flockwire import clock
-from flockwire.loading import SwarmFileError, load_swarm
-from flockwire.security.credentials import CredentialsError, default_folder, load_credentials
+from flockwire.loading import SwarmFileError, load_swarm, read_swarm
+from flockwire.security.files import CredentialsError, default_folder
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
@@ -37,10 +37,10 @@ def refuse_a_second_trace(out: Path) -> None:
         refuse(f"--out = {out}: there is a trace of another flight; name a new folder")
 
 
-def load(path: Path) -> Plan:
-    """Return the plan of a file's swarm, or refuse the file."""
+def load(path: Path, checked: bool = True) -> Plan:
+    """Return the plan of a file's swarm, or refuse the file; an order does not wait for the rules to be `checked`."""
     try:
-        return Plan(load_swarm(path))
+        return Plan(load_swarm(path) if checked else read_swarm(path))
     except SwarmFileError as error:
         refuse(str(error))
 
@@ -66,6 +66,7 @@ def warn_of(swarm: Swarm) -> None:
 
 def made_keys(plan: Plan, keys: Path | None, host: str) -> Path:
     """Return the folder of the certificates, after making what it lacks where the authority's key is or may be here."""
+    from flockwire.security.credentials import load_credentials  # noqa: PLC0415
     from flockwire.security.pki import make_keys  # noqa: PLC0415
 
     swarm = plan.swarm

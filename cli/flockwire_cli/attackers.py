@@ -16,7 +16,7 @@ from typing import Any
 import zenoh
 from flockwire import clock
 from flockwire.nanoseconds import BILLION
-from flockwire.security.credentials import Credentials
+from flockwire.security.files import Credentials
 from flockwire.wire.inbox import CANARY, attachment
 from flockwire.wire.keys import Key
 from flockwire.wire.plan import Plan

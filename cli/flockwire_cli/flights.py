@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 from flockwire import clock
 from flockwire.loading import SwarmFileError
-from flockwire.security.credentials import CredentialsError, default_folder
+from flockwire.security.files import CredentialsError, default_folder
 
 from flockwire_cli.arguments import (
     FaultsFile,

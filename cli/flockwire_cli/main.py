@@ -5,8 +5,6 @@ Exit status: 0 all well; 1 a flight failed, its reason on the last line; 2 bad u
 
 from __future__ import annotations
 
-from typing import NoReturn
-
 import typer
 
 from flockwire_cli import flights, kinds, orders, traces
@@ -20,9 +18,3 @@ app = typer.Typer(
 )
 for part in (flights, orders, kinds, traces):
     app.add_typer(part.app)
-
-
-def main() -> NoReturn:
-    """Run the command line."""
-    app(prog_name="flockwire")
-    raise SystemExit(0)

@@ -19,7 +19,7 @@ from pathlib import Path
 from flockwire import clock
 from flockwire.nanoseconds import BILLION
 from flockwire.runtime.session import RouterAbsentError, Session, connect
-from flockwire.security.credentials import Credentials
+from flockwire.security.files import Credentials
 from flockwire.security.pki import Signer, alternative_names, issue, new_authority, read_authority, save
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Mission

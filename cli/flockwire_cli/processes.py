@@ -12,11 +12,17 @@ import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from flockwire import clock
+from flockwire.nanoseconds import BILLION
 from flockwire.runtime.detours import detour_environment
 from flockwire.runtime.ending import LIFELINE
 from flockwire.wire.plan import Plan
 
+from flockwire_cli.interrupts import Interrupts
+
 GRACE = 2.5  # s between being told to end and being killed
+LANDING_TIME = 60.0  # s that those may take which have something in the air
+POLL = 0.02  # s
 
 
 class PortInUseError(OSError):
@@ -137,23 +143,34 @@ class Children:
                 return f"{identity} ended by itself ({how}){': ' + lines[-1] if lines else ''}"
         return ""
 
-    async def end(self) -> None:
-        """End all processes, those that record last, and wait for them; kill what does not end in time."""
-        last = [identity for identity in self._running if identity in self._plan.recorders]
-        for group in ([identity for identity in self._running if identity not in last], last):
-            await asyncio.gather(*(self._end(self._running[identity]) for identity in group))
+    async def end(self, interrupted: Interrupts | None = None) -> None:
+        """End all processes, in the order of their ranks, and wait for them; what flies lands first.
+
+        Kills what does not end in time, but nothing that may be flying: with a second interrupt these are left to
+        end by themselves.
+        """
+        ranks = sorted({self._plan.rows[identity].rank for identity in self._running})
+        flyers = {identity for identity in self._running if self._plan.rows[identity].flies}
+        await asyncio.gather(*(self._end(self._running[i], LANDING_TIME, interrupted) for i in flyers))
+        if all(self._running[i].returncode is not None for i in flyers):
+            for rank in ranks:
+                others = [i for i in self._running if self._plan.rows[i].rank == rank and i not in flyers]
+                await asyncio.gather(*(self._end(self._running[i], GRACE, None) for i in others))
         self._running.clear()
-        for fd in (self._read_end, self._write_end):
+        for fd in (self._read_end, self._write_end):  # closed, it tells who is left that the station is gone
             with contextlib.suppress(OSError):
                 os.close(fd)
 
-    async def _end(self, process: asyncio.subprocess.Process) -> None:
+    async def _end(self, process: asyncio.subprocess.Process, patience: float, interrupted: Interrupts | None) -> None:
         with contextlib.suppress(ProcessLookupError):
             process.send_signal(signal.SIGCONT)  # one that stands still would not get the other
             process.terminate()
-        try:
-            await asyncio.wait_for(process.wait(), GRACE)
-        except TimeoutError:
+        deadline = clock.monotonic() + round(patience * BILLION)
+        while process.returncode is None and clock.monotonic() < deadline:
+            if interrupted is not None and interrupted.count > 1:
+                return
+            await asyncio.sleep(POLL)
+        if process.returncode is None:
             with contextlib.suppress(ProcessLookupError):
                 process.kill()
             await process.wait()

@@ -1,14 +1,16 @@
 """`flockwire up`: all processes of this host, watched; a flight from take-off to landing; its report.
 
-Of several hosts, the one that runs the recorder conducts the flight; the others serve until they are told to end.
+Of several hosts, the one that runs the recorder conducts the flight; the others serve until they are told to end. What
+flies outlives this station: when it is gone, pilots land, and their processes end when the drones are down.
 """
 
 from __future__ import annotations
 
 import asyncio
-import contextlib
-import signal
+import fcntl
+import os
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,19 +19,22 @@ from flockwire.flight.director import POLL_PERIOD, Director, Stage
 from flockwire.flight.faults import Fault
 from flockwire.nanoseconds import BILLION
 from flockwire.runtime.session import Session, connect
+from flockwire.wire.messages import Stop
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
-from rich.console import Console
-from rich.live import Live
 
+from flockwire_cli.display import Display
 from flockwire_cli.fault_injection import FaultInjector
+from flockwire_cli.interrupts import Interrupts, interrupts
+from flockwire_cli.keyboard import Keyboard, keys_pressed
 from flockwire_cli.operator import Operator
 from flockwire_cli.processes import Children, PortInUseError, busy_endpoint
 from flockwire_cli.relay.links import Relays
-from flockwire_cli.table import Rates, draw
-from flockwire_cli.verdict import unrecorded
+from flockwire_cli.verdict import disk_full
 
 START_TIME = 10.0  # s that a process may take to be there before those that wait for it are started all the same
+STOP_FOR = 2 * BILLION  # ns for which an emergency stop is repeated
+LEFT = "left before the drones were known to be down: they land by themselves, the recorder ends last"
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,40 +59,58 @@ class UpOptions:
 
 async def fly(flight: UpOptions) -> str:
     """Fly; returns why the flight failed, empty when it did not. Raises PortInUseError before anything starts."""
-    busy = busy_endpoint(flight.plan, flight.plan.processes_on(flight.host))
-    if busy:
-        raise PortInUseError(busy)
-    async with Relays(flight.faults if flight.conducts else (), flight.plan) as relays:
-        return await _fly(flight, relays)
+    with _alone(flight):
+        busy = busy_endpoint(flight.plan, flight.plan.processes_on(flight.host))
+        if busy:
+            raise PortInUseError(busy)
+        async with Relays(flight.faults if flight.conducts else (), flight.plan) as relays:
+            return await _fly(flight, relays)
+
+
+@contextmanager
+def _alone(flight: UpOptions) -> Iterator[None]:
+    """Hold the swarm's lock; raises PortInUseError where another `up` of it has it."""
+    lock = os.open(flight.keys, os.O_RDONLY) if flight.keys.exists() else -1
+    try:
+        if lock >= 0:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    except BlockingIOError:
+        raise PortInUseError(f"{flight.keys}: another `flockwire up` flies with these keys; end it first") from None
+    finally:
+        if lock >= 0:
+            os.close(lock)
 
 
 async def _fly(flight: UpOptions, relays: Relays) -> str:
     here = flight.plan.processes_on(flight.host)
     children = Children(flight.plan, flight.swarm_file, flight.out, flight.keys, flight.faults_file, relays.detours)
-    try:
-        session = await _start(flight, children, here)
-        with session:
-            injector = FaultInjector(flight.faults, here, children, relays)
-            try:
-                return await _conduct(flight, children, Operator(flight.plan, session), injector)
-            finally:
-                await injector.end()
-    finally:
-        await children.end()
+    with interrupts() as interrupted:
+        try:
+            session = await _start(flight, children, here, interrupted)
+            with session:
+                injector = FaultInjector(flight.faults, here, children, relays)
+                try:
+                    return await Station(flight, children, Operator(flight.plan, session), injector).conduct(
+                        interrupted
+                    )
+                finally:
+                    await injector.end()
+        finally:
+            await children.end(interrupted)
 
 
-async def _start(flight: UpOptions, children: Children, here: tuple[str, ...]) -> Session:
+async def _start(flight: UpOptions, children: Children, here: tuple[str, ...], interrupted: Interrupts) -> Session:
     """Start the processes of this host, each after those it waits for; returns the operator's session."""
-    plan, waiting = flight.plan, list(here)
-    routers = [identity for identity in waiting if identity in plan.routers]
-    for identity in routers:
-        await children.start(identity)
+    plan = flight.plan
+    for router in plan.routers:
+        if router in here:
+            await children.start(router)
     session = await connect(plan, OPERATOR.kind, flight.keys, asyncio.Event())
     assert session is not None  # noqa: S101  (only the event that nobody sets would make it so)
-    operator = Operator(plan, session)
-    waiting = [identity for identity in waiting if identity not in routers]
+    operator, waiting = Operator(plan, session), [identity for identity in here if identity not in plan.routers]
     deadline = clock.monotonic() + round(START_TIME * BILLION)
-    while waiting:
+    while waiting and not interrupted.count:
         operator.poll()
         late = clock.monotonic() > deadline or bool(children.died())
         ready = [i for i in waiting if late or not _awaited(plan, i, here).difference(operator.statuses)]
@@ -104,84 +127,56 @@ def _awaited(plan: Plan, identity: str, here: tuple[str, ...]) -> set[str]:
     return {other for other in here if plan.rows[other].kind in plan.rows[identity].after}
 
 
-async def _conduct(flight: UpOptions, children: Children, operator: Operator, injector: FaultInjector) -> str:
-    director = Director(flight.plan.pilots, flight.plan.swarm.frame, flight.duration, clock.now())
-    display = Display(flight, director)
-    died = ""
-    with display.shown(), _interrupts() as interrupts:
-        heeded = 0
-        while director.stage is not Stage.OVER and interrupts.count < 2:
-            now = operator.poll()
-            died = died or children.died()
-            if not flight.conducts and (died or interrupts.count):
-                return died
-            if died and not director.failure:
-                operator.order(director.abort(died, now))
-            if interrupts.count > heeded:
-                heeded = interrupts.count
-                operator.order(director.land(now))
-            if flight.conducts:
-                operator.order(director.step(operator.statuses, now))
-            if director.took_off is not None:
-                children.took_off = director.took_off
-                injector.step(now - director.took_off)
-            display.update(operator, now)
-            await asyncio.sleep(POLL_PERIOD)
-    return "; ".join(filter(None, (director.failure, unrecorded(flight.plan, operator.statuses))))
+class Station:
+    """Conducts one flight: time, faults, the user's keys and interrupts, processes that die."""
 
+    def __init__(self, flight: UpOptions, children: Children, operator: Operator, injector: FaultInjector) -> None:
+        plan = flight.plan
+        self._flight, self._children, self._operator, self._injector = flight, children, operator, injector
+        self._director = Director(plan.pilots, plan.swarm.frame, flight.duration, clock.now())
+        self._display = Display(plan.swarm.name, plan.processes_on(flight.host), self._director, flight.headless)
+        self._stop_until = 0  # an emergency stop is repeated until then, Unix ns
 
-class Interrupts:
-    """How often the user asked to end."""
+    async def conduct(self, interrupted: Interrupts) -> str:
+        """Fly from take-off to landing; returns why the flight failed, empty when it did not."""
+        director, heeded, died = self._director, 0, ""
+        self._display.begin(self._flight.out)
+        with self._display.shown(), keys_pressed(Keyboard(self._order)):
+            while director.stage is not Stage.OVER:
+                now = self._operator.poll()
+                died = died or self._children.died()
+                if not self._flight.conducts and (died or interrupted.count):
+                    return died
+                if interrupted.count > 1:
+                    return director.failure or LEFT
+                if died and not director.failure:
+                    self._operator.order(director.abort(died, now))
+                if interrupted.count > heeded:
+                    heeded = interrupted.count
+                    self._operator.order(director.land(now))
+                self._step(now)
+                await asyncio.sleep(POLL_PERIOD)
+        unrecorded = disk_full(self._flight.plan, self._operator.statuses)
+        return "; ".join(filter(None, (director.failure, unrecorded)))
 
-    def __init__(self) -> None:
-        self.count = 0
+    def _step(self, now: int) -> None:
+        director, operator = self._director, self._operator
+        if self._flight.conducts:
+            operator.order(director.step(operator.statuses, operator.telemetry, now))
+        if now < self._stop_until:
+            operator.order(Stop(now, self._flight.plan.swarm.frame, "the operator says so"))
+        if director.took_off is not None:
+            self._children.took_off = director.took_off
+            self._injector.step(now - director.took_off)
+        self._display.update(operator, now)
 
-
-@contextlib.contextmanager
-def _interrupts() -> Iterator[Interrupts]:
-    """Count SIGINT and SIGTERM: at the first the drones land, at the second everything ends at once."""
-    loop, interrupts = asyncio.get_running_loop(), Interrupts()
-
-    def interrupted() -> None:
-        interrupts.count += 1
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        loop.add_signal_handler(number, interrupted)
-    try:
-        yield interrupts
-    finally:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            loop.remove_signal_handler(number)
-
-
-class Display:
-    """The live table, or without a terminal one line for each new stage."""
-
-    def __init__(self, flight: UpOptions, director: Director) -> None:
-        self._flight, self._director = flight, director
-        self._order = flight.plan.processes_on(flight.host)
-        self._rates = Rates()
-        self._console = Console()
-        self._live: Live | None = None
-        self._stage = ""
-        self._began = clock.now()
-
-    @contextlib.contextmanager
-    def shown(self) -> Iterator[None]:
-        """Show it for as long as the context lasts."""
-        if self._flight.headless or not self._console.is_terminal:
-            print(f"flockwire: {self._flight.plan.swarm.name}, {len(self._order)} processes, into {self._flight.out}")
-            yield
-            return
-        with Live(console=self._console, refresh_per_second=4) as self._live:
-            yield
-
-    def update(self, operator: Operator, now: int) -> None:
-        """Show what is known at `now`."""
-        seconds = (now - self._began) / BILLION
-        if self._live is not None:
-            title = f"{self._flight.plan.swarm.name}: {self._director.stage}, {seconds:.0f} s   (Ctrl-C lands)"
-            self._live.update(draw(title, self._order, operator.statuses, self._rates, now))
-        elif self._stage != self._director.stage:
-            print(f"flockwire: {seconds:5.1f} s  {self._director.stage}", flush=True)
-        self._stage = self._director.stage
+    def _order(self, verb: str) -> None:
+        """Give the order of a key, at once."""
+        now, director, operator = clock.now(), self._director, self._operator
+        if verb == "stop":
+            operator.order(Stop(now, self._flight.plan.swarm.frame, "the operator says so"))
+            self._stop_until = now + STOP_FOR
+            director.stop(now)
+        else:
+            orders = {"hold": director.hold, "land": director.land, "formation": director.resume}
+            operator.order(orders[verb](now))

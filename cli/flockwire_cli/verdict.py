@@ -38,7 +38,7 @@ def verdict(failures: Iterable[str]) -> int:
     return 0
 
 
-def unrecorded(plan: Plan, statuses: Mapping[str, Status]) -> str:
+def disk_full(plan: Plan, statuses: Mapping[str, Status]) -> str:
     """Say which recorder could not record the whole flight by its last status, empty when all could."""
     reports = {identity: statuses[identity].report for identity in plan.recorders if identity in statuses}
     return "; ".join(f"{identity}: {told.detail}" for identity, told in reports.items() if told.phase == FULL)

@@ -39,6 +39,17 @@ def load_swarm(path: Path) -> Swarm:
     return parse_swarm(load_table(path), str(path))
 
 
+def read_swarm(path: Path) -> Swarm:
+    """Read a swarm file without applying its rules: for orders to a swarm that flies by it already.
+
+    Raises SwarmFileError where it is no swarm file.
+    """
+    try:
+        return Swarm.model_validate_json(json.dumps(load_table(path), default=str))
+    except ValidationError as error:
+        raise SwarmFileError("\n".join(f"{path}: {line}" for line in error_lines(error))) from None
+
+
 def load_table(path: Path) -> dict[str, object]:
     """Read a swarm file, with the key frames it names, as it is; raises SwarmFileError where that cannot be done."""
     table = read_toml(path, "swarm file", SwarmFileError)
@@ -61,12 +72,19 @@ def parse_swarm(table: dict[str, object], origin: str) -> Swarm:
     raise SwarmFileError("\n".join(f"{origin}: {line}" for line in found))
 
 
-def problems(swarm: Swarm) -> Iterator[str]:
-    """Yield one line per problem, `key = value: rule`; later groups of rules need the earlier ones to be kept."""
+def problems(swarm: Swarm, to_fly: bool = True) -> Iterator[str]:
+    """Yield one line per problem, `key = value: rule`; later groups of rules need the earlier ones to be kept.
+
+    A swarm that is not `to_fly`, because it has flown, may name a law that cannot be had here; none is imported.
+    """
     groups = (
         lambda: rules.basic_problems(swarm),
-        lambda: (*rules.problems(swarm), *wire_rules.problems(Plan(swarm))),
-        lambda: (*_law_problems(swarm), *rules.place_problems(swarm)),
+        lambda: rules.problems(swarm),
+        lambda: (
+            *wire_rules.problems(Plan(swarm)),
+            *(_law_problems(swarm) if to_fly else ()),
+            *rules.place_problems(swarm),
+        ),
     )
     for group in groups:
         found = list(group())

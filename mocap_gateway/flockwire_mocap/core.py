@@ -5,39 +5,38 @@ It also repeats the operator's newest order twice a second, unchanged, for those
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Mapping
 from math import dist
 
 from flockwire.control.obstacle import to_axis
 from flockwire.control.vector import Vector, norm, subtract
 from flockwire.flight.cores import Start
-from flockwire.flight.faults import Fault
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Body, BodyKind, Message, Mission, Nearby, Pose
 from flockwire.wire.status import Report
 
-from flockwire_mocap.cameras import Cameras, Randomness
+from flockwire_mocap import simulated
+from flockwire_mocap.source import Source
 from flockwire_mocap.vicinity import Vicinity
 
 REPEAT = BILLION // 2  # ns between two repetitions of the newest order
 FEW = 30  # drones up to which each looks at all others
 FORGET = BILLION  # ns after which a body that is no longer seen is no longer near anybody
+SOURCES: Mapping[str, Callable[[Start], Source]] = {"simulated": simulated.make_source}  # by gateway.source
 
 
 class GatewayCore:
-    """Poses and nearby bodies of `swarm`, from simulated cameras that suffer those of `faults` that are theirs."""
+    """Poses and nearby bodies of `swarm`, as `source` tracks them."""
 
-    def __init__(self, swarm: Swarm, randomness: Randomness, faults: Iterable[Fault] = ()) -> None:
-        self._keys = {Key("truth", uav(i)): i for i in swarm.flying}
-        self.triggers = frozenset({Key("truth", uav(swarm.flying[-1]))})
+    def __init__(self, swarm: Swarm, source: Source) -> None:
+        self.triggers = source.triggers
         self.prompt = frozenset({MISSION})
         self.period = 1.0 / swarm.gateway.rate_hz
-        self._swarm = swarm
-        self._cameras = Cameras(swarm.gateway, randomness, faults)
+        self._swarm, self._source = swarm, source
         self._seen: dict[int, tuple[int, Vector]] = {}
-        self._followers = frozenset(swarm.followers) if swarm.avoidance.sensing == "nearby" else frozenset()
+        self._sensing = frozenset(swarm.flying) if swarm.avoidance.sensing == "nearby" else frozenset()
         self._recent: dict[int, Vector] = {}
         self._nearby_keys = {i: Key("nearby", uav(i)) for i in swarm.flying}
         self._pose_keys = {i: Key("pose", uav(i)) for i in swarm.flying}
@@ -47,40 +46,43 @@ class GatewayCore:
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Take in a message."""
-        match message:
-            case Pose():
-                self._cameras.expose(message.stamp, self._keys[key], message.position)
-            case Mission() if self._mission is None or message.stamp > self._mission.stamp:
-                if message.verb == "takeoff":
-                    self._cameras.begin(message.stamp)
-                self._mission, self._repeat_at = message, now + REPEAT
+        self._source.receive(key, message, now)
+        if isinstance(message, Mission) and (self._mission is None or message.stamp > self._mission.stamp):
+            self._mission, self._repeat_at = message, now + REPEAT
 
     def due(self, key: Key) -> bool:
-        """Return True."""
-        return True
+        """Return whether the message that was just received completed a frame."""
+        return self._source.complete()
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
-        """Publish the frames that have arrived; for each drone what is near it first, then its pose."""
+        """Publish what was tracked; for each drone what is near it first, then its pose."""
         frame, messages = self._swarm.frame, list[tuple[Key, Message]]()
-        arrived = self._cameras.frames(now)
-        for stamp, drone, position in arrived:
+        tracked = self._source.take(now)
+        for stamp, drone, position, _ in tracked:
             self._seen[drone] = (stamp, position)
             self._last_frame = stamp
-        vicinity = self._vicinity(now) if arrived else None
-        for stamp, drone, position in sorted(arrived):
-            if drone in self._followers:
+        vicinity = self._vicinity(now) if tracked else None
+        for stamp, drone, position, orientation in sorted(tracked):
+            if drone in self._sensing:
                 bodies = self._near(drone, position, vicinity)
                 messages.append((self._nearby_keys[drone], Nearby(stamp, frame, bodies)))
-            messages.append((self._pose_keys[drone], Pose(stamp, frame, position)))
+            messages.append((self._pose_keys[drone], Pose(stamp, frame, position, orientation)))
         if self._mission is not None and now >= self._repeat_at:
             self._repeat_at = now + REPEAT
             messages.append((MISSION, self._mission))
         return messages
 
+    def retire(self, now: int) -> None:
+        """Do nothing: poses are served to the end."""
+
+    def may_end(self, now: int) -> bool:
+        """Return True: nothing of its own is in the air."""
+        return True
+
     def report(self, now: int) -> Report:
         """Return how the gateway is."""
         if now - self._last_frame > BILLION:
-            return Report("waiting", "waits for the kinematics' truth")
+            return Report("waiting", f"waits for {self._source.waits_for}")
         lost = [uav(i) for i in self._swarm.flying if now - self._seen.get(i, (0, None))[0] > BILLION]
         return Report("tracking", f"does not see {', '.join(lost)}" if lost else "")
 
@@ -105,5 +107,6 @@ class GatewayCore:
 
 
 def make_core(start: Start) -> GatewayCore:
-    """Return the gateway's core."""
-    return GatewayCore(start.plan.swarm, start.chance, start.faults)
+    """Return the gateway's core, with the source that the swarm file names."""
+    swarm = start.plan.swarm
+    return GatewayCore(swarm, SOURCES[swarm.gateway.source](start))

@@ -10,7 +10,7 @@ from operator import itemgetter
 from flockwire import clock
 from flockwire.flight.stepping import Deadlines
 from flockwire.runtime.detours import read_detours
-from flockwire.runtime.ending import ending
+from flockwire.runtime.ending import Ending, finished, last_resort
 from flockwire.runtime.job import Job
 from flockwire.runtime.refusals import Refusals
 from flockwire.runtime.session import Session, connect
@@ -23,7 +23,7 @@ from flockwire.wire.plan import Plan
 from flockwire.wire.schemas import ROS_TYPES
 from flockwire.wire.status import FULL, Report
 
-from flockwire_recorder.core import PERIOD
+from flockwire_recorder.core import PERIOD, RecorderCore
 from flockwire_recorder.parts import next_part
 from flockwire_recorder.trace import TraceFullError, TraceWriter, describe
 
@@ -114,9 +114,9 @@ async def run(job: Job) -> None:
     Raises OSError where the trace cannot be written, or not to its end.
     """
     plan, identity = job.plan, job.identity
-    ended, refusals = ending(), Refusals(identity)
+    ending, refusals = Ending(), Refusals(identity)
     refusals.watch()
-    session = await connect(plan, identity, job.keys, ended, read_detours())
+    session = await connect(plan, identity, job.keys, ending.told, read_detours())
     if session is None:
         return
     with session:
@@ -127,7 +127,8 @@ async def run(job: Job) -> None:
         ticker = Ticker(PERIOD, recorder.tick)
         ticker.start()
         try:
-            await ended.wait()
+            await finished(RecorderCore(), plan, identity, session, ending)
         finally:
             ticker.stop()
+            last_resort()
         recorder.close()

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from flockwire.control.graph import LEADER
+from flockwire.loading import problems
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.cdr import MessageError
 from flockwire.wire.keys import ROWS, Key
@@ -145,9 +146,13 @@ def _read(records: WholeRecords, collector: Collector | None) -> Collector | Non
 
 def _swarm(path: Path, metadata: dict[str, str]) -> Swarm:
     try:
-        return Swarm.model_validate_json(metadata["swarm"])
+        swarm = Swarm.model_validate_json(metadata["swarm"])
     except (KeyError, ValueError) as error:
         raise ValueError(f"{path}: its swarm is of another version of flockwire: {error}") from error
+    problem = next(problems(swarm, to_fly=False), None)
+    if problem is not None:
+        raise ValueError(f"{path}: its swarm is of another version of flockwire: {problem}")
+    return swarm
 
 
 class _Columns:

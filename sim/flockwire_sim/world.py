@@ -82,12 +82,11 @@ class World:
     def _subscribed(self, identity: str) -> tuple[Key, ...]:
         if identity in self.plan.recorders:  # the tap sees everything
             return ()
-        keys = self.plan.subscribes[identity]
-        return tuple(key for key in keys if key.kind == "status") if identity in self._persons else keys
+        return self.plan.subscribes[identity]
 
     def _maker(self, identity: str) -> MakeCore:
         if identity in self._persons:
-            return lambda _, __: OperatorCore(self.director, self._ordered, self.scheduler.stop)
+            return lambda _, __: OperatorCore(self.plan, self.director, self._ordered, self.scheduler.stop)
 
         def make(now: int, starts: int) -> Core:
             chance = Random(f"{self.swarm.gateway.seed} {self._seed} {identity} {starts}")  # noqa: S311  (noise)
@@ -128,5 +127,5 @@ class World:
         return Random(f"{self._seed} {what}")  # noqa: S311  (not for secrets)
 
     def _ordered(self, order: Mission) -> None:
-        if order.verb == "takeoff":
+        if order.verb == "takeoff" and self._faulty.took_off is None:
             self._faulty.begin()

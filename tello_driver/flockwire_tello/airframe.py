@@ -46,6 +46,17 @@ class SimulatedAirframe:
         """Motors off, for good: in flight it falls."""
         self.state = FlightState.STOPPED
 
+    @property
+    def falling(self) -> bool:
+        """Whether it is above the ground with its motors off."""
+        return self.state is FlightState.STOPPED and self.position[2] > CONTACT
+
+    def skip(self, pause: int) -> None:
+        """Stand still for `pause` ns, during which nobody simulated it; what was commanded before is not flown."""
+        self._now += pause
+        self._coming.clear()
+        self._input = ZERO
+
     def advance(self, now: int) -> None:
         """Move on to `now` (Unix ns)."""
         while self._coming and self._coming[0][0] <= now:

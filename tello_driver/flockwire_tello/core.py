@@ -1,58 +1,25 @@
-"""The drivers and airframes of all simulated drones, without clock, input or output.
-
-The driver's rungs of the staleness ladder are here: without commands it hovers, then lands, until commands come again.
-"""
+"""The drivers and airframes of all simulated drones, without clock, input or output."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable
 
-from flockwire.control.vector import ZERO, Vector
 from flockwire.flight.cores import Start
 from flockwire.flight.faults import AirframeFailure, AirframeLag, Fault
-from flockwire.flight.phases import age
 from flockwire.flight.stepping import next_deadline
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm, uav
-from flockwire.swarm.tables import Staleness
 from flockwire.wire.keys import STOP, Key
 from flockwire.wire.messages import Command, FlightState, Message, Pose, Stop, Telemetry
 from flockwire.wire.status import Report
 
 from flockwire_tello.airframe import SimulatedAirframe
+from flockwire_tello.drone import SimulatedDrone
 
 TELEMETRY_PERIOD = BILLION // 10
-
-
-class SimulatedDrone:
-    """Driver and airframe of one drone."""
-
-    def __init__(self, airframe: SimulatedAirframe, stale: Staleness, sink: float) -> None:
-        self.airframe = airframe
-        self._zero, self._land, self._sink = stale.command_zero, stale.command_land, sink
-        self._commanded = 0
-
-    def command(self, velocity: Vector, now: int) -> None:
-        """Pass the agent's command on."""
-        self._commanded = now
-        if self.airframe.state is FlightState.LANDING:
-            self.airframe.state = FlightState.FLYING
-        self.airframe.command(velocity, now)
-
-    def advance(self, now: int) -> None:
-        """Move on to `now`; hover or land when the agent has been silent for too long."""
-        silence = age(self._commanded, now)
-        if silence > self._zero and self.airframe.state in (FlightState.FLYING, FlightState.LANDING):
-            landing = silence > self._land
-            self.airframe.command((0.0, 0.0, -self._sink) if landing else ZERO, now)
-            if landing:
-                self.airframe.state = FlightState.LANDING
-        self.airframe.advance(now)
-
-    def command_age(self, now: int) -> float:
-        """Return the seconds since the last command, -1 before the first."""
-        return age(self._commanded, now) if self._commanded else -1.0
+SETTLED = BILLION  # ns that all drones are on the ground before the process may end
+RETIREMENT = 20 * BILLION  # ns that pilots have to land their drones when the process is told to end
 
 
 class KinematicsCore:
@@ -68,13 +35,12 @@ class KinematicsCore:
         self._frame = swarm.frame
         limits = swarm.limits
         self._drones = {
-            uav(i): SimulatedDrone(
-                SimulatedAirframe(swarm.airframe(i), swarm.drone(i).start, now), limits.staleness, limits.vertical_speed
-            )
+            uav(i): SimulatedDrone(SimulatedAirframe(swarm.airframe(i), swarm.drone(i).start, now), limits)
             for i in swarm.flying
         }
         self._truths = tuple((Key("truth", owner), drone) for owner, drone in self._drones.items())
         self._telemetry_deadline = now
+        self._flew = 0  # when the last drone was in the air, Unix ns
         self._faults = deque(fault for fault in faults if isinstance(fault, AirframeLag | AirframeFailure))
         self._begin = took_off  # of the time that faults count in: the first take-off
 
@@ -94,12 +60,14 @@ class KinematicsCore:
         return False
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
-        """Move all drones on to `now` and tell where they are."""
+        """Move all drones on to `now` and publish where they are."""
         if self._faults and self._begin is not None:
             self._inject((now - self._begin) / BILLION)
         messages: list[tuple[Key, Message]] = []
         for key, drone in self._truths:
             drone.advance(now)
+            if drone.in_the_air:
+                self._flew = now
             messages.append((key, Pose(now, self._frame, drone.airframe.position)))
         if now >= self._telemetry_deadline:
             self._telemetry_deadline = next_deadline(self._telemetry_deadline, now, TELEMETRY_PERIOD)
@@ -110,10 +78,24 @@ class KinematicsCore:
                 messages.append((Key("telemetry", owner), telemetry))
         return messages
 
+    def retire(self, now: int) -> None:
+        """Land what still flies in RETIREMENT s: the process is told to end."""
+        for drone in self._drones.values():
+            drone.land_at = now + RETIREMENT
+
+    def may_end(self, now: int) -> bool:
+        """Return whether every drone has stood on the ground for a second."""
+        return now - self._flew >= SETTLED
+
     def report(self, now: int) -> Report:
         """Return how the drones are."""
         flying = sum(drone.airframe.state is FlightState.FLYING for drone in self._drones.values())
-        return Report("simulating", f"{flying} of {len(self._drones)} in flight" if flying else "")
+        clipped = sum(drone.clipped for drone in self._drones.values())
+        details = (
+            f"{flying} of {len(self._drones)} in flight" if flying else "",
+            f"{clipped} commands clipped" if clipped else "",
+        )
+        return Report("simulating", ", ".join(detail for detail in details if detail))
 
     def _inject(self, t: float) -> None:
         """Inject the faults that are due at `t` s after the first take-off."""

@@ -18,7 +18,7 @@ from flockwire.wire.keys import MISSION, STOP, Key
 from flockwire.wire.messages import Body, Command, Estimate, FlightState, Mission, Nearby, Pose, Stop, Telemetry
 from flockwire.wire.status import Report, Status
 from flockwire_agent.core import AgentCore
-from flockwire_sim.process import Said
+from flockwire_sim.process import Published
 from flockwire_sim.world import World
 
 BEGAN = 1_790_000_000 * BILLION
@@ -125,6 +125,7 @@ class Watched:
     obstacle: float = inf  # m from an obstacle's surface
     fastest: float = 0.0  # m/s of a follower
     lowest: float = inf  # m, of a follower in formation
+    highest: float = 0.0  # m, of a follower, from the start to the end
     outside: float = 0.0  # m outside the fence
     error: float = inf  # m, largest formation error of the last second
     observations: dict[str, float] = field(default_factory=dict)  # m, largest observation error of the last second
@@ -161,16 +162,16 @@ def flock(starts: list[list[float]], offsets: dict[int, list[float]], changes: d
 
 
 def watch(swarm: Swarm, duration: float, seed: int = 0) -> Watched:
-    """Fly `swarm` in virtual time and watch what is true in flight."""
+    """Fly `swarm` in virtual time and watch what is true in flight; of a flight without a formation, why it failed."""
     truth: dict[int, dict[str, Pose]] = {}
     estimates: dict[str, list[Estimate]] = {f"uav{i}": [] for i in swarm.followers}
     orders: list[Mission] = []
     details: list[str] = []
 
-    def tap(said: Said) -> None:
-        kind, owner = said.key
+    def tap(published: Published) -> None:
+        kind, owner = published.key
         if kind in ("truth", "estimate", "mission", "status"):
-            message = said.sample.opened()[0]
+            message = published.sample.opened()[0]
             if isinstance(message, Estimate):
                 estimates[owner].append(message)
             elif isinstance(message, Pose):
@@ -182,7 +183,10 @@ def watch(swarm: Swarm, duration: float, seed: int = 0) -> Watched:
 
     outcome = World(swarm, seed, duration, (), tap).run()
     watched = Watched(outcome.failure, details=details)
-    start = next(order.start for order in orders if order.verb == "start")
+    watched.highest = max(p.position[2] for poses in truth.values() for owner, p in poses.items() if owner != "uav0")
+    start = next((order.start for order in orders if order.verb == "start"), None)
+    if start is None:
+        return watched
     end = next((order.stamp for order in orders if order.verb == "land"), max(truth))
     before: dict[str, Pose] = {}
     for stamp, poses in sorted(truth.items()):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from math import cos, pi, sin
 from pathlib import Path
 from typing import Any
 
 import pytest
-from flockwire.loading import load_swarm
+from flockwire.loading import load_swarm, parse_swarm
 from flockwire.swarm.model import Swarm
 from flockwire_agent import extended_law
 from flockwire_tello.airframe import SimulatedAirframe
@@ -26,7 +25,7 @@ def extended(name: str, **tables: Any) -> Swarm:
     table["control"] |= {"law": "extended"}
     for key, value in tables.items():
         table[key] |= value
-    return Swarm.model_validate_json(json.dumps(table))
+    return parse_swarm(table, "test")
 
 
 def test_the_papers_scenario_is_flown_exactly(watch_swarm: Callable[..., Any]) -> None:
@@ -64,7 +63,7 @@ def test_noise_does_not_grow_along_a_chain_of_twenty(watch_swarm: Callable[..., 
         "limits": {"fence": {"min": [-20.0, -20.0, -0.5], "max": [20.0, 20.0, 3.0]}},
         "gateway": {"noise": 0.001}, "sim": {"delay": 0.03},
     }  # fmt: skip
-    flown = watch_swarm(Swarm.model_validate_json(json.dumps(table)), 12.0)
+    flown = watch_swarm(parse_swarm(table, "test"), 12.0)
     assert flown.observations["uav20"] <= 3.0 * flown.observations["uav1"]
     assert flown.observations["uav20"] <= 0.010
 

@@ -46,24 +46,31 @@ def test_the_example_of_the_page_flies(
     assert flown.closest > 0.4
 
 
-@pytest.mark.parametrize("law", ["Failing", "NotFinite"])
-def test_a_law_that_fails_makes_its_drone_hold_and_say_why(
-    law: str, fly_flock: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture
+def fly_law(fly_flock: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Any]:
+    """Fly a law of this file for three seconds."""
     monkeypatch.setitem(sys.modules, "my_failing_law", sys.modules[__name__])
-    changes = {"control.law": f"my_failing_law:{law}", "graph.edges": [[0, 1], [0, 2]]}
-    if law == "NotFinite":  # it fails on the ground, and stays there
-        with pytest.raises(StopIteration):
-            fly_flock(STARTS, PLACES, changes, 3.0)
-        return
-    flown = fly_flock(STARTS, PLACES, changes, 3.0)
+    changes = {"graph.edges": [[0, 1], [0, 2]]}
+    return lambda law: fly_flock(STARTS, PLACES, changes | {"control.law": f"my_failing_law:{law}"}, 3.0)
+
+
+def test_a_law_that_fails_makes_its_drone_hold_and_report_why(fly_law: Callable[[str], Any]) -> None:
+    flown = fly_law("Failing")
     assert any("the law failed: ArithmeticError: no way" in detail for detail in flown.details)
     assert flown.closest > 1.0
     assert flown.lowest > 0.9
 
 
+def test_a_law_that_fails_on_the_ground_keeps_its_drone_there_and_reports_why(fly_law: Callable[[str], Any]) -> None:
+    flown = fly_law("NotFinite")
+    assert "uav1: the law failed: ValueError" in flown.failure
+    assert "holds a number that is not finite" in flown.failure
+    assert any(detail.startswith("the law failed: ValueError: Decision(") for detail in flown.details)
+    assert flown.highest < 0.01
+
+
 @pytest.mark.parametrize(
-    ("law", "said"),
+    ("law", "line"),
     [
         ("fast", "must be one of ['extended', 'paper'] or your own class"),
         ("no_such_module:Law", "cannot import it: ModuleNotFoundError"),
@@ -71,6 +78,6 @@ def test_a_law_that_fails_makes_its_drone_hold_and_say_why(
         ("math:pi", "must be a class with a method step"),
     ],
 )
-def test_a_law_that_cannot_be_had_is_refused_by_name(law: str, said: str, make_swarm: Callable[..., Swarm]) -> None:
-    with pytest.raises(SwarmFileError, match=re.escape(f"control.law = '{law}': {said}")):
+def test_a_law_that_cannot_be_had_is_refused_by_name(law: str, line: str, make_swarm: Callable[..., Swarm]) -> None:
+    with pytest.raises(SwarmFileError, match=re.escape(f"control.law = '{law}': {line}")):
         make_swarm({"control.law": law})

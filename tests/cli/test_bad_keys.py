@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from flockwire.loading import load_swarm
 from flockwire.security.pki import make_keys
+from flockwire.wire.plan import Plan
 
 PAPER = Path(__file__).parents[2] / "swarms" / "paper_simulation.toml"
 
@@ -35,7 +36,7 @@ def folder(tmp_path):
     """Return the builder of the paper's keys, made some days ago."""
 
     def build(days=0):
-        make_keys(load_swarm(PAPER), tmp_path / "keys", datetime.now(UTC) - timedelta(days=days))
+        make_keys(Plan(load_swarm(PAPER)), tmp_path / "keys", datetime.now(UTC) - timedelta(days=days))
         return tmp_path / "keys"
 
     return build
@@ -103,7 +104,7 @@ def test_without_security_a_warning_is_said_and_no_key_is_made(tmp_path):
     assert done.returncode == 2
     warning, busy = done.stderr.strip().split("\n")
     assert warning.startswith(
-        "flockwire: warning: network.security = 'none': whoever reaches a port hears and says all"
+        "flockwire: warning: network.security = 'none': whoever reaches a port reads and writes all"
     )
     assert "is in use" in busy
     assert not (tmp_path / ".flockwire").exists()

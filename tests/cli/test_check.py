@@ -50,8 +50,8 @@ def test_a_formation_gain_that_is_too_high_by_itself_is_told(make_swarm):
     assert "control.formation_gain = 20 alone is too high" in warned(make_swarm(changes))
 
 
-def test_the_description_shows_graph_bounds_formations_and_links(make_swarm):
-    text = describe(make_swarm({"formations.wide": {"kind": "line"}}))
+def test_the_description_shows_graph_bounds_formations_and_links(make_plan):
+    text = describe(make_plan({"formations.wide": {"kind": "line"}}))
     for part in (
         "swarm flock: 4 followers, leader trajectory, law paper",
         "uav1    hears leader (1)",
@@ -66,6 +66,6 @@ def test_the_description_shows_graph_bounds_formations_and_links(make_swarm):
         assert part in text
 
 
-def test_a_virtual_leader_is_described_too(make_swarm):
-    text = describe(make_swarm({"leader.kind": "virtual", "drones.0": None}))
+def test_a_virtual_leader_is_described_too(make_plan):
+    text = describe(make_plan({"leader.kind": "virtual", "drones.0": None}))
     assert "leader virtual" in text

@@ -61,7 +61,8 @@ def test_a_bad_swarm_file_is_refused_in_one_line(broken, old, new, line):
     ("arguments", "line"),
     [
         (("check", "nowhere.toml"), "flockwire: nowhere.toml: cannot read the swarm file: No such file or directory"),
-        (("agent", PAPER, 9), "flockwire: ID = 9: must be one of the followers [1, 2, 3, 4]"),
+        (("agent", PAPER, 9), "flockwire: ID = 9: must be one of [1, 2, 3, 4]"),
+        (("router", PAPER), "flockwire: paper has no router: only a swarm with network.mode = 'router' has one"),
         (("start", PAPER, "--formation", "x"), "flockwire: --formation = 'x': must be one of [] ([formations])"),
         (("up", PAPER, "--host", "mars"), "flockwire: --host = 'mars': must be one of ['local'] ([hosts])"),
         (("report", "nowhere.mcap"), "flockwire: "),

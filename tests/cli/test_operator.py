@@ -1,4 +1,4 @@
-"""The operator believes of a process only what it says itself."""
+"""The operator takes of a process only what that process itself reports, and publishes its orders."""
 
 from collections import deque
 from io import StringIO
@@ -23,14 +23,14 @@ class Wire:
     """Stands for a session: what is put on a key waits until it is taken."""
 
     def __init__(self):
-        self.waiting, self.said = {}, []
+        self.waiting, self.published = {}, []
 
     def newest(self, key):
         self.waiting[key] = deque()
         return Source(Inbox(key, ROWS[key.kind]), self.waiting[key])
 
-    def publish(self, key, message):
-        self.said.append((key, message))
+    def publish(self, messages):
+        self.published += messages
 
     def put(self, owner, message):
         (waiting,) = [samples for key, samples in self.waiting.items() if key == ("status", owner)]
@@ -53,16 +53,16 @@ def wire():
     return Wire()
 
 
-def test_a_status_is_its_processes_own(make_swarm, wire):
-    operator = Operator(make_swarm(), wire)
+def test_a_status_is_its_processes_own(make_plan, wire):
+    operator = Operator(make_plan(), wire)
     wire.put("uav1", status("uav1", Report("hold"), clock.now()))
     operator.poll()
     assert {name: told.report.phase for name, told in operator.statuses.items()} == {"uav1": "hold"}
 
 
 @pytest.mark.parametrize("name", ["uav1", "leader", "nobody", ""])
-def test_nobody_tells_how_another_is(make_swarm, wire, name):
-    operator = Operator(make_swarm(), wire)
+def test_nobody_tells_how_another_is(make_plan, wire, name):
+    operator = Operator(make_plan(), wire)
     wire.put("uav1", status("uav1", Report("landing"), clock.now() - BILLION // 2))
     operator.poll()
     wire.put("uav3", status(name, Report("ready"), clock.now()))

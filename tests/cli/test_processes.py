@@ -15,38 +15,49 @@ def taken():
         yield listener.getsockname()[1]
 
 
-def test_an_endpoint_in_use_is_told_with_its_process_and_key(make_swarm, taken):
-    line = busy_endpoint(make_swarm({"network.base_port": taken}), ["gateway"])
+def test_an_endpoint_in_use_is_told_with_its_process_and_key(make_plan, taken):
+    line = busy_endpoint(make_plan({"network.base_port": taken}), ["gateway"])
     assert line.startswith(f"network.base_port = {taken}: gateway listens at 127.0.0.1:{taken}, which is in use")
 
 
-def test_the_address_of_another_machine_is_told(make_swarm):
-    swarm = make_swarm({"hosts.far.address": "192.0.2.1"})
-    assert "cannot assign requested address" in busy_endpoint(swarm, ["gateway"])
+def test_the_address_of_another_machine_is_told(make_plan):
+    plan = make_plan({"hosts.far.address": "192.0.2.1"})
+    assert "cannot assign requested address" in busy_endpoint(plan, ["gateway"])
 
 
-def test_endpoints_of_others_are_not_looked_at(make_swarm, taken):
-    swarm = make_swarm({"drones.1.address": f"127.0.0.1:{taken}"})
-    assert busy_endpoint(swarm, []) == ""
-    assert busy_endpoint(swarm, ["uav1"]) != ""
+def test_endpoints_of_others_are_not_looked_at(make_plan, taken):
+    plan = make_plan({"drones.1.address": f"127.0.0.1:{taken}"})
+    assert busy_endpoint(plan, []) == ""
+    assert f"uav1 listens at 127.0.0.1:{taken}, which is in use" in busy_endpoint(plan, ["uav1"])
 
 
-def test_a_free_endpoint_is_no_problem(make_swarm):
+def test_a_free_endpoint_is_no_problem(make_plan):
     with socket.socket() as listener:
         listener.bind(("127.0.0.1", 0))
         port = listener.getsockname()[1]
-    assert busy_endpoint(make_swarm({"network.base_port": port}), ["gateway"]) == ""
+    assert busy_endpoint(make_plan({"network.base_port": port}), ["gateway"]) == ""
 
 
 @pytest.mark.parametrize(
     ("identity", "arguments"),
     [
+        ("gateway", ["gateway", "s.toml", "--keys", "k"]),
         ("uav3", ["agent", "s.toml", "3", "--keys", "k"]),
         ("leader", ["leader", "s.toml", "--keys", "k"]),
         ("router", ["router", "s.toml", "--keys", "k"]),
         ("recorder", ["recorder", "s.toml", "--keys", "k", "--out", "runs/x"]),
     ],
 )
-def test_a_process_is_started_by_its_own_command(identity, arguments):
-    line = command(identity, Path("s.toml"), Path("runs/x"), Path("k"))
+def test_a_process_is_started_by_its_own_command(make_plan, identity, arguments):
+    plan = make_plan({"network.mode": "router"})
+    line = command(plan, identity, Path("s.toml"), Path("runs/x"), Path("k"))
     assert line == [sys.executable, "-m", "flockwire_cli", *arguments]
+
+
+def test_faults_go_to_those_whose_cores_inject_them_with_the_time_of_take_off_where_it_is_known(make_plan):
+    plan = make_plan({"network.mode": "router"})
+    plain = {identity: command(plan, identity, Path("s"), Path("o"), Path("k")) for identity in plan.started}
+    for took_off, more in ((None, []), (17, ["--took-off", "17"])):
+        lines = {i: command(plan, i, Path("s"), Path("o"), Path("k"), Path("f"), took_off) for i in plan.started}
+        longer = {identity: line[len(plain[identity]) :] for identity, line in lines.items() if line != plain[identity]}
+        assert longer == {identity: ["--faults", "f", *more] for identity in ("gateway", "kinematics")}

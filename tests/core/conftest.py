@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from flockwire.security.pki import make_keys
-from flockwire.swarm.model import Swarm
+from flockwire.wire.plan import Plan
 from hypothesis import strategies as st
 
 
@@ -31,9 +31,9 @@ def variants(draw, most: int = 8, modes: tuple[str, ...] = ("peers", "router")):
 
 
 @pytest.fixture(scope="session")
-def swarms(make_swarm) -> st.SearchStrategy[Swarm]:
-    """Return the strategy of random swarms."""
-    return variants().map(make_swarm)
+def plans(make_plan) -> st.SearchStrategy[Plan]:
+    """Return the strategy of random swarms' plans."""
+    return variants().map(make_plan)
 
 
 @pytest.fixture(scope="session")
@@ -43,7 +43,7 @@ def made() -> datetime:
 
 
 @pytest.fixture
-def keys(make_swarm: Callable[..., Swarm], tmp_path: Path, made: datetime) -> Path:
+def keys(make_plan: Callable[..., Plan], tmp_path: Path, made: datetime) -> Path:
     """Return a folder with all keys of the small swarm."""
-    make_keys(make_swarm(), tmp_path / "keys", made)
+    make_keys(make_plan(), tmp_path / "keys", made)
     return tmp_path / "keys"

@@ -19,7 +19,7 @@ import zenoh
 from flockwire import clock
 from flockwire.loading import load_swarm
 from flockwire.runtime.session import RouterAbsentError, Session
-from flockwire.security.credentials import Credentials
+from flockwire.security.files import Credentials
 from flockwire.security.pki import make_keys
 from flockwire.swarm.model import Swarm
 from flockwire.wire import access

@@ -6,17 +6,40 @@ from flockwire.swarm.model import uav
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Body, BodyKind, Mission, Nearby, Pose
 from flockwire_mocap.core import GatewayCore
+from flockwire_mocap.simulated import SimulatedSource
+from flockwire_mocap.source import TrackedBody
 
 BEGAN = 1_790_000_000 * BILLION
 FRAME = BILLION // 100
 FAR = {i: (10.0 * i, 0.0, 1.0) for i in range(5)}
 
 
+class Recording:
+    """A source of one frame, whatever it receives."""
+
+    triggers = frozenset({Key("truth", "uav1")})
+    waits_for = "the end"
+
+    def __init__(self, *bodies):
+        self.bodies, self.received, self.whole = list(bodies), [], False
+
+    def receive(self, key, message, now):
+        self.received.append(key)
+
+    def complete(self):
+        return self.whole
+
+    def take(self, now):
+        bodies, self.bodies = self.bodies, []
+        return bodies
+
+
 class Stage:
     """A gateway that is shown bodies frame by frame."""
 
     def __init__(self, swarm):
-        self.now, self.core, self.places = BEGAN, GatewayCore(swarm, Random(1)), dict(FAR)
+        self.now, self.places = BEGAN, dict(FAR)
+        self.core = GatewayCore(swarm, SimulatedSource(swarm, Random(1)))
 
     def step(self, frames=1):
         """Show `frames` frames; returns what the last one made the gateway say."""
@@ -115,7 +138,7 @@ def test_a_virtual_leader_has_no_body(stage):
     gateway = stage({"leader.kind": "virtual", "drones.0": None})
     del gateway.places[0]
     assert Key("pose", "uav0") not in gateway.step()
-    assert gateway.core.trigger == Key("truth", "uav4")
+    assert gateway.core.triggers == {Key("truth", uav(i)) for i in range(1, 5)}
 
 
 def test_the_mission_is_repeated_unchanged_twice_a_second(stage):
@@ -142,3 +165,42 @@ def test_it_reports_what_it_does_not_see(stage):
     gateway.step(102)
     assert gateway.core.report(gateway.now).detail == "does not see uav2"
     assert gateway.core.report(gateway.now + 2 * BILLION).phase == "waiting"
+
+
+def test_the_source_decides_when_a_frame_is_due_and_receives_all_messages(make_swarm):
+    source = Recording()
+    core = GatewayCore(make_swarm(), source)
+    assert core.triggers == source.triggers
+    for key, message in (
+        (MISSION, Mission(BEGAN, "world", "takeoff")),
+        (Key("truth", "uav1"), Pose(BEGAN, "", FAR[1])),
+    ):
+        core.receive(key, message, BEGAN)
+    assert source.received == [MISSION, Key("truth", "uav1")]
+    for source.whole in (False, True):
+        assert core.due(Key("truth", "uav1")) == source.whole
+    assert core.report(BEGAN).detail == "waits for the end"
+
+
+def test_a_pose_carries_what_was_measured_with_stamps_that_differ(make_swarm):
+    turned, level = (0.0, 0.6, 0.0, 0.8), (0.0, 0.0, 0.0, 1.0)
+    bodies = TrackedBody(BEGAN - 3, 2, FAR[2], turned), TrackedBody(BEGAN, 1, FAR[1], level)
+    published = dict(GatewayCore(make_swarm(), Recording(*bodies)).step(BEGAN))
+    for body in bodies:
+        pose = published[Key("pose", uav(body.drone))]
+        assert (pose.stamp, pose.position, pose.orientation) == (body.stamp, body.position, body.orientation)
+        assert published[Key("nearby", uav(body.drone))].stamp == body.stamp
+
+
+def test_when_one_drones_truth_ends_the_others_poses_go_on_at_the_full_rate(stage):
+    gateway, frames = stage(), []
+    for k in range(60):
+        gateway.now += FRAME
+        for i, place in gateway.places.items():
+            if i != 4 or k < 10:
+                gateway.core.receive(Key("truth", uav(i)), Pose(gateway.now, "world", place), gateway.now)
+                if gateway.core.due(Key("truth", uav(i))):
+                    frames.append((k, {key.owner for key, _ in gateway.core.step(gateway.now) if key.kind == "pose"}))
+    others = {uav(i) for i in range(4)}
+    assert frames[:10] == [(k, others | {"uav4"}) for k in range(10)]
+    assert frames[-46:] == [(k, others) for k in range(14, 60)]

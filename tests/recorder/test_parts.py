@@ -64,6 +64,14 @@ def test_a_part_of_another_swarm_is_refused(tmp_path, swarm_of):
         read_trace(tmp_path / "trace.mcap")
 
 
+def await_recording(path):
+    for _ in range(300):
+        if path.exists() and path.stat().st_size > 30_000:
+            return
+        time.sleep(0.1)
+    raise AssertionError(f"{path} does not grow")
+
+
 @pytest.mark.integration
 def test_a_recorder_killed_and_started_again_goes_on_in_its_folder(tmp_path):
     swarm, out = tmp_path / "swarm.toml", tmp_path / "out"
@@ -77,9 +85,9 @@ def test_a_recorder_killed_and_started_again_goes_on_in_its_folder(tmp_path):
 
     airframes = start("kinematics", **child)
     try:
-        for last in (signal.SIGKILL, signal.SIGTERM):
+        for name, last in (("trace.mcap", signal.SIGKILL), ("trace-2.mcap", signal.SIGTERM)):
             recorder = start("recorder", "--out", str(out), **child)
-            time.sleep(3.0)
+            await_recording(out / name)
             recorder.send_signal(last)
             _, log = recorder.communicate(timeout=10)
         assert recorder.returncode == 0, log

@@ -1,6 +1,8 @@
 """What is read from a trace."""
 
 import json
+import re
+import sys
 
 import numpy as np
 import pytest
@@ -75,6 +77,31 @@ def test_a_law_that_is_not_here_any_more_is_no_harm(tmp_path, swarm_of):
     table["control"]["law"] = "long.gone:Law"
     TraceWriter(tmp_path / "a.mcap", {"swarm": json.dumps(table)}).close()
     assert read_trace(tmp_path / "a.mcap").swarm.control.law == "long.gone:Law"
+
+
+def test_reading_a_trace_imports_no_law(tmp_path, swarm_of, monkeypatch):
+    (tmp_path / "a_law_that_raises.py").write_text("raise AssertionError('imported')")
+    monkeypatch.syspath_prepend(tmp_path)
+    table = swarm_of().model_dump(mode="json")
+    table["control"]["law"] = "a_law_that_raises:Law"
+    TraceWriter(tmp_path / "a.mcap", {"swarm": json.dumps(table)}).close()
+    assert read_trace(tmp_path / "a.mcap").swarm.control.law == "a_law_that_raises:Law"
+    assert "a_law_that_raises" not in sys.modules
+
+
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        ({"hosts": {}}, "hosts = {}: at least one host is needed"),
+        ({"graph": {"edges": [[0, 1], [1, 9]]}}, "graph.edges.1 = [1, 9]: there is no drone 9"),
+        ({"formation": {"kind": "line", "spacing": 0.01}}, "formation: its drones come within 0.01 m"),
+    ],
+)
+def test_a_trace_whose_swarm_breaks_a_rule_is_refused_by_that_rule(tmp_path, swarm_of, changes, line):
+    table = swarm_of().model_dump(mode="json") | changes
+    TraceWriter(tmp_path / "a.mcap", {"swarm": json.dumps(table)}).close()
+    with pytest.raises(ValueError, match=re.escape(f"its swarm is of another version of flockwire: {line}")):
+        read_trace(tmp_path / "a.mcap")
 
 
 def test_another_programs_file_is_refused(tmp_path):

@@ -14,7 +14,7 @@ from flockwire.wire.keys import Key
 from flockwire.wire.messages import Pose
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
-from flockwire_cli.verdict import conclude, unrecorded
+from flockwire_cli.verdict import conclude, disk_full
 from flockwire_recorder import report
 from flockwire_recorder.process import Recorder
 from flockwire_recorder.reading import read_trace
@@ -117,7 +117,7 @@ def test_a_full_disk_shows_in_the_status_and_ends_with_a_sentence(recording, sma
     assert (status.report.phase, status.report.detail) == ("full", "the trace takes no more: File too large")
     assert dict(status.rejected) == {"not recorded": trace.dropped}
     assert Status.decode(status.encode()) == status
-    said = unrecorded(Plan(read_trace(tmp_path / "trace.mcap").swarm), {"recorder": status})
+    said = disk_full(Plan(read_trace(tmp_path / "trace.mcap").swarm), {"recorder": status})
     assert said == "recorder: the trace takes no more: File too large"
     with pytest.raises(TraceFullError, match=r"^\S+trace\.mcap: the trace takes no more: File too large$"):
         recorder.close()

@@ -96,7 +96,7 @@ def test_what_was_flushed_outlives_kill_9(tmp_path):
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 def test_a_disk_that_is_full_from_the_start():
-    with pytest.raises(TraceFullError, match="^/dev/full: the trace takes no more: No space left on device$"):
+    with pytest.raises(TraceFullError, match=r"^/dev/full: the trace takes no more: No space left on device$"):
         TraceWriter(Path("/dev/full"), {})
 
 

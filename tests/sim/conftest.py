@@ -1,4 +1,4 @@
-"""A virtual flight, and what was said in it."""
+"""A virtual flight, and what was published in it."""
 
 from __future__ import annotations
 
@@ -8,27 +8,27 @@ from dataclasses import dataclass, field
 import pytest
 from flockwire.flight.faults import parse_faults
 from flockwire.nanoseconds import BILLION
-from flockwire.swarm.model import Swarm
 from flockwire.wire.messages import Message, Mission
+from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
-from flockwire_sim.process import Said
+from flockwire_sim.process import Published
 from flockwire_sim.world import EPOCH, Outcome, World
 
 
 @dataclass
 class Flown:
-    """A flight that is over: all that was said, in order, with s since the order to take off."""
+    """A flight that is over: all that was published, in order, with s since the order to take off."""
 
     world: World
     outcome: Outcome
-    said: list[tuple[float, Said, Message]] = field(default_factory=list)
+    published: list[tuple[float, Published, Message]] = field(default_factory=list)
 
     def of(self, kind: str, owner: str, begin: float = -99.0, end: float = 1e9) -> list[tuple[float, Message]]:
-        """Return when what was said of a key between two moments."""
-        return [(t, m) for t, said, m in self.said if said.key == (kind, owner) and begin <= t <= end]
+        """Return the messages of a key between two moments, each with its time."""
+        return [(t, m) for t, published, m in self.published if published.key == (kind, owner) and begin <= t <= end]
 
     def phases(self, identity: str, begin: float = -99.0) -> list[tuple[float, str, str]]:
-        """Return when a process told a new phase or reason."""
+        """Return when a process reported a new phase or reason."""
         told: list[tuple[float, str, str]] = []
         for t, status in self.of("status", identity, begin):
             assert isinstance(status, Status)
@@ -39,17 +39,17 @@ class Flown:
 
 
 @pytest.fixture(scope="session")
-def fly(make_swarm: Callable[..., Swarm]) -> Callable[..., Flown]:
+def fly(make_plan: Callable[..., Plan]) -> Callable[..., Flown]:
     """Fly the small swarm, changed, under faults."""
 
     def flight(changes: dict | None = None, *faults: dict, seed: int = 0, duration: float = 8.0) -> Flown:
-        swarm = make_swarm(changes)
-        heard: list[Said] = []
-        world = World(swarm, seed, duration, parse_faults({"faults": list(faults)}, swarm, "test"), heard.append)
+        plan = make_plan(changes)
+        seen: list[Published] = []
+        world = World(plan.swarm, seed, duration, parse_faults({"faults": list(faults)}, plan, "test"), seen.append)
         flown = Flown(world, world.run())
-        messages = [(said, said.sample.opened()[0]) for said in heard]
-        off = next((said.at for said, m in messages if isinstance(m, Mission)), EPOCH)
-        flown.said = [((said.at - off) / BILLION, said, message) for said, message in messages]
+        messages = [(published, published.sample.opened()[0]) for published in seen]
+        off = next((published.at for published, m in messages if isinstance(m, Mission)), EPOCH)
+        flown.published = [((published.at - off) / BILLION, published, message) for published, message in messages]
         return flown
 
     return flight

@@ -48,13 +48,13 @@ class Kept:
 
 
 def kept(flown: Any) -> Kept:
-    swarm: Swarm = flown.world._swarm
+    swarm: Swarm = flown.world.swarm
     orders = {order.verb: order for _, order in flown.of("mission", "")}
     begin, end = orders["start"].start, orders["land"].stamp
     frames: dict[int, dict[str, Pose]] = {}
-    for _, said, message in flown.said:
-        if said.key.kind == "truth" and begin <= said.at <= end:
-            frames.setdefault(said.at, {})[said.key.owner] = message
+    for _, published, message in flown.published:
+        if published.key.kind == "truth" and begin <= published.at <= end:
+            frames.setdefault(published.at, {})[published.key.owner] = message
     followers = [f"uav{i}" for i in swarm.followers]
     (obstacle,) = swarm.obstacles
     x, y, _ = obstacle.center
@@ -82,7 +82,7 @@ def error(swarm: Swarm, frame: dict[str, Pose], since_start: int) -> float:
 
 
 def assert_safe(flown: Any) -> Kept:
-    swarm, found = flown.world._swarm, kept(flown)
+    swarm, found = flown.world.swarm, kept(flown)
     assert found.closest >= swarm.avoidance.drone_safety_distance, found
     assert found.clearance >= swarm.avoidance.obstacle_safety_distance, found
     assert found.fastest <= swarm.limits.speed * (1.0 + 1e-9), found

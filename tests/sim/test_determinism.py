@@ -40,11 +40,12 @@ def flown(folder: Path, name: str, seed: int, hash_seed: int) -> str:
 from pathlib import Path
 from flockwire.loading import load_swarm
 from flockwire.flight.faults import load_faults
+from flockwire.wire.plan import Plan
 from flockwire_sim.recording import TraceFile
 from flockwire_sim.world import World
 swarm = load_swarm(Path("chance.toml"))
 trace = TraceFile(Path({name!r}), swarm, "", {seed})
-World(swarm, {seed}, 6.0, load_faults(Path("faults.toml"), swarm), trace.take).run()
+World(swarm, {seed}, 6.0, load_faults(Path("faults.toml"), Plan(swarm)), trace.take).run()
 trace.close()
 """
     environment = {**os.environ, "PYTHONHASHSEED": str(hash_seed)}

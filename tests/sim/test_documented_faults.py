@@ -9,9 +9,9 @@ from typing import Any, get_args
 
 import pytest
 from flockwire.flight.faults import SIM_ONLY, Fault, parse_faults
-from flockwire.swarm.model import Swarm
 from flockwire.wire.messages import FlightState
-from flockwire_cli.misfortune import refusal
+from flockwire.wire.plan import Plan
+from flockwire_cli.fault_injection import refusal
 
 PAGE = Path(__file__).parents[2] / "docs" / "faults.md"
 KINDS = {get_args(kind.model_fields["kind"].annotation)[0]: kind for kind in get_args(Fault)}
@@ -32,10 +32,10 @@ def test_the_table_has_every_kind_with_its_keys_and_says_which_are_refused() -> 
         assert ("refused" in row) == (kind in SIM_ONLY), kind
 
 
-def test_a_refusal_reads_as_the_page_says(make_swarm: Callable[..., Swarm]) -> None:
-    swarm = make_swarm()
+def test_a_refusal_reads_as_the_page_says(make_plan: Callable[..., Plan]) -> None:
+    plan = make_plan()
     wrong = {"at": 1.0, "kind": "clock", "process": "uav2", "step": 0.01}
-    said = refusal(parse_faults({"faults": [wrong]}, swarm, "wrong.toml"), swarm, next(iter(swarm.hosts)))
+    said = refusal(parse_faults({"faults": [wrong]}, plan, "wrong.toml"), plan, next(iter(plan.swarm.hosts)))
     assert f"    flockwire: wrong.toml: {said}\n" in PAGE.read_text(encoding="utf-8")
 
 

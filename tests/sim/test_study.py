@@ -12,6 +12,7 @@ import pytest
 from flockwire.flight.faults import load_faults
 from flockwire.loading import load_swarm, load_table
 from flockwire.swarm.model import Swarm
+from flockwire.wire.plan import Plan
 from flockwire_cli.main import app
 from flockwire_recorder.summary import summarise
 from flockwire_sim.recording import TraceInMemory
@@ -23,7 +24,7 @@ from flockwire_sim.study.trees import random_edges
 from flockwire_sim.study.variation import rehearse
 from flockwire_sim.world import World
 from typer.testing import CliRunner
-from typer.testing import Result as Said
+from typer.testing import Result as Ended
 
 SWARM = """
 name = "pair"
@@ -61,7 +62,7 @@ def files(tmp_path: Path) -> tuple[Path, Path]:
     return swarm, study
 
 
-def flockwire(*arguments: object) -> Said:
+def flockwire(*arguments: object) -> Ended:
     return CliRunner().invoke(app, ["study", *map(str, arguments)])
 
 
@@ -126,7 +127,7 @@ def again_by_its_seed(out: Path) -> None:
     """Fly the worst run by its swarm file, faults and seed, as `flockwire sim` does."""
     worst = json.loads((out / "study.json").read_text())["worst"][0]
     swarm = load_swarm(out / worst["swarm"])
-    faults = load_faults((out / worst["swarm"]).with_suffix(".faults.toml"), swarm)
+    faults = load_faults((out / worst["swarm"]).with_suffix(".faults.toml"), Plan(swarm))
     trace = TraceInMemory(swarm, worst["seed"])
     World(swarm, worst["seed"], 7.0, faults, trace.take).run()
     summary = summarise(trace.trace())

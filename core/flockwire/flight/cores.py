@@ -69,6 +69,38 @@ class Core(Protocol):
     def report(self, now: int) -> Report:
         """Return how it is at `now`."""
 
+    def retire(self, now: int) -> None:
+        """Bring down what it flies: the process is told to end."""
+
+    def may_end(self, now: int) -> bool:
+        """Return whether the process may end: nothing that it flies is in the air."""
+
+
+class Ground:
+    """What cores have in common that fly nothing: they may end at any time, and step at a rate of their own."""
+
+    def __init__(self) -> None:
+        self.triggers: frozenset[Key] = frozenset()
+        self.prompt: frozenset[Key] = frozenset()
+
+    def receive(self, key: Key, message: Message, now: int) -> None:
+        """Take nothing in."""
+
+    def due(self, key: Key) -> bool:
+        """Return False: no message calls for a step."""
+        return False
+
+    def step(self, now: int) -> Iterable[tuple[Key, Message]]:
+        """Publish nothing."""
+        return ()
+
+    def retire(self, now: int) -> None:
+        """Do nothing."""
+
+    def may_end(self, now: int) -> bool:
+        """Return True."""
+        return True
+
 
 def make_core(start: Start) -> Core:
     """Return the core that the process table names for `start`."""

@@ -1,21 +1,27 @@
-"""Conducts a flight as an operator would: take off when all are ready, start when all hold, land when time is up."""
+"""Conducts a flight as an operator would: take off when all are ready, start when all hold, land when time is up.
+
+It believes what it receives, not silence: an order is repeated until every pilot has confirmed it, and a flight is over
+when the telemetry of every drone says that it is down.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import StrEnum
 
+from flockwire.flight.fleet import Fleet
 from flockwire.flight.phases import Phase
 from flockwire.nanoseconds import BILLION
-from flockwire.wire.messages import Mission
+from flockwire.wire.messages import FlightState, Mission, Telemetry
 from flockwire.wire.status import Status
 
 POLL_PERIOD = 0.05  # s between two looks at the statuses
 
 LEAD_TIME = BILLION // 2  # ns from the order to start until the formation's time 0, so that all begin together
 PATIENCE = 30 * BILLION  # ns that a stage may take
-GRACE = BILLION  # ns that a pilot which begins anew in flight may say that it is grounded, until it knows better
-STALE = 2 * BILLION  # ns after which a status says nothing
+GRACE = BILLION  # ns that a pilot restarted in flight may say that it is grounded, until it knows better
+REPEAT = BILLION // 10  # ns between two repetitions of an order that somebody has not confirmed
+FLYING = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION})
 
 
 class Stage(StrEnum):
@@ -29,84 +35,129 @@ class Stage(StrEnum):
 
 
 class Director:
-    """Conducts the flight of `pilots` (identities) for `duration` s from take-off to landing (0: until told)."""
+    """Conducts the flight of `pilots` (by drone) for `duration` s from take-off to landing (0: until told)."""
 
-    def __init__(self, pilots: tuple[str, ...], frame: str, duration: float, now: int) -> None:
+    def __init__(self, pilots: Mapping[int, str], frame: str, duration: float, now: int, formation: str = "") -> None:
         self.stage = Stage.PREPARING
         self.failure = ""
-        self._pilots, self._frame = pilots, frame
-        self._duration = round(duration * BILLION)
         self.took_off: int | None = None  # when the order to take off was given, Unix ns
+        self._pilots, self._frame, self._formation = pilots, frame, formation
+        self._duration = round(duration * BILLION)
         self._since = self._took_off = now
-        self._grounded: dict[str, int] = {}  # since when pilots have said in flight that they are grounded
+        self._lost_since: dict[int, int] = {}
+        self._order: Mission | None = None  # the newest, its own or another operator's
+        self._started: Mission | None = None  # the newest order to start
+        self._sent = 0
 
-    def step(self, statuses: Mapping[str, Status], now: int) -> Mission | None:
-        """Return the order that is due at `now` (Unix ns), None when there is none."""
-        phases = {
-            i: statuses[i].report.phase for i in self._pilots if i in statuses and now - statuses[i].stamp < STALE
-        }
-        if self.stage is Stage.PREPARING and self._all(phases, Phase.READY):
-            self._took_off = self.took_off = now
-            return self._go(Stage.TAKING_OFF, Mission(now, self._frame, "takeoff"))
-        if self.stage is Stage.TAKING_OFF and self._all(phases, Phase.HOLD):
-            return self._go(Stage.FLYING, Mission(now, self._frame, "start", now + LEAD_TIME))
-        if self.stage is Stage.FLYING:
-            lost = next((i for i in self._pilots if self._is_lost(i, phases.get(i), now)), None)
-            if lost is not None:
-                why = _why(statuses, lost) if lost in phases else "silent"
-                return self._fail(f"{lost} left the formation: {why}", now)
-            if self._duration and now - self._took_off >= self._duration:
-                return self.land(now)
-        if self.stage is Stage.LANDING:
-            told = {i: phase for i, phase in phases.items() if statuses[i].stamp > self._since}
-            silent = [i for i in self._pilots if i not in phases]
-            if all(told.get(i) in (Phase.GROUNDED, Phase.READY, Phase.STOPPED) or i in silent for i in self._pilots):
-                self.stage = Stage.OVER
-        if self.stage not in (Stage.FLYING, Stage.OVER) and now - self._since > PATIENCE:
-            return self._out_of_patience(statuses, phases, now)
-        return None
+    def step(self, statuses: Mapping[str, Status], telemetry: Mapping[int, Telemetry], now: int) -> Mission | None:
+        """Return the order that is due at `now` (Unix ns), or again because not all confirmed it; else None."""
+        fleet = Fleet(self._pilots, statuses, telemetry, now)
+        self._heed_others(fleet)
+        order = self._next(fleet)
+        if order is None and self.stage not in (Stage.FLYING, Stage.OVER) and now - self._since > PATIENCE:
+            order = self._out_of_patience(fleet)
+        if order is None and self._order is not None and self.stage is not Stage.OVER and now - self._sent >= REPEAT:
+            order = self._order if fleet.unconfirmed(self._order) else None
+        if order is not None:
+            self._sent = now
+        return order
 
     def land(self, now: int) -> Mission | None:
-        """Return the order to land, None when nobody is in flight (the flight is then over)."""
+        """Return the order to land, None when nobody was told to take off (the flight is then over)."""
         if self.stage in (Stage.PREPARING, Stage.OVER):
             self.stage = Stage.OVER
             return None
         return self._go(Stage.LANDING, Mission(now, self._frame, "land"))
 
+    def hold(self, now: int) -> Mission | None:
+        """Return the order to hold, None when nobody flies."""
+        return self._go(self.stage, Mission(now, self._frame, "hold")) if self.stage is Stage.FLYING else None
+
+    def resume(self, now: int) -> Mission | None:
+        """Return the order to fly the formation again whose time goes on, None when none was started."""
+        if self.stage is not Stage.FLYING or self._started is None:
+            return None
+        return self._go(self.stage, self._started._replace(stamp=now))
+
+    def stop(self, now: int) -> None:
+        """Take note of an emergency stop: the flight has failed, and is over when nothing flies."""
+        self.failure = self.failure or "emergency stop"
+        self.stage, self._since, self._order = Stage.LANDING, now, None
+
     def abort(self, reason: str, now: int) -> Mission | None:
         """Land because of `reason`, which becomes the flight's failure."""
-        return self._fail(reason, now)
-
-    def _all(self, phases: Mapping[str, str], phase: Phase) -> bool:
-        return all(phases.get(pilot) == phase for pilot in self._pilots)
-
-    def _is_lost(self, pilot: str, phase: str | None, now: int) -> bool:
-        """Return whether a pilot in `phase` (None: silent) flies no more."""
-        if phase != Phase.GROUNDED:
-            self._grounded.pop(pilot, None)
-            return phase in (None, Phase.LANDING, Phase.STOPPED)
-        return now - self._grounded.setdefault(pilot, now) >= GRACE
-
-    def _go(self, stage: Stage, order: Mission) -> Mission:
-        self.stage, self._since = stage, order.stamp
-        return order
-
-    def _fail(self, reason: str, now: int) -> Mission | None:
         self.failure = self.failure or reason
         return self.land(now) if self.stage is not Stage.LANDING else None
 
-    def _out_of_patience(self, statuses: Mapping[str, Status], phases: Mapping[str, str], now: int) -> Mission | None:
-        wanted = {Stage.PREPARING: Phase.READY, Stage.TAKING_OFF: Phase.HOLD}.get(self.stage, Phase.GROUNDED)
-        late = [i for i in self._pilots if phases.get(i) != wanted]
-        reasons = "; ".join(f"{i}: {_why(statuses, i)}" for i in late)
-        was, order = self.stage, self._fail(f"still {self.stage} after {PATIENCE // BILLION} s ({reasons})", now)
+    def _next(self, fleet: Fleet) -> Mission | None:
+        """Return the order with which the next stage begins, None while the stage lasts."""
+        now = fleet.now
+        if self.stage is Stage.PREPARING:
+            return self._take_off(fleet)
+        if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.HOLD):
+            return self._go(Stage.FLYING, Mission(now, self._frame, "start", now + LEAD_TIME, self._formation))
+        if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.FORMATION):  # the last joined a formation that flew
+            self.stage, self._since = Stage.FLYING, now
+        if self.stage is Stage.FLYING:
+            lost = next((drone for drone in self._pilots if self._is_lost(fleet, drone)), None)
+            if lost is not None:
+                return self.abort(f"{self._pilots[lost]} left the formation: {self._how(fleet, lost)}", now)
+            if self._duration and now - self._took_off >= self._duration:
+                return self.land(now)
+        if self.stage is Stage.LANDING and not fleet.not_down():
+            self.stage = Stage.OVER
+        return None
+
+    def _take_off(self, fleet: Fleet) -> Mission | None:
+        """Return the order that brings all into the air; who joins a formation that flies gets its start again."""
+        now, running = fleet.now, fleet.mission()
+        if not fleet.all_in(Phase.READY, Phase.HOLD, Phase.FORMATION):
+            return None
+        self._took_off = self.took_off = now
+        if running is not None and any(fleet.phase(drone) == Phase.FORMATION for drone in self._pilots):
+            return self._go(Stage.TAKING_OFF, running._replace(stamp=now))
+        return self._go(Stage.TAKING_OFF, Mission(now, self._frame, "takeoff"))
+
+    def _heed_others(self, fleet: Fleet) -> None:
+        """Take another operator's newer order for this flight's."""
+        mission = fleet.mission()
+        if self._order is None or mission is None or mission.stamp <= self._order.stamp:
+            return
+        self._order = mission
+        self._started = mission if mission.verb == "start" else self._started
+        if mission.verb == "land" and self.stage is not Stage.OVER:
+            self.stage, self._since = Stage.LANDING, fleet.now
+
+    def _is_lost(self, fleet: Fleet, drone: int) -> bool:
+        """Return whether a drone flies no more, by its pilot's word or by its own."""
+        silent, phase = drone not in fleet.fresh, fleet.phase(drone)
+        down = fleet.states.get(drone) in (FlightState.GROUNDED, FlightState.STOPPED)
+        if not (silent or down or phase not in FLYING):
+            self._lost_since.pop(drone, None)
+            return False
+        since = self._lost_since.setdefault(drone, fleet.now)
+        return silent or phase in (Phase.LANDING, Phase.STOPPED) or fleet.now - since >= GRACE
+
+    def _how(self, fleet: Fleet, drone: int) -> str:
+        state = fleet.states.get(drone)
+        if drone in fleet.fresh and state is FlightState.STOPPED:
+            return "its motors stopped"
+        return fleet.why(drone)
+
+    def _go(self, stage: Stage, order: Mission) -> Mission:
+        self.stage, self._since, self._order = stage, order.stamp, order
+        self._started = order if order.verb == "start" else self._started
+        return order
+
+    def _out_of_patience(self, fleet: Fleet) -> Mission | None:
+        wanted = {Stage.PREPARING: Phase.READY, Stage.TAKING_OFF: Phase.HOLD}.get(self.stage)
+        if wanted is None:
+            reasons = f"not known to be down: {', '.join(fleet.not_down())}"
+        else:
+            late = [drone for drone in self._pilots if fleet.phase(drone) != wanted]
+            reasons = "; ".join(f"{self._pilots[drone]}: {fleet.why(drone)}" for drone in late)
+        was = self.stage
+        order = self.abort(f"still {was} after {PATIENCE // BILLION} s ({reasons})", fleet.now)
         if was is Stage.LANDING:
             self.stage = Stage.OVER
         return order
-
-
-def _why(statuses: Mapping[str, Status], identity: str) -> str:
-    if identity not in statuses:
-        return "no status"
-    report = statuses[identity].report
-    return report.detail or report.phase

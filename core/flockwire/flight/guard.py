@@ -18,7 +18,7 @@ OVERSHOOT = 1.25  # the way to the stopping point is taken this much longer: the
 
 
 class Guard:
-    """The safety filter of follower `number` of `swarm`."""
+    """The safety filter of drone `number` of `swarm`."""
 
     def __init__(self, swarm: Swarm, number: int) -> None:
         frame, limits, safe = swarm.airframe(number), swarm.limits, swarm.avoidance

@@ -1,4 +1,4 @@
-"""The staleness ladder: what an agent may still do when inputs grow old."""
+"""The staleness ladder: what a pilot may still do when inputs grow old."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ from flockwire.swarm.tables import Limits, Staleness
 
 
 class Inputs(NamedTuple):
-    """Ages in s of what an agent flies by (NEVER: not there yet), and what its airframe says."""
+    """Ages in s of what a pilot flies by (NEVER: not there yet), and what its airframe reports."""
 
     pose: float
-    silence: float  # since the last in-neighbour was fresh
+    silence: float  # of the newest news of the leader; 0 for the leader itself
     nearby: float  # 0 when nothing is sensed nearby
     telemetry: float
     battery: float  # share of full
     outside: float  # m outside the fence
+    leader_down: float = 0.0  # s since the leader, whose formation is to be flown, is down; 0 while it leads
 
 
 def all_well(inputs: Inputs, limits: Limits) -> bool:
@@ -30,16 +31,18 @@ def all_well(inputs: Inputs, limits: Limits) -> bool:
         and inputs.telemetry <= stale.telemetry_warn
         and inputs.battery >= limits.battery_takeoff
         and inputs.outside == 0.0
+        and inputs.leader_down == 0.0
     )
 
 
 def land_reason(inputs: Inputs, limits: Limits) -> str:
-    """Return why the agent must land, empty when it need not."""
+    """Return why the drone must land, empty when it need not."""
     stale = limits.staleness
     rungs = (
         ("own pose", inputs.pose, stale.pose_land),
-        ("in-neighbours", inputs.silence, stale.estimates_land),
+        ("news of the leader", inputs.silence, stale.estimates_land),
         ("telemetry", inputs.telemetry, stale.telemetry_land),
+        ("leader", inputs.leader_down, stale.leader_land),
     )
     for name, age, rung in rungs:
         if age > rung:
@@ -52,18 +55,20 @@ def land_reason(inputs: Inputs, limits: Limits) -> str:
 
 
 def hold_reason(inputs: Inputs, stale: Staleness) -> str:
-    """Return why the agent must leave the formation and hold, empty when it need not."""
+    """Return why the drone must leave the formation and hold, empty when it need not."""
     if inputs.pose > stale.pose_zero:
         return "own pose is stale"
     if inputs.silence > stale.estimates_hold:
-        return "no in-neighbour is heard"
+        return f"no news of the leader for {stale.estimates_hold:g} s"
+    if inputs.leader_down > 0.0:
+        return "the leader is down"
     if inputs.nearby > stale.nearby_hold:
         return "nearby bodies are stale"
     return ""
 
 
 def unready_reason(inputs: Inputs, missing: tuple[int, ...], limits: Limits) -> str:
-    """Return what the agent waits for before it may take off, empty when it is ready; `missing`: silent neighbours."""
+    """Return what the drone waits for before it may take off, empty when it is ready; `missing`: silent neighbours."""
     stale = limits.staleness
     if inputs.pose > stale.pose_zero:
         return "waits for its own pose"
@@ -80,7 +85,7 @@ def unready_reason(inputs: Inputs, missing: tuple[int, ...], limits: Limits) -> 
 
 
 def speed_limit(inputs: Inputs, limits: Limits) -> float:
-    """Return the speed, m/s, that the agent may fly at."""
+    """Return the speed, m/s, that the drone may fly at."""
     return limits.speed if inputs.nearby <= limits.staleness.nearby_slow else min(limits.speed, limits.blind_speed)
 
 

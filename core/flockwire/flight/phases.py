@@ -14,6 +14,8 @@ from flockwire.nanoseconds import BILLION
 from flockwire.wire.messages import Mission, Pose
 
 NEVER = float("inf")
+TOLD_TO_END = "its process is told to end"
+LAST_HOLD = BILLION  # ns that it holds then before it lands
 HOLDING_GAIN = 1.5  # 1/s, of the loop that keeps a place
 
 
@@ -51,6 +53,7 @@ class Flight:
         self.reason = ""
         self.mission: Mission | None = None
         self._obeyed_from = born  # a take-off needs an order given later than this
+        self._retired: int | None = None  # when the process was told to end, Unix ns
 
     def order(self, mission: Mission) -> None:
         """Take the operator's newest order."""
@@ -61,6 +64,10 @@ class Flight:
         """Stop for good: only a new process flies again."""
         self.phase, self.reason = Phase.STOPPED, "emergency stop"
 
+    def retire(self, now: int) -> None:
+        """Hold, then land, and take off no more: the process was told to end at `now` (Unix ns)."""
+        self._retired = now if self._retired is None else self._retired
+
     def mission_time(self, now: int) -> float | None:
         """Return the formation's time t in s at `now` (Unix ns), None before an order to start."""
         if self.mission is None or self.mission.verb != "start":
@@ -70,10 +77,16 @@ class Flight:
     def update(self, situation: Situation) -> Phase:
         """Return the phase that follows from `situation`."""
         was = self.phase
-        self.phase, self.reason = self._next(situation)
+        self.phase, self.reason = self._next(self._retiring(situation))
         if was in IN_FLIGHT and self.phase is Phase.GROUNDED:
             self._obeyed_from = situation.now
         return self.phase
+
+    def _retiring(self, at: Situation) -> Situation:
+        if self._retired is None:
+            return at
+        landing = at.now - self._retired >= LAST_HOLD
+        return at._replace(unready=TOLD_TO_END, hold=TOLD_TO_END, land=at.land or (TOLD_TO_END if landing else ""))
 
     def _next(self, at: Situation) -> tuple[Phase, str]:
         verb = self.mission.verb if self.mission is not None else ""
@@ -97,7 +110,7 @@ class Flight:
         return Phase.HOLD, at.hold if verb == "start" else ""
 
     def _on_ground(self, at: Situation, verb: str) -> tuple[Phase, str]:
-        if at.airborne:  # this process began, or began anew, in flight
+        if at.airborne:  # this process was started in flight
             return Phase.HOLD, ""
         if at.unready:
             return Phase.GROUNDED, at.unready

@@ -1,4 +1,4 @@
-"""What is near a follower: sensed, or known without a sensor."""
+"""What is near a drone: sensed, or known without a sensor."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from flockwire.wire.messages import Body, Nearby, Pose
 
 
 class Surroundings:
-    """The bodies near one follower of `swarm`, relative to its newest pose."""
+    """The bodies near one drone of `swarm`, relative to its newest pose."""
 
     def __init__(self, swarm: Swarm) -> None:
         self._sensing = swarm.avoidance.sensing == "nearby"

@@ -1,43 +1,71 @@
-"""When a process is told to end: by a signal, or because its parent is gone."""
+"""When a process is told to end: by a signal, or because its parent is gone. What flies is brought down first."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 import os
 import signal
 import threading
 
+from flockwire import clock
+from flockwire.flight.cores import Core
+from flockwire.runtime.session import Session
+from flockwire.wire.plan import Plan
+
 LIFELINE = "FLOCKWIRE_LIFELINE"  # file descriptor whose end means that the parent is gone
-LAST_RESORT = 1.8  # s after the signal to end at which a process ends in any case
+LAST_RESORT = 1.8  # s that closing the session may take
+POLL = 0.05  # s between two looks whether a process may end
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
-def ending() -> asyncio.Event:
-    """Return an event that is set on SIGINT, SIGTERM, or when the parent process is gone.
+class Ending:
+    """Watches the running process's signals and its parent, in the running loop."""
 
-    Once it is set the process has LAST_RESORT seconds to end by itself.
+    def __init__(self) -> None:
+        self.told = asyncio.Event()  # the process is told to end
+        self.insisted = False  # told again: it ends at once
+        self.orphaned = False  # its parent is gone
+        loop = asyncio.get_running_loop()
+        for number in _SIGNALS:
+            loop.add_signal_handler(number, self._signalled)
+        lifeline = os.environ.get(LIFELINE)
+        if lifeline is not None:
+            loop.add_reader(int(lifeline), self._readable, int(lifeline))
+
+    def _signalled(self) -> None:
+        self.insisted = self.told.is_set() and not self.orphaned
+        self.told.set()
+
+    def _readable(self, lifeline: int) -> None:
+        with contextlib.suppress(OSError):
+            if os.read(lifeline, 1):
+                return
+        asyncio.get_running_loop().remove_reader(lifeline)
+        self.orphaned = True
+        self.told.set()
+
+
+async def finished(core: Core, plan: Plan, identity: str, session: Session, ending: Ending) -> None:
+    """Wait until the process is told to end and may: nothing that it flies is in the air.
+
+    One whose parent is gone also waits for all linked processes that the process table lets end before it.
     """
-    loop, event = asyncio.get_running_loop(), asyncio.Event()
+    await ending.told.wait()
+    log, rank = logging.getLogger(identity), plan.rows[identity].rank
+    core.retire(clock.now())
+    if not core.may_end(clock.now()):
+        log.info("told to end: lands first (again: ends at once)")
+    while not ending.insisted:
+        before = [other for other in session.linked() if other in plan.rows and plan.rows[other].rank < rank]
+        if core.may_end(clock.now()) and not (ending.orphaned and before):
+            break
+        await asyncio.sleep(POLL)
 
-    def end() -> None:
-        if not event.is_set():
-            event.set()
-            resort = threading.Timer(LAST_RESORT, os._exit, (70,))
-            resort.daemon = True
-            resort.start()
 
-    for number in (signal.SIGINT, signal.SIGTERM):
-        loop.add_signal_handler(number, end)
-    lifeline = os.environ.get(LIFELINE)
-    if lifeline is not None:
-        fd = int(lifeline)
-
-        def gone() -> None:
-            with contextlib.suppress(OSError):
-                if os.read(fd, 1):
-                    return
-            loop.remove_reader(fd)
-            end()
-
-        loop.add_reader(fd, gone)
-    return event
+def last_resort() -> None:
+    """End the process in LAST_RESORT s in any case: called when nothing is left to do but to close the session."""
+    timer = threading.Timer(LAST_RESORT, os._exit, (70,))
+    timer.daemon = True
+    timer.start()

@@ -12,7 +12,7 @@ from flockwire.flight.faults import Fault
 from flockwire.loading import load_object
 from flockwire.runtime.detours import DetoursError
 from flockwire.runtime.session import EndpointInUseError
-from flockwire.security.credentials import CredentialsError
+from flockwire.security.files import CredentialsError
 from flockwire.wire.plan import Plan
 
 
@@ -37,6 +37,7 @@ def serve(job: Job) -> int:
         datefmt="%H:%M:%S",
         stream=sys.stderr,
     )
+    logging.raiseExceptions = False  # the terminal may be closed while drones fly
     run = load_object(job.plan.rows[job.identity].runner)
     try:
         asyncio.run(run(job))

@@ -19,7 +19,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from flockwire import clock
-from flockwire.security.credentials import Credentials, default_folder, load_credentials
+from flockwire.runtime.linger import ignore_linger
+from flockwire.security.files import Credentials, default_folder, files_of
 from flockwire.wire.access import access_control
 from flockwire.wire.inbox import ATTACHMENT, Inbox
 from flockwire.wire.keys import ROWS, Delivery, Key
@@ -41,15 +42,16 @@ if TYPE_CHECKING:
 
 BURST = 16  # messages of one step that may wait for the network before the next is dropped; 16 is the most
 LARGEST_MESSAGE = 65536  # bytes
-SPARE_SESSIONS = 64  # beside one for each link: operators come and go, and nobody alone may keep a stop out
+SPARE_SESSIONS = 512  # beside one for each link: whoever has one drone's certificate must not exhaust them easily
+ACCEPTING = 1000  # connections that may be under way at a time, and ms that each may take
 ROUTER_PATIENCE = 500  # ms that one attempt to reach the router may take
 NO_DETOURS: Mapping[str, str] = MappingProxyType({})
 RETRY = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
 
-_QOS = {
-    Delivery.STATE: (zenoh.Priority.REAL_TIME, zenoh.CongestionControl.DROP),
-    Delivery.EVENT: (zenoh.Priority.INTERACTIVE_HIGH, zenoh.CongestionControl.BLOCK),
-    Delivery.BACKGROUND: (zenoh.Priority.BACKGROUND, zenoh.CongestionControl.DROP),
+_PRIORITIES = {
+    Delivery.EVENT: zenoh.Priority.REAL_TIME,  # before all else: Zenoh's highest
+    Delivery.STATE: zenoh.Priority.DATA_HIGH,
+    Delivery.BACKGROUND: zenoh.Priority.BACKGROUND,
 }
 
 
@@ -91,7 +93,7 @@ def configuration(
     mode = _mode(plan, identity)
     scheme = "tls" if credentials is not None else "tcp"
     link: dict[str, object] = {
-        "tx": {"lease": 1000, "keep_alive": 4, "queue": {"size": {"real_time": BURST}}},
+        "tx": {"lease": 1000, "keep_alive": 4, "queue": {"size": {"real_time": BURST, "data_high": BURST}}},
         "rx": {"max_message_size": LARGEST_MESSAGE},
     }
     config: dict[str, object] = {
@@ -107,7 +109,11 @@ def configuration(
         "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
         "transport": {
             "link": link,
-            "unicast": {"max_sessions": len(plan.links[identity]) + SPARE_SESSIONS},
+            "unicast": {
+                "max_sessions": len(plan.links[identity]) + SPARE_SESSIONS,
+                "accept_pending": ACCEPTING,
+                "accept_timeout": ACCEPTING,
+            },
             "shared_memory": {"enabled": False},
         },
     }
@@ -141,9 +147,16 @@ class Session:
     """One process's connection to the swarm. Use it as a context manager: a session left open hangs the exit."""
 
     def __init__(
-        self, plan: Plan, identity: str, keys: Path | None = None, detours: Mapping[str, str] = NO_DETOURS
+        self,
+        plan: Plan,
+        identity: str,
+        keys: Path | None = None,
+        detours: Mapping[str, str] = NO_DETOURS,
+        verified: bool = True,
     ) -> None:
         """Open the session of `identity`; `keys` is the folder of the certificates, the default one without it.
+
+        A process that is in a hurry does not have them `verified`: a bad one is then rejected in silence.
 
         Raises CredentialsError, EndpointInUseError, and in router mode RouterAbsentError.
         """
@@ -152,8 +165,9 @@ class Session:
         self._sequences: dict[Key, int] = {}
         credentials = None
         if swarm.network.security == "mtls":
-            credentials = load_credentials(keys or default_folder(swarm.name), identity, clock.utc())
+            credentials = _credentials(keys or default_folder(swarm.name), identity, verified)
         config = configuration(plan, identity, credentials, detours)
+        ignore_linger()
         try:
             self._zenoh = zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
         except zenoh.ZError as error:
@@ -206,13 +220,20 @@ class Session:
         return tuple(sorted(link.auth_identifier or "unknown" for link in self._zenoh.info.links()))
 
     def _declare(self, key: Key) -> zenoh.Publisher:
-        priority, congestion = _QOS[ROWS[key.kind].delivery]
         return self._zenoh.declare_publisher(
             self._plan.text(key),
-            priority=priority,
-            congestion_control=congestion,
+            priority=_PRIORITIES[ROWS[key.kind].delivery],
+            congestion_control=zenoh.CongestionControl.DROP,  # to wait for one who is silent would delay all others
             express=ROWS[key.kind].delivery is Delivery.EVENT,
         )
+
+
+def _credentials(folder: Path, identity: str, verified: bool) -> Credentials:
+    if not verified:
+        return files_of(folder, identity)
+    from flockwire.security.credentials import load_credentials  # noqa: PLC0415  (takes 0.1 s)
+
+    return load_credentials(folder, identity, clock.utc())
 
 
 def _reason(error: zenoh.ZError) -> str:

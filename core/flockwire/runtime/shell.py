@@ -13,7 +13,7 @@ from flockwire.flight.cores import Core, Start, make_core
 from flockwire.flight.faults import of_core
 from flockwire.flight.stepping import StatusPublisher, Stepper, at_once, tick_period
 from flockwire.runtime.detours import read_detours
-from flockwire.runtime.ending import ending
+from flockwire.runtime.ending import Ending, finished, last_resort
 from flockwire.runtime.job import Job
 from flockwire.runtime.refusals import Refusals
 from flockwire.runtime.resources import ProcessResources
@@ -63,9 +63,9 @@ async def run_core(job: Job) -> None:
     """Run the core that the process table names until the process is told to end."""
     plan, identity = job.plan, job.identity
     detours = read_detours()
-    ended, refusals = ending(), Refusals(identity)
+    ending, refusals = Ending(), Refusals(identity)
     refusals.watch()
-    session = await connect(plan, identity, job.keys, ended, detours)
+    session = await connect(plan, identity, job.keys, ending.told, detours)
     if session is None:
         return
     chance = Random(plan.swarm.gateway.seed)  # noqa: S311  (noise)
@@ -74,6 +74,7 @@ async def run_core(job: Job) -> None:
         shell = Shell(core, plan, identity, session, refusals)
         shell.start()
         try:
-            await ended.wait()
+            await finished(core, plan, identity, session, ending)
         finally:
             shell.stop()
+            last_resort()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import stat
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
@@ -13,31 +12,15 @@ from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric.types import PrivateKeyTypes
 from cryptography.x509.oid import NameOID
 
+from flockwire.security.files import Credentials, CredentialsError, files_of
+
 NO_FOLDER = "there is no such keys folder; `flockwire keys SWARM` makes it"
 FORMAT = "%Y-%m-%d %H:%M UTC"
 
 
-class CredentialsError(ValueError):
-    """Keys that cannot be used; the text is one line: the file, what is wrong, what to do."""
-
-
-def default_folder(name: str) -> Path:
-    """Return where the keys of the swarm called `name` are unless the user says otherwise."""
-    return Path(".flockwire") / name / "keys"
-
-
-@dataclass(frozen=True, slots=True)
-class Credentials:
-    """The files of one identity."""
-
-    authority: Path
-    certificate: Path
-    key: Path
-
-
 def load_credentials(folder: Path, identity: str, now: datetime) -> Credentials:
     """Check the keys of `identity` in `folder` as of `now`; raises CredentialsError."""
-    files = Credentials(folder / "ca.crt", folder / f"{identity}.crt", folder / f"{identity}.key")
+    files = files_of(folder, identity)
     try:
         mode = folder.stat().st_mode
     except OSError as error:

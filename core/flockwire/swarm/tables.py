@@ -92,6 +92,8 @@ class Staleness(Model):
     estimate_drop: Positive = 0.3
     estimates_hold: Positive = 1.0
     estimates_land: Positive = 5.0
+    leader_silent: Positive = 1.0  # of its status, for those that hear it: then it counts as down
+    leader_land: Positive = 5.0  # after it is down, who flies its formation lands
     nearby_slow: Positive = 0.1
     nearby_hold: Positive = 0.5
     command_zero: Positive = 0.2

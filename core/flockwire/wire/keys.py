@@ -30,7 +30,7 @@ class Delivery(Enum):
     """How the network treats a key's messages."""
 
     STATE = "newest counts: sent at once, dropped rather than queued"
-    EVENT = "every one counts: sent before all else, waited for"
+    EVENT = "sent before all else; whoever needs to know that it arrived repeats it until it is confirmed"
     BACKGROUND = "sent when there is time"
 
 
@@ -73,7 +73,7 @@ def _everybody(_: Roster) -> tuple[Owner, ...]:
 
 
 def _processes(roster: Roster) -> tuple[Owner, ...]:
-    return tuple(Owner(identity) for identity, row in roster.rows.items() if row.started)
+    return tuple(Owner(member.identity, member.drone) for member in roster.members.values() if roster.started(member))
 
 
 def _flying(swarm: Swarm) -> tuple[int, ...]:
@@ -89,7 +89,7 @@ def _followers(swarm: Swarm) -> tuple[int, ...]:
 
 
 def _sensing(swarm: Swarm) -> tuple[int, ...]:
-    return swarm.followers if swarm.avoidance.sensing == "nearby" else ()
+    return swarm.flying if swarm.avoidance.sensing == "nearby" else ()
 
 
 def _all(*rows: Process) -> Who:
@@ -111,6 +111,11 @@ def _pilot(roster: Roster, owner: Owner) -> tuple[str, ...]:
 def _neighbours(roster: Roster, owner: Owner) -> tuple[str, ...]:
     """Name the pilots of those with an edge from the owner."""
     return tuple(roster.pilots[i] for i in roster.swarm.topology.listeners(owner.drone or 0))
+
+
+def _led(roster: Roster, owner: Owner) -> tuple[str, ...]:
+    """Name those with an edge from the leader, if the owner is the leader: its health is an input of theirs."""
+    return _neighbours(roster, owner) if owner.drone == LEADER else ()
 
 
 def _virtual(roster: Roster, owner: Owner) -> bool:
@@ -135,7 +140,7 @@ TABLE = (
     KeyRow("estimate", Estimate, _drones(_followers), _pilot, _neighbours, 1000, 512),
     KeyRow("command", Command, _drones(_flying), _pilot, _all(KINEMATICS), 1000, 512),
     KeyRow("telemetry", Telemetry, _drones(_flying), _all(KINEMATICS), _any_of(_pilot, _all(OPERATOR)), 40, 512),
-    KeyRow("status", Status, _processes, _itself, _all(OPERATOR), 40, 8192, Delivery.BACKGROUND),
+    KeyRow("status", Status, _processes, _itself, _any_of(_led, _all(OPERATOR)), 40, 8192, Delivery.BACKGROUND),
     KeyRow(
         # The gateway repeats the newest mission, stamp unchanged, for those who join late.
         "mission", Mission, _everybody, _all(OPERATOR, GATEWAY), _all(GATEWAY, LEADING, AGENT), 40, 1024,

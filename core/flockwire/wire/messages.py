@@ -12,6 +12,7 @@ from functools import lru_cache
 from typing import NamedTuple, Protocol, Self
 
 from flockwire.control.vector import Vector
+from flockwire.nanoseconds import BILLION
 from flockwire.wire.cdr import LONGEST_SEQUENCE, MessageError, Reader, Writer
 from flockwire.wire.stamped import pack, peek_length, unpack
 
@@ -52,24 +53,51 @@ class Pose(NamedTuple):
         return cls(stamp, frame, (v[0], v[1], v[2]), (v[3], v[4], v[5], v[6]))
 
 
+class Leading(IntEnum):
+    """What is known of the leader: whether it leads, in the air, or does not."""
+
+    UNKNOWN = 0
+    LEADS = 1
+    IS_DOWN = 2  # it lands, stands on the ground, has fallen, or its process is silent
+
+
+_LEADING: dict[object, Leading] = {int(state): state for state in Leading}
+
+
 class Estimate(NamedTuple):
-    """flockwire_msgs/LeaderEstimate: one follower's estimate of the leader's position, velocity and acceleration."""
+    """flockwire_msgs/LeaderEstimate: one follower's estimate of the leader's position, velocity and acceleration.
+
+    `origin` is the time of the leader's pose on which it rests, Unix ns, after as many `hops`.
+    """
 
     stamp: int
     frame: str
     position: Vector
     velocity: Vector
     acceleration: Vector = (0.0, 0.0, 0.0)  # m/s^2
+    origin: int = 0
+    hops: int = 0
+    leading: Leading = Leading.UNKNOWN
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        return pack(self.stamp, self.frame, "ddddddddd", *self.position, *self.velocity, *self.acceleration)
+        sec, nanosec = divmod(self.origin, BILLION)
+        return pack(
+            self.stamp, self.frame, "dddddddddiIBB", *self.position, *self.velocity, *self.acceleration,
+            sec, nanosec, self.hops, self.leading,
+        )  # fmt: skip
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read CDR bytes; raises MessageError."""
-        stamp, frame, v = unpack(data, "ddddddddd")
-        return cls(stamp, frame, (v[0], v[1], v[2]), (v[3], v[4], v[5]), (v[6], v[7], v[8]))
+        stamp, frame, v = unpack(data, "dddddddddiIBB")
+        leading = _LEADING.get(v[12])
+        if leading is None or v[10] >= BILLION:
+            raise MessageError(f"there is no state {v[12]} of a leader, or {v[10]} ns are more than a second")
+        origin = int(v[9]) * BILLION + int(v[10])
+        return cls(
+            stamp, frame, (v[0], v[1], v[2]), (v[3], v[4], v[5]), (v[6], v[7], v[8]), origin, int(v[11]), leading
+        )
 
 
 class Command(NamedTuple):

@@ -33,8 +33,8 @@ class Plan:
         self.identities = tuple(roster.rows)
         self.started = tuple(identity for identity, row in roster.rows.items() if row.started)
         self.certified = tuple(identity for identity, row in roster.rows.items() if row.certified)
-        self.pilots = tuple(roster.pilots[i] for i in swarm.flying if i in roster.pilots)  # whom a flight waits for
-        self.pilot: Mapping[int, str] = roster.pilots  # by drone
+        self.pilot: Mapping[int, str] = roster.pilots  # by drone, a virtual leader's included
+        self.pilots: Mapping[int, str] = {i: roster.pilots[i] for i in swarm.flying}  # whom a flight waits for
         self.routers = tuple(identity for identity, row in roster.rows.items() if row.link is Link.ROUTER)
         self.recorders = tuple(identity for identity, row in roster.rows.items() if row.records)
         self.witnesses = tuple(identity for identity, row in roster.rows.items() if row.witness)

@@ -54,12 +54,19 @@ class Process:
     records: bool = False  # subscribes to every key and writes the trace; its host conducts the flight
     faults: frozenset[str] = frozenset()  # the kinds of fault that its core injects by itself
     after: tuple[str, ...] = ("router", "recorder")  # kinds whose status is waited for before it is started
+    driver: bool = False  # drives airframes: it may end only when they are down
+    rank: int = 0  # of processes whose parent is gone, those of a lower rank end first
     only_if: str = ""  # when a swarm has members of this kind, where not every swarm has
 
     @property
     def certified(self) -> bool:
         """Whether its members have certificates."""
         return self.link is not Link.NONE
+
+    @property
+    def flies(self) -> bool:
+        """Whether its members have something in the air."""
+        return self.pilot or self.driver
 
     @property
     def started(self) -> bool:
@@ -77,6 +84,7 @@ ROUTER = Process(
     lambda swarm: (Member("router"),) if swarm.network.mode == "router" else (),
     "flockwire_router.core:make_core",
     port=4,
+    rank=2,
     link=Link.ROUTER,
     after=(),
     only_if="network.mode = 'router'",
@@ -87,6 +95,7 @@ GATEWAY = Process(
     _one("gateway"),
     "flockwire_mocap.core:make_core",
     port=0,
+    rank=3,
     faults=frozenset({"tracker", "noise"}),
 )
 KINEMATICS = Process(
@@ -95,6 +104,8 @@ KINEMATICS = Process(
     _one("kinematics"),
     "flockwire_tello.core:make_core",
     port=1,
+    driver=True,
+    rank=1,
     faults=frozenset({"lag", "failure"}),
 )
 LEADING = Process(
@@ -120,6 +131,7 @@ RECORDER = Process(
     _one("recorder"),
     "flockwire_recorder.core:make_core",
     port=3,
+    rank=4,
     runner="flockwire_recorder.process:run",
     witness=True,
     records=True,
@@ -154,6 +166,10 @@ class Roster:
                 self.rows[member.identity], self.members[member.identity] = row, member
                 if row.pilot and member.drone is not None:
                     self.pilots[member.drone] = member.identity
+
+    def started(self, member: Member) -> bool:
+        """Return whether `up` starts `member`."""
+        return self.rows[member.identity].started
 
     def of(self, *rows: Process) -> tuple[str, ...]:
         """Return the identities of all members of `rows`."""

@@ -6,6 +6,7 @@ import ipaddress
 from collections.abc import Iterator
 
 from flockwire.wire.plan import Plan
+from flockwire.wire.processes import PROCESSES
 
 HIGHEST_PORT = 65535
 
@@ -19,7 +20,8 @@ def problems(plan: Plan) -> Iterator[str]:
 
 
 def _processes(plan: Plan) -> Iterator[str]:
-    known = [identity for identity in plan.started if not plan.rows[identity].numbered]
+    # Those that this swarm has not may be named too: the router's host stays in the file when its mode changes.
+    known = [row.kind for row in PROCESSES if row.started and not row.numbered]
     claimed: dict[str, str] = {}
     for name, host in plan.swarm.hosts.items():
         for process in host.processes:

@@ -30,7 +30,8 @@ DEFINITIONS = {
     "geometry_msgs/msg/TwistStamped": "std_msgs/Header header\ngeometry_msgs/Twist twist",
     "flockwire_msgs/msg/LeaderEstimate": (
         "std_msgs/Header header\ngeometry_msgs/Point position\ngeometry_msgs/Vector3 velocity\n"
-        "geometry_msgs/Vector3 acceleration"
+        "geometry_msgs/Vector3 acceleration\nbuiltin_interfaces/Time origin\nuint8 hops\n"
+        "uint8 UNKNOWN=0\nuint8 LEADS=1\nuint8 IS_DOWN=2\nuint8 leading"
     ),
     "flockwire_msgs/msg/NearbyBody": (
         "uint8 DRONE=0\nuint8 OBSTACLE=1\nuint8 kind\ngeometry_msgs/Vector3 relative_position\nfloat64 radius"
@@ -48,7 +49,9 @@ DEFINITIONS = {
         "std_msgs/Header header\nstring identity\nstring phase\nstring detail\nfloat64 formation_error\n"
         "float64 pose_age\nfloat64 estimate_age\nfloat64 nearby_age\nfloat64 telemetry_age\nfloat64 battery\n"
         "float64 cpu\nuint64 steps\nuint64 late_1ms\nuint64 late_5ms\nuint64 skipped\nuint64 refused\nuint64 resident\n"
-        "string[] rejected_keys\nuint64[] rejected_counts\nstring[] links"
+        "string[] rejected_keys\nuint64[] rejected_counts\nstring[] links\n"
+        "builtin_interfaces/Time order_stamp\nstring order_verb\nbuiltin_interfaces/Time order_start\n"
+        "string order_formation"
     ),
 }
 

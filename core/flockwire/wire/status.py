@@ -6,6 +6,9 @@ from math import isfinite
 from typing import NamedTuple, Self
 
 from flockwire.wire.cdr import MessageError, Reader, Writer
+from flockwire.wire.messages import Mission
+
+NO_MISSION = Mission(0, "", "")
 
 MOST_REJECTIONS = 32  # keys and reasons that one status names; the most frequent ones, the rest in one sum
 MOST_LINKS = 256  # processes that one status names
@@ -25,6 +28,7 @@ class Report(NamedTuple):
     nearby_age: float = -1.0  # s
     telemetry_age: float = -1.0  # s
     battery: float = -1.0  # share of full
+    mission: Mission | None = None  # the order that it obeys: how an operator knows that it arrived
 
 
 class Status(NamedTuple):
@@ -67,6 +71,11 @@ class Status(NamedTuple):
         writer.texts(tuple(key for key, _ in self.rejected))
         writer.numbers("Q", tuple(count for _, count in self.rejected))
         writer.texts(self.links)
+        mission = report.mission or NO_MISSION
+        writer.time(mission.stamp)
+        writer.text(mission.verb)
+        writer.time(mission.start)
+        writer.text(mission.formation)
         return writer.finish()
 
     @classmethod
@@ -80,6 +89,7 @@ class Status(NamedTuple):
             raise MessageError("holds a number that is not finite")
         steps, late_1ms, late_5ms, skipped, refused, resident = map(int, reader.take_all("Q", 6))
         keys, rejections, links = reader.texts(), reader.numbers("Q"), reader.texts()
+        mission = Mission(reader.time(), frame, reader.text(), reader.time(), reader.text())
         reader.end()
         if len(keys) > MOST_REJECTIONS or len(links) > MOST_LINKS:
             raise MessageError(f"names {len(keys)} rejections and {len(links)} links, too many")
@@ -88,9 +98,11 @@ class Status(NamedTuple):
         if len(keys) != len(rejections):
             raise MessageError(f"{len(keys)} keys with {len(rejections)} counts")
         rejected = tuple(zip(keys, rejections, strict=True))
-        report = Report(phase, detail, *figures[:6])
+        error, pose, estimate, nearby, telemetry, battery, cpu = figures
+        obeyed = mission if mission.stamp else None
+        report = Report(phase, detail, error, pose, estimate, nearby, telemetry, battery, obeyed)
         return cls(
-            stamp, frame, identity, report, steps, late_1ms, late_5ms, skipped, refused, figures[6], resident,
+            stamp, frame, identity, report, steps, late_1ms, late_5ms, skipped, refused, cpu, resident,
             rejected, links,
         )  # fmt: skip
 

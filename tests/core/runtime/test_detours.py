@@ -22,13 +22,13 @@ def test_what_makes_no_sense_is_refused_with_its_name_value_and_rule(text):
     assert str(caught.value) == f"{DETOURS} = {text!r}: must be IDENTITY=IP:PORT, several separated by commas"
 
 
-def test_only_who_is_dialled_is_dialled_elsewhere(make_swarm):
-    swarm = make_swarm()
-    plain = configuration(swarm, "uav2", None)
-    detoured = configuration(swarm, "uav2", None, {"uav1": "127.0.0.1:40001", "uav3": "127.0.0.1:40002"})
+def test_only_who_is_dialled_is_dialled_elsewhere(make_plan):
+    plan = make_plan()
+    plain = configuration(plan, "uav2", None)
+    detoured = configuration(plan, "uav2", None, {"uav1": "127.0.0.1:40001", "uav3": "127.0.0.1:40002"})
     there = plain["connect"]["endpoints"]
     assert detoured["connect"]["endpoints"] == [
-        "tcp/127.0.0.1:40001" if endpoint == "tcp/127.0.0.1:7453" else endpoint for endpoint in there
+        "tcp/127.0.0.1:40001" if endpoint == "tcp/127.0.0.1:7470" else endpoint for endpoint in there
     ]
-    assert "tcp/127.0.0.1:7453" in there
+    assert "tcp/127.0.0.1:7470" in there
     assert detoured["listen"] == plain["listen"]

@@ -10,7 +10,8 @@ import pytest
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
-from flockwire.security.credentials import Credentials, CredentialsError, default_folder, load_credentials
+from flockwire.security.credentials import load_credentials
+from flockwire.security.files import Credentials, CredentialsError, default_folder
 from flockwire.security.pki import BACKDATED, LIFE, Signer, issue, new_authority, read_authority, save
 
 DAY, MINUTE = timedelta(days=1), timedelta(minutes=1)

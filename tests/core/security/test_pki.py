@@ -25,7 +25,6 @@ from flockwire.security.pki import (
     read_authority,
     save,
 )
-from flockwire.wire.wiring import endpoints, identities
 
 DAY = timedelta(days=1)
 SECOND = timedelta(seconds=1)
@@ -47,18 +46,18 @@ def contents(folder):
 
 
 @pytest.fixture
-def swarm(make_swarm):
-    return make_swarm()
+def plan(make_plan):
+    return make_plan()
 
 
 @pytest.mark.parametrize("mode", ["peers", "router"])
-def test_everybody_gets_a_certificate_of_his_own_name(make_swarm, tmp_path, made, mode):
-    swarm = make_swarm({"network.mode": mode})
-    assert make_keys(swarm, tmp_path, made) == ("ca", *identities(swarm))
-    for identity in identities(swarm):
+def test_everybody_gets_a_certificate_of_its_own_name(make_plan, tmp_path, made, mode):
+    plan = make_plan({"network.mode": mode})
+    assert make_keys(plan, tmp_path, made) == ("ca", *plan.certified)
+    for identity in plan.certified:
         assert common_name(certificate(tmp_path, identity)) == identity
         assert load_credentials(tmp_path, identity, made)
-    names = {f"{name}.{end}" for name in identities(swarm) for end in ("crt", "key")}
+    names = {f"{name}.{end}" for name in plan.certified for end in ("crt", "key")}
     assert {str(path) for path in contents(tmp_path)} == {"ca.crt", "authority/ca.key", *names}
 
 
@@ -72,10 +71,10 @@ def test_a_certificate_serves_both_ends_of_a_link_for_ninety_days(keys, made):
         assert not held.extensions.get_extension_for_class(x509.BasicConstraints).value.ca
 
 
-def test_all_keys_are_of_the_curve_p_256_and_no_two_are_one(keys, swarm):
-    held = [certificate(keys, name).public_key() for name in ("ca", *identities(swarm))]
+def test_all_keys_are_of_the_curve_p_256_and_no_two_are_one(keys, plan):
+    held = [certificate(keys, name).public_key() for name in ("ca", *plan.certified)]
     assert all(isinstance(key, ec.EllipticCurvePublicKey) and key.curve.name == "secp256r1" for key in held)
-    numbers = {certificate(keys, name).serial_number for name in ("ca", *identities(swarm))}
+    numbers = {certificate(keys, name).serial_number for name in ("ca", *plan.certified)}
     assert len({key.public_numbers() for key in held}) == len(numbers) == len(held)
 
 
@@ -85,93 +84,93 @@ def test_the_authority_signs_processes_only_and_no_authority_below_it(keys):
     assert (limits.value.ca, limits.value.path_length) == (True, 0)
 
 
-def test_a_certificate_is_good_for_its_hosts_addresses_and_names(make_swarm, tmp_path, made):
-    make_keys(make_swarm(TWO_HOSTS), tmp_path, made)
+def test_a_certificate_is_good_for_its_hosts_addresses_and_names(make_plan, tmp_path, made):
+    make_keys(make_plan(TWO_HOSTS), tmp_path, made)
     loopback = {"127.0.0.1", "::1", "localhost"}
     assert alternatives(tmp_path, "gateway") == {"10.0.0.1", "ground", "gateway"} | loopback
     assert alternatives(tmp_path, "uav2") == {"fd00::7", "air", "uav2"} | loopback
 
 
 @pytest.mark.parametrize("mode", ["peers", "router"])
-def test_a_certificate_is_good_for_the_address_where_its_process_is_dialled(make_swarm, tmp_path, made, mode):
-    swarm = make_swarm({**TWO_HOSTS, "drones.3.address": "10.0.0.9:9000", "network.mode": mode})
-    make_keys(swarm, tmp_path, made)
-    for identity, endpoint in endpoints(swarm).items():
+def test_a_certificate_is_good_for_the_address_where_its_process_is_dialled(make_plan, tmp_path, made, mode):
+    plan = make_plan({**TWO_HOSTS, "drones.3.address": "10.0.0.9:9000", "network.mode": mode})
+    make_keys(plan, tmp_path, made)
+    for identity, endpoint in plan.endpoints.items():
         address = ipaddress.ip_address(endpoint.rpartition(":")[0].strip("[]"))
         assert str(address) in alternatives(tmp_path, identity)
 
 
 @pytest.mark.parametrize("mask", [0o000, 0o022, 0o077])
-def test_private_keys_are_their_owners_alone(swarm, tmp_path, made, mask):
+def test_private_keys_are_their_owners_alone(plan, tmp_path, made, mask):
     before = os.umask(mask)
     try:
-        make_keys(swarm, tmp_path / "keys", made)
+        make_keys(plan, tmp_path / "keys", made)
     finally:
         os.umask(before)
     private = list((tmp_path / "keys").rglob("*.key"))
-    assert len(private) == 1 + len(identities(swarm))
+    assert len(private) == 1 + len(plan.certified)
     assert {stat.S_IMODE(path.stat().st_mode) for path in private} == {0o600}
 
 
-def test_the_authoritys_key_lies_apart_and_no_process_needs_it(keys, swarm, made):
+def test_the_authoritys_key_lies_apart_and_no_process_needs_it(keys, plan, made):
     (keys / "authority" / "ca.key").unlink()
     (keys / "authority").rmdir()
-    for identity in identities(swarm):
+    for identity in plan.certified:
         assert load_credentials(keys, identity, made)
     with pytest.raises(FileNotFoundError, match=r"ca\.key: the authority's key is not here"):
         read_authority(keys)
 
 
-def test_the_folders_of_the_keys_are_their_owners_alone(swarm, tmp_path, made):
-    make_keys(swarm, tmp_path / "flock" / "keys", made)
+def test_the_folders_of_the_keys_are_their_owners_alone(plan, tmp_path, made):
+    make_keys(plan, tmp_path / "flock" / "keys", made)
     for folder in (tmp_path / "flock" / "keys", tmp_path / "flock" / "keys" / "authority"):
         assert stat.S_IMODE(folder.stat().st_mode) == 0o700
 
 
 @pytest.mark.parametrize("later", [timedelta(), LIFE - RENEW - SECOND])
-def test_a_second_time_nothing_is_made(keys, swarm, made, later):
+def test_a_second_time_nothing_is_made(keys, plan, made, later):
     before = contents(keys)
-    assert make_keys(swarm, keys, made + later) == ()
+    assert make_keys(plan, keys, made + later) == ()
     assert contents(keys) == before
 
 
-def test_what_ends_within_thirty_days_is_renewed_by_the_same_authority(keys, swarm, made):
+def test_what_ends_within_thirty_days_is_renewed_by_the_same_authority(keys, plan, made):
     before, later = contents(keys), made + LIFE - RENEW
-    assert make_keys(swarm, keys, later + SECOND) == identities(swarm)
+    assert make_keys(plan, keys, later + SECOND) == plan.certified
     assert (keys / "ca.crt").read_bytes() == before[Path("ca.crt")]
     assert certificate(keys, "uav1").not_valid_after_utc == later + SECOND + LIFE
-    for identity in identities(swarm):
+    for identity in plan.certified:
         assert load_credentials(keys, identity, later)
 
 
-def test_an_authority_about_to_end_is_replaced_with_all_it_signed(keys, swarm, made):
+def test_an_authority_about_to_end_is_replaced_with_all_it_signed(keys, plan, made):
     later = certificate(keys, "ca").not_valid_after_utc - RENEW + SECOND
-    assert make_keys(swarm, keys, later) == ("ca", *identities(swarm))
+    assert make_keys(plan, keys, later) == ("ca", *plan.certified)
     assert load_credentials(keys, "uav1", later)
 
 
-def test_what_is_missing_is_made_and_nothing_else(keys, swarm, made):
+def test_what_is_missing_is_made_and_nothing_else(keys, plan, made):
     (keys / "uav2.crt").unlink()
     (keys / "leader.key").unlink()
-    assert make_keys(swarm, keys, made) == ("leader", "uav2")
+    assert make_keys(plan, keys, made) == ("leader", "uav2")
     assert load_credentials(keys, "leader", made)
 
 
-def test_a_host_that_moved_gets_new_certificates(make_swarm, tmp_path, made):
-    make_keys(make_swarm(TWO_HOSTS), tmp_path, made)
-    moved = make_swarm({**TWO_HOSTS, "hosts": {"ground": {"address": "10.0.0.1"}, "air": {"address": "fd00::8"}}})
+def test_a_host_that_moved_gets_new_certificates(make_plan, tmp_path, made):
+    make_keys(make_plan(TWO_HOSTS), tmp_path, made)
+    moved = make_plan({**TWO_HOSTS, "hosts": {"ground": {"address": "10.0.0.1"}, "air": {"address": "fd00::8"}}})
     assert make_keys(moved, tmp_path, made) == ("uav2",)
     assert "fd00::8" in alternatives(tmp_path, "uav2")
     assert make_keys(moved, tmp_path, made) == ()
 
 
-def test_a_swarm_that_grows_gets_what_it_lacks(make_swarm, keys, made):
-    assert make_keys(make_swarm({"network.mode": "router"}), keys, made) == ("router",)
+def test_a_swarm_that_grows_gets_what_it_lacks(make_plan, keys, made):
+    assert make_keys(make_plan({"network.mode": "router"}), keys, made) == ("router",)
 
 
-def test_rotation_replaces_all_and_makes_the_old_worthless(keys, swarm, made):
+def test_rotation_replaces_all_and_makes_the_old_worthless(keys, plan, made):
     old, before = certificate(keys, "uav1"), contents(keys)
-    assert make_keys(swarm, keys, made, rotate=True) == ("ca", *identities(swarm))
+    assert make_keys(plan, keys, made, rotate=True) == ("ca", *plan.certified)
     after = contents(keys)
     assert before.keys() == after.keys()
     assert all(after[path] != before[path] for path in before)
@@ -180,61 +179,61 @@ def test_rotation_replaces_all_and_makes_the_old_worthless(keys, swarm, made):
     assert load_credentials(keys, "uav1", made)
 
 
-def test_a_rotation_that_was_cut_short_is_finished_by_the_next_run(keys, swarm, made):
+def test_a_rotation_that_was_cut_short_is_finished_by_the_next_run(keys, plan, made):
     old = {name: (keys / name).read_bytes() for name in ("uav1.crt", "uav1.key", "uav2.crt")}
-    make_keys(swarm, keys, made, rotate=True)
+    make_keys(plan, keys, made, rotate=True)
     for name, data in old.items():  # uav1: nothing new yet; uav2: the new key only
         (keys / name).write_bytes(data)
-    assert make_keys(swarm, keys, made) == ("uav1", "uav2")
-    for identity in identities(swarm):
+    assert make_keys(plan, keys, made) == ("uav1", "uav2")
+    for identity in plan.certified:
         assert load_credentials(keys, identity, made)
 
 
-def test_an_authoritys_key_without_its_certificate_signs_nothing(keys, swarm, made):
+def test_an_authoritys_key_without_its_certificate_signs_nothing(keys, plan, made):
     old = (keys / "ca.crt").read_bytes()
-    make_keys(swarm, keys, made, rotate=True)
+    make_keys(plan, keys, made, rotate=True)
     (keys / "ca.crt").write_bytes(old)
     with pytest.raises(KeysError, match=r"is not the key of ca\.crt; --rotate"):
-        make_keys(swarm, keys, made)
+        make_keys(plan, keys, made)
 
 
-def test_where_the_authoritys_key_is_kept_elsewhere_no_other_authority_is_made(keys, swarm, made):
+def test_where_the_authoritys_key_is_kept_elsewhere_no_other_authority_is_made(keys, plan, made):
     (keys / "authority" / "ca.key").unlink()
     (keys / "uav1.crt").write_bytes((keys / "uav2.crt").read_bytes())
     before = contents(keys)
     with pytest.raises(KeysError, match=r"ca\.key"):
-        make_keys(swarm, keys, made)
+        make_keys(plan, keys, made)
     assert contents(keys) == before
 
 
-def test_without_the_authoritys_key_what_is_good_stays(keys, swarm, made):
+def test_without_the_authoritys_key_what_is_good_stays(keys, plan, made):
     (keys / "authority" / "ca.key").unlink()
     before = contents(keys)
-    assert make_keys(swarm, keys, made) == ()
+    assert make_keys(plan, keys, made) == ()
     assert contents(keys) == before
 
 
-def test_what_a_crash_left_behind_does_not_open_a_key_to_others(swarm, tmp_path, made):
+def test_what_a_crash_left_behind_does_not_open_a_key_to_others(plan, tmp_path, made):
     for name in ("uav1.key.part", "uav2.key.part"):
         (tmp_path / name).touch(0o644)
-    make_keys(swarm, tmp_path, made)
+    make_keys(plan, tmp_path, made)
     assert {stat.S_IMODE(path.stat().st_mode) for path in tmp_path.rglob("*.key")} == {0o600}
 
 
-def test_no_key_is_written_through_a_link(swarm, tmp_path, made):
+def test_no_key_is_written_through_a_link(plan, tmp_path, made):
     (tmp_path / "keys").mkdir()
     (tmp_path / "keys" / "uav1.key.part").symlink_to(tmp_path / "elsewhere")
-    make_keys(swarm, tmp_path / "keys", made)
+    make_keys(plan, tmp_path / "keys", made)
     assert not (tmp_path / "elsewhere").exists()
     assert not (tmp_path / "keys" / "uav1.key").is_symlink()
 
 
-def test_two_who_make_keys_at_once_leave_whole_ones(swarm, tmp_path, made):
+def test_two_who_make_keys_at_once_leave_whole_ones(plan, tmp_path, made):
     failures = []
 
     def work():
         try:
-            make_keys(swarm, tmp_path, made)
+            make_keys(plan, tmp_path, made)
         except Exception as error:
             failures.append(error)
 
@@ -245,31 +244,31 @@ def test_two_who_make_keys_at_once_leave_whole_ones(swarm, tmp_path, made):
         for thread in threads:
             thread.join()
         assert failures == []
-        for identity in identities(swarm):
+        for identity in plan.certified:
             assert load_credentials(tmp_path, identity, made)
         for path in list(tmp_path.rglob("*.*")):
             path.unlink()
 
 
-def test_a_swarm_with_the_longest_name_gets_keys(make_swarm, tmp_path, made):
-    swarm = make_swarm({"name": "a" * 64})
-    make_keys(swarm, tmp_path, made)
+def test_a_swarm_with_the_longest_name_gets_keys(make_plan, tmp_path, made):
+    plan = make_plan({"name": "a" * 64})
+    make_keys(plan, tmp_path, made)
     assert load_credentials(tmp_path, "uav1", made)
 
 
-def test_a_certificate_of_a_strangers_making_is_made_anew(keys, swarm, made):
+def test_a_certificate_of_a_strangers_making_is_made_again(keys, plan, made):
     (keys / "uav1.crt").write_bytes((keys / "ca.crt").read_bytes())  # it names no addresses
-    assert make_keys(swarm, keys, made) == ("uav1",)
+    assert make_keys(plan, keys, made) == ("uav1",)
     assert load_credentials(keys, "uav1", made)
 
 
-def test_junk_in_place_of_a_key_is_an_error_that_the_command_line_knows(keys, swarm, made):
+def test_junk_in_place_of_a_key_is_an_error_that_the_command_line_knows(keys, plan, made):
     (keys / "authority" / "ca.key").write_text("junk")
     with pytest.raises(ValueError, match=r"PEM|deserialize"):
-        make_keys(swarm, keys, made)
+        make_keys(plan, keys, made)
 
 
-def test_an_authoritys_key_with_a_password_is_an_error_that_the_command_line_knows(keys, swarm, made):
+def test_an_authoritys_key_with_a_password_is_an_error_that_the_command_line_knows(keys, plan, made):
     locked = read_authority(keys).key.private_bytes(
         serialization.Encoding.PEM,
         serialization.PrivateFormat.PKCS8,
@@ -277,29 +276,29 @@ def test_an_authoritys_key_with_a_password_is_an_error_that_the_command_line_kno
     )
     (keys / "authority" / "ca.key").write_bytes(locked)
     with pytest.raises(ValueError, match="encrypted"):
-        make_keys(swarm, keys, made)
+        make_keys(plan, keys, made)
 
 
-def test_two_weeks_before_its_end_a_certificate_is_warned_of(keys, swarm, made):
-    assert list(expiring(swarm, keys, made + LIFE - WARN)) == []
-    warned = list(expiring(swarm, keys, made + LIFE - WARN + SECOND))
+def test_two_weeks_before_its_end_a_certificate_is_warned_of(keys, plan, made):
+    assert list(expiring(plan, keys, made + LIFE - WARN)) == []
+    warned = list(expiring(plan, keys, made + LIFE - WARN + SECOND))
     assert warned[0] == f"{keys / 'gateway.crt'}: ends on 2027-02-19; `flockwire keys` renews it"
-    assert len(warned) == len(identities(swarm))
-    assert list(expiring(swarm, keys, made + 2 * LIFE)) == warned  # it has ended: all the more
+    assert len(warned) == len(plan.certified)
+    assert list(expiring(plan, keys, made + 2 * LIFE)) == warned  # it has ended: all the more
 
 
-def test_the_authoritys_end_is_warned_of_too(keys, swarm, made):
+def test_the_authoritys_end_is_warned_of_too(keys, plan, made):
     end = certificate(keys, "ca").not_valid_after_utc
-    assert any(str(keys / "ca.crt") in line for line in expiring(swarm, keys, end - WARN + SECOND))
+    assert any(str(keys / "ca.crt") in line for line in expiring(plan, keys, end - WARN + SECOND))
 
 
-def test_where_there_are_no_keys_nothing_is_warned_of(swarm, tmp_path, made):
-    assert list(expiring(swarm, tmp_path / "nowhere", made)) == []
+def test_where_there_are_no_keys_nothing_is_warned_of(plan, tmp_path, made):
+    assert list(expiring(plan, tmp_path / "nowhere", made)) == []
 
 
-def test_a_certificate_that_cannot_be_read_is_a_warning_not_an_error(keys, swarm, made):
+def test_a_certificate_that_cannot_be_read_is_a_warning_not_an_error(keys, plan, made):
     (keys / "uav1.crt").write_text("junk")
-    assert any("uav1.crt" in line for line in expiring(swarm, keys, made))
+    assert any("uav1.crt" in line for line in expiring(plan, keys, made))
 
 
 def test_a_certificate_of_any_name_and_dates_can_be_made_for_tests_of_others(tmp_path, made):

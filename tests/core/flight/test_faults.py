@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from flockwire.flight.faults import FaultFileError, Kill, LinkChange, load_faults, parse_faults
-from flockwire.swarm.model import Swarm
+from flockwire.wire.plan import Plan
 
 EVERY_KIND = [
     {"at": 1.0, "kind": "kill", "process": "uav3"},
@@ -24,8 +24,8 @@ EVERY_KIND = [
 ]
 
 
-def test_every_kind_is_read(make_swarm: Callable[..., Swarm]) -> None:
-    faults = parse_faults({"faults": EVERY_KIND}, make_swarm(), "f.toml")
+def test_every_kind_is_read(make_plan: Callable[..., Plan]) -> None:
+    faults = parse_faults({"faults": EVERY_KIND}, make_plan(), "f.toml")
     assert [fault.kind for fault in faults] == [table["kind"] for table in EVERY_KIND]
     assert isinstance(faults[0], Kill)
     assert isinstance(faults[4], LinkChange)
@@ -42,29 +42,32 @@ def test_every_kind_is_read(make_swarm: Callable[..., Swarm]) -> None:
         ({"at": 1.0, "kind": "kill", "process": "uav1", "hard": True}, "hard = True: unknown key"),
         ({"at": 1.0, "kind": "freeze", "process": "uav1"}, "duration: missing"),
         ({"at": 1.0, "kind": "tracker", "drone": 7, "duration": 1.0}, "faults.0.drone = 7: there is no such drone"),
-        ({"at": 1.0, "kind": "cut", "from": "uav2", "to": "uav1", "duration": 1.0}, "hears nothing of uav2"),
+        (
+            {"at": 1.0, "kind": "cut", "from": "uav2", "to": "uav1", "duration": 1.0},
+            "faults.0.to = 'uav1': receives nothing from uav2; must be one of kinematics, uav3",
+        ),
         ({"at": 1.0, "kind": "link", "from": "uav1", "to": "uav2", "duration": 1.0, "loss": 2.0}, "loss = 2.0"),
         ({"at": 1.0, "kind": "partition", "processes": ["x"], "duration": 1.0}, "processes.0 = 'x'"),
     ],
 )
 def test_what_makes_no_sense_is_refused_in_one_line(
-    make_swarm: Callable[..., Swarm], fault: dict[str, object], said: str
+    make_plan: Callable[..., Plan], fault: dict[str, object], said: str
 ) -> None:
     with pytest.raises(FaultFileError) as caught:
-        parse_faults({"faults": [fault]}, make_swarm(), "f.toml")
+        parse_faults({"faults": [fault]}, make_plan(), "f.toml")
     assert said in str(caught.value)
     assert len(str(caught.value).splitlines()) == 1
     assert str(caught.value).startswith("f.toml: ")
 
 
-def test_times_must_be_in_order(make_swarm: Callable[..., Swarm]) -> None:
+def test_times_must_be_in_order(make_plan: Callable[..., Plan]) -> None:
     with pytest.raises(FaultFileError, match=r"faults\.1\.at = 2: must not be before .* 3"):
-        parse_faults({"faults": [{"at": t, "kind": "kill", "process": "uav1"} for t in (3.0, 2.0)]}, make_swarm(), "f")
+        parse_faults({"faults": [{"at": t, "kind": "kill", "process": "uav1"} for t in (3.0, 2.0)]}, make_plan(), "f")
 
 
-def test_a_file_that_is_none_is_named(make_swarm: Callable[..., Swarm], tmp_path: Path) -> None:
+def test_a_file_that_is_none_is_named(make_plan: Callable[..., Plan], tmp_path: Path) -> None:
     with pytest.raises(FaultFileError, match="cannot read the faults"):
-        load_faults(tmp_path / "none.toml", make_swarm())
+        load_faults(tmp_path / "none.toml", make_plan())
     (tmp_path / "bad.toml").write_text("faults = [")
     with pytest.raises(FaultFileError, match="not TOML"):
-        load_faults(tmp_path / "bad.toml", make_swarm())
+        load_faults(tmp_path / "bad.toml", make_plan())

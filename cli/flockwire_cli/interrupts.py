@@ -1,0 +1,39 @@
+"""How often the user, or the system, asked `up` to end."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import signal
+from collections.abc import Iterator
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+class Interrupts:
+    """At the first the drones land; at the second `up` leaves, and they land by themselves."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.hung_up = False  # the terminal is gone
+
+    def take(self, number: signal.Signals) -> None:
+        """Count one signal; a terminal that closes counts once, however it says so."""
+        if number is signal.SIGHUP:
+            self.hung_up = True
+            self.count = max(self.count, 1)
+        else:
+            self.count += 1
+
+
+@contextlib.contextmanager
+def interrupts() -> Iterator[Interrupts]:
+    """Count SIGINT, SIGTERM and SIGHUP in the running loop for as long as the context lasts."""
+    loop, taken = asyncio.get_running_loop(), Interrupts()
+    for number in SIGNALS:
+        loop.add_signal_handler(number, taken.take, number)
+    try:
+        yield taken
+    finally:
+        for number in SIGNALS:
+            loop.remove_signal_handler(number)

@@ -1,0 +1,64 @@
+"""Orders by single keys while `up` shows its table: h hold, l land, f the formation again, s twice stop."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import sys
+import termios
+import tty
+from collections.abc import Callable, Iterator
+
+from flockwire import clock
+from flockwire.nanoseconds import BILLION
+
+TWICE = BILLION  # ns within which the second press must follow for a stop
+VERBS = {"h": "hold", "l": "land", "f": "formation"}
+HINT = "h hold, f formation, l land, ss stop; Ctrl-C lands"
+
+
+class Keyboard:
+    """Turns keys into orders; `order` is called with "hold", "land", "formation" or "stop"."""
+
+    def __init__(self, order: Callable[[str], None]) -> None:
+        self._order = order
+        self._pressed = 0  # when s was pressed last, ns
+
+    def press(self, key: str, now: int) -> None:
+        """Take one key that was pressed at `now` (ns of a clock that does not go back)."""
+        if key == "s":
+            if now - self._pressed <= TWICE:
+                self._order("stop")
+            self._pressed = now
+        elif key in VERBS:
+            self._order(VERBS[key])
+
+
+@contextlib.contextmanager
+def keys_pressed(keyboard: Keyboard) -> Iterator[None]:
+    """Read keys from the terminal in the running loop for as long as the context lasts; without one do nothing."""
+    if not sys.stdin.isatty():
+        yield
+        return
+    fd, loop = sys.stdin.fileno(), asyncio.get_running_loop()
+    before = termios.tcgetattr(fd)
+
+    def readable() -> None:
+        try:
+            data = os.read(fd, 64)
+        except OSError:
+            data = b""
+        if not data:  # the terminal is gone
+            loop.remove_reader(fd)
+        for key in data.decode(errors="replace"):
+            keyboard.press(key, clock.monotonic())
+
+    tty.setcbreak(fd)
+    loop.add_reader(fd, readable)
+    try:
+        yield
+    finally:
+        loop.remove_reader(fd)
+        with contextlib.suppress(termios.error):
+            termios.tcsetattr(fd, termios.TCSADRAIN, before)

@@ -1,0 +1,56 @@
+"""The time of a trajectory that waits for whoever follows it, so that its goal does not run away from one held back."""
+
+from __future__ import annotations
+
+SETTLED = 0.1  # m, e_0: noise, and what is left of a transient
+CHANGE = 0.25  # s, T: the pace goes from 1 to 0 in no less
+LONGEST_STEP = 0.1  # s: after a longer pause the trajectory has waited
+
+
+def free_error(speed: float, delay: float, braking: float) -> float:
+    """Return the error, m, up to which one that follows a goal at `speed` m/s counts as not held back.
+
+        e_free = e_0 + 2 v (tau + v / b)        (ours)
+
+    It is what a goal that turns round at once gets ahead: `delay` is tau in s, lag, dead time and what passes until a
+    command is given; `braking` b in m/s^2.
+    """
+    return SETTLED + 2.0 * speed * (delay + speed / braking)
+
+
+def falling(value: float, begin: float, width: float) -> float:
+    """Return 1 up to `begin`, 0 from `begin` + `width` (> 0) on, a straight line between."""
+    return min(max(1.0 - (value - begin) / width, 0.0), 1.0)
+
+
+class TrajectoryTime:
+    """The own time s of a trajectory, at most t; all times in s.
+
+    ds/dt = p in [0, 1],   |dp/dt| <= 1 / T,   s = t exactly as long as p = 1        (ours)
+    """
+
+    def __init__(self, longest_step: float = LONGEST_STEP) -> None:
+        self.pace, self._waited, self._last = 1.0, 0.0, 0.0
+        self._longest_step = longest_step
+
+    def restart(self, t: float) -> None:
+        """Set s = t."""
+        self.pace, self._waited, self._last = 1.0, 0.0, t
+
+    def resume(self, t: float) -> None:
+        """Go on at `t` from the last s: until now the trajectory has waited."""
+        self._waited += t - self._last
+        self.pace, self._last = 1.0, t
+
+    def at(self, t: float) -> float:
+        """Return what s is at `t` if it does not wait until then."""
+        return t - self._waited
+
+    def advance(self, t: float, pace: float) -> float:
+        """Return s at `t`, in which p has come nearer to `pace`."""
+        step = max(t - self._last, 0.0)
+        passed, self._last = min(step, self._longest_step), t
+        change = passed / CHANGE
+        self.pace = min(max(pace, self.pace - change), self.pace + change)
+        self._waited += step - self.pace * passed
+        return t - self._waited

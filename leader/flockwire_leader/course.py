@@ -1,0 +1,94 @@
+"""The course of the flying leader: its trajectory, which waits while the leader is held back, and the way round bodies.
+
+    u_0 = p x_d'(s) + K (x_d(s) − x_0),     ds/dt = p = max(p_error, p_place)        (ours)
+
+p_error falls from 1 to 0 as the leader falls behind the goal x_d(s). p_place is 1 where the goal lies too near to a
+body to be flown to: there it goes on, and waits on the other side. With the safety filter the correction is turned
+round what is in its way; without it (law "paper") there is neither guard nor sidestep, and no trajectory waits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import hypot, inf
+
+from flockwire.control.graph import LEADER
+from flockwire.control.trajectory_time import LONGEST_STEP, TrajectoryTime, falling, free_error
+from flockwire.control.vector import ZERO, Vector, add, limit, norm, scale, subtract
+from flockwire.flight.sidestepping import Sidestepper
+from flockwire.swarm.model import Swarm
+from flockwire.wire.messages import Body, BodyKind
+
+SLACK = 0.3  # m beyond the free error within which the trajectory comes to a halt
+CLEAR = 0.2  # m beyond the safety distance from where on a place can be waited for
+CATCH_UP = 0.5  # m/s at most of the correction, unless the trajectory itself is faster
+PATIENCE = 10.0  # s: half round an obstacle is a long way at that speed
+
+
+class Course:
+    """The trajectory of the leader of `swarm`, from where it is when it begins."""
+
+    def __init__(self, swarm: Swarm) -> None:
+        airframe, safe = swarm.airframe(LEADER), swarm.avoidance
+        self._trajectory, self._gain = swarm.leader.trajectory.build(), swarm.leader.tracking_gain
+        self._filtered = swarm.control.filtered
+        self._time = TrajectoryTime(LONGEST_STEP if self._filtered else inf)
+        self._delay = airframe.lag + airframe.dead_time + 3.0 / swarm.control.rate_hz
+        self._braking = swarm.limits.acceleration
+        self._drone_distance = safe.drone_safety_distance + safe.margin
+        self._obstacle_distance = safe.obstacle_safety_distance + safe.margin
+        self._sidestepper = Sidestepper(safe, PATIENCE)
+        self._origin = ZERO  # where the trajectory begins, m
+        self._passed = 0.0  # m along the trajectory
+        self._s = 0.0  # the trajectory's own time
+
+    def restart(self, position: Vector, t: float) -> None:
+        """Fly the trajectory from mission time `t`, s, its place of that time being `position`, m."""
+        self._time.restart(t)
+        self._place(position, t)
+
+    def resume(self, position: Vector, t: float) -> None:
+        """Go on at mission time `t` where the trajectory was left, its place there being `position`."""
+        self._time.resume(t)
+        self._place(position, self._time.at(t))
+
+    def velocity(self, position: Vector, bodies: Sequence[Body], t: float, now: float) -> Vector:
+        """Return the velocity to want, m/s, at `position` (m) and mission time `t`; `now` counts from anywhere (s)."""
+        s = self._time.at(t)
+        error, rate = self._seen_from(position, s)
+        pace = self._pace(error, norm(rate), bodies) if self._filtered else 1.0
+        s = self._time.advance(t, pace)
+        if self._time.pace < 1.0:
+            error, rate = self._seen_from(position, s)
+        speed, correction = norm(rate), scale(error, self._gain)
+        self._passed += speed * (s - self._s)
+        self._s = s
+        if self._filtered:
+            to_go = norm(error) - self._passed  # a goal that moves on is no lack of progress
+            correction = limit(correction, max(speed, CATCH_UP))
+            correction = self._sidestepper.turned(correction, bodies, to_go, now)
+        return add(scale(rate, self._time.pace), correction)
+
+    def _place(self, position: Vector, s: float) -> None:
+        self._origin, self._s = subtract(position, self._trajectory.position(s)), s
+
+    def _seen_from(self, position: Vector, s: float) -> tuple[Vector, Vector]:
+        """Return the error x_d(s) − x_0, m, and the rate x_d'(s), m/s."""
+        goal = add(self._origin, self._trajectory.position(s))
+        return subtract(goal, position), self._trajectory.rate(s)
+
+    def _pace(self, error: Vector, speed: float, bodies: Sequence[Body]) -> float:
+        behind = norm(error)
+        free = free_error(speed, self._delay, self._braking)
+        if behind <= free:
+            return 1.0
+        gap = min((self._gap(error, body) for body in bodies), default=inf)
+        return max(falling(behind, free, SLACK), falling(gap, 0.0, CLEAR))
+
+    def _gap(self, goal: Vector, body: Body) -> float:
+        """Return how far beyond the safety distance of a body `goal` is, m; both relative to the leader."""
+        x, y, z = body.relative_position
+        drone = body.kind is BodyKind.DRONE
+        rise = z - goal[2] if drone or z else 0.0  # along an upright cylinder nothing changes
+        distance = hypot(x - goal[0], y - goal[1], rise) - body.radius
+        return distance - (self._drone_distance if drone else self._obstacle_distance)

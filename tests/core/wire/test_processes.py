@@ -1,0 +1,74 @@
+"""The process table, and who is in a swarm by it."""
+
+from itertools import combinations
+
+import pytest
+from flockwire.loading import load_object
+from flockwire.wire.processes import DRONE_PORTS, PROCESSES, SINGLE_PORTS, Link, Member, Roster
+
+ROWS = {row.kind: row for row in PROCESSES}
+VIRTUAL = {"leader.kind": "virtual", "drones.0": None}
+
+
+def test_no_two_rows_have_one_kind():
+    assert len(ROWS) == len(PROCESSES)
+
+
+def test_the_small_swarm_has_exactly_these_processes(make_swarm):
+    roster = Roster(make_swarm())
+    assert list(roster.rows) == [
+        "gateway", "kinematics", "leader", "uav1", "uav2", "uav3", "uav4", "recorder", "operator"
+    ]  # fmt: skip
+    assert {identity: row.kind for identity, row in roster.rows.items() if row.kind != identity} == {
+        f"uav{i}": "agent" for i in range(1, 5)
+    }
+    assert roster.members == {identity: Member(identity) for identity in roster.rows} | {
+        "leader": Member("leader", 0), **{f"uav{i}": Member(f"uav{i}", i) for i in range(1, 5)}
+    }  # fmt: skip
+
+
+def test_a_router_stands_first_where_the_swarm_has_one_and_nowhere_else(make_swarm):
+    assert next(iter(Roster(make_swarm({"network.mode": "router"})).rows)) == "router"
+    assert "router" not in Roster(make_swarm()).rows
+
+
+@pytest.mark.parametrize("changes", [None, VIRTUAL], ids=["flying", "virtual"])
+def test_drone_zero_is_flown_by_the_leader_and_every_other_by_its_agent(make_swarm, changes):
+    assert Roster(make_swarm(changes)).pilots == {0: "leader", 1: "uav1", 2: "uav2", 3: "uav3", 4: "uav4"}
+
+
+def test_members_are_found_by_their_rows_in_the_order_asked_for(make_swarm):
+    roster = Roster(make_swarm())
+    assert roster.of(ROWS["agent"], ROWS["gateway"]) == ("uav1", "uav2", "uav3", "uav4", "gateway")
+    assert roster.of(ROWS["router"]) == ()
+
+
+@pytest.mark.parametrize("row", [row for row in PROCESSES if row.started], ids=lambda row: row.kind)
+def test_every_kind_that_is_started_names_a_core_and_a_runner_that_exist(row):
+    assert callable(load_object(row.core))
+    assert callable(load_object(row.runner))
+
+
+def test_what_is_waited_for_is_a_kind_and_nobody_waits_in_a_circle():
+    before = {row.kind: set(row.after) for row in PROCESSES}
+    assert set().union(*before.values()) <= set(before)
+    started = set()
+    while len(started) < len(before):
+        ready = {kind for kind, awaited in before.items() if kind not in started and awaited <= started}
+        assert ready, f"none of {set(before) - started} can be started"
+        started |= ready
+
+
+def test_no_two_kinds_that_listen_have_one_port(make_swarm):
+    members = {row.kind: row.members(make_swarm({"network.mode": "router"})) for row in PROCESSES}
+    for one, other in combinations([row for row in PROCESSES if row.link in (Link.PEER, Link.ROUTER)], 2):
+        drones = {member.drone for member in members[one.kind]} & {member.drone for member in members[other.kind]}
+        assert one.port != other.port or not drones, (one.kind, other.kind)
+
+
+@pytest.mark.parametrize("row", PROCESSES, ids=lambda row: row.kind)
+def test_every_kinds_port_lies_within_its_share(make_swarm, row):
+    members = row.members(make_swarm({"network.mode": "router"}))
+    assert members
+    share = SINGLE_PORTS if {member.drone for member in members} == {None} else DRONE_PORTS
+    assert 0 <= row.port < share

@@ -1,0 +1,131 @@
+from random import Random
+from statistics import fmean, pstdev
+
+import pytest
+from flockwire.flight.faults import NoiseBurst, TrackerLoss
+from flockwire.nanoseconds import BILLION
+from flockwire.swarm.model import uav
+from flockwire.wire.keys import MISSION, Key
+from flockwire.wire.messages import Mission, Pose
+from flockwire_mocap.simulated import SimulatedSource
+from flockwire_mocap.source import TrackedBody
+
+PLACE = (1.0, 2.0, 3.0)
+TURNED = (0.0, 0.0, 0.6, 0.8)
+FRAME = BILLION // 100
+BEGAN = 1_790_000_000 * BILLION
+LOSS = TrackerLoss(at=0.495, kind="tracker", drone=1, duration=0.2)
+NOISE = NoiseBurst(at=0.495, kind="noise", noise=0.5, duration=0.2)
+
+
+@pytest.fixture
+def source(make_swarm):
+    """Return the builder of a source."""
+
+    def make(seed=1, faults=(), took_off=None, **parameters):
+        return SimulatedSource(make_swarm({"gateway": parameters}), Random(seed), faults, took_off)
+
+    return make
+
+
+def show(source, stamp, *drones, place=PLACE):
+    for drone in drones:
+        source.receive(Key("truth", uav(drone)), Pose(stamp, "world", place, TURNED), stamp)
+
+
+def film(source, count=4000, drones=(1,)):
+    """Return all bodies of `count` frames, with s since BEGAN."""
+    bodies = []
+    for k in range(1, count + 1):
+        show(source, BEGAN + k * FRAME, *drones)
+        bodies += source.take(BEGAN + k * FRAME)
+    return [((body.stamp - BEGAN) / BILLION, body) for body in bodies]
+
+
+def test_an_ideal_source_measures_the_truth_at_once(source):
+    ideal = source()
+    show(ideal, 5, 1)
+    assert ideal.take(5) == [TrackedBody(5, 1, PLACE, TURNED)]
+    assert ideal.take(6) == []
+
+
+def test_noise_has_its_standard_deviation_on_every_axis(source):
+    bodies = film(source(noise=0.01))
+    for axis in range(3):
+        values = [body.position[axis] for _, body in bodies]
+        assert fmean(values) == pytest.approx(PLACE[axis], abs=0.001)
+        assert pstdev(values) == pytest.approx(0.01, rel=0.05)
+
+
+def test_drop_outs_have_their_share(source):
+    assert len(film(source(dropout=0.2))) == pytest.approx(0.8 * 4000, rel=0.05)
+
+
+def test_one_seed_gives_one_film(source):
+    assert film(source(3, noise=0.01, dropout=0.1), 200) == film(source(3, noise=0.01, dropout=0.1), 200)
+    assert film(source(3, noise=0.01), 200) != film(source(4, noise=0.01), 200)
+
+
+def test_noise_does_not_depend_on_the_order_of_truths(source):
+    forward, backward = film(source(noise=0.01), 9, (0, 1, 2, 3, 4)), film(source(noise=0.01), 9, (4, 3, 2, 1, 0))
+    assert forward == backward
+
+
+@pytest.mark.parametrize("latency", [0.0, 0.01, 0.015, 0.05])
+def test_a_frame_is_available_after_its_latency_with_its_own_stamp(source, latency):
+    slow = source(latency=latency)
+    for k in range(1, 50):
+        now = BEGAN + k * FRAME
+        show(slow, now, 1)
+        for body in slow.take(now):
+            assert latency * BILLION <= now - body.stamp < latency * BILLION + FRAME
+
+
+def test_a_drone_whose_stamps_are_ahead_does_not_delay_the_others(source):
+    slow = source(latency=0.01)
+    show(slow, BEGAN + 5 * FRAME, 1)
+    show(slow, BEGAN, 2)
+    assert [body.drone for body in slow.take(BEGAN + FRAME)] == [2]
+    assert [body.drone for body in slow.take(BEGAN + 6 * FRAME)] == [1]
+
+
+def test_of_several_truths_between_two_frames_the_newest_is_measured(source):
+    ideal = source()
+    show(ideal, 5, 1)
+    show(ideal, 6, 1)
+    assert [body.stamp for body in ideal.take(6)] == [6]
+
+
+def test_the_frame_is_complete_with_the_last_truth(source):
+    ideal = source()
+    told = []
+    for drone in (0, 1, 2, 3, 4, 0):
+        show(ideal, BEGAN, drone)
+        told.append(ideal.complete())
+    assert told == [False, False, False, False, True, False]
+
+
+@pytest.mark.parametrize("restarted", [False, True])
+def test_faults_count_from_the_take_off_ordered_now_or_before_a_restart(source, restarted):
+    faulty = source(faults=(LOSS, NOISE), took_off=BEGAN if restarted else None)
+    if not restarted:
+        faulty.receive(MISSION, Mission(BEGAN, "world", "takeoff"), BEGAN)
+    bodies = film(faulty, 100, (1, 2))
+    seen = [t for t, body in bodies if body.drone == 1]
+    noisy = [t for t, body in bodies if body.drone == 2 and body.position != PLACE]
+    hundredths = set(range(1, 101))
+    assert {round(100 * t) for t in seen} == hundredths - set(range(50, 70))
+    assert {round(100 * t) for t in noisy} == set(range(50, 70))
+
+
+def test_before_a_take_off_there_are_no_faults_and_other_orders_are_none(source):
+    faulty = source(faults=(LOSS,))
+    faulty.receive(MISSION, Mission(BEGAN, "world", "start", BEGAN), BEGAN)
+    assert len(film(faulty, 100)) == 100
+
+
+def test_a_later_take_off_has_the_faults_again(source):
+    faulty = source(faults=(LOSS,), took_off=BEGAN - 60 * BILLION)
+    assert len(film(faulty, 100)) == 100
+    faulty.receive(MISSION, Mission(BEGAN, "world", "takeoff"), BEGAN)
+    assert len(film(faulty, 100)) == 80
