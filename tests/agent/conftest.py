@@ -15,7 +15,18 @@ from flockwire.loading import parse_swarm
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import MISSION, STOP, Key
-from flockwire.wire.messages import Body, Command, Estimate, FlightState, Mission, Nearby, Pose, Stop, Telemetry
+from flockwire.wire.messages import (
+    Body,
+    Command,
+    Estimate,
+    FlightState,
+    Leading,
+    Mission,
+    Nearby,
+    Pose,
+    Stop,
+    Telemetry,
+)
 from flockwire.wire.status import Report, Status
 from flockwire_agent.core import AgentCore
 from flockwire_sim.process import Published
@@ -34,6 +45,7 @@ class Cockpit:
         self.position, self.leader = position, (0.0, 0.0, 1.0)
         self.state, self.battery = FlightState.GROUNDED, 1.0
         self.bodies: tuple[Body, ...] = ()
+        self.leader_phase, self.origin = Phase.FORMATION, BEGAN  # origin: of the news of the leader that pass through
         self.silent: set[str] = set()
         self.holds_still = False  # the airframe stays where it is, whatever is commanded
         self.command: Command | None = None
@@ -61,9 +73,14 @@ class Cockpit:
             Key("telemetry", own): telemetry,
             Key("pose", own): Pose(now, "world", self.position),
         }
+        self.origin = self.origin if "origin" in self.silent else now
         for j in self.swarm.topology.neighbours(self.number):
-            said = Estimate(now, "world", self.leader, (0.0, 0.0, 0.0)) if j else Pose(now, "world", self.leader)
-            told[Key("estimate" if j else "pose", uav(j))] = said
+            estimate = Estimate(now, "world", self.leader, (0.0, 0.0, 0.0), origin=self.origin, leading=Leading.LEADS)
+            told[Key("estimate" if j else "pose", uav(j))] = estimate if j else Pose(now, "world", self.leader)
+            if not j:
+                told[Key("status", "leader")] = Status(
+                    now, "world", "leader", Report(self.leader_phase), 0, 0, 0, 0, 0, 0.0, 0, (), ()
+                )
         for key, message in told.items():
             if not ({key.kind, key.owner} & self.silent if key.owner != own else key.kind in self.silent):
                 self.core.receive(key, message, now)

@@ -4,7 +4,7 @@ from math import hypot
 
 import pytest
 from flockwire.flight.phases import Phase
-from flockwire.wire.messages import FlightState
+from flockwire.wire.messages import FlightState, Leading
 
 TWO = {"graph.edges": [[0, 1], [0, 2], [1, 2], [2, 3], [3, 4]]}
 STILL = (0.0, 0.0, 0.0)
@@ -58,15 +58,52 @@ def test_a_silent_neighbour_leaves_the_sum_after_its_time(flyer):
 
 def test_without_any_neighbour_it_holds_and_at_last_lands(flyer):
     flyer.silent = {"uav0", "uav1"}
-    flyer.run(1.28)
+    flyer.run(0.98)
     assert flyer.phase is Phase.FORMATION
     flyer.run(0.05)
-    assert (flyer.phase, flyer.report.detail) == (Phase.HOLD, "no in-neighbour is heard")
+    assert (flyer.phase, flyer.report.detail) == (Phase.HOLD, "no news of the leader for 1 s")
     flyer.run(3.95)
     assert flyer.phase is Phase.HOLD
     flyer.run(0.05)
     assert flyer.phase is Phase.LANDING
-    assert flyer.report.detail.startswith("in-neighbours lost")
+    assert flyer.report.detail.startswith("news of the leader lost")
+
+
+def test_old_news_that_neighbours_pass_on_is_no_news(cockpit):
+    agent = cockpit(number=2).fly()
+    agent.silent = {"origin"}
+    agent.run(0.98)
+    assert agent.phase is Phase.FORMATION
+    agent.run(0.05)
+    assert (agent.phase, agent.report.detail) == (Phase.HOLD, "no news of the leader for 1 s")
+    assert agent.report.estimate_age < 0.02
+    agent.silent.clear()
+    agent.run(0.05)
+    assert agent.phase is Phase.FORMATION
+
+
+@pytest.mark.parametrize("phase", [Phase.LANDING, Phase.GROUNDED, Phase.STOPPED])
+def test_while_the_leader_is_down_it_holds_and_at_last_lands(flyer, phase):
+    flyer.leader_phase = phase
+    flyer.run(0.05)
+    assert (flyer.phase, flyer.report.detail) == (Phase.HOLD, "the leader is down")
+    assert flyer.estimate.leading is Leading.IS_DOWN
+    flyer.run(4.9)
+    assert flyer.phase is Phase.HOLD
+    flyer.run(0.1)
+    assert flyer.phase is Phase.LANDING
+    assert flyer.report.detail.startswith("leader lost for 5.0 s")
+
+
+def test_a_leader_whose_status_is_silent_counts_as_down(flyer):
+    flyer.silent = {"status"}
+    flyer.run(0.98)
+    assert flyer.phase is Phase.FORMATION
+    flyer.run(0.05)
+    assert (flyer.phase, flyer.report.detail) == (Phase.HOLD, "the leader is down")
+    flyer.silent.clear()
+    flyer.run(0.05)
+    assert flyer.phase is Phase.FORMATION
 
 
 def test_without_neighbours_the_estimate_stays(flyer):

@@ -10,7 +10,7 @@ PILOTS = ("leader", *AGENTS)
 STARTED = ("gateway", "kinematics", *PILOTS, "recorder")
 CHAIN = {  # the paper's: {key: (who publishes it, who subscribes to it beside the recorder)}
     **{Key("truth", uav(i)): ({"kinematics"}, {"gateway"}) for i in range(5)},
-    **{Key("nearby", uav(i)): ({"gateway"}, {uav(i)}) for i in range(1, 5)},
+    **{Key("nearby", uav(i)): ({"gateway"}, {PILOTS[i]}) for i in range(5)},
     Key("pose", "uav0"): ({"gateway"}, {"leader", "uav1"}),
     **{Key("pose", uav(i)): ({"gateway"}, {uav(i)}) for i in range(1, 5)},
     **{Key("estimate", uav(i)): ({uav(i)}, {uav(i + 1)}) for i in range(1, 4)},
@@ -18,6 +18,7 @@ CHAIN = {  # the paper's: {key: (who publishes it, who subscribes to it beside t
     **{Key("command", uav(i)): ({PILOTS[i]}, {"kinematics"}) for i in range(5)},
     **{Key("telemetry", uav(i)): ({"kinematics"}, {PILOTS[i], "operator"}) for i in range(5)},
     **{Key("status", identity): ({identity}, {"operator"}) for identity in STARTED},
+    Key("status", "leader"): ({"leader"}, {"uav1", "operator"}),  # whether it leads
     MISSION: ({"operator", "gateway"}, {"gateway", *PILOTS}),
     STOP: ({"operator"}, {"kinematics", *PILOTS}),
 }

@@ -11,6 +11,7 @@ from flockwire.wire.messages import (
     Command,
     Estimate,
     FlightState,
+    Leading,
     Mission,
     Nearby,
     Pose,
@@ -34,17 +35,22 @@ numbers = st.floats(-1e12, 1e12)
 vectors = st.tuples(numbers, numbers, numbers)
 counts = st.integers(0, 2**64 - 1)
 bodies = st.builds(Body, st.sampled_from(BodyKind), vectors, st.floats(0.0, 1e3))
-reports = st.builds(Report, st.text(), st.text(), numbers, numbers, numbers, numbers, numbers, numbers)
+orders = st.builds(Mission, stamps.filter(bool), st.just("world"), st.text(), stamps, st.text())
+reports = st.builds(
+    Report, st.text(), st.text(), numbers, numbers, numbers, numbers, numbers, numbers, st.none() | orders
+)
 MESSAGES = (
     st.builds(Pose, stamps, frames, vectors, st.tuples(numbers, numbers, numbers, numbers)),
-    st.builds(Estimate, stamps, frames, vectors, vectors, vectors),
+    st.builds(
+        Estimate, stamps, frames, vectors, vectors, vectors, stamps, st.integers(0, 255), st.sampled_from(Leading)
+    ),
     st.builds(Command, stamps, frames, vectors, numbers),
     st.builds(Nearby, stamps, frames, st.lists(bodies, max_size=6).map(tuple)),
     st.builds(Telemetry, stamps, frames, st.sampled_from(FlightState), numbers, numbers, numbers),
     st.builds(Mission, stamps, frames, st.sampled_from(MISSION_VERBS), stamps, st.text()),
     st.builds(Stop, stamps, frames, st.text()),
     st.builds(
-        Status, stamps, frames, st.text(), reports, counts, counts, counts, counts, counts, numbers, counts,
+        Status, stamps, st.just("world"), st.text(), reports, counts, counts, counts, counts, counts, numbers, counts,
         st.lists(st.tuples(st.text(), counts), max_size=3).map(tuple), st.lists(st.text(), max_size=3).map(tuple),
     ),
 )  # fmt: skip
@@ -62,7 +68,10 @@ def ros_content(message):  # noqa: PLR0911 (one for each kind)
         case Pose():
             return (T["Pose"](point(message.position), T["Quaternion"](*message.orientation)),)
         case Estimate():
-            return (point(message.position), vector(message.velocity), vector(message.acceleration))
+            return (
+                point(message.position), vector(message.velocity), vector(message.acceleration),
+                ros_time(message.origin), message.hops, message.leading,
+            )  # fmt: skip
         case Command():
             return (T["Twist"](vector(message.velocity), vector((0.0, 0.0, message.yaw_rate))),)
         case Nearby():
@@ -74,12 +83,13 @@ def ros_content(message):  # noqa: PLR0911 (one for each kind)
         case Stop():
             return (message.reason,)
         case Status():
-            r = message.report
+            r, order = message.report, message.report.mission or Mission(0, "", "")
             return (
                 message.identity, r.phase, r.detail, r.formation_error, r.pose_age, r.estimate_age, r.nearby_age,
                 r.telemetry_age, r.battery, message.cpu, message.steps, message.late_1ms, message.late_5ms,
                 message.skipped, message.refused, message.resident, [key for key, _ in message.rejected],
                 np.array([count for _, count in message.rejected], dtype=np.uint64), list(message.links),
+                ros_time(order.stamp), order.verb, ros_time(order.start), order.formation,
             )  # fmt: skip
     raise AssertionError(message)
 
@@ -109,13 +119,28 @@ def test_every_frame_id_keeps_the_alignment(length):
     several = tuple(Body(BodyKind.OBSTACLE, place, radius) for radius in (0.0, 0.5, 1.0))
     for message in (
         Pose(stamp, frame, place),
-        Estimate(stamp, frame, place, place, place),
+        Estimate(stamp, frame, place, place, place, stamp - 1, 3, Leading.LEADS),
         Command(stamp, frame, place, 0.5),
         Nearby(stamp, frame, several),
         Telemetry(stamp, frame, FlightState.FLYING, 0.5, 1.0, 0.01),
         Mission(stamp, frame, "start", stamp, "line"),
         Stop(stamp, frame, "why"),
         Status(stamp, frame, "uav1", Report("hold"), 1, 2, 3, 4, 5, 0.5, 6, (("a", 1),), ("gateway",)),
+        Status(
+            stamp,
+            frame,
+            "uav1",
+            Report("hold", mission=Mission(stamp - 2, frame, "start", stamp, "line")),
+            1,
+            2,
+            3,
+            4,
+            5,
+            0.5,
+            6,
+            (("a", 1),),
+            ("gateway",),
+        ),
     ):
         assert message.encode() == ros_bytes(message)
         assert type(message).decode(message.encode()) == message
