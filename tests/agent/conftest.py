@@ -9,13 +9,24 @@ from math import dist, hypot, inf
 from typing import Any
 
 import pytest
-from flockwire.control.vector import Vector, add, scale, subtract
+from flockwire.control.vector import ZERO, Vector, add, scale, subtract
 from flockwire.flight.phases import Phase
 from flockwire.loading import parse_swarm
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import MISSION, STOP, Key
-from flockwire.wire.messages import Body, Command, Estimate, FlightState, Mission, Nearby, Pose, Stop, Telemetry
+from flockwire.wire.messages import (
+    Body,
+    Command,
+    Estimate,
+    FlightState,
+    Leading,
+    Mission,
+    Nearby,
+    Pose,
+    Stop,
+    Telemetry,
+)
 from flockwire.wire.status import Report, Status
 from flockwire_agent.core import AgentCore
 from flockwire_sim.process import Published
@@ -32,6 +43,8 @@ class Cockpit:
         self.now, self.swarm, self.number = BEGAN, swarm, number
         self.core = AgentCore(swarm, number, BEGAN)
         self.position, self.leader = position, (0.0, 0.0, 1.0)
+        self.leader_phase, self.leading = Phase.FORMATION, Leading.LEADS  # what it reports; what others say of it
+        self.origin: int | None = None  # of the neighbours' estimates, Unix ns; None: they are news
         self.state, self.battery = FlightState.GROUNDED, 1.0
         self.bodies: tuple[Body, ...] = ()
         self.silent: set[str] = set()
@@ -62,8 +75,15 @@ class Cockpit:
             Key("pose", own): Pose(now, "world", self.position),
         }
         for j in self.swarm.topology.neighbours(self.number):
-            said = Estimate(now, "world", self.leader, (0.0, 0.0, 0.0)) if j else Pose(now, "world", self.leader)
-            told[Key("estimate" if j else "pose", uav(j))] = said
+            if j:
+                origin = now if self.origin is None else self.origin
+                news = Estimate(now, "world", self.leader, ZERO, ZERO, origin, 1, self.leading)
+                told[Key("estimate", uav(j))] = news
+            else:
+                told[Key("pose", uav(j))] = Pose(now, "world", self.leader)
+                report = Report(self.leader_phase)
+                health = Status(now, "world", "leader", report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
+                told[Key("status", "leader")] = health
         for key, message in told.items():
             if not ({key.kind, key.owner} & self.silent if key.owner != own else key.kind in self.silent):
                 self.core.receive(key, message, now)
