@@ -5,7 +5,6 @@ from math import hypot
 import pytest
 from flockwire.flight.phases import TOLD_TO_END, Phase
 from flockwire.flight.pilot import DRIVER_LOST
-from flockwire.nanoseconds import BILLION
 from flockwire.wire.keys import MISSION
 from flockwire.wire.messages import FlightState, Leading
 
