@@ -10,7 +10,7 @@ PILOTS = ("leader", *AGENTS)
 STARTED = ("gateway", "kinematics", *PILOTS, "recorder")
 CHAIN = {  # the paper's: {key: (who publishes it, who subscribes to it beside the recorder)}
     **{Key("truth", uav(i)): ({"kinematics"}, {"gateway"}) for i in range(5)},
-    **{Key("nearby", uav(i)): ({"gateway"}, {uav(i)}) for i in range(1, 5)},
+    **{Key("nearby", uav(i)): ({"gateway"}, {PILOTS[i]}) for i in range(5)},
     Key("pose", "uav0"): ({"gateway"}, {"leader", "uav1"}),
     **{Key("pose", uav(i)): ({"gateway"}, {uav(i)}) for i in range(1, 5)},
     **{Key("estimate", uav(i)): ({uav(i)}, {uav(i + 1)}) for i in range(1, 4)},
@@ -18,6 +18,7 @@ CHAIN = {  # the paper's: {key: (who publishes it, who subscribes to it beside t
     **{Key("command", uav(i)): ({PILOTS[i]}, {"kinematics"}) for i in range(5)},
     **{Key("telemetry", uav(i)): ({"kinematics"}, {PILOTS[i], "operator"}) for i in range(5)},
     **{Key("status", identity): ({identity}, {"operator"}) for identity in STARTED},
+    Key("status", "leader"): ({"leader"}, {"uav1", "operator"}),  # its health is an input of whoever hears it
     MISSION: ({"operator", "gateway"}, {"gateway", *PILOTS}),
     STOP: ({"operator"}, {"kinematics", *PILOTS}),
 }
@@ -63,6 +64,14 @@ def test_no_row_names_a_process_that_the_swarm_does_not_have(plans, data):
     for row in TABLE:
         for owner in row.owners(roster):
             assert set(row.publishers(roster, owner)) | set(row.subscribers(roster, owner)) <= set(roster.rows)
+
+
+def test_the_leaders_status_goes_to_whoever_has_an_edge_from_it_and_no_other_status_to_any_agent(make_swarm):
+    for leader in ({}, {"leader.kind": "virtual", "drones.0": None}):
+        swarm = make_swarm({"graph.edges": [[0, 1], [0, 3], [1, 2], [2, 3], [3, 4]], **leader})
+        assert both(swarm, Key("status", "leader")) == ({"leader"}, {"uav1", "uav3", "operator"})
+        for identity in set(STARTED) - {"leader"}:
+            assert both(swarm, Key("status", identity)) == ({identity}, {"operator"})
 
 
 def test_no_row_knows_who_records(make_swarm):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from flockwire.nanoseconds import BILLION
+from flockwire.wire.cdr import MessageError
 from flockwire.wire.keys import TABLE
 from flockwire.wire.messages import (
     MISSION_VERBS,
@@ -11,6 +12,7 @@ from flockwire.wire.messages import (
     Command,
     Estimate,
     FlightState,
+    Leading,
     Mission,
     Nearby,
     Pose,
@@ -18,7 +20,7 @@ from flockwire.wire.messages import (
     Telemetry,
 )
 from flockwire.wire.schemas import DEFINITIONS, ROS_TYPES, schema_text
-from flockwire.wire.status import Report, Status
+from flockwire.wire.status import NO_MISSION, Report, Status
 from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -34,17 +36,25 @@ numbers = st.floats(-1e12, 1e12)
 vectors = st.tuples(numbers, numbers, numbers)
 counts = st.integers(0, 2**64 - 1)
 bodies = st.builds(Body, st.sampled_from(BodyKind), vectors, st.floats(0.0, 1e3))
-reports = st.builds(Report, st.text(), st.text(), numbers, numbers, numbers, numbers, numbers, numbers)
+frame = st.shared(frames, key="frame")  # of a status and of the order in it: it has one frame
+orders = st.builds(
+    Mission, stamps.filter(bool), frame, st.sampled_from(MISSION_VERBS), stamps, st.text()
+)  # fmt: skip
+reports = st.builds(
+    Report, st.text(), st.text(), numbers, numbers, numbers, numbers, numbers, numbers, st.none() | orders
+)  # fmt: skip
 MESSAGES = (
     st.builds(Pose, stamps, frames, vectors, st.tuples(numbers, numbers, numbers, numbers)),
-    st.builds(Estimate, stamps, frames, vectors, vectors, vectors),
+    st.builds(
+        Estimate, stamps, frames, vectors, vectors, vectors, stamps, st.integers(0, 255), st.sampled_from(Leading)
+    ),
     st.builds(Command, stamps, frames, vectors, numbers),
     st.builds(Nearby, stamps, frames, st.lists(bodies, max_size=6).map(tuple)),
     st.builds(Telemetry, stamps, frames, st.sampled_from(FlightState), numbers, numbers, numbers),
     st.builds(Mission, stamps, frames, st.sampled_from(MISSION_VERBS), stamps, st.text()),
     st.builds(Stop, stamps, frames, st.text()),
     st.builds(
-        Status, stamps, frames, st.text(), reports, counts, counts, counts, counts, counts, numbers, counts,
+        Status, stamps, frame, st.text(), reports, counts, counts, counts, counts, counts, numbers, counts,
         st.lists(st.tuples(st.text(), counts), max_size=3).map(tuple), st.lists(st.text(), max_size=3).map(tuple),
     ),
 )  # fmt: skip
@@ -62,7 +72,10 @@ def ros_content(message):  # noqa: PLR0911 (one for each kind)
         case Pose():
             return (T["Pose"](point(message.position), T["Quaternion"](*message.orientation)),)
         case Estimate():
-            return (point(message.position), vector(message.velocity), vector(message.acceleration))
+            return (
+                point(message.position), vector(message.velocity), vector(message.acceleration),
+                ros_time(message.origin), message.hops, message.leading,
+            )  # fmt: skip
         case Command():
             return (T["Twist"](vector(message.velocity), vector((0.0, 0.0, message.yaw_rate))),)
         case Nearby():
@@ -75,11 +88,13 @@ def ros_content(message):  # noqa: PLR0911 (one for each kind)
             return (message.reason,)
         case Status():
             r = message.report
+            order = r.mission or NO_MISSION
             return (
                 message.identity, r.phase, r.detail, r.formation_error, r.pose_age, r.estimate_age, r.nearby_age,
                 r.telemetry_age, r.battery, message.cpu, message.steps, message.late_1ms, message.late_5ms,
                 message.skipped, message.refused, message.resident, [key for key, _ in message.rejected],
                 np.array([count for _, count in message.rejected], dtype=np.uint64), list(message.links),
+                ros_time(order.stamp), order.verb, ros_time(order.start), order.formation,
             )  # fmt: skip
     raise AssertionError(message)
 
@@ -110,15 +125,53 @@ def test_every_frame_id_keeps_the_alignment(length):
     for message in (
         Pose(stamp, frame, place),
         Estimate(stamp, frame, place, place, place),
+        Estimate(stamp, frame, place, place, place, stamp, 3, Leading.IS_DOWN),
         Command(stamp, frame, place, 0.5),
         Nearby(stamp, frame, several),
         Telemetry(stamp, frame, FlightState.FLYING, 0.5, 1.0, 0.01),
         Mission(stamp, frame, "start", stamp, "line"),
         Stop(stamp, frame, "why"),
         Status(stamp, frame, "uav1", Report("hold"), 1, 2, 3, 4, 5, 0.5, 6, (("a", 1),), ("gateway",)),
+        Status(
+            stamp,
+            frame,
+            "uav1",
+            Report("hold", mission=Mission(stamp, frame, "start", stamp + 1, "line")),
+            1,
+            2,
+            3,
+            4,
+            5,
+            0.5,
+            6,
+            (),
+            (),
+        ),
     ):
         assert message.encode() == ros_bytes(message)
         assert type(message).decode(message.encode()) == message
+
+
+@pytest.mark.parametrize(("at", "value"), [(-1, 3), (-1, 255)])
+def test_a_state_of_the_leader_that_does_not_exist_is_rejected(at, value):
+    data = bytearray(Estimate(BILLION, "world", (0.0,) * 3, (0.0,) * 3).encode())
+    data[at] = value
+    with pytest.raises(MessageError, match=f"no state {value} of a leader"):
+        Estimate.decode(bytes(data))
+
+
+def test_an_origin_of_more_than_a_second_of_nanoseconds_is_rejected():
+    message = Estimate(BILLION, "world", (0.0,) * 3, (0.0,) * 3, origin=7 * BILLION + 999_999_999)
+    data = bytearray(message.encode())
+    place = data.index((999_999_999).to_bytes(4, "little"))
+    data[place : place + 4] = BILLION.to_bytes(4, "little")
+    with pytest.raises(MessageError):
+        Estimate.decode(bytes(data))
+
+
+def test_a_status_without_an_order_names_none():
+    status = Status(BILLION, "world", "uav1", Report("ready"), 1, 2, 3, 4, 5, 0.5, 6, (), ())
+    assert Status.decode(status.encode()).report.mission is None
 
 
 @given(st.lists(bodies, max_size=40).map(tuple))

@@ -19,9 +19,10 @@ VIRTUAL = {"leader.kind": "virtual", "drones.0": None}
 
 
 def own_inputs(swarm, i):
-    """Return what agent i may receive by the paper: itself, its in-neighbours, and the orders."""
+    """Return what agent i may receive by the paper: itself, its in-neighbours, and the orders; the leader's health."""
     keys = {Key("pose", uav(i)), Key("telemetry", uav(i)), MISSION, STOP}
     neighbours = swarm.topology.neighbours(i)
+    keys |= {Key("status", "leader") for j in neighbours if not j}
     keys |= {Key("estimate", uav(j)) for j in neighbours if j} | {Key("pose", "uav0") for j in neighbours if not j}
     if swarm.avoidance.sensing == "nearby":
         return keys | {Key("nearby", uav(i))}
@@ -108,7 +109,10 @@ def test_nothing_passes_between_two_that_the_table_does_not_name(plans, data):
 def test_agents_are_linked_along_the_graph_only(make_plan):
     plan = make_plan()
     others = {"gateway", "kinematics", "recorder", "operator"}
-    assert set(plan.partners["uav1"]) - others == {"uav2"}  # the leader's pose comes from the gateway
+    assert set(plan.partners["uav1"]) - others == {"leader", "uav2"}  # the leader's status comes from itself
+    assert plan.passes("leader", "uav1") == (Key("status", "leader"),)  # its pose comes from the gateway
+    assert plan.passes("uav1", "leader") == ()
+    assert set(plan.partners["leader"]) - others == {"uav1"}
     assert set(plan.partners["uav3"]) - others == {"uav2", "uav4"}
     assert plan.links["uav3"] == plan.partners["uav3"]
 
@@ -166,9 +170,9 @@ def test_the_operator_stands_last_is_not_started_and_listens_nowhere(make_plan):
 
 
 def test_a_flight_waits_for_all_that_fly_a_drone(make_plan):
-    assert make_plan().pilots == ("leader", "uav1", "uav2", "uav3", "uav4")
+    assert make_plan().pilots == {0: "leader", 1: "uav1", 2: "uav2", 3: "uav3", 4: "uav4"}
     virtual = make_plan(VIRTUAL)
-    assert virtual.pilots == ("uav1", "uav2", "uav3", "uav4")
+    assert virtual.pilots == {1: "uav1", 2: "uav2", 3: "uav3", 4: "uav4"}
     assert virtual.pilot[0] == "leader"
 
 
