@@ -22,7 +22,7 @@ COMPILED = (
     "agent/flockwire_agent",
     *(f"leader/flockwire_leader/{name}.py" for name in ("core", "course", "virtual")),
     *(f"mocap_gateway/flockwire_mocap/{name}.py" for name in ("completeness", "core", "simulated", "vicinity")),
-    *(f"tello_driver/flockwire_tello/{name}.py" for name in ("airframe", "core", "drone")),
+    *(f"tello_driver/flockwire_tello/{name}.py" for name in ("airframe", "core", "drone", "first_order_lag")),
     "recorder/flockwire_recorder/chunked.py",
     *(f"sim/flockwire_sim/{name}.py" for name in ("local_clock", "network", "process", "sample", "scheduler")),
 )

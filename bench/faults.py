@@ -3,8 +3,8 @@
     bench/faults.py [--repeats 5] [--jobs 2] [--laws extended,paper] [--only KIND] [--out FOLDER]
 
 Each flight is started by `flockwire up`; once all fly the formation, the fault happens. Judged is what an independent
-reader of the trace finds: the smallest distance between two drones in the air, every drone's height when the last process
-ended, how long each pilot took to leave the formation, and whether the trace can be read. Takes some 15 s a flight.
+reader of the trace finds: the smallest distance between two drones in the air, every drone's height when the last
+process ended, how long each pilot took to leave the formation, whether the trace can be read. Takes some 15 s a flight.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import typer
 
-from flockwire_cli import flights, kinds, orders, traces
+from flockwire_cli import flights, kinds, orders, tello_sim, traces
 
 app = typer.Typer(
     help="Distributed edge runtime for formation flight: one process per drone, on Zenoh.",
@@ -16,5 +16,5 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-for part in (flights, orders, kinds, traces):
+for part in (flights, orders, kinds, traces, tello_sim):
     app.add_typer(part.app)

@@ -9,12 +9,13 @@ the state is looked at.
 from __future__ import annotations
 
 from collections import deque
-from math import exp
 
-from flockwire.control.vector import ZERO, Vector, add, scale, subtract
+from flockwire.control.vector import ZERO, Vector, add, scale
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.tables import Airframe
 from flockwire.wire.messages import FlightState
+
+from flockwire_tello.first_order_lag import lagged
 
 GRAVITY = 9.81  # m/s^2
 CONTACT = 0.01  # m above the ground at which a sinking airframe stands
@@ -86,11 +87,8 @@ class SimulatedAirframe:
                 self.state = FlightState.GROUNDED
 
     def _fly(self, dt: float) -> None:
-        lag, u, (x, y, z) = self._parameters.lag, self._input, self.position
-        if not lag:
-            self.position, self.velocity = (x + u[0] * dt, y + u[1] * dt, z + u[2] * dt), u
-            return
-        decay = exp(-dt / lag)
-        excess = subtract(self.velocity, u)
-        self.position = add(self.position, add(scale(u, dt), scale(excess, lag * (1.0 - decay))))
-        self.velocity = add(u, scale(excess, decay))
+        lag, u, v, (x, y, z) = self._parameters.lag, self._input, self.velocity, self.position
+        x, vx = lagged(x, v[0], u[0], lag, dt)
+        y, vy = lagged(y, v[1], u[1], lag, dt)
+        z, vz = lagged(z, v[2], u[2], lag, dt)
+        self.position, self.velocity = (x, y, z), (vx, vy, vz)

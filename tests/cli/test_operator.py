@@ -7,7 +7,8 @@ import pytest
 from flockwire import clock
 from flockwire.nanoseconds import BILLION
 from flockwire.wire.inbox import Inbox, attachment
-from flockwire.wire.keys import ROWS
+from flockwire.wire.keys import MISSION, ROWS, STOP, Key
+from flockwire.wire.messages import FlightState, Mission, Stop, Telemetry
 from flockwire.wire.status import Report, Status
 from flockwire_cli.operator import Operator
 from flockwire_cli.table import Rates
@@ -32,8 +33,8 @@ class Wire:
     def publish(self, messages):
         self.published += messages
 
-    def put(self, owner, message):
-        (waiting,) = [samples for key, samples in self.waiting.items() if key == ("status", owner)]
+    def put(self, owner, message, kind="status"):
+        waiting = self.waiting[Key(kind, owner)]
         waiting.append((message.encode(), attachment(len(waiting), clock.now(), b"p" * 16)))
 
 
@@ -41,11 +42,11 @@ class Source:
     def __init__(self, inbox, waiting):
         self.inbox, self._waiting = inbox, waiting
 
-    def take(self, now):
+    def message(self, now):
         newest = None
         while self._waiting:
             newest = self.inbox.accept(*self._waiting.popleft(), now) or newest
-        return newest
+        return newest.message if newest is not None else None
 
 
 @pytest.fixture
@@ -60,8 +61,27 @@ def test_a_status_is_its_processes_own(make_plan, wire):
     assert {name: told.report.phase for name, told in operator.statuses.items()} == {"uav1": "hold"}
 
 
+def test_telemetry_is_of_the_drone_whose_key_it_came_on(make_plan, wire):
+    operator = Operator(make_plan(), wire)
+    flying = Telemetry(clock.now(), "world", FlightState.FLYING, 0.5, 1.0, 0.0)
+    wire.put("uav3", flying, "telemetry")
+    operator.poll()
+    assert operator.telemetry == {3: flying}
+    fleet = operator.fleet()
+    assert (fleet.states, fleet.fresh) == ({3: FlightState.FLYING}, {})
+    assert "uav3" in fleet.not_down()
+
+
+def test_orders_go_to_their_keys_and_none_is_no_order(make_plan, wire):
+    operator = Operator(make_plan(), wire)
+    land, stop = Mission(1, "world", "land"), Stop(2, "world", "test")
+    for order in (land, None, stop):
+        operator.order(order)
+    assert wire.published == [(MISSION, land), (STOP, stop)]
+
+
 @pytest.mark.parametrize("name", ["uav1", "leader", "nobody", ""])
-def test_nobody_tells_how_another_is(make_plan, wire, name):
+def test_nobody_reports_how_another_is(make_plan, wire, name):
     operator = Operator(make_plan(), wire)
     wire.put("uav1", status("uav1", Report("landing"), clock.now() - BILLION // 2))
     operator.poll()

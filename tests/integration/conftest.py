@@ -60,7 +60,7 @@ def make_tower() -> Iterator[Callable[[Fleet], Tower]]:
     towers: list[Tower] = []
 
     def make(fleet: Fleet) -> Tower:
-        towers.append(Tower(fleet.swarm, fleet.keys))
+        towers.append(Tower(fleet.plan, fleet.keys))
         return towers[-1]
 
     yield make

@@ -21,23 +21,22 @@ from flockwire.loading import load_swarm
 from flockwire.runtime.session import RouterAbsentError, Session
 from flockwire.security.files import Credentials
 from flockwire.security.pki import make_keys
-from flockwire.swarm.model import Swarm
-from flockwire.wire import access
 from flockwire.wire.keys import MISSION
 from flockwire.wire.messages import Mission
+from flockwire.wire.plan import Plan
+from flockwire.wire.processes import DRONE_PORTS, OPERATOR, SINGLE_PORTS
 from flockwire.wire.status import Status
-from flockwire.wire.wiring import OPERATOR, endpoints, identities
 from flockwire_cli.attackers import Attacker, attacker_configuration
 from flockwire_cli.processes import command
 
-PORTS_NEEDED = 12
+PORTS_NEEDED = SINGLE_PORTS + 5 * DRONE_PORTS  # of a swarm of up to five drones, ids 0 to 4
+FIRST_PORT, PLACES = 20000, 330  # so many swarms fit in below the ports that the system gives to whoever dials
 
-
-_bases = iter(range(20000 + os.getpid() * PORTS_NEEDED % 9000, 32000, PORTS_NEEDED))
+_bases = iter(FIRST_PORT + (os.getpid() * 47 + k) % PLACES * PORTS_NEEDED for k in range(PLACES))
 
 
 def free_ports() -> int:
-    """Return a base port with free ports above it, another one at each call."""
+    """Return a base port with free ports above it, another one at each call; parallel runs begin far apart."""
     for base in _bases:
         with contextlib.ExitStack() as stack, contextlib.suppress(OSError):
             for port in range(base, base + PORTS_NEEDED):
@@ -57,23 +56,23 @@ class Fleet:
     def __init__(self, swarm_file: Path, out: Path) -> None:
         self.swarm_file, self.out = swarm_file, out
         self.keys = keys_of(swarm_file)
-        self.swarm: Swarm = load_swarm(swarm_file)
+        self.plan = Plan(load_swarm(swarm_file))
         self.running: dict[str, subprocess.Popen[bytes]] = {}
         out.mkdir(exist_ok=True)
-        make_keys(self.swarm, self.keys, clock.utc())
+        make_keys(self.plan, self.keys, clock.utc())
 
     def start(self, *names: str, **options: object) -> None:
         """Start the named processes, all but the operator without names."""
-        for name in names or identities(self.swarm)[:-1]:
+        for name in names or self.plan.started:
             with (self.out / f"{name}.log").open("ab") as log:
-                line = command(name, self.swarm_file, self.out, self.keys)
+                line = command(self.plan, name, self.swarm_file, self.out, self.keys)
                 self.running[name] = subprocess.Popen(line, stderr=log, stdout=log, **options)
 
     @contextlib.contextmanager
     def insider(self, identity: str, mode: str = "peer") -> Iterator[zenoh.Session]:
         """Open a session with the certificate of `identity` that keeps to no rule and dials everybody."""
         credentials = Credentials(self.keys / "ca.crt", self.keys / f"{identity}.crt", self.keys / f"{identity}.key")
-        targets = [f"tls/{endpoint}" for endpoint in endpoints(self.swarm).values()]
+        targets = [f"tls/{endpoint}" for endpoint in self.plan.endpoints.values()]
         attacker = Attacker(identity, credentials, mode)
         with zenoh.open(attacker_configuration(attacker, targets, str(self.keys / "ca.crt"))) as session:
             deadline = time.monotonic() + 3.0
@@ -102,19 +101,19 @@ class Fleet:
             process.wait()
 
 
-def _opened(swarm: Swarm, keys: Path) -> Session:
+def _opened(plan: Plan, keys: Path) -> Session:
     for _ in range(40):
         with contextlib.suppress(RouterAbsentError):
-            return Session(swarm, OPERATOR, keys)
+            return Session(plan, OPERATOR.kind, keys)
     raise AssertionError("the router does not answer")
 
 
 class Tower:
     """An operator that waits for what it wants to see."""
 
-    def __init__(self, swarm: Swarm, keys: Path) -> None:
-        self._swarm, self._session = swarm, _opened(swarm, keys)
-        self._sources = [self._session.newest(key) for key in policy.hears(swarm, OPERATOR) if key.kind == "status"]
+    def __init__(self, plan: Plan, keys: Path) -> None:
+        self._swarm, self._session = plan.swarm, _opened(plan, keys)
+        self._sources = [self._session.newest(key) for key in plan.subscribes[OPERATOR.kind] if key.kind == "status"]
         self.statuses: dict[str, Status] = {}
 
     def close(self) -> None:

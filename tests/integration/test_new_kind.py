@@ -1,4 +1,4 @@
-"""A new kind of process is a row in each of the two tables and a folder with its core: a weather station, heard by agents.
+"""A new kind of process is a row in each of the two tables and a folder with its core: here a weather station.
 
 The rows and the folder are added to a copy of the sources; nothing else is touched.
 """

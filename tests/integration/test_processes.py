@@ -18,8 +18,7 @@ from flockwire.runtime.refusals import Refusals
 from flockwire.runtime.session import Session
 from flockwire.runtime.shell import Shell
 from flockwire.swarm.model import uav
-from flockwire.wire import access
-from flockwire.wire.keys import Key, key_text
+from flockwire.wire.keys import Key
 from flockwire.wire.messages import Message
 from flockwire.wire.status import Report
 from flockwire_recorder.reading import read_trace
@@ -72,13 +71,16 @@ class Spy:
     """A core in an agent's place that notes which keys reach it."""
 
     def __init__(self, number: int, period: float) -> None:
-        self.trigger = Key("pose", uav(number))
+        self.triggers = frozenset({Key("pose", uav(number))})
         self.prompt: frozenset[Key] = frozenset()
         self.period = period
         self.keys: set[Key] = set()
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         self.keys.add(key)
+
+    def due(self, key: Key) -> bool:
+        return True
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
         return []
@@ -96,8 +98,8 @@ def test_an_agent_receives_its_own_and_its_neighbours_and_nothing_else(
     spy = Spy(3, 0.01)
 
     async def listen() -> None:
-        with Session(fleet.swarm, "uav3", fleet.keys) as session:
-            shell = Shell(spy, fleet.swarm, "uav3", session, Refusals("uav3"))
+        with Session(fleet.plan, "uav3", fleet.keys) as session:
+            shell = Shell(spy, fleet.plan, "uav3", session, Refusals("uav3"))
             shell.start()
             await asyncio.to_thread(
                 tower.wait, lambda seen: "uav3" in seen and seen.get("uav1") and seen["uav1"].report.phase == "ready"
@@ -107,7 +109,7 @@ def test_an_agent_receives_its_own_and_its_neighbours_and_nothing_else(
             shell.stop()
 
     asyncio.run(listen())
-    names = {key_text(fleet.swarm, key) for key in spy.keys}
+    names = {fleet.plan.text(key) for key in spy.keys}
     assert names == {
         "paper/uav3/pose", "paper/uav3/nearby", "paper/uav3/telemetry", "paper/uav2/estimate", "paper/mission",
     }  # fmt: skip
@@ -121,8 +123,8 @@ def test_junk_on_every_key_is_counted_and_the_flight_goes_on(in_flight: InFlight
     for insider in ("gateway", "kinematics", "uav1", "operator"):
         with fleet.insider(insider) as session:
             for _ in range(tries):
-                for key in policy.says(fleet.swarm, insider):
-                    text = key_text(fleet.swarm, key)
+                for key in fleet.plan.publishes[insider]:
+                    text = fleet.plan.text(key)
                     session.put(text, dice.randbytes(dice.randrange(120)), attachment=dice.randbytes(33))
                     sent[text] += 1
                 time.sleep(0.01)

@@ -15,8 +15,7 @@ from pathlib import Path
 
 import zenoh
 from fleet import Fleet, Tower, flockwire, free_ports
-from flockwire.wire import access
-from flockwire.wire.keys import MISSION, key_text
+from flockwire.wire.keys import MISSION
 
 MakeSwarm = Callable[..., Path]
 MakeFleet = Callable[[Path], Fleet]
@@ -25,18 +24,18 @@ InFlight = Callable[..., tuple[Fleet, Tower]]
 
 PATCHED = """
 import sys
-from flockwire.wire import access
-right = policy.access_control
+from flockwire.runtime import session
+right = session.access_control
 
-def wrong(swarm, identity):
-    rules = right(swarm, identity)
+def wrong(plan, identity):
+    rules = right(plan, identity)
     if identity == {identity!r}:
         for rule in rules["rules"]:
             if rule["id"] == {rule!r}:
                 {change}
     return rules
 
-policy.access_control = wrong
+session.access_control = wrong
 sys.argv[0] = "flockwire"
 from flockwire_cli.main import main
 main()
@@ -66,7 +65,7 @@ def test_every_process_is_linked_to_whom_it_must_hear_and_nobody_else(
     tower = make_tower(fleet)
     fleet.start()
     tower.all_in("ready")
-    wanted = {name: sorted(policy.partners(fleet.swarm, name)) for name in fleet.running}
+    wanted = {name: sorted(fleet.plan.partners[name]) for name in fleet.running}
     tower.wait(lambda seen: all(name in seen and len(seen[name].links) >= len(wanted[name]) for name in wanted))
     time.sleep(1)
     seen = tower.wait(lambda seen: len(seen) == len(wanted))
@@ -95,10 +94,10 @@ def test_the_probe_names_a_rule_that_was_widened_and_one_that_was_removed(
 ) -> None:
     fleet = make_fleet(small_swarm(tmp_path, "peers"))
     widen = 'rule["key_exprs"] = rule["key_exprs"] + ["small/uav2/pose"]'
-    both = f'{widen}\n            if rule["id"] == "uav1 asked":\n                {widen}'
+    both = f'{widen}\n            if rule["id"] == "uav1 is asked":\n                {widen}'
     file = str(fleet.swarm_file)
-    start_patched(fleet, "gateway", "uav1 says", both, "gateway", file)
-    start_patched(fleet, "uav2", "uav1 hears", 'rule["permission"] = "deny"', "agent", file, "2")
+    start_patched(fleet, "gateway", "uav1 publishes", both, "gateway", file)
+    start_patched(fleet, "uav2", "uav1 receives", 'rule["permission"] = "deny"', "agent", file, "2")
     fleet.start("recorder", "kinematics", "leader", "uav1")
     tower = make_tower(fleet)
     tower.all_in("ready", "leader", "uav1")
@@ -156,7 +155,7 @@ def test_a_recorded_flight_played_back_by_an_insider_moves_nobody(in_flight: InF
     sent: Counter[str] = Counter()
     worst = 0.0
     for insider in ("gateway", "kinematics", "uav1", "uav2"):
-        said = {key_text(fleet.swarm, key) for key in policy.says(fleet.swarm, insider)}
+        said = {fleet.plan.text(key) for key in fleet.plan.publishes[insider]}
         with fleet.insider(insider) as session:
             for place, (key, payload, attached) in enumerate(row for row in recorded if row[0] in said):
                 session.put(key, payload, attachment=attached, congestion_control=zenoh.CongestionControl.BLOCK)
@@ -178,8 +177,8 @@ def test_a_recorded_flight_played_back_by_an_insider_moves_nobody(in_flight: InF
 def overhear(fleet: Fleet, take: Callable[[zenoh.Sample], object], seconds: float) -> None:
     """Listen as the recorder for a while."""
     with fleet.insider("recorder") as session:
-        for key in policy.hears(fleet.swarm, "recorder"):
-            session.declare_subscriber(key_text(fleet.swarm, key), zenoh.handlers.Callback(take, indirect=False))
+        for key in fleet.plan.subscribes["recorder"]:
+            session.declare_subscriber(fleet.plan.text(key), zenoh.handlers.Callback(take, indirect=False))
         time.sleep(seconds)
 
 
@@ -189,8 +188,8 @@ def readers(fleet: Fleet, said: Collection[str]) -> list[tuple[str, str]]:
     That is not the recorder, which takes everything; nor any with the mission, which the gateway repeats unchanged.
     """
     names = [name for name in fleet.running if name != "recorder"]
-    keys = [(name, key) for name in names for key in policy.hears(fleet.swarm, name) if key != MISSION]
-    return [(name, text) for name, key in keys if (text := key_text(fleet.swarm, key)) in said]
+    keys = [(name, key) for name in names for key in fleet.plan.subscribes[name] if key != MISSION]
+    return [(name, text) for name, key in keys if (text := fleet.plan.text(key)) in said]
 
 
 def _turned_away(status: object, key: str) -> int:
@@ -206,7 +205,7 @@ def test_a_hundred_thousand_payloads_end_no_process_and_delay_no_step(in_flight:
     before = tower.all_in("formation")
     dice, sent = random.Random(7), Counter()
     for insider in ("gateway", "kinematics", "leader", "uav1", "uav2", "uav3", "uav4", "operator"):
-        keys = [key_text(fleet.swarm, key) for key in policy.says(fleet.swarm, insider)]
+        keys = [fleet.plan.text(key) for key in fleet.plan.publishes[insider]]
         with fleet.insider(insider) as session:
             for k in range(100_000 // 8):
                 key = keys[k % len(keys)]

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import pytest
 from fleet import agree, flockwire
-from flockwire.wire.keys import all_keys
 from flockwire_recorder.phases import formation_phase
 from flockwire_recorder.reading import Trace, read_trace
 from independent_reader import read
@@ -41,8 +40,7 @@ def test_the_documented_law_flies_and_errors_and_message_counts_agree(
     agree(*summaries)
     assert max(summary["formation_error_m"]["max_tail"] for summary in summaries) < 0.07  # 0.14 m/s over a gain of 3
     traces = [read_trace(flown[world][2] / "trace.mcap") for world in ("up", "sim")]
-    swarm = traces[0].swarm
-    for key in all_keys(swarm):
+    for key in traces[0].plan.keys:
         if key.kind in ("mission", "stop"):
             continue
         counts = [_per_second(trace, key) for trace in traces]

@@ -11,6 +11,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from fleet import agree, flockwire, processes_of
+from flockwire.loading import load_swarm
+from flockwire.wire.plan import Plan
 from independent_reader import figures
 
 PICTURES = ("trajectories", "observation_error", "formation_error", "distances", "obstacle_distances", "latency")
@@ -101,19 +103,19 @@ def test_a_dead_agent_fails_the_flight_and_the_rest_land(make_swarm: Callable[..
 
 def test_a_port_in_use_is_named_before_anything_starts(make_swarm: Callable[..., Path], tmp_path: Path) -> None:
     swarm = make_swarm()
-    base = int(swarm.read_text().split("base_port = ")[1])
+    endpoint = Plan(load_swarm(swarm)).endpoints["uav2"]
     with socket.socket() as taken:
-        taken.bind(("127.0.0.1", base + 4))
+        taken.bind(("127.0.0.1", int(endpoint.rpartition(":")[2])))
         taken.listen()
         process = flockwire("up", swarm, "--headless", "--out", tmp_path / "out")
         _, errors = process.communicate(timeout=30)
         single = flockwire("agent", swarm, "2")
         _, single_errors = single.communicate(timeout=30)
     assert process.returncode == 2
-    assert f"127.0.0.1:{base + 4}" in errors
+    assert f"uav2 listens at {endpoint}, which is in use" in errors
     assert len(errors.strip().splitlines()) == 1
     assert single.returncode == 2
-    assert f"127.0.0.1:{base + 4}" in single_errors.strip().splitlines()[-1]
+    assert endpoint in single_errors.strip().splitlines()[-1]
 
 
 def test_two_hosts_fly_one_swarm(make_swarm: Callable[..., Path], tmp_path: Path) -> None:

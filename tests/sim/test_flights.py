@@ -71,9 +71,9 @@ def test_a_killed_agents_listener_holds_then_lands_and_then_all_do(fly: Fly) -> 
     told = flown.phases("uav3", 4.0)
     holding = next(t for t, phase, why in told if phase == "hold")
     landing = next(t for t, phase, why in told if phase == "landing")
-    assert holding - 4.0 == pytest.approx(0.3 + 0.5, abs=0.15)
-    assert landing - 4.0 == pytest.approx(0.3 + 1.5, abs=0.15)
-    assert "uav3 left the formation: in-neighbours lost" in flown.outcome.failure
+    assert holding - 4.0 == pytest.approx(0.5, abs=0.15)
+    assert landing - 4.0 == pytest.approx(1.5, abs=0.15)
+    assert "uav3 left the formation: news of the leader lost" in flown.outcome.failure
     assert all(height(flown, f"uav{i}", 99.0) < 0.05 for i in (0, 1, 2, 3, 4))
     # The driver of the dead agent's drone hovers, then lands it.
     assert height(flown, "uav2", 4.5) > 0.9

@@ -19,7 +19,7 @@ POLL_PERIOD = 0.05  # s between two looks at the statuses
 
 LEAD_TIME = BILLION // 2  # ns from the order to start until the formation's time 0, so that all begin together
 PATIENCE = 30 * BILLION  # ns that a stage may take
-GRACE = BILLION  # ns that a pilot restarted in flight may say that it is grounded, until it knows better
+GRACE = BILLION  # ns that a pilot may seem lost: one restarted in flight, or all after this process stood still
 REPEAT = BILLION // 10  # ns between two repetitions of an order that somebody has not confirmed
 FLYING = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION})
 
@@ -104,7 +104,7 @@ class Director:
                 return self.abort(f"{self._pilots[lost]} left the formation: {self._how(fleet, lost)}", now)
             if self._duration and now - self._took_off >= self._duration:
                 return self.land(now)
-        if self.stage is Stage.LANDING and not fleet.not_down() and self._settled(fleet):
+        if self.stage is Stage.LANDING and not fleet.not_down(self._since) and self._settled(fleet):
             self.stage = Stage.OVER
         return None
 
@@ -140,7 +140,7 @@ class Director:
             self._lost_since.pop(drone, None)
             return False
         since = self._lost_since.setdefault(drone, fleet.now)
-        return silent or phase in (Phase.LANDING, Phase.STOPPED) or fleet.now - since >= GRACE
+        return phase in (Phase.LANDING, Phase.STOPPED) or fleet.now - since >= GRACE
 
     def _how(self, fleet: Fleet, drone: int) -> str:
         state = fleet.states.get(drone)
@@ -156,7 +156,7 @@ class Director:
     def _out_of_patience(self, fleet: Fleet) -> Mission | None:
         wanted = {Stage.PREPARING: Phase.READY, Stage.TAKING_OFF: Phase.HOLD}.get(self.stage)
         if wanted is None:
-            reasons = f"not known to be down: {', '.join(fleet.not_down())}"
+            reasons = f"not known to be down: {', '.join(fleet.not_down(self._since))}"
         else:
             late = [drone for drone in self._pilots if fleet.phase(drone) != wanted]
             reasons = "; ".join(f"{self._pilots[drone]}: {fleet.why(drone)}" for drone in late)

@@ -24,7 +24,7 @@ class Fleet:
         self, pilots: Mapping[int, str], statuses: Mapping[str, Status], telemetry: Mapping[int, Telemetry], now: int
     ) -> None:
         self.pilots, self.now = pilots, now
-        self._statuses = statuses
+        self._statuses, self._telemetry = statuses, telemetry
         self.fresh = {
             drone: statuses[pilot]
             for drone, pilot in pilots.items()
@@ -53,9 +53,9 @@ class Fleet:
         """Return the pilots that have not said that they obey `order`, or a newer one."""
         return tuple(pilot for drone, pilot in self.pilots.items() if not self._obeys(drone, order))
 
-    def not_down(self) -> tuple[str, ...]:
-        """Return the drones that are in the air, or of which nobody knows whether they are."""
-        return tuple(uav(drone) for drone in self.pilots if self.states.get(drone, FlightState.FLYING) in IN_THE_AIR)
+    def not_down(self, since: int = 0) -> tuple[str, ...]:
+        """Return the drones that are in the air, or that have not said after `since` (Unix ns) that they are not."""
+        return tuple(uav(drone) for drone in self.pilots if not self._is_down(drone, since))
 
     def why(self, drone: int) -> str:
         """Return what the drone's pilot says of itself."""
@@ -63,6 +63,10 @@ class Fleet:
         if status is None:
             return "no status"
         return (status.report.detail or status.report.phase) if drone in self.fresh else "silent"
+
+    def _is_down(self, drone: int, since: int) -> bool:
+        state = self.states.get(drone)
+        return state is not None and state not in IN_THE_AIR and self._telemetry[drone].stamp > since
 
     def _obeys(self, drone: int, order: Mission) -> bool:
         mission = self.fresh[drone].report.mission if drone in self.fresh else None

@@ -223,8 +223,20 @@ def test_a_pilot_that_holds_for_a_while_ends_nothing(flying):
 
 def test_a_pilot_that_falls_silent_in_formation_ends_the_flight(flying):
     flying.pilots["uav1"].died = flying.now
-    assert flying.step(2.1)[:1] == ["land"]
+    assert set(flying.step((STALE + GRACE) / BILLION - 0.2)) == {"start"}  # which it has not confirmed any more
+    assert "land" in flying.step(0.2)
     assert flying.failure == "uav1 left the formation: silent"
+
+
+def test_a_station_that_stood_still_judges_nobody_lost_before_it_received_from_them_again(flying):
+    for pilot in flying.pilots.values():
+        pilot.died = pilot.driver_died = flying.now
+    flying.now += 8 * BILLION
+    assert set(flying.step(0.5)) == {"start"}
+    for pilot in flying.pilots.values():
+        pilot.died = pilot.driver_died = None
+    flying.step(2.0)
+    assert (flying.stage, flying.failure) == (Stage.FLYING, "")
 
 
 def test_a_driver_that_falls_silent_is_no_drone_on_the_ground(flying):
@@ -241,6 +253,18 @@ def test_a_flight_is_not_over_while_telemetry_has_a_drone_in_the_air(flying):
     assert "land" in flying.all(Phase.READY, 3.0)
     assert flying.stage is Stage.LANDING
     flying.pilots["uav2"].state = GROUNDED
+    flying.step()
+    assert flying.stage is Stage.OVER
+
+
+def test_telemetry_from_before_the_order_to_land_is_no_landing(flying):
+    for pilot in flying.pilots.values():
+        pilot.state, pilot.driver_died = GROUNDED, flying.now
+    flying.take(flying.director.land(flying.now + 1))
+    flying.all(Phase.READY)
+    assert flying.stage is Stage.LANDING
+    for pilot in flying.pilots.values():
+        pilot.driver_died = None
     flying.step()
     assert flying.stage is Stage.OVER
 

@@ -64,5 +64,7 @@ def test_a_drone_of_which_nothing_is_known_is_not_down():
     assert fleet().not_down() == ("uav0", "uav3")
     down = fleet(states={0: telemetry(FlightState.STOPPED), 3: telemetry(FlightState.GROUNDED)})
     assert down.not_down() == ()
+    assert down.not_down(since=NOW - 1) == ()
+    assert down.not_down(since=NOW) == ("uav0", "uav3")  # they may have taken off since
     old = fleet(states={0: telemetry(FlightState.LANDING), 3: telemetry(FlightState.GROUNDED, OLD)})
     assert old.not_down() == ("uav0", "uav3")

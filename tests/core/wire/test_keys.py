@@ -18,7 +18,7 @@ CHAIN = {  # the paper's: {key: (who publishes it, who subscribes to it beside t
     **{Key("command", uav(i)): ({PILOTS[i]}, {"kinematics"}) for i in range(5)},
     **{Key("telemetry", uav(i)): ({"kinematics"}, {PILOTS[i], "operator"}) for i in range(5)},
     **{Key("status", identity): ({identity}, {"operator"}) for identity in STARTED},
-    Key("status", "leader"): ({"leader"}, {"uav1", "operator"}),  # its health is an input of whoever hears it
+    Key("status", "leader"): ({"leader"}, {"uav1", "operator"}),  # whether it leads
     MISSION: ({"operator", "gateway"}, {"gateway", *PILOTS}),
     STOP: ({"operator"}, {"kinematics", *PILOTS}),
 }

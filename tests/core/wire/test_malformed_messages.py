@@ -11,6 +11,7 @@ from flockwire.wire.messages import (
     Command,
     Estimate,
     FlightState,
+    Leading,
     Mission,
     Nearby,
     Pose,
@@ -24,7 +25,7 @@ from hypothesis import strategies as st
 STAMP, PLACE = 1_790_000_000_123_456_789, (1.0, -2.0, 3.0)
 SOUND = (
     Pose(STAMP, "world", PLACE),
-    Estimate(STAMP, "world", PLACE, PLACE, PLACE),
+    Estimate(STAMP, "world", PLACE, PLACE, PLACE, STAMP - 5, 2, Leading.LEADS),
     Command(STAMP, "world", PLACE),
     Nearby(STAMP, "world", (Body(BodyKind.DRONE, PLACE, 0.0), Body(BodyKind.OBSTACLE, PLACE, 0.2))),
     Telemetry(STAMP, "world", FlightState.FLYING, 0.9, 1.0, 0.01),
@@ -127,6 +128,7 @@ def test_numbers_that_are_not_finite_are_refused(wrong):
         (Nearby(STAMP, "world", (Body(BodyKind.DRONE, PLACE, -0.1),)), "radius -0.1"),
         (Telemetry(STAMP, "world", 9, 0.9, 1.0, 0.0), "no flight state 9"),
         (Mission(STAMP, "world", "dance"), "no mission 'dance'"),
+        (Estimate(STAMP, "world", PLACE, PLACE, PLACE, STAMP, 2, 9), "no state 9 of a leader"),
     ],
 )
 def test_content_that_means_nothing_is_refused(message, rule):

@@ -59,6 +59,14 @@ def test_what_is_waited_for_is_a_kind_and_nobody_waits_in_a_circle():
         started |= ready
 
 
+def test_where_the_parent_is_gone_pilots_end_first_then_drivers_and_whoever_records_last():
+    ranks = {row.rank: row for row in sorted(PROCESSES, key=lambda row: row.rank) if row.started}
+    assert {row.rank for row in PROCESSES if row.pilot} == {0}
+    assert {row.rank for row in PROCESSES if row.driver} == {1}
+    assert ranks[max(ranks)].records
+    assert {row.kind for row in PROCESSES if row.flies} == {"leader", "agent", "kinematics"}
+
+
 def test_no_two_kinds_that_listen_have_one_port(make_swarm):
     members = {row.kind: row.members(make_swarm({"network.mode": "router"})) for row in PROCESSES}
     for one, other in combinations([row for row in PROCESSES if row.link in (Link.PEER, Link.ROUTER)], 2):

@@ -1,0 +1,61 @@
+"""What frame numbers say of a stream: frames that are missing, come twice, or come late; a stream that begins again."""
+
+from __future__ import annotations
+
+from collections import deque
+from enum import Enum, auto
+
+WINDOW = (
+    32  # frames that one may come late: networks reorder by few; a recording that is played in a loop jumps by more
+)
+
+
+class Arrival(Enum):
+    """How a frame fits into the sequence."""
+
+    NEXT = auto()
+    REPEATED = auto()
+    LATE = auto()
+
+
+class FrameSequence:
+    """Counts `missing`, `repeated`, `late` frames and `restarts` of a stream whose numbers count up by one.
+
+    A frame that comes late was counted as missing before and no longer is. Numbers further behind than WINDOW are those
+    of a stream that has begun again once a second one follows the first; the first alone is late.
+    """
+
+    def __init__(self) -> None:
+        self.missing = self.repeated = self.late = self.restarts = 0
+        self._last: int | None = None
+        self._restart: int | None = None  # the newest number far behind, with which a stream may have begun again
+        self._recent: deque[int] = deque(maxlen=2 * WINDOW)
+
+    def arrived(self, number: int) -> Arrival:
+        """Count the frame `number`; only one that is NEXT is newer than all before."""
+        if self._last is None or number > self._last:
+            self.missing += 0 if self._last is None else number - self._last - 1
+            return self._next(number)
+        if self._last - number < WINDOW:
+            return self._behind(number)
+        if self._restart is not None and 0 < number - self._restart <= WINDOW:
+            self.restarts += 1
+            self._recent.clear()
+            return self._next(number)
+        self._restart = number
+        self.late += 1
+        return Arrival.LATE
+
+    def _next(self, number: int) -> Arrival:
+        self._last, self._restart = number, None
+        self._recent.append(number)
+        return Arrival.NEXT
+
+    def _behind(self, number: int) -> Arrival:
+        if number in self._recent:
+            self.repeated += 1
+            return Arrival.REPEATED
+        self._recent.append(number)
+        self.late += 1
+        self.missing = max(0, self.missing - 1)
+        return Arrival.LATE

@@ -1,0 +1,74 @@
+"""Jumps that no airframe can make: held back until further frames confirm them, and counted."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from flockwire.control.vector import Vector, distance
+from flockwire.nanoseconds import BILLION
+
+
+class Seen(NamedTuple):
+    """Where a body was seen: `stamp` in ns, `position` in m."""
+
+    stamp: int
+    position: Vector
+
+
+class Candidate(NamedTuple):
+    """A place that a body seems to have jumped to: the newest sight of it there, and how many frames agree."""
+
+    seen: Seen
+    frames: int
+
+
+class JumpFilter:
+    """Passes positions of bodies that could have flown there; counts `jumps` and how many were `confirmed`.
+
+    A position within max_speed · dt + tolerance of the last one that passed passes at once. Any other is held back; it
+    passes once `confirmations` frames in a row are within reach of each other there: the body was carried, or was
+    mistaken before. Until then the body has no position, which lets its age show.
+
+    Args:
+        max_speed: m/s, above what any airframe of the swarm reaches.
+        tolerance: m, for noise and for frames with equal stamps.
+        confirmations: frames that must agree before a jump is believed, 1 or more; 1 believes at once.
+
+    """
+
+    def __init__(self, max_speed: float, tolerance: float = 0.05, confirmations: int = 5) -> None:
+        self.jumps = self.confirmed = 0
+        self._max_speed, self._tolerance, self._confirmations = max_speed, tolerance, confirmations
+        self._last: dict[int, Seen] = {}
+        self._candidates: dict[int, Candidate] = {}
+
+    def passes(self, identity: int, stamp: int, position: Vector) -> bool:
+        """Return whether the body `identity` can be believed to be at `position` (m) at `stamp` (ns)."""
+        seen, last = Seen(stamp, position), self._last.get(identity)
+        if last is None or self._reaches(last, seen) or self._confirms(identity, seen):
+            self._last[identity] = seen
+            self._candidates.pop(identity, None)
+            return True
+        return False
+
+    def forget(self, identity: int) -> None:
+        """Take the next position of the body `identity` as it comes."""
+        self._last.pop(identity, None)
+        self._candidates.pop(identity, None)
+
+    def _confirms(self, identity: int, seen: Seen) -> bool:
+        candidate = self._candidates.get(identity)
+        if candidate is not None and self._reaches(candidate.seen, seen):
+            candidate = Candidate(seen, candidate.frames + 1)
+        else:
+            self.jumps += 1
+            candidate = Candidate(seen, 1)
+        self._candidates[identity] = candidate
+        if candidate.frames < self._confirmations:
+            return False
+        self.confirmed += 1
+        return True
+
+    def _reaches(self, a: Seen, b: Seen) -> bool:
+        elapsed = max(0, b.stamp - a.stamp) / BILLION
+        return distance(a.position, b.position) <= self._max_speed * elapsed + self._tolerance

@@ -1,0 +1,118 @@
+"""From packets to datagrams, of a server and of a client: what the twin sends, and what our client asks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from struct import pack
+from typing import NamedTuple
+
+from flockwire_mocap.natnet.packets import (
+    CONNECTION,
+    COUNTED,
+    HEADER,
+    NEWEST,
+    PRECISE_SUFFIX,
+    RIGID_BODY,
+    SERVER_INFO,
+    SUFFIX,
+    TRACKING_VALID,
+    TURNED,
+    BodyDescription,
+    Kind,
+    MocapFrame,
+    RigidBody,
+    ServerInfo,
+    Stamps,
+    Version,
+)
+
+END = bytes(4)
+
+
+class Section(NamedTuple):
+    """A section of a frame, ready to be sent: how many elements, and their bytes."""
+
+    amount: int = 0
+    elements: bytes = b""
+
+
+class Surroundings(NamedTuple):
+    """The sections of a frame that are not rigid bodies; a section that a version lacks is left out."""
+
+    marker_sets: Section = Section()
+    other_markers: Section = Section()
+    skeletons: Section = Section()
+    assets: Section = Section()
+    labelled_markers: Section = Section()
+    force_plates: Section = Section()
+    devices: Section = Section()
+    imus: Section = Section()
+    gpios: Section = Section()
+
+
+def encode(kind: Kind, body: bytes = b"") -> bytes:
+    """Return a packet."""
+    return HEADER.pack(kind, len(body)) + body
+
+
+def encode_connect() -> bytes:
+    """Return a client's greeting, as every version understands it."""
+    return encode(Kind.CONNECT, b"Ping\0")
+
+
+def encode_command(text: str) -> bytes:
+    """Return a client's command."""
+    return encode(Kind.REQUEST, text.encode() + b"\0")
+
+
+def encode_server_info(info: ServerInfo) -> bytes:
+    """Return the answer to a greeting."""
+    name = info.name.encode()[:255]
+    head = SERVER_INFO.pack(name, *info.application_version, *info.natnet_version)
+    group = bytes(map(int, info.group.split(".")))
+    return encode(Kind.SERVER_INFO, head + CONNECTION.pack(info.clock_frequency, info.data_port, info.multicast, group))
+
+
+def encode_model(bodies: Iterable[BodyDescription], version: Version) -> bytes:
+    """Return the model definition of rigid bodies without markers."""
+    descriptions = [_description(body, version) for body in bodies]
+    return encode(Kind.MODEL, pack("<i", len(descriptions)) + b"".join(descriptions) + END)
+
+
+def encode_frame(frame: MocapFrame, version: Version, surroundings: Surroundings | None = None) -> bytes:
+    """Return a frame; positions are rounded to single precision."""
+    around = Surroundings() if surroundings is None else surroundings
+    bodies = Section(len(frame.bodies), b"".join(map(_body, frame.bodies)))
+    sections = [around.marker_sets, around.other_markers, bodies, around.skeletons]
+    if version >= COUNTED:
+        sections.append(around.assets)
+    sections += [around.labelled_markers, around.force_plates, around.devices]
+    if version >= NEWEST:
+        sections += [around.imus, around.gpios]
+    parts = [pack("<i", frame.number), *(_section(section, version) for section in sections)]
+    return encode(Kind.FRAME, b"".join(parts) + _suffix(frame.stamps, frame.parameters, version) + END)
+
+
+def _section(section: Section, version: Version) -> bytes:
+    if version >= COUNTED:
+        return pack("<II", section.amount, len(section.elements)) + section.elements
+    return pack("<I", section.amount) + section.elements
+
+
+def _body(body: RigidBody) -> bytes:
+    flags = TRACKING_VALID if body.tracked else 0
+    return RIGID_BODY.pack(body.identity, *body.position, *body.orientation, body.marker_error, flags)
+
+
+def _suffix(stamps: Stamps, parameters: int, version: Version) -> bytes:
+    *common, precision = stamps
+    if version >= COUNTED:
+        return PRECISE_SUFFIX.pack(*common, *(precision or (0, 0)), parameters)
+    return SUFFIX.pack(*common, parameters)
+
+
+def _description(body: BodyDescription, version: Version) -> bytes:
+    """Return a rigid body's description: no parent, no offset, no turn, no markers."""
+    turn = pack("<4f", 0.0, 0.0, 0.0, 1.0) if version >= TURNED else b""
+    data = body.name.encode() + b"\0" + pack("<ii3f", body.identity, -1, 0.0, 0.0, 0.0) + turn + pack("<i", 0)
+    return pack("<i", 1) + (pack("<I", len(data)) if version >= COUNTED else b"") + data

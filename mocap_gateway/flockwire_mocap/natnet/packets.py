@@ -1,0 +1,158 @@
+"""The packets of NatNet as named tuples, and their numbers on the wire.
+
+Every packet is little-endian: u16 kind, u16 length of the body, body. Lengths in m or the unit that Motive is set to;
+ticks are those of the server's clock, whose frequency the server info tells.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from struct import Struct
+from typing import NamedTuple
+
+from flockwire.control.vector import Vector
+
+from flockwire_mocap.quaternion import Quaternion
+
+Version = tuple[int, int]
+
+COMMAND_PORT, DATA_PORT, GROUP = 1510, 1511, "239.255.42.99"
+OLDEST: Version = (3, 0)
+ADJUSTABLE: Version = (4, 0)  # in unicast, a client may ask for an older bitstream; markers have names
+COUNTED: Version = (4, 1)  # each section is preceded by its size in bytes
+TURNED: Version = (4, 2)  # a rigid body's description holds a quaternion
+NEWEST: Version = (4, 5)  # IMU and GPIO sections before the suffix
+
+HEADER = Struct("<HH")
+RIGID_BODY = Struct("<i7ffH")  # id, x y z, qx qy qz qw, mean marker error, parameters
+SERVER_INFO = Struct("<256s4B4B")
+CONNECTION = Struct("<QHB4s")  # clock frequency, data port, multicast, group
+WISH = Struct("<265xBB2x")  # a long greeting: name, versions, one option, then the version that is asked for
+SUFFIX = Struct("<IIdQQQH")  # timecode, its subframe, timestamp, three ticks, parameters
+PRECISE_SUFFIX = Struct("<IIdQQQIIH")  # the same with two words of a precision time stamp
+TRACKING_VALID = 1  # bit of a rigid body's parameters
+MODELS_CHANGED = 2  # bit of a frame's parameters
+
+
+class Kind(IntEnum):
+    """What a packet is."""
+
+    CONNECT = 0
+    SERVER_INFO = 1
+    REQUEST = 2
+    RESPONSE = 3
+    REQUEST_MODEL = 4
+    MODEL = 5
+    REQUEST_FRAME = 6
+    FRAME = 7
+    TEXT = 8
+    DISCONNECT = 9
+    KEEP_ALIVE = 10
+    UNRECOGNIZED = 100
+
+
+class ServerInfo(NamedTuple):
+    """Who serves, in which version, and where frames go; `clock_frequency` in Hz, 0 where it is not told."""
+
+    name: str
+    application_version: tuple[int, int, int, int]
+    natnet_version: tuple[int, int, int, int]
+    clock_frequency: int
+    data_port: int
+    multicast: bool
+    group: str
+
+    @property
+    def version(self) -> Version:
+        """The version that decides how packets are laid out."""
+        return self.natnet_version[:2]
+
+
+class BodyDescription(NamedTuple):
+    """The name of a rigid body, by its number."""
+
+    identity: int
+    name: str
+
+
+class ModelDefinition(NamedTuple):
+    """The rigid bodies that the server streams; not `complete` where a description could not be read on."""
+
+    bodies: tuple[BodyDescription, ...]
+    complete: bool
+
+
+class RigidBody(NamedTuple):
+    """A rigid body's pose in a frame: position, orientation x y z w, mean marker error (m), whether it is tracked."""
+
+    identity: int
+    position: Vector
+    orientation: Quaternion
+    marker_error: float
+    tracked: bool
+
+
+class Stamps(NamedTuple):
+    """A frame's times: SMPTE timecode, s since the stream began, and three ticks (0: not known).
+
+    `precision` is (s, fraction), from 4.1 on; None before.
+    """
+
+    timecode: int
+    timecode_subframe: int
+    timestamp: float
+    mid_exposure: int
+    received: int
+    transmitted: int
+    precision: tuple[int, int] | None
+
+
+class MocapFrame(NamedTuple):
+    """A frame of motion capture data, as far as rigid bodies go."""
+
+    number: int
+    bodies: tuple[RigidBody, ...]
+    stamps: Stamps
+    parameters: int
+
+
+class Response(NamedTuple):
+    """The answer to a command: a text, or a `code` that is 0 where all went well."""
+
+    text: str | None
+    code: int | None
+
+
+class Other(NamedTuple):
+    """A packet that says nothing of bodies: text for the user, an unrecognized request, a kind not known."""
+
+    kind: int
+
+
+class Rejected(NamedTuple):
+    """A packet that is not what it says; `reason` is for people."""
+
+    reason: str
+
+
+Packet = ServerInfo | ModelDefinition | MocapFrame | Response | Other | Rejected
+
+
+class Connect(NamedTuple):
+    """A client's greeting, with the version of the bitstream that it asks for in it, if it does."""
+
+    version: Version | None = None
+
+
+class Command(NamedTuple):
+    """A client's command in words, e.g. "Bitstream,3.0"."""
+
+    text: str
+
+
+ClientPacket = Connect | Command | Other | Rejected
+
+
+def can_adjust(version: Version, multicast: bool) -> bool:
+    """Return whether a server of this version lets a client choose an older bitstream."""
+    return version >= ADJUSTABLE and not multicast

@@ -1,0 +1,95 @@
+"""From datagrams to packets, of a server and of a client. Nothing is raised: what is not understood is `Rejected`."""
+
+from __future__ import annotations
+
+from flockwire_mocap.natnet.frame import read_frame
+from flockwire_mocap.natnet.model import read_model
+from flockwire_mocap.natnet.packets import (
+    CONNECTION,
+    HEADER,
+    SERVER_INFO,
+    WISH,
+    ClientPacket,
+    Command,
+    Connect,
+    Kind,
+    Other,
+    Packet,
+    Rejected,
+    Response,
+    ServerInfo,
+    Version,
+)
+from flockwire_mocap.natnet.reader import MalformedError, Reader
+
+LONGEST_TEXT = 4096  # bytes of a response
+
+
+def parse(datagram: bytes, version: Version | None) -> Packet:
+    """Return what a server's datagram says; frames and models need the `version` of the stream, None if not known."""
+    try:
+        kind, body = _open(datagram)
+        return _read(kind, body, version)
+    except MalformedError as error:
+        return Rejected(str(error))
+
+
+def parse_request(datagram: bytes) -> ClientPacket:
+    """Return what a client's datagram asks for."""
+    try:
+        kind, body = _open(datagram)
+        if kind == Kind.CONNECT:
+            return _read_greeting(body)
+        return Command(_loose_text(body)) if kind == Kind.REQUEST else Other(kind)
+    except MalformedError as error:
+        return Rejected(str(error))
+
+
+def _read_greeting(body: Reader) -> Connect:
+    """Read a greeting: clients of old send "Ping" alone; one that is long enough may ask for a version, or for 0.0."""
+    if body.remaining < WISH.size:
+        return Connect()
+    major, minor = body.unpack(WISH)
+    return Connect((major, minor) if major else None)
+
+
+def _open(datagram: bytes) -> tuple[int, Reader]:
+    """Return kind and body; bytes behind the announced ones are not looked at."""
+    reader = Reader(datagram)
+    kind, length = reader.unpack(HEADER)
+    return kind, reader.part(length)
+
+
+def _read(kind: int, body: Reader, version: Version | None) -> Packet:
+    if kind in {Kind.FRAME, Kind.MODEL}:
+        if version is None:
+            return Rejected("the version of the stream is not known yet")
+        return read_frame(body, version) if kind == Kind.FRAME else read_model(body, version)
+    if kind == Kind.SERVER_INFO:
+        return _read_server_info(body)
+    return _read_response(body) if kind == Kind.RESPONSE else Other(kind)
+
+
+def _read_server_info(body: Reader) -> ServerInfo:
+    """Read name, versions and, from 3.0 on, clock and connection."""
+    name, *versions = body.unpack(SERVER_INFO)
+    frequency, port, multicast, group = 0, 0, 0, bytes(4)
+    if body.remaining >= CONNECTION.size:
+        frequency, port, multicast, group = body.unpack(CONNECTION)
+    text = name.partition(b"\0")[0].decode(errors="replace")
+    a, b, c, d, *natnet = versions
+    e, f, g, h = natnet
+    return ServerInfo(text, (a, b, c, d), (e, f, g, h), frequency, port, bool(multicast), ".".join(map(str, group)))
+
+
+def _read_response(body: Reader) -> Response:
+    if body.remaining == 4:
+        return Response(None, body.integer())
+    return Response(_loose_text(body), None)
+
+
+def _loose_text(body: Reader) -> str:
+    """Read text that may end with its NUL or with the packet."""
+    if body.remaining > LONGEST_TEXT:
+        raise MalformedError(f"a text of {body.remaining} bytes")
+    return body.rest().partition(b"\0")[0].decode(errors="replace")

@@ -1,0 +1,197 @@
+"""A client of a NatNet server without sockets: datagrams and time in, frames and requests out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from flockwire.nanoseconds import BILLION
+
+from flockwire_mocap.frame_sequence import Arrival, FrameSequence
+from flockwire_mocap.natnet.encoding import encode, encode_command, encode_connect
+from flockwire_mocap.natnet.packets import (
+    MODELS_CHANGED,
+    Kind,
+    MocapFrame,
+    ModelDefinition,
+    Packet,
+    Rejected,
+    Response,
+    RigidBody,
+    ServerInfo,
+    Stamps,
+    Version,
+    can_adjust,
+)
+from flockwire_mocap.natnet.parsing import parse
+from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose
+
+PERIOD = BILLION  # ns between two keep-alives, and between two attempts at anything else
+SILENCE = 3 * BILLION  # ns without a packet after which the server is greeted again
+MODEL_PAUSE = 4 * BILLION  # ns more between two model definitions; some servers mark every frame as changed
+MODEL_ATTEMPTS = 3  # a server that does not answer is not asked for ever: it may stop streaming over it
+
+
+class Options(NamedTuple):
+    """How to speak to a server.
+
+    Attributes:
+        server: its IPv4 address, from which frames come; packets of others are dropped.
+        multicast: whether frames come from a group; then no keep-alive is needed, and the version cannot be chosen.
+        bitstream: in unicast the version to ask for, 4.0 servers and newer. In multicast, the version that is
+            streamed; needed only where the server does not answer. None: as the server says.
+        request_model: whether to ask for names. Frames do not need them.
+
+    """
+
+    server: str
+    multicast: bool = False
+    bitstream: Version | None = None
+    request_model: bool = True
+
+
+@dataclass(slots=True)
+class Counts:
+    """What came, besides what `FrameSequence` counts.
+
+    Attributes:
+        frames: frames passed on.
+        empty: those among them without a rigid body.
+        malformed: packets that could not be read.
+        foreign: packets from other addresses than the server's.
+        poses_rejected: poses said to be tracked that are none: not finite, or no unit quaternion.
+
+    """
+
+    frames: int = 0
+    empty: int = 0
+    malformed: int = 0
+    foreign: int = 0
+    poses_rejected: int = 0
+
+
+@dataclass(slots=True)
+class _Request:
+    """A request that is repeated until it is answered: when next (ns), and how often it was made."""
+
+    due: int = 0
+    made: int = 0
+    wanted: bool = True
+
+    def make(self, now: int) -> bool:
+        if not self.wanted or now < self.due:
+            return False
+        self.due, self.made = now + PERIOD, self.made + 1
+        return True
+
+
+class NatNetSession:
+    """What is known of a server, from its packets.
+
+    Attributes:
+        info: the server's answer to the greeting, once it has come.
+        names: of rigid bodies by number, once a model definition has come.
+        counts, sequence: what came, what is missing.
+        foreign: the newest address that is not the server's and sent something.
+        rejected: why the newest malformed packet was rejected.
+
+    """
+
+    def __init__(self, options: Options) -> None:
+        self.options = options
+        self.info: ServerInfo | None = None
+        self.names: dict[int, str] = {}
+        self.counts, self.sequence = Counts(), FrameSequence()
+        self.foreign: str | None = None
+        self.rejected: str | None = None
+        self.adjusted = False  # whether the server has agreed to `options.bitstream`
+        self._heard = 0
+        self._greeting, self._keep_alive, self._bitstream = _Request(), _Request(), _Request()
+        self._model = _Request(wanted=options.request_model)
+
+    @property
+    def version(self) -> Version | None:
+        """The version that the stream is read in, if it is known."""
+        asked = self.options.bitstream
+        if asked is not None and (self.options.multicast or self.adjusted):
+            return asked
+        return self.info.version if self.info is not None else None
+
+    def requests(self, now: int) -> list[bytes]:
+        """Return the datagrams to be sent to the server's command port at `now`, ns; call it every 0.1 s or so."""
+        due: list[bytes] = []
+        if (self.info is None or now - self._heard > SILENCE) and self._greeting.make(now):
+            due.append(encode_connect())
+        if self.info is None:
+            return due
+        if not self.options.multicast and self._keep_alive.make(now):
+            due.append(encode(Kind.KEEP_ALIVE))
+        asked = self.options.bitstream
+        adjustable = can_adjust(self.info.version, self.options.multicast)
+        if asked is not None and not self.adjusted and adjustable and self._bitstream.make(now):
+            due.append(encode_command("Bitstream,{}.{}".format(*asked)))
+        if self._model.made < MODEL_ATTEMPTS and self._model.make(now):
+            due.append(encode(Kind.REQUEST_MODEL))
+        return due
+
+    def receive(self, datagram: bytes, source: str, now: int) -> TrackerFrame | None:
+        """Take in a datagram that came from the address `source` at `now`, ns; returns a frame newer than all before.
+
+        It may come from any port: unicast frames come to the socket of commands, from either of the server's.
+        """
+        if source != self.options.server:
+            self.counts.foreign += 1
+            self.foreign = source
+            return None
+        self._heard = now
+        return self._take_in(parse(datagram, self.version))
+
+    def _take_in(self, packet: Packet) -> TrackerFrame | None:
+        match packet:
+            case MocapFrame():
+                return self._frame(packet)
+            case ServerInfo():
+                self.info, self.adjusted = packet, False
+            case ModelDefinition():
+                self._model.wanted = not packet.complete
+                self.names = dict(packet.bodies)
+            case Response():
+                self._response(packet)
+            case Rejected():
+                self.counts.malformed += 1
+                self.rejected = packet.reason
+        return None
+
+    def _response(self, response: Response) -> None:
+        asked = self.options.bitstream
+        if asked is not None:
+            confirmed = "Bitstream,{}.{}".format(*asked)
+            self.adjusted |= response.code == 0 or (response.text or "").replace(" ", "").startswith(confirmed)
+
+    def _frame(self, frame: MocapFrame) -> TrackerFrame | None:
+        if self.sequence.arrived(frame.number) is not Arrival.NEXT:
+            return None
+        self.counts.frames += 1
+        self.counts.empty += not frame.bodies
+        if frame.parameters & MODELS_CHANGED and self.options.request_model and not self._model.wanted:
+            self._model = _Request(due=self._model.due + MODEL_PAUSE)
+        captured, transmitted = self._times(frame.stamps)
+        return TrackerFrame(frame.number, captured, transmitted, tuple(map(self._body, frame.bodies)))
+
+    def _body(self, body: RigidBody) -> ReportedBody:
+        tracked = body.tracked
+        if tracked and not is_pose(body.position, body.orientation):
+            self.counts.poses_rejected += 1
+            tracked = False
+        return ReportedBody(body.identity, self.names.get(body.identity), body.position, body.orientation, tracked)
+
+    def _times(self, stamps: Stamps) -> tuple[int, int]:
+        """Return when the frame was captured and sent, ns of one clock: the ticks, or the time stamp without them."""
+        frequency = self.info.clock_frequency if self.info is not None else 0
+        if not frequency or not stamps.transmitted:
+            seconds = stamps.timestamp
+            stamp = round(seconds * BILLION) if abs(seconds) < BILLION else 0  # NaN and nonsense fail
+            return stamp, stamp
+        transmitted = stamps.transmitted * BILLION // frequency
+        known = 0 < stamps.mid_exposure <= stamps.transmitted
+        return (stamps.mid_exposure * BILLION // frequency if known else transmitted), transmitted

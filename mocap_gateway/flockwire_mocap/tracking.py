@@ -1,0 +1,63 @@
+"""What every tracking system reports, whatever its protocol: frames of bodies, stamped by the source's clock."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import isfinite
+from typing import NamedTuple
+
+from flockwire.control.vector import Vector
+
+from flockwire_mocap.quaternion import Quaternion
+
+UNIT_TOLERANCE = 0.02  # of the squared norm: single precision and a tracker's rounding stay far below
+
+
+class ReportedBody(NamedTuple):
+    """One body of a frame, as the tracker has it.
+
+    Attributes:
+        identity: the tracker's number of the body.
+        name: the tracker's name of it; None while the tracker has not told it.
+        position: unit and axes of the source (the tracker's frame) until `Coordinates` has converted it.
+        orientation: unit quaternion x, y, z, w, body to the same frame.
+        tracked: False where the pose is not a measurement: the body is lost.
+
+    """
+
+    identity: int
+    name: str | None
+    position: Vector
+    orientation: Quaternion
+    tracked: bool
+
+
+class TrackerFrame(NamedTuple):
+    """All bodies of one exposure, or of one report where a protocol reports each body alone.
+
+    Attributes:
+        number: counts up by one from frame to frame.
+        captured: when the cameras saw it, ns of the source's clock.
+        transmitted: when the source sent it, ns of the same clock; `captured` where a protocol does not tell it.
+        bodies: the bodies in the order of the source.
+
+    """
+
+    number: int
+    captured: int
+    transmitted: int
+    bodies: tuple[ReportedBody, ...]
+
+
+def is_pose(position: Vector, orientation: Quaternion) -> bool:
+    """Return whether these can be a measured pose: finite numbers, a quaternion of unit length."""
+    x, y, z, w = orientation
+    length = x * x + y * y + z * z + w * w  # NaN and infinity fail the comparison
+    return abs(length - 1.0) < UNIT_TOLERANCE and isfinite(sum(position))
+
+
+def renamed(frame: TrackerFrame, names: Mapping[int, str]) -> TrackerFrame:
+    """Return the frame with each body's name taken from `names` by its identity; others keep theirs."""
+    return frame._replace(
+        bodies=tuple(body._replace(name=names.get(body.identity, body.name)) for body in frame.bodies)
+    )

@@ -1,0 +1,211 @@
+"""A client of one Tello, without input and output: commands go in, datagrams come out, replies find their commands.
+
+One command is in flight at a time. A Tello does not number its replies, so one that comes after its time-out looks like
+the reply to the next command. Each datagram sent is therefore kept as owing a reply until that would be too late, and a
+reply belongs to the oldest that it fits. A command that may not be sent again waits until nothing is owed. `rc` and
+`emergency` have no reply and wait for nothing; `land` and `stop` take the place of what is in flight.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple
+
+from flockwire.nanoseconds import BILLION
+
+from flockwire_tello.commands import Rule, rule, word
+from flockwire_tello.replies import fits, refused, split_replies
+from flockwire_tello.state_string import TelloState, parse_states
+
+LONGEST_COMMAND = 256  # characters
+LONGEST_QUEUE = 16  # commands
+MOST_OWED = 32  # datagrams
+EMERGENCIES = 3  # times that `emergency` is sent, unasked: it has no reply
+EMERGENCY_SPACING = BILLION // 50
+
+
+class Outcome(Enum):
+    """How a command ended."""
+
+    DONE = "done"
+    REFUSED = "refused"  # the reply says why
+    TIMED_OUT = "timed out"  # whether the drone did it is not known
+    SUPERSEDED = "superseded"  # an urgent command took its place
+    QUEUE_FULL = "queue full"  # never sent
+
+
+class Finished(NamedTuple):
+    """A command that ended; `latency` is from the last time it was sent, s."""
+
+    command: str
+    outcome: Outcome
+    reply: str = ""
+    latency: float = 0.0
+
+
+class Poll(NamedTuple):
+    """What `poll` returns: datagrams for the drone's command port, and the commands that ended, both in order."""
+
+    datagrams: list[bytes]
+    finished: list[Finished]
+
+
+@dataclass
+class Counters:
+    """What came and was of no use."""
+
+    late_replies: int = 0  # to a command that had ended
+    stray_replies: int = 0  # to no command, junk among them
+    malformed_states: int = 0
+
+
+@dataclass
+class _InFlight:
+    command: str
+    rule: Rule
+    sent: int  # how often
+    sent_at: int
+
+    @property
+    def deadline(self) -> int:
+        return self.sent_at + round(self.rule.timeout * BILLION)
+
+
+class _Owed(NamedTuple):
+    flight: _InFlight
+    until: int
+
+
+class TelloClient:
+    """One Tello's commands, replies and state. All times are ns of one monotonic clock."""
+
+    def __init__(self) -> None:
+        self.state: TelloState | None = None
+        self.state_time: int | None = None
+        self.counters = Counters()
+        self._queue: deque[str] = deque()
+        self._flight: _InFlight | None = None
+        self._owed: deque[_Owed] = deque(maxlen=MOST_OWED)
+        self._sticks: str | None = None
+        self._emergencies: deque[int] = deque()
+        self._finished: list[Finished] = []
+        self._given = 0  # when something was given to send
+
+    def send(self, command: str, now: int) -> None:
+        """Take in a command; the next `poll` sends it, or lets it wait. Of several `rc`, only the last is sent.
+
+        Raises ValueError where it is empty, too long, or not one line of printable ASCII.
+        """
+        if not (0 < len(command) <= LONGEST_COMMAND and command.isascii() and command.isprintable()):
+            raise ValueError(f"{command[:40]!r}: a command is one line of 1 to {LONGEST_COMMAND} ASCII characters")
+        self._given, name = now, word(command)
+        if name == "rc":
+            self._sticks = command
+        elif name == "emergency":
+            self._sticks = None
+            self._supersede(now)
+            self._emergencies = deque(now + k * EMERGENCY_SPACING for k in range(EMERGENCIES))
+        elif not rule(command).urgent:
+            self._wait(command)
+        elif command not in self._queue and (self._flight is None or self._flight.command != command):
+            self._supersede(now)
+            self._queue.append(command)
+
+    def receive(self, datagram: bytes, now: int) -> None:
+        """Take in a datagram from the drone's command port."""
+        for reply in split_replies(datagram):
+            owed = next((owed for owed in self._owed if fits(owed.flight.command, reply)), None)
+            if owed is None:
+                self.counters.stray_replies += 1
+                continue
+            self._owed.remove(owed)
+            if owed.flight is self._flight:
+                self._end(Outcome.REFUSED if refused(reply) else Outcome.DONE, reply, now)
+            else:
+                self.counters.late_replies += 1
+
+    def receive_state(self, datagram: bytes, now: int) -> None:
+        """Take in a datagram from the state port; `state` is then the newest and `state_time` is `now`."""
+        states, malformed = parse_states(datagram)
+        self.counters.malformed_states += malformed
+        if states:
+            self.state, self.state_time = states[-1], now
+
+    def poll(self, now: int) -> Poll:
+        """Return what is to be sent at `now`, and which commands have ended since the last call."""
+        datagrams: list[str] = []
+        while self._emergencies and self._emergencies[0] <= now:
+            self._emergencies.popleft()
+            datagrams.append("emergency")
+        if self._sticks is not None:
+            datagrams.append(self._sticks)
+            self._sticks = None
+        datagrams.extend(self._advance(now))
+        finished, self._finished = self._finished, []
+        return Poll([text.encode("ascii") for text in datagrams], finished)
+
+    def next_deadline(self) -> int | None:
+        """Return when to call `poll` next, None where nothing is under way; a time that is past means at once."""
+        if self._sticks is not None or self._finished:
+            return self._given
+        times = [*list(self._emergencies)[:1]]
+        if self._flight is not None:
+            times.append(self._flight.deadline)
+        elif self._queue:
+            times.append(max(self._given, *(owed.until for owed in self._owed)) if self._must_wait() else self._given)
+        return min(times, default=None)
+
+    def _advance(self, now: int) -> Iterable[str]:
+        self._owed = deque((owed for owed in self._owed if owed.until > now), MOST_OWED)
+        flight = self._flight
+        if flight is not None and now >= flight.deadline:
+            if flight.sent <= flight.rule.resend:
+                yield self._transmit(flight, now)
+            else:
+                self._end(Outcome.TIMED_OUT, "", now)
+        if self._flight is None and self._queue and not self._must_wait():
+            command = self._queue.popleft()
+            self._flight = _InFlight(command, rule(command), 0, now)
+            yield self._transmit(self._flight, now)
+
+    def _must_wait(self) -> bool:
+        """Whether the next command must not be mistaken for one before it whose reply is still owed."""
+        return bool(self._owed) and not rule(self._queue[0]).resend
+
+    def _transmit(self, flight: _InFlight, now: int) -> str:
+        flight.sent += 1
+        flight.sent_at = now
+        self._owed.append(_Owed(flight, flight.deadline + round(flight.rule.late * BILLION)))
+        return flight.command
+
+    def _wait(self, command: str) -> None:
+        if len(self._queue) < LONGEST_QUEUE:
+            self._queue.append(command)
+        else:
+            self._finished.append(Finished(command, Outcome.QUEUE_FULL))
+
+    def _end(self, outcome: Outcome, reply: str, now: int) -> None:
+        """End the command in flight."""
+        flight, self._flight = self._flight, None
+        assert flight is not None  # noqa: S101  (for mypy: the callers have seen it)
+        self._finished.append(Finished(flight.command, outcome, reply, (now - flight.sent_at) / BILLION))
+        self._shorten(flight, now)
+
+    def _supersede(self, now: int) -> None:
+        """End all that is in flight or waits; a reply to the former may still come."""
+        waiting = [] if self._flight is None else [self._flight.command]
+        self._finished += [Finished(command, Outcome.SUPERSEDED) for command in (*waiting, *self._queue)]
+        flight, self._flight = self._flight, None
+        self._queue.clear()
+        if flight is not None:
+            self._shorten(flight, now)
+
+    def _shorten(self, flight: _InFlight, now: int) -> None:
+        """Expect replies to a command that has ended no longer than its `late`."""
+        until = now + round(flight.rule.late * BILLION)
+        self._owed = deque(
+            (o._replace(until=min(o.until, until)) if o.flight is flight else o for o in self._owed), MOST_OWED
+        )

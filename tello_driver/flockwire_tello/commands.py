@@ -1,0 +1,76 @@
+"""What each Tello command wants of its sender, as data: how long to wait, what a reply is, what to send again.
+
+Sources: Tello SDK 1.3 (2018), SDK 2.0 (EDU, 2018), SDK 3.0 (RoboMaster TT, 2021) user guides for names and replies; the
+times are larger than those in public logs (`command` 28 to 48 ms, `takeoff` 3.9 s, `land` 1.7 s).
+"""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+OK = re.compile(r"(?:matrix |led )?ok\b.*", re.IGNORECASE)  # "OK,drone will reboot in 3s" is one too
+ANY = re.compile(r".+")
+NUMBER = r"-?\d+(?:\.\d+)?"
+
+
+class Rule(NamedTuple):
+    """How to treat one command; times in s."""
+
+    timeout: float  # from sending until it is sent again or given up
+    resend: int  # how often it may be sent again; 0 where a second one would do something else
+    reply: re.Pattern[str] | None = OK  # what a good reply is, as a whole; None: there is none, nothing waits for it
+    late: float = 0.5  # after it ended without one, how long a reply may still come
+    urgent: bool = False  # takes the place of what is in flight and of all that waits
+
+
+def _query(pattern: str) -> Rule:
+    return Rule(timeout=1.0, resend=2, reply=re.compile(pattern))
+
+
+SILENT = Rule(timeout=0.0, resend=0, reply=None)
+SETTING = Rule(timeout=2.0, resend=2)
+MOVE = Rule(timeout=60.0, resend=0, late=1.0)  # 5 m at 10 cm/s take 50 s
+UNKNOWN = Rule(timeout=7.0, resend=0, reply=ANY, late=2.0)
+
+RULES: dict[str, Rule] = {
+    "command": Rule(timeout=1.0, resend=4),
+    "takeoff": Rule(timeout=20.0, resend=0, late=5.0),
+    "throwfly": Rule(timeout=20.0, resend=0, late=5.0),
+    "land": Rule(timeout=10.0, resend=2, late=5.0, urgent=True),
+    "stop": Rule(timeout=2.0, resend=2, reply=re.compile(r"ok|forced stop"), urgent=True),
+    "rc": SILENT,
+    "emergency": SILENT,
+    **dict.fromkeys(("up", "down", "left", "right", "forward", "back", "cw", "ccw", "go", "curve", "jump"), MOVE),
+    "flip": Rule(timeout=10.0, resend=0, late=1.0),
+    **dict.fromkeys(("speed", "mon", "moff", "mdirection", "streamon", "streamoff", "port"), SETTING),
+    **dict.fromkeys(("setfps", "setbitrate", "setresolution", "wifisetchannel", "downvision"), SETTING),
+    **dict.fromkeys(("motoron", "motoroff", "keepalive"), SETTING),
+    **dict.fromkeys(("wifi", "ap", "multiwifi", "reboot"), Rule(timeout=5.0, resend=0)),  # the drone restarts
+    "EXT": Rule(timeout=2.0, resend=2, reply=re.compile(r"(?:matrix |led )?ok\b.*|tof \d+|esp32\S+", re.IGNORECASE)),
+    "battery?": _query(r"\d+"),
+    "speed?": _query(NUMBER),
+    "time?": _query(r"\d+s?"),
+    "height?": _query(r"-?\d+dm"),
+    "temp?": _query(r"-?\d+~-?\d+C"),
+    "attitude?": _query(r"pitch:-?\d+;roll:-?\d+;yaw:-?\d+;"),
+    "baro?": _query(NUMBER),
+    "acceleration?": _query(rf"agx:{NUMBER};agy:{NUMBER};agz:{NUMBER};"),
+    "tof?": _query(r"-?\d+mm"),
+    "wifi?": _query(r"-?\d+"),
+    "sdk?": _query(r"\d+(?:\.\d+)*"),
+    "sn?": _query(r"[0-9A-Z]{6,}"),
+    "hardware?": _query(r"[A-Z]+"),
+    "wifiversion?": _query(r"wifiv.*"),
+    **dict.fromkeys(("ap?", "ssid?"), _query(r".+")),
+}
+
+
+def word(command: str) -> str:
+    """Return the name of a command: its first word."""
+    return command.partition(" ")[0]
+
+
+def rule(command: str) -> Rule:
+    """Return the rule of a command, `UNKNOWN` where it is in no guide."""
+    return RULES.get(word(command), UNKNOWN)

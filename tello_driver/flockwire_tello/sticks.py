@@ -1,0 +1,88 @@
+"""Velocities as stick values, and back: the command `rc a b c d`.
+
+    a = −v_y / g_x,   b = v_x / g_y,   c = v_z / g_z,   d = −omega / g_yaw        (g: what one unit of a stick is worth)
+
+v in the body frame FLU (x forward, y left, z up), omega counter-clockwise; the drone counts right, forward, up and
+clockwise as positive, each from −100 to 100 (SDK 2.0 user guide, `rc`). No guide says what a unit is worth; users take
+it for 1 cm/s.
+"""
+
+from __future__ import annotations
+
+import re
+from math import cos, isfinite, pi, sin
+from typing import NamedTuple
+
+from flockwire.control.vector import Vector
+
+FULL = 100  # largest stick value
+
+_COMMAND = re.compile(r"rc" + r" +(-?[0-9]{1,4})" * 4)
+
+
+class Sticks(NamedTuple):
+    """Four stick values, −100 to 100."""
+
+    right: int
+    forward: int
+    up: int
+    clockwise: int
+
+    @property
+    def command(self) -> str:
+        """The command that sets them."""
+        return f"rc {self.right} {self.forward} {self.up} {self.clockwise}"
+
+
+CENTRED = Sticks(0, 0, 0, 0)
+
+
+class StickGains(NamedTuple):
+    """What one unit of each stick is worth: m/s, and rad/s of yaw. An assumption until it is identified."""
+
+    right: float = 0.01
+    forward: float = 0.01
+    up: float = 0.01
+    clockwise: float = pi / 180.0
+
+
+def to_body(velocity: Vector, yaw: float) -> Vector:
+    """Return a world velocity (ENU) in the body frame FLU of a drone with heading `yaw` (rad, ccw from world x)."""
+    x, y, z = velocity
+    c, s = cos(yaw), sin(yaw)
+    return (c * x + s * y, c * y - s * x, z)
+
+
+def to_world(velocity: Vector, yaw: float) -> Vector:
+    """Return a body velocity (FLU) in the world frame (ENU); the inverse of `to_body`."""
+    return to_body(velocity, -yaw)
+
+
+def to_sticks(velocity: Vector, yaw_rate: float, gains: StickGains) -> Sticks:
+    """Return the sticks for a body velocity (FLU, m/s) and a yaw rate (rad/s, ccw).
+
+    Where a stick would be over 100, the velocity is scaled down as a whole: its direction stays; yaw is clipped alone.
+    Raises ValueError where a number is not finite.
+    """
+    wanted = (-velocity[1] / gains.right, velocity[0] / gains.forward, velocity[2] / gains.up)
+    turn = -yaw_rate / gains.clockwise
+    if not all(map(isfinite, (*wanted, turn))):
+        raise ValueError(f"velocity {velocity}, yaw rate {yaw_rate}: must be finite")
+    scale = FULL / max(FULL, *map(abs, wanted))
+    right, forward, up = (round(value * scale) for value in wanted)
+    return Sticks(right, forward, up, round(max(-FULL, min(FULL, turn))))
+
+
+def to_velocity(sticks: Sticks, gains: StickGains) -> tuple[Vector, float]:
+    """Return body velocity (FLU, m/s) and yaw rate (rad/s, ccw) that sticks command; the inverse of `to_sticks`."""
+    velocity = (sticks.forward * gains.forward, -sticks.right * gains.right, sticks.up * gains.up)
+    return velocity, -sticks.clockwise * gains.clockwise
+
+
+def parse_sticks(command: str) -> Sticks | None:
+    """Return the sticks of an `rc` command, None where it is none or a value is out of range."""
+    found = _COMMAND.fullmatch(command.strip())
+    if found is None:
+        return None
+    sticks = Sticks(*map(int, found.groups()))
+    return sticks if all(abs(value) <= FULL for value in sticks) else None

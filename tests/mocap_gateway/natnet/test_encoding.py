@@ -1,0 +1,67 @@
+import pytest
+from flockwire_mocap.natnet.encoding import (
+    encode,
+    encode_command,
+    encode_connect,
+    encode_frame,
+    encode_model,
+    encode_server_info,
+)
+from flockwire_mocap.natnet.packets import (
+    BodyDescription,
+    Command,
+    Connect,
+    Kind,
+    MocapFrame,
+    ModelDefinition,
+    Other,
+    RigidBody,
+    ServerInfo,
+    Stamps,
+)
+from flockwire_mocap.natnet.parsing import parse, parse_request
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+VERSIONS = [(3, 0), (3, 1), (4, 0), (4, 1), (4, 2), (4, 5)]
+single = st.floats(width=32, allow_nan=False)
+u32, u64 = st.integers(0, 2**32 - 1), st.integers(0, 2**64 - 1)
+i32 = st.integers(-(2**31), 2**31 - 1)
+bodies = st.lists(
+    st.builds(RigidBody, i32, st.tuples(*[single] * 3), st.tuples(*[single] * 4), single, st.booleans()), max_size=5
+).map(tuple)
+precision = st.tuples(u32, u32)
+stamps = st.builds(Stamps, u32, u32, st.floats(allow_nan=False), u64, u64, u64, precision)
+names = st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"]), max_size=12)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+@settings(max_examples=30)
+@given(frame=st.builds(MocapFrame, i32, bodies, stamps, st.integers(0, 2**16 - 1)))
+def test_frames_survive_the_wire(version, frame):
+    if version < (4, 1):
+        frame = frame._replace(stamps=frame.stamps._replace(precision=None))
+    assert parse(encode_frame(frame, version), version) == frame
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+@settings(max_examples=30)
+@given(model=st.lists(st.builds(BodyDescription, i32, names), max_size=5))
+def test_models_survive_the_wire(version, model):
+    assert parse(encode_model(model, version), version) == ModelDefinition(tuple(model), complete=True)
+
+
+def test_server_info_survives_the_wire():
+    info = ServerInfo("flockwire", (3, 5, 0, 0), (4, 5, 0, 0), 10_000_000, 1511, False, "239.255.42.99")
+    assert parse(encode_server_info(info), None) == info
+
+
+def test_requests_survive_the_wire():
+    assert parse_request(encode_connect()) == Connect()
+    assert parse_request(encode_command("Bitstream,3.1")) == Command("Bitstream,3.1")
+    assert parse_request(encode(Kind.KEEP_ALIVE)) == Other(Kind.KEEP_ALIVE)
+    assert parse_request(encode(Kind.REQUEST_MODEL) + b"\0") == Other(Kind.REQUEST_MODEL)
+
+
+def test_a_greeting_is_what_clients_of_the_vendor_send():
+    assert encode_connect() == b"\0\0\x05\0Ping\0"

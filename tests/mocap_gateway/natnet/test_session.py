@@ -1,0 +1,198 @@
+import pytest
+from flockwire.nanoseconds import BILLION
+from flockwire_mocap.natnet.encoding import (
+    encode,
+    encode_command,
+    encode_connect,
+    encode_frame,
+    encode_model,
+    encode_server_info,
+)
+from flockwire_mocap.natnet.packets import BodyDescription, Kind, MocapFrame, RigidBody, ServerInfo, Stamps
+from flockwire_mocap.natnet.session import NatNetSession, Options
+from flockwire_mocap.natnet.trouble import trouble
+
+SERVER = "10.0.0.1"
+INFO = ServerInfo("Motive", (3, 1, 0, 0), (4, 1, 0, 0), 10_000_000, 1511, False, "239.255.42.99")
+UPRIGHT = (0.0, 0.0, 0.0, 1.0)
+GREETING, KEEP_ALIVE = encode_connect(), encode(Kind.KEEP_ALIVE)
+MODEL_REQUEST = encode(Kind.REQUEST_MODEL)
+
+
+def body(identity=7, *, position=(1.0, 2.0, 3.0), orientation=UPRIGHT, tracked=True):
+    return RigidBody(identity, position, orientation, 0.0, tracked)
+
+
+def frame(number=1, *bodies, version=(4, 1), parameters=0, ticks=(1000, 2000, 3000), timestamp=12.5):
+    return encode_frame(
+        MocapFrame(number, bodies or (body(),), Stamps(0, 0, timestamp, *ticks, (0, 0)), parameters), version
+    )
+
+
+def session(info=INFO, **options):
+    made = NatNetSession(Options(SERVER, **options))
+    if info is not None:
+        made.receive(encode_server_info(info), SERVER, 0)
+    return made
+
+
+def test_it_greets_once_a_second_until_it_is_answered():
+    asking = session(info=None)
+    greeted = [now for now in range(0, 5 * BILLION, BILLION // 10) if asking.requests(now) == [GREETING]]
+    assert greeted == [0, BILLION, 2 * BILLION, 3 * BILLION, 4 * BILLION]
+    asking.receive(encode_server_info(INFO), SERVER, 5 * BILLION)
+    assert GREETING not in asking.requests(5 * BILLION)
+
+
+def test_in_unicast_it_keeps_the_connection_alive():
+    living = session(request_model=False)
+    sent = []
+    for now in range(0, 10 * BILLION, BILLION // 10):
+        living.receive(frame(now // (BILLION // 10)), SERVER, now)
+        sent += living.requests(now)
+    assert sent == [KEEP_ALIVE] * 10
+
+
+def test_in_multicast_it_need_not():
+    info = INFO._replace(multicast=True)
+    assert session(info, multicast=True, request_model=False).requests(0) == []
+
+
+def test_it_greets_a_silent_server_again():
+    lost = session(request_model=False)
+    assert GREETING not in lost.requests(3 * BILLION)
+    assert GREETING in lost.requests(3 * BILLION + 1)
+
+
+def test_it_asks_for_names_a_few_times_only():
+    asking = session()
+    sent = [request for now in range(0, 20 * BILLION, BILLION // 10) for request in asking.requests(now)]
+    assert sent.count(MODEL_REQUEST) == 3
+
+
+def test_it_asks_for_names_again_when_the_models_have_changed():
+    told = session()
+    told.requests(0)
+    told.receive(encode_model([BodyDescription(7, "one")], (4, 1)), SERVER, 1)
+    assert MODEL_REQUEST not in told.requests(10 * BILLION)
+    told.receive(frame(1, parameters=2), SERVER, 10 * BILLION)
+    assert MODEL_REQUEST in told.requests(10 * BILLION)
+
+
+def test_poses_come_by_number_without_a_model_and_by_name_with_one():
+    told = session()
+    assert told.receive(frame(1), SERVER, 0).bodies[0][:2] == (7, None)
+    told.receive(encode_model([BodyDescription(7, "one")], (4, 1)), SERVER, 0)
+    assert told.receive(frame(2), SERVER, 0).bodies[0][:2] == (7, "one")
+
+
+def test_stamps_are_in_ns_of_the_ticks_clock():
+    seen = session().receive(frame(ticks=(10_000_000, 10_050_000, 10_070_000)), SERVER, 0)
+    assert (seen.captured, seen.transmitted) == (BILLION, BILLION + 7_000_000)
+
+
+@pytest.mark.parametrize("mid_exposure", [0, 4000])
+def test_a_capture_time_that_is_not_known_is_the_time_of_sending(mid_exposure):
+    seen = session().receive(frame(ticks=(mid_exposure, 0, 3000)), SERVER, 0)
+    assert seen.captured == seen.transmitted == 300_000
+
+
+@pytest.mark.parametrize("seconds", [float("nan"), float("inf"), 1e300])
+def test_without_ticks_the_time_stamp_serves(seconds):
+    assert session().receive(frame(ticks=(0, 0, 0)), SERVER, 0).captured == 12_500_000_000
+    assert session().receive(frame(ticks=(0, 0, 0), timestamp=seconds), SERVER, 0).captured == 0
+
+
+def test_frames_of_others_are_dropped_and_counted():
+    guarded = session()
+    assert guarded.receive(frame(), "10.0.0.66", 0) is None
+    assert (guarded.counts.foreign, guarded.foreign) == (1, "10.0.0.66")
+
+
+def test_missing_repeated_and_late_frames_are_counted():
+    counting = session()
+    passed = [n for n in (1, 2, 2, 5, 4, 4, 6) if counting.receive(frame(n), SERVER, 0) is not None]
+    sequence = counting.sequence
+    assert passed == [1, 2, 5, 6]
+    assert (sequence.missing, sequence.repeated, sequence.late) == (1, 2, 1)
+
+
+def test_malformed_packets_are_counted_and_change_nothing():
+    counting = session()
+    assert counting.receive(frame()[:50], SERVER, 0) is None
+    assert counting.counts.malformed == 1
+    assert counting.receive(frame(), SERVER, 0) is not None
+
+
+@pytest.mark.parametrize(
+    "pose",
+    [
+        {"orientation": (0.0, 0.0, 0.0, 0.0)},
+        {"orientation": (1.0, 0.0, 0.0, 1.0)},
+        {"orientation": (0.0, 0.0, float("nan"), 1.0)},
+        {"position": (0.0, float("nan"), 0.0)},
+        {"position": (0.0, float("inf"), 0.0)},
+    ],
+)
+def test_what_cannot_be_a_pose_is_not_tracked(pose):
+    guarded = session()
+    assert not guarded.receive(frame(1, body(**pose)), SERVER, 0).bodies[0].tracked
+    assert guarded.counts.poses_rejected == 1
+
+
+def test_a_lost_body_is_not_tracked():
+    guarded = session()
+    lost = body(position=(0.0, 0.0, 0.0), orientation=(0.0, 0.0, 0.0, 0.0), tracked=False)
+    assert not guarded.receive(frame(1, lost), SERVER, 0).bodies[0].tracked
+    assert guarded.counts.poses_rejected == 0
+
+
+def test_an_older_bitstream_is_asked_for_and_read_once_granted():
+    choosy = session(bitstream=(3, 0), request_model=False)
+    assert encode_command("Bitstream,3.0") in choosy.requests(0)
+    assert choosy.version == (4, 1)
+    choosy.receive(encode(Kind.RESPONSE, bytes(4)), SERVER, 0)
+    assert choosy.version == (3, 0)
+    assert choosy.receive(frame(1, version=(3, 0)), SERVER, 0) is not None
+    assert encode_command("Bitstream,3.0") not in choosy.requests(5 * BILLION)
+
+
+def test_a_refused_bitstream_is_not_read():
+    choosy = session(bitstream=(3, 0))
+    choosy.receive(encode(Kind.RESPONSE, b"\x01\0\0\0"), SERVER, 0)
+    choosy.receive(encode(Kind.RESPONSE, b"Bitstream,4.1\0"), SERVER, 0)
+    assert choosy.version == (4, 1)
+
+
+def test_in_multicast_the_bitstream_that_is_set_is_read_without_any_answer():
+    deaf = session(info=None, multicast=True, bitstream=(4, 1))
+    assert deaf.receive(frame(), SERVER, 0) is not None
+
+
+def spoken(found):
+    assert found is not None
+    assert "\n" not in found
+    return found
+
+
+def test_troubles_name_cause_and_remedy():
+    assert "firewall" in spoken(trouble(session(info=None)))
+    assert "multicast = true" in spoken(trouble(session(INFO._replace(multicast=True))))
+    assert "multicast = false" in spoken(trouble(session(multicast=True)))
+    assert "2.9" in spoken(trouble(session(INFO._replace(natnet_version=(2, 9, 0, 0)))))
+    assert "live mode" in spoken(trouble(session()))
+    assert "interface" in spoken(trouble(session(INFO._replace(multicast=True), multicast=True)))
+
+
+def test_troubles_with_what_comes():
+    odd = session()
+    odd.receive(frame()[:60], SERVER, 0)
+    assert "bitstream" in spoken(trouble(odd))
+    other = session(info=None)
+    other.receive(frame(), "10.0.0.9", 0)
+    assert "10.0.0.9" in spoken(trouble(other))
+    bare = session()
+    bare.receive(encode_frame(MocapFrame(1, (), Stamps(0, 0, 0.0, 1, 2, 3, (0, 0)), 0), (4, 1)), SERVER, 0)
+    assert "Rigid Bodies" in spoken(trouble(bare))
+    bare.receive(frame(2), SERVER, 0)
+    assert trouble(bare) is None

@@ -1,0 +1,162 @@
+"""Client and server over real sockets on loopback."""
+
+import asyncio
+import socket
+
+import pytest
+from flockwire import clock
+from flockwire_mocap.natnet.client import NatNetClient
+from flockwire_mocap.natnet.packets import DATA_PORT, GROUP, HEADER, Kind
+from flockwire_mocap.natnet.server import NatNetServer
+from flockwire_mocap.natnet.session import NatNetSession, Options
+from flockwire_mocap.natnet.trouble import trouble
+from flockwire_mocap.natnet.twin import TwinOptions
+from flockwire_mocap.streaming import stream
+from flockwire_mocap.tracking import ReportedBody, TrackerFrame
+
+HOME = "127.0.0.1"
+NAMES = {k: f"drone {k}" for k in range(1, 11)}
+VERSIONS = [(3, 0), (3, 1), (4, 0), (4, 1), (4, 2), (4, 5)]
+FRAMES = 60
+
+
+def frames(count=FRAMES):
+    for number in range(count):
+        now = clock.now()
+        bodies = (ReportedBody(k, None, (float(k), number / 4, 1.0), (0.0, 0.0, 0.0, 1.0), tracked=True) for k in NAMES)
+        yield TrackerFrame(number, now - 8_000_000, now, tuple(bodies))
+
+
+async def until(condition, seconds=3.0):
+    async with asyncio.timeout(seconds):
+        while not condition():  # noqa: ASYNC110 sockets report to no event
+            await asyncio.sleep(0.01)
+
+
+async def fly(server_options, multicast, ready=lambda session: session.names == NAMES, **options):
+    """Stream frames to a client; returns them, its session, and the frames as they were delivered."""
+    server = NatNetServer(server_options._replace(data_port=0), NAMES, command_port=0)
+    await server.open()
+    session, delivered = NatNetSession(Options(HOME, multicast, **options)), []
+    client = NatNetClient(
+        session, lambda frame, now: delivered.append((frame, now)), local=HOME, command_port=server.command_port
+    )
+    await client.open()
+    try:
+        await until(lambda: ready(session))
+        await asyncio.sleep(0.15)  # the group that the server has told is joined at the client's next tick
+        await stream(frames(), 240.0, server.publish)
+        await until(lambda: len(delivered) == FRAMES)
+    finally:
+        client.close()
+        server.close()
+    return session, delivered
+
+
+@pytest.mark.parametrize("multicast", [False, True], ids=["unicast", "multicast"])
+@pytest.mark.parametrize("version", VERSIONS)
+def test_every_frame_arrives_once_with_names(version, multicast):
+    session, delivered = asyncio.run(fly(TwinOptions(version, multicast), multicast))
+    assert [frame.number for frame, _ in delivered] == list(range(FRAMES))
+    assert (session.sequence.missing, session.sequence.repeated, session.counts.malformed) == (0, 0, 0)
+    for frame, now in delivered:
+        assert {body.identity: body.name for body in frame.bodies} == NAMES
+        assert all(body.position == (float(body.identity), frame.number / 4, 1.0) for body in frame.bodies)
+        assert frame.transmitted - frame.captured == 8_000_000
+        assert 0 <= now - frame.transmitted < 500_000_000
+    assert trouble(session) is None
+
+
+def test_frames_come_by_number_from_a_server_that_tells_no_names():
+    options = TwinOptions((4, 1), answers_model=False)
+    session, delivered = asyncio.run(fly(options, False, ready=lambda session: session.info is not None))
+    assert [body.identity for body in delivered[-1][0].bodies] == list(NAMES)
+    assert session.names == {}
+
+
+def test_an_older_bitstream_over_the_wire():
+    def ready(session):
+        return session.adjusted and session.names == NAMES
+
+    session, delivered = asyncio.run(fly(TwinOptions((4, 5)), False, ready, bitstream=(3, 0)))
+    assert session.version == (3, 0)
+    assert len(delivered) == FRAMES
+
+
+def test_a_server_that_never_answers_is_read_in_the_version_that_is_set():
+    async def listen():
+        server = NatNetServer(TwinOptions((4, 2), multicast=True, data_port=0), NAMES, command_port=0)
+        await server.open()
+        session, delivered = NatNetSession(Options(HOME, multicast=True, bitstream=(4, 2))), []
+        group = (GROUP, server._data.get_extra_info("sockname")[1])
+        client = NatNetClient(
+            session, lambda frame, now: delivered.append(frame), local=HOME, command_port=9, group=group
+        )
+        await client.open()
+        await stream(frames(5), 240.0, server.publish)
+        await until(lambda: len(delivered) == 5)
+        client.close()
+        server.close()
+        return session
+
+    session = asyncio.run(listen())
+    assert (session.info, session.names) == (None, {})
+
+
+def test_a_server_that_is_not_there_is_a_line_and_no_hang():
+    async def wait():
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+            taken.bind((HOME, 0))
+            session = NatNetSession(Options(HOME))
+            client = NatNetClient(session, lambda frame, now: None, local=HOME, command_port=taken.getsockname()[1])
+            await client.open()
+            await asyncio.sleep(0.3)
+            client.close()
+            return HEADER.unpack_from(taken.recv(100))[0], trouble(session, 1510)
+
+    kind, found = asyncio.run(wait())
+    assert kind == Kind.CONNECT
+    assert found.startswith("no answer from 127.0.0.1:1510")
+
+
+def test_a_stranger_on_the_same_host_is_not_the_server():
+    async def intrude():
+        session, delivered = NatNetSession(Options(HOME)), []
+        client = NatNetClient(session, lambda frame, now: delivered.append(frame), local=HOME, command_port=9)
+        await client.open()
+        port = client._commands.get_extra_info("sockname")[1]
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+            stranger.bind(("127.0.0.2", 0))
+            stranger.sendto(b"\x07\0\0\0", (HOME, port))
+        await until(lambda: session.counts.foreign == 1)
+        client.close()
+        return session
+
+    assert asyncio.run(intrude()).foreign == "127.0.0.2"
+
+
+@pytest.mark.parametrize("bitstream", [None, (4, 1)])
+def test_a_group_that_the_server_has_not_announced_is_left(bitstream):
+    async def eavesdrop():
+        server = NatNetServer(TwinOptions((4, 1), multicast=True, data_port=0), NAMES, command_port=0)
+        other = NatNetServer(TwinOptions((4, 1), multicast=True, data_port=DATA_PORT), NAMES, command_port=0)
+        await server.open()
+        await other.open()
+        session, delivered = NatNetSession(Options(HOME, multicast=True, bitstream=bitstream)), []
+        client = NatNetClient(
+            session, lambda frame, now: delivered.append(frame), local=HOME, command_port=server.command_port
+        )
+        await client.open()
+        await until(lambda: session.names == NAMES)
+        await asyncio.sleep(0.15)
+        for frame in frames(5):
+            other.publish(frame._replace(number=frame.number + 100))
+            server.publish(frame)
+        await until(lambda: len(delivered) == 5)
+        for open_one in (client, server, other):
+            open_one.close()
+        return session, delivered
+
+    session, delivered = asyncio.run(eavesdrop())
+    assert [frame.number for frame in delivered] == list(range(5))
+    assert session.counts.frames == 5

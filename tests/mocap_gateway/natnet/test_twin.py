@@ -1,0 +1,96 @@
+import pytest
+from flockwire.nanoseconds import BILLION
+from flockwire_mocap.natnet.encoding import encode, encode_command, encode_connect
+from flockwire_mocap.natnet.packets import Kind, ModelDefinition, Other, Response
+from flockwire_mocap.natnet.parsing import parse
+from flockwire_mocap.natnet.twin import LIFETIME, NatNetTwin, TwinOptions
+from flockwire_mocap.tracking import ReportedBody, TrackerFrame
+
+ALICE, BOB = ("10.0.0.2", 4000), ("10.0.0.3", 4000)
+BODY = ReportedBody(7, None, (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0), tracked=True)
+FRAME = TrackerFrame(5, BILLION, BILLION + 4_000_000, (BODY, BODY._replace(identity=8, tracked=False)))
+NAMES = {7: "one", 8: "two"}
+
+
+def test_unicast_serves_those_who_have_greeted_and_stay_in_touch():
+    twin = NatNetTwin(TwinOptions((4, 1)), NAMES)
+    assert twin.datagrams(FRAME, 0) == []
+    twin.receive(encode_connect(), ALICE, 0)
+    twin.receive(encode_connect(), BOB, 0)
+    assert [to for _, to in twin.datagrams(FRAME, 1)] == [ALICE, BOB]
+    twin.receive(encode(Kind.KEEP_ALIVE), BOB, LIFETIME - 1)
+    assert [to for _, to in twin.datagrams(FRAME, LIFETIME)] == [BOB]
+    twin.receive(encode(Kind.DISCONNECT), BOB, LIFETIME)
+    assert twin.datagrams(FRAME, LIFETIME) == []
+
+
+def test_multicast_serves_the_group():
+    twin = NatNetTwin(TwinOptions((4, 1), multicast=True, data_port=9), NAMES)
+    assert [to for _, to in twin.datagrams(FRAME, 0)] == [("239.255.42.99", 9)]
+
+
+def test_each_client_gets_the_bitstream_that_it_asked_for():
+    twin = NatNetTwin(TwinOptions((4, 1)), NAMES)
+    twin.receive(encode_connect(), ALICE, 0)
+    twin.receive(encode_connect(), BOB, 0)
+    assert parse(twin.receive(encode_command("Bitstream,3.0"), BOB, 0), None) == Response(None, 0)
+    assert parse(twin.receive(encode_command("Bitstream"), BOB, 0), None) == Response("Bitstream,3.0", None)
+    (new, _), (old, _) = twin.datagrams(FRAME, 0)
+    assert parse(new, (4, 1)).stamps.precision == (0, 0)
+    assert parse(old, (3, 0)) == parse(new, (4, 1))._replace(stamps=parse(old, (3, 0)).stamps)
+
+
+def long_greeting(*version):
+    """A greeting as the vendor's later samples write it: 270 bytes with the version at 265, and a NUL."""
+    body = bytearray(270)
+    body[:4], body[265 : 265 + len(version)] = b"Ping", bytes(version)
+    return encode(Kind.CONNECT, bytes(body) + b"\0")
+
+
+@pytest.mark.parametrize(
+    ("wish", "own", "granted"),
+    [
+        ((4, 1), (4, 5), (4, 1)),
+        ((3, 0), (4, 0), (3, 0)),
+        ((4, 1), (3, 1), (3, 1)),
+        ((4, 5), (4, 1), (4, 1)),
+        ((), (4, 2), (4, 2)),
+    ],
+)
+def test_a_greeting_may_ask_for_a_bitstream(wish, own, granted):
+    twin = NatNetTwin(TwinOptions(own), NAMES)
+    assert parse(twin.receive(long_greeting(*wish), ALICE, 0), None).version == granted
+    assert len(parse(twin.datagrams(FRAME, 0)[0][0], granted).bodies) == 2
+
+
+@pytest.mark.parametrize("wish", ["Bitstream,4.5", "Bitstream,2.9", "Bitstream,x", "Bitstream,3", "Bitstream,3.0.0"])
+def test_a_bitstream_that_it_cannot_speak_is_refused(wish):
+    twin = NatNetTwin(TwinOptions((4, 1)), NAMES)
+    twin.receive(encode_connect(), ALICE, 0)
+    assert parse(twin.receive(encode_command(wish), ALICE, 0), None) == Response(None, 1)
+
+
+@pytest.mark.parametrize("options", [TwinOptions((3, 1)), TwinOptions((4, 1), multicast=True)])
+def test_old_servers_and_multicast_do_not_change_their_bitstream(options):
+    twin = NatNetTwin(options, NAMES)
+    twin.receive(encode_connect(), ALICE, 0)
+    assert parse(twin.receive(encode_command("Bitstream,3.0"), ALICE, 0), None) == Response(None, 1)
+
+
+def test_other_commands_are_not_recognized():
+    twin = NatNetTwin(TwinOptions((4, 1)), NAMES)
+    assert parse(twin.receive(encode_command("TimelinePlay"), ALICE, 0), None) == Other(Kind.UNRECOGNIZED)
+
+
+def test_it_tells_names_unless_it_is_one_that_does_not():
+    told = parse(NatNetTwin(TwinOptions((4, 2)), NAMES).receive(encode(Kind.REQUEST_MODEL), ALICE, 0), (4, 2))
+    assert told == ModelDefinition(((7, "one"), (8, "two")), complete=True)
+    silent = NatNetTwin(TwinOptions((4, 2), answers_model=False), NAMES)
+    assert silent.receive(encode(Kind.REQUEST_MODEL), ALICE, 0) is None
+
+
+def test_lost_bodies_are_in_the_frame_and_marked():
+    twin = NatNetTwin(TwinOptions((4, 1), multicast=True), NAMES)
+    frame = parse(twin.datagrams(FRAME, 0)[0][0], (4, 1))
+    assert [body.tracked for body in frame.bodies] == [True, False]
+    assert (frame.stamps.mid_exposure, frame.stamps.transmitted) == (10_000_000, 10_040_000)

@@ -1,0 +1,93 @@
+"""Client and server over real sockets on loopback."""
+
+import asyncio
+
+from flockwire import clock
+from flockwire_mocap.streaming import stream
+from flockwire_mocap.tracking import ReportedBody, TrackerFrame
+from flockwire_mocap.vrpn.client import VrpnClient
+from flockwire_mocap.vrpn.server import VrpnServer
+
+HOME = "127.0.0.1"
+NAMES = [f"drone {k}" for k in range(10)]
+FRAMES = 60
+
+
+def frames(count=FRAMES):
+    for number in range(count):
+        now = clock.now() // 1000 * 1000
+        places = enumerate(NAMES)
+        bodies = (ReportedBody(k, n, (float(k), number / 3, 1.0), (0.0, 0.0, 0.0, 1.0), k != 4) for k, n in places)
+        yield TrackerFrame(number, now, now, tuple(bodies))
+
+
+async def until(condition, seconds=3.0):
+    async with asyncio.timeout(seconds):
+        while not condition():  # noqa: ASYNC110 sockets report to no event
+            await asyncio.sleep(0.01)
+
+
+def test_every_report_arrives_once_and_lost_bodies_say_nothing():
+    async def fly():
+        server, delivered = VrpnServer(NAMES, port=0), []
+        await server.open()
+        client = VrpnClient(HOME, lambda frame, now: delivered.append((frame, now)), server.port)
+        client.open()
+        await until(lambda: len(client.connection.senders) == len(NAMES))
+        await stream(frames(), 240.0, server.publish)
+        await until(lambda: len(delivered) == 9 * FRAMES)
+        await client.close()
+        server.close()
+        return client, delivered
+
+    client, delivered = asyncio.run(fly())
+    assert (client.trouble, client.reports.repeated, client.reports.late) == (None, 0, 0)
+    heights = {}
+    for frame, now in delivered:
+        (body,) = frame.bodies
+        assert body.name == f"drone {int(body.position[0])}"
+        assert 0 <= now - frame.captured < 500_000_000
+        heights.setdefault(body.name, []).append(body.position[1])
+    assert set(heights) == {name for name in NAMES if name != "drone 4"}
+    assert all(seen == [number / 3 for number in range(FRAMES)] for seen in heights.values())
+
+
+def test_a_server_that_comes_later_or_comes_back_is_found():
+    async def fly():
+        first, delivered = VrpnServer(NAMES, port=0), []
+        await first.open()
+        port = first.port
+        first.close()
+        client = VrpnClient(HOME, lambda frame, now: delivered.append(frame), port)
+        client.open()
+        await until(lambda: "cannot be reached" in (client.trouble or ""))
+        for _ in range(2):
+            server = VrpnServer(NAMES, port=port)
+            await server.open()
+            await until(lambda: client.trouble is None and len(client.connection.senders) == len(NAMES))
+            before = len(delivered)
+            server.publish(next(frames()))
+            await until(lambda before=before: len(delivered) == before + 9)
+            server.close()
+            await until(lambda: client.trouble is not None)
+        await client.close()
+        return client, delivered
+
+    client, delivered = asyncio.run(fly())
+    assert "closed" in client.trouble
+    assert {frame.bodies[0].identity for frame in delivered} == set(range(9))  # the same numbers both times
+
+
+def test_a_server_of_another_protocol_is_left():
+    async def fly():
+        def greet(reader, writer):
+            writer.write(b"HTTP/1.1 400 Bad Request\r\n\r\n")
+
+        server = await asyncio.start_server(greet, HOME, 0)
+        client = VrpnClient(HOME, lambda frame, now: None, server.sockets[0].getsockname()[1])
+        client.open()
+        await until(lambda: "not VRPN 7" in (client.trouble or ""))
+        await client.close()
+        server.close()
+
+    asyncio.run(fly())
