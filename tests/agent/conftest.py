@@ -9,7 +9,7 @@ from math import dist, hypot, inf
 from typing import Any
 
 import pytest
-from flockwire.control.vector import Vector, add, scale, subtract
+from flockwire.control.vector import ZERO, Vector, add, scale, subtract
 from flockwire.flight.phases import Phase
 from flockwire.loading import parse_swarm
 from flockwire.nanoseconds import BILLION
@@ -43,9 +43,10 @@ class Cockpit:
         self.now, self.swarm, self.number = BEGAN, swarm, number
         self.core = AgentCore(swarm, number, BEGAN)
         self.position, self.leader = position, (0.0, 0.0, 1.0)
+        self.leader_phase, self.leading = Phase.FORMATION, Leading.LEADS  # what it reports; what others say of it
+        self.origin: int | None = None  # of the neighbours' estimates, Unix ns; None: they are news
         self.state, self.battery = FlightState.GROUNDED, 1.0
         self.bodies: tuple[Body, ...] = ()
-        self.leader_phase, self.origin = Phase.FORMATION, BEGAN  # origin: of the news of the leader that pass through
         self.silent: set[str] = set()
         self.holds_still = False  # the airframe stays where it is, whatever is commanded
         self.command: Command | None = None
@@ -73,14 +74,16 @@ class Cockpit:
             Key("telemetry", own): telemetry,
             Key("pose", own): Pose(now, "world", self.position),
         }
-        self.origin = self.origin if "origin" in self.silent else now
         for j in self.swarm.topology.neighbours(self.number):
-            estimate = Estimate(now, "world", self.leader, (0.0, 0.0, 0.0), origin=self.origin, leading=Leading.LEADS)
-            told[Key("estimate" if j else "pose", uav(j))] = estimate if j else Pose(now, "world", self.leader)
-            if not j:
-                told[Key("status", "leader")] = Status(
-                    now, "world", "leader", Report(self.leader_phase), 0, 0, 0, 0, 0, 0.0, 0, (), ()
-                )
+            if j:
+                origin = now if self.origin is None else self.origin
+                news = Estimate(now, "world", self.leader, ZERO, ZERO, origin, 1, self.leading)
+                told[Key("estimate", uav(j))] = news
+            else:
+                told[Key("pose", uav(j))] = Pose(now, "world", self.leader)
+                report = Report(self.leader_phase)
+                health = Status(now, "world", "leader", report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
+                told[Key("status", "leader")] = health
         for key, message in told.items():
             if not ({key.kind, key.owner} & self.silent if key.owner != own else key.kind in self.silent):
                 self.core.receive(key, message, now)

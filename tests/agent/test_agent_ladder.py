@@ -3,7 +3,9 @@
 from math import hypot
 
 import pytest
-from flockwire.flight.phases import Phase
+from flockwire.flight.phases import TOLD_TO_END, Phase
+from flockwire.flight.pilot import DRIVER_LOST
+from flockwire.wire.keys import MISSION
 from flockwire.wire.messages import FlightState, Leading
 
 TWO = {"graph.edges": [[0, 1], [0, 2], [1, 2], [2, 3], [3, 4]]}
@@ -18,6 +20,12 @@ def flyer(cockpit):
     agent.position = (x + 0.8, y, z)
     agent.step()
     return agent
+
+
+@pytest.fixture
+def third(cockpit):
+    """Return agent 3, which hears uav2 alone, in formation."""
+    return cockpit(TWO, number=3).fly()
 
 
 def test_without_its_pose_it_stops_at_once_and_lands_after_a_second(flyer):
@@ -58,52 +66,98 @@ def test_a_silent_neighbour_leaves_the_sum_after_its_time(flyer):
 
 def test_without_any_neighbour_it_holds_and_at_last_lands(flyer):
     flyer.silent = {"uav0", "uav1"}
-    flyer.run(0.98)
+    flyer.run(1.0)
     assert flyer.phase is Phase.FORMATION
-    flyer.run(0.05)
+    flyer.run(0.02)
     assert (flyer.phase, flyer.report.detail) == (Phase.HOLD, "no news of the leader for 1 s")
-    flyer.run(3.95)
+    flyer.run(3.97)
     assert flyer.phase is Phase.HOLD
-    flyer.run(0.05)
+    flyer.run(0.02)
     assert flyer.phase is Phase.LANDING
-    assert flyer.report.detail.startswith("news of the leader lost")
+    assert flyer.report.detail.startswith("news of the leader lost for 5.0 s")
 
 
-def test_old_news_that_neighbours_pass_on_is_no_news(cockpit):
-    agent = cockpit(number=2).fly()
-    agent.silent = {"origin"}
-    agent.run(0.98)
-    assert agent.phase is Phase.FORMATION
-    agent.run(0.05)
-    assert (agent.phase, agent.report.detail) == (Phase.HOLD, "no news of the leader for 1 s")
-    assert agent.report.estimate_age < 0.02
-    agent.silent.clear()
-    agent.run(0.05)
-    assert agent.phase is Phase.FORMATION
+def test_news_that_is_only_repeated_is_no_news(third):
+    """uav2 publishes at full rate, but nothing newer of the leader than now."""
+    third.origin = third.now
+    third.run(1.0)
+    assert third.phase is Phase.FORMATION
+    third.run(0.02)
+    assert (third.phase, third.report.detail) == (Phase.HOLD, "no news of the leader for 1 s")
+    assert third.report.estimate_age < 0.02
+    third.run(4.0)
+    assert third.phase is Phase.LANDING
 
 
-@pytest.mark.parametrize("phase", [Phase.LANDING, Phase.GROUNDED, Phase.STOPPED])
-def test_while_the_leader_is_down_it_holds_and_at_last_lands(flyer, phase):
+def test_news_that_comes_again_in_time_is_flown_again(third):
+    third.origin = third.now
+    third.run(2.0)
+    third.origin = None
+    third.run(0.05)
+    assert third.phase is Phase.FORMATION
+
+
+def test_an_estimate_carries_the_origin_and_the_hops_of_what_it_rests_on(third, flyer):
+    third.origin = third.now + 4
+    third.step()
+    assert (third.estimate.origin, third.estimate.hops) == (third.origin, 2)
+    assert (flyer.estimate.origin, flyer.estimate.hops) == (flyer.now, 1)  # from the leader itself
+
+
+@pytest.mark.parametrize("phase", [Phase.LANDING, Phase.READY, Phase.STOPPED])
+def test_a_leader_that_is_down_is_followed_no_more(flyer, phase):
     flyer.leader_phase = phase
-    flyer.run(0.05)
+    flyer.step()
     assert (flyer.phase, flyer.report.detail) == (Phase.HOLD, "the leader is down")
     assert flyer.estimate.leading is Leading.IS_DOWN
-    flyer.run(4.9)
+    flyer.run(4.98)
     assert flyer.phase is Phase.HOLD
-    flyer.run(0.1)
+    flyer.run(0.05)
     assert flyer.phase is Phase.LANDING
     assert flyer.report.detail.startswith("leader lost for 5.0 s")
 
 
-def test_a_leader_whose_status_is_silent_counts_as_down(flyer):
-    flyer.silent = {"status"}
-    flyer.run(0.98)
+def test_a_leader_that_comes_back_in_time_is_followed_again(flyer):
+    flyer.leader_phase = Phase.READY
+    flyer.run(4.0)
+    flyer.leader_phase = Phase.FORMATION
+    flyer.step()
+    assert (flyer.phase, flyer.estimate.leading) == (Phase.FORMATION, Leading.LEADS)
+    flyer.leader_phase = Phase.READY
+    flyer.run(4.0)
+    assert flyer.phase is Phase.HOLD  # counted again from its beginning
+
+
+def test_a_leader_whose_process_is_silent_is_down_though_its_pose_comes(flyer):
+    flyer.silent = {"leader"}
+    flyer.run(1.0)
     assert flyer.phase is Phase.FORMATION
-    flyer.run(0.05)
+    flyer.run(0.02)
     assert (flyer.phase, flyer.report.detail) == (Phase.HOLD, "the leader is down")
-    flyer.silent.clear()
-    flyer.run(0.05)
-    assert flyer.phase is Phase.FORMATION
+
+
+def test_who_does_not_hear_the_leader_has_it_from_its_neighbours(third):
+    third.leading = Leading.IS_DOWN
+    third.step()
+    assert (third.phase, third.estimate.leading) == (Phase.HOLD, Leading.IS_DOWN)
+    third.run(5.02)
+    assert third.phase is Phase.LANDING
+
+
+def test_while_another_order_holds_a_leader_on_the_ground_lands_nobody(flyer):
+    flyer.order("hold")
+    flyer.leader_phase = Phase.READY
+    flyer.run(10.0)
+    assert (flyer.phase, flyer.report.detail) == (Phase.HOLD, "")
+
+
+def test_a_leader_on_the_ground_keeps_nobody_from_taking_off(cockpit):
+    agent = cockpit(TWO, number=2)
+    agent.leader_phase = Phase.READY
+    agent.run(0.1)
+    agent.order("takeoff")
+    agent.run(2.0)
+    assert agent.phase is Phase.HOLD
 
 
 def test_without_neighbours_the_estimate_stays(flyer):
@@ -199,3 +253,48 @@ def test_a_long_pause_of_the_process_makes_no_leap(flyer):
     flyer.step()
     assert flyer.estimate.position == pytest.approx(before, abs=0.1)
     assert hypot(*flyer.velocity) <= 3.0
+
+
+def test_told_to_end_it_holds_for_a_second_then_lands_and_may_end_on_the_ground(flyer):
+    flyer.holds_still = False
+    flyer.core.retire(flyer.now)
+    flyer.step()
+    assert (flyer.phase, flyer.report.detail) == (Phase.HOLD, TOLD_TO_END)
+    assert not flyer.core.may_end(flyer.now)
+    flyer.run(0.95)
+    assert flyer.phase is Phase.HOLD
+    flyer.run(0.1)
+    assert (flyer.phase, flyer.report.detail) == (Phase.LANDING, TOLD_TO_END)
+    flyer.run(2.0)
+    assert flyer.state is FlightState.GROUNDED
+    assert flyer.core.may_end(flyer.now)
+
+
+def test_told_to_end_it_takes_off_no_more(cockpit):
+    agent = cockpit(TWO, number=2)
+    agent.run(0.1)
+    assert agent.core.may_end(agent.now)
+    agent.core.retire(agent.now)
+    agent.order("takeoff")
+    agent.run(1.0)
+    assert (agent.phase, agent.report.detail, agent.state) == (Phase.GROUNDED, TOLD_TO_END, FlightState.GROUNDED)
+
+
+def test_it_does_not_wait_for_a_driver_that_is_long_dead(flyer):
+    flyer.silent = {"telemetry"}
+    flyer.run(DRIVER_LOST)
+    assert not flyer.core.may_end(flyer.now)
+    flyer.run(0.1)
+    assert flyer.core.may_end(flyer.now)
+
+
+def test_its_status_names_the_order_that_it_obeys(cockpit):
+    agent = cockpit(TWO, number=2)
+    assert agent.report.mission is None
+    agent.run(0.1)
+    agent.order("takeoff")
+    agent.step()
+    assert agent.report.mission.verb == "takeoff"
+    newest = agent.report.mission
+    agent.core.receive(MISSION, newest._replace(stamp=newest.stamp - 1, verb="land"), agent.now)
+    assert agent.report.mission == newest

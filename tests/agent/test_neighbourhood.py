@@ -1,3 +1,4 @@
+import pytest
 from flockwire.flight.phases import NEVER, Phase
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.tables import Staleness
@@ -7,118 +8,165 @@ from flockwire_agent.neighbourhood import Neighbourhood
 
 T = 1_790_000_000 * BILLION
 A, B = (1.0, 0.0, 0.0), (0.0, 2.0, 0.0)
-LIMITS = Staleness(estimate_drop=0.3, estimates_hold=1.0, leader_silent=1.0)
+LIMITS = Staleness()  # 0.3 s drop an estimate, 1 s an origin or the leader's status
 
 
-def fresh(neighbourhood, now):
-    """Return (weight, position) of what the neighbours that count sent."""
-    return [(heard.weight, heard.motion.position) for heard in neighbourhood.fresh(now)]
-
-
-def estimate(stamp, position, origin=None, hops=0, leading=Leading.UNKNOWN):
-    origin = stamp if origin is None else origin
-    return Estimate(stamp, "world", position, A, origin=origin, hops=hops, leading=leading)
+def estimate(stamp, position=B, origin=None, hops=1, leading=Leading.LEADS):
+    return Estimate(stamp, "world", position, A, A, stamp if origin is None else origin, hops, leading)
 
 
 def status(stamp, phase):
     return Status(stamp, "world", "leader", Report(phase), 0, 0, 0, 0, 0, 0.0, 0, (), ())
 
 
-def received():
-    """Return a neighbourhood of the leader and uav1 that received both at T; 0.3 s is stale."""
-    both = Neighbourhood({0: 2.0, 1: 1.0}, LIMITS)
-    both.take_pose(0)(Pose(T, "world", A))
-    both.take_estimate(1)(estimate(T, B))
-    return both
+def said(neighbourhood, now):
+    """Return (weight, position) of what the fresh neighbours published."""
+    return [(heard.weight, heard.motion.position) for heard in neighbourhood.fresh(now)]
+
+
+def both():
+    """Return a neighbourhood of the leader and uav1 that received from both at T."""
+    found = Neighbourhood({0: 2.0, 1: 1.0}, LIMITS)
+    found.take_pose(0)(Pose(T, "world", A))
+    found.take_estimate(1)(estimate(T))
+    return found
+
+
+@pytest.fixture
+def chained():
+    """Return the neighbourhood of a follower whose only in-neighbour is uav1."""
+    return Neighbourhood({1: 1.0}, LIMITS)
 
 
 def test_the_leaders_pose_is_its_estimate_of_itself():
-    assert fresh(received(), T) == [(2.0, A), (1.0, B)]
+    assert said(both(), T) == [(2.0, A), (1.0, B)]
 
 
-def test_another_neighbours_pose_is_no_estimate():
-    both = Neighbourhood({1: 1.0}, LIMITS)
-    both.take_pose(1)(Pose(T, "world", A))
-    assert fresh(both, T) == []
-    assert both.positions() == [A]
-    assert both.missing(T) == (1,)
+def test_another_neighbours_pose_is_no_estimate(chained):
+    chained.take_pose(1)(Pose(T, "world", A))
+    assert said(chained, T) == []
+    assert chained.positions() == [A]
+    assert chained.missing(T) == (1,)
 
 
 def test_a_stale_neighbour_leaves_and_comes_back():
-    both = received()
-    later = T + BILLION // 2
-    both.take_pose(0)(Pose(later, "world", B))
-    assert fresh(both, later) == [(2.0, B)]
-    assert both.missing(later) == (1,)
-    both.take_estimate(1)(estimate(later, A))
-    assert fresh(both, later) == [(2.0, B), (1.0, A)]
+    found, later = both(), T + BILLION // 2
+    found.take_pose(0)(Pose(later, "world", B))
+    assert said(found, later) == [(2.0, B)]
+    assert found.missing(later) == (1,)
+    found.take_estimate(1)(estimate(later, A))
+    assert said(found, later) == [(2.0, B), (1.0, A)]
 
 
-def test_old_news_does_not_get_younger_by_being_passed_on():
-    one = Neighbourhood({1: 1.0}, LIMITS)
-    one.take_estimate(1)(estimate(T, A, origin=T - BILLION))
-    assert fresh(one, T) == [(1.0, A)]
-    one.take_estimate(1)(estimate(T + 1, A, origin=T - BILLION))
-    assert fresh(one, T + 1) == []
-    assert one.missing(T + 1) == (1,)
+def test_old_news_does_not_get_younger_by_being_passed_on(chained):
+    """uav1 publishes as before, but what it rests on is from T."""
+    limit = round(LIMITS.estimates_hold * BILLION)
+    for now in range(T, T + 3 * BILLION, BILLION // 10):
+        chained.take_estimate(1)(estimate(now, origin=T))
+        assert bool(chained.fresh(now)) == (now <= T + limit)
+        assert (chained.missing(now) == ()) == (now <= T + limit)
+        assert chained.silence(now, T) == (now - T) / BILLION
 
 
-def test_no_estimate_rests_on_news_from_its_own_future():
-    one = Neighbourhood({1: 1.0}, LIMITS)
-    one.take_estimate(1)(estimate(T, A, origin=T + 60 * BILLION))
-    one.fresh(T)
-    assert one.origin == T
+def test_news_from_the_future_of_the_estimate_is_as_old_as_the_estimate(chained):
+    """A neighbour cannot make its news fresher than the message that carries it."""
+    chained.take_estimate(1)(estimate(T, origin=T + 60 * BILLION))
+    chained.fresh(T)
+    assert chained.origin == T
+    assert chained.silence(T + 2 * BILLION, T) == 2.0
 
 
-def test_the_newest_news_is_passed_on_with_one_more_hop():
-    two = Neighbourhood({1: 1.0, 2: 1.0}, LIMITS)
-    two.take_estimate(1)(estimate(T, A, origin=T - 20, hops=4, leading=Leading.IS_DOWN))
-    two.take_estimate(2)(estimate(T, A, origin=T - 10, hops=7, leading=Leading.LEADS))
-    two.fresh(T)
-    assert (two.origin, two.hops, two.leading) == (T - 10, 8, Leading.LEADS)
-    two.take_estimate(1)(estimate(T + 1, A, origin=T - 5, hops=255, leading=Leading.IS_DOWN))
-    two.fresh(T + 1)
-    assert (two.origin, two.hops, two.leading) == (T - 5, 255, Leading.IS_DOWN)
+def test_an_estimate_without_an_origin_is_no_news(chained):
+    chained.take_estimate(1)(estimate(T, origin=0))
+    assert chained.fresh(T) == []
+    assert chained.missing(T) == (1,)
+    assert chained.silence(T + BILLION, T) == 1.0
 
 
-def test_silence_counts_from_the_newest_news_of_the_leader():
-    both = received()
-    assert both.silence(T + 2 * BILLION, T) == 2.0
-    both.fresh(T + BILLION // 4)
-    assert both.silence(T + BILLION, T) == 1.0
-    both.take_pose(0)(Pose(T + BILLION // 4, "world", A))
-    both.fresh(T + BILLION // 4)
-    assert both.silence(T + BILLION, T) == 0.75
+def test_silence_counts_from_the_newest_news_and_before_any_from_the_start(chained):
+    assert chained.silence(T + 2 * BILLION, T) == 2.0
+    chained.take_estimate(1)(estimate(T + BILLION, origin=T + BILLION // 2))
+    chained.fresh(T + BILLION)
+    assert chained.silence(T + BILLION, T) == 0.5
 
 
-def test_who_hears_the_leader_judges_its_health_by_its_own_status():
-    both = received()
-    both.fresh(T)
-    assert both.leading is Leading.UNKNOWN
-    for phase, leading in (
-        (Phase.GROUNDED, Leading.IS_DOWN), (Phase.TAKEOFF, Leading.LEADS), (Phase.HOLD, Leading.LEADS),
-        (Phase.FORMATION, Leading.LEADS), (Phase.LANDING, Leading.IS_DOWN), (Phase.STOPPED, Leading.IS_DOWN),
-    ):  # fmt: skip
-        both.take_status(status(T, phase))
-        both.take_estimate(1)(estimate(T, B, leading=Leading.LEADS))  # not asked: it is further away
-        both.fresh(T)
-        assert both.leading is leading, phase
-    both.take_status(status(T, Phase.FORMATION))
-    both.fresh(T + BILLION)
-    assert both.leading is Leading.LEADS
-    both.fresh(T + BILLION + 1)
-    assert both.leading is Leading.IS_DOWN
+def test_what_is_passed_on_is_the_newest_origin_one_hop_further():
+    found = Neighbourhood({1: 1.0, 2: 1.0}, LIMITS)
+    found.take_estimate(1)(estimate(T, origin=T - 9, hops=3, leading=Leading.IS_DOWN))
+    found.take_estimate(2)(estimate(T, origin=T - 5, hops=6))
+    found.fresh(T)
+    assert (found.origin, found.hops, found.leading) == (T - 5, 7, Leading.LEADS)
 
 
-def test_a_virtual_leader_leads_as_long_as_it_reports():
-    one = Neighbourhood({0: 1.0}, LIMITS, virtual=True)
-    one.take_status(status(T, Phase.GROUNDED))
-    one.fresh(T)
-    assert one.leading is Leading.LEADS
-    one.fresh(T + BILLION + 1)
-    assert one.leading is Leading.IS_DOWN
+def test_the_leaders_own_pose_is_no_hop_away():
+    found = Neighbourhood({0: 1.0}, LIMITS)
+    found.take_pose(0)(Pose(T, "world", A))
+    found.fresh(T)
+    assert (found.origin, found.hops) == (T, 1)
 
 
-def test_the_oldest_is_never_received_while_one_is_missing():
-    assert received().oldest(T + BILLION) == 1.0
+def test_news_that_circles_in_a_loop_does_not_win_over_newer_news():
+    """uav2 passes on what came from here; uav1 has it from the leader."""
+    found = Neighbourhood({1: 1.0, 2: 1.0}, LIMITS)
+    for k in range(30):
+        now = T + k * BILLION // 10
+        found.take_estimate(2)(estimate(now, origin=found.origin or T, hops=found.hops + 1))
+        found.fresh(now)
+    assert found.origin == T
+    assert found.missing(now) == (1, 2)
+
+
+def test_hops_do_not_overflow_what_carries_them(chained):
+    chained.take_estimate(1)(estimate(T, hops=255))
+    chained.fresh(T)
+    assert chained.hops == 255
+    assert Estimate.decode(estimate(T, hops=chained.hops).encode()).hops == 255
+
+
+@pytest.mark.parametrize(
+    ("phase", "leading"),
+    [
+        (Phase.TAKEOFF, Leading.LEADS), (Phase.HOLD, Leading.LEADS), (Phase.FORMATION, Leading.LEADS),
+        (Phase.LANDING, Leading.IS_DOWN), (Phase.GROUNDED, Leading.IS_DOWN), (Phase.READY, Leading.IS_DOWN),
+        (Phase.STOPPED, Leading.IS_DOWN), ("anything", Leading.IS_DOWN),
+    ],
+)  # fmt: skip
+def test_the_leader_leads_in_the_air_alone(phase, leading):
+    found = both()
+    found.take_status(status(T, phase))
+    found.fresh(T)
+    assert found.leading is leading
+
+
+def test_a_leader_that_never_published_a_status_is_unknown_and_a_silent_one_is_down():
+    found = both()
+    found.fresh(T + 10 * BILLION)
+    assert found.leading is Leading.UNKNOWN
+    found.take_status(status(T, Phase.FORMATION))
+    silent = round(LIMITS.leader_silent * BILLION)
+    found.fresh(T + silent)
+    assert found.leading is Leading.LEADS
+    found.fresh(T + silent + 1)
+    assert found.leading is Leading.IS_DOWN
+
+
+def test_the_leaders_own_status_counts_more_than_what_others_say_of_it():
+    found = both()
+    found.take_estimate(1)(estimate(T + 1, leading=Leading.LEADS))
+    found.take_status(status(T, Phase.LANDING))
+    found.fresh(T + 1)
+    assert found.leading is Leading.IS_DOWN
+
+
+def test_a_virtual_leader_leads_in_whatever_phase_until_it_is_silent():
+    found = Neighbourhood({0: 1.0}, LIMITS, virtual=True)
+    found.take_status(status(T, Phase.READY))
+    found.fresh(T)
+    assert found.leading is Leading.LEADS
+    found.fresh(T + 2 * BILLION)
+    assert found.leading is Leading.IS_DOWN
+
+
+def test_the_oldest_is_infinitely_old_while_one_is_missing():
+    assert both().oldest(T + BILLION) == 1.0
     assert Neighbourhood({0: 1.0, 1: 1.0}, LIMITS).oldest(T) == NEVER

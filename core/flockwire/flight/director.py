@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from enum import StrEnum
 
-from flockwire.flight.fleet import Fleet
+from flockwire.flight.fleet import STALE, Fleet
 from flockwire.flight.phases import Phase
 from flockwire.nanoseconds import BILLION
 from flockwire.wire.messages import FlightState, Mission, Telemetry
@@ -104,9 +104,13 @@ class Director:
                 return self.abort(f"{self._pilots[lost]} left the formation: {self._how(fleet, lost)}", now)
             if self._duration and now - self._took_off >= self._duration:
                 return self.land(now)
-        if self.stage is Stage.LANDING and not fleet.not_down(self._since):
+        if self.stage is Stage.LANDING and not fleet.not_down(self._since) and self._settled(fleet):
             self.stage = Stage.OVER
         return None
+
+    def _settled(self, fleet: Fleet) -> bool:
+        """Return whether nobody obeys an order from before the landing: all confirmed this one, or are long silent."""
+        return self._order is None or not fleet.unconfirmed(self._order) or fleet.now - self._since >= STALE
 
     def _take_off(self, fleet: Fleet) -> Mission | None:
         """Return the order that brings all into the air; who joins a formation that flies gets its start again."""

@@ -66,6 +66,14 @@ def test_no_row_names_a_process_that_the_swarm_does_not_have(plans, data):
             assert set(row.publishers(roster, owner)) | set(row.subscribers(roster, owner)) <= set(roster.rows)
 
 
+def test_the_leaders_status_goes_to_whoever_has_an_edge_from_it_and_no_other_status_to_any_agent(make_swarm):
+    for leader in ({}, {"leader.kind": "virtual", "drones.0": None}):
+        swarm = make_swarm({"graph.edges": [[0, 1], [0, 3], [1, 2], [2, 3], [3, 4]], **leader})
+        assert both(swarm, Key("status", "leader")) == ({"leader"}, {"uav1", "uav3", "operator"})
+        for identity in set(STARTED) - {"leader"}:
+            assert both(swarm, Key("status", identity)) == ({identity}, {"operator"})
+
+
 def test_no_row_knows_who_records(make_swarm):
     recorders = {row.kind for row in PROCESSES if row.records}
     assert recorders == {"recorder"}

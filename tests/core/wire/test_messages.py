@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from flockwire.nanoseconds import BILLION
+from flockwire.wire.cdr import MessageError
 from flockwire.wire.keys import TABLE
 from flockwire.wire.messages import (
     MISSION_VERBS,
@@ -144,6 +145,20 @@ def test_every_frame_id_keeps_the_alignment(length):
     ):
         assert message.encode() == ros_bytes(message)
         assert type(message).decode(message.encode()) == message
+
+
+def test_an_origin_of_more_than_a_second_of_nanoseconds_is_rejected():
+    message = Estimate(BILLION, "world", (0.0,) * 3, (0.0,) * 3, origin=7 * BILLION + 999_999_999)
+    data = bytearray(message.encode())
+    place = data.index((999_999_999).to_bytes(4, "little"))
+    data[place : place + 4] = BILLION.to_bytes(4, "little")
+    with pytest.raises(MessageError, match="more than a second"):
+        Estimate.decode(bytes(data))
+
+
+def test_a_status_without_an_order_names_none():
+    status = Status(BILLION, "world", "uav1", Report("ready"), 1, 2, 3, 4, 5, 0.5, 6, (), ())
+    assert Status.decode(status.encode()).report.mission is None
 
 
 @given(st.lists(bodies, max_size=40).map(tuple))

@@ -109,6 +109,9 @@ def test_agents_are_linked_along_the_graph_only(make_plan):
     plan = make_plan()
     others = {"gateway", "kinematics", "recorder", "operator"}
     assert set(plan.partners["uav1"]) - others == {"leader", "uav2"}
+    assert plan.passes("leader", "uav1") == (Key("status", "leader"),)  # its pose comes from the gateway
+    assert plan.passes("uav1", "leader") == ()
+    assert set(plan.partners["leader"]) - others == {"uav1"}
     assert set(plan.partners["uav3"]) - others == {"uav2", "uav4"}
     assert plan.links["uav3"] == plan.partners["uav3"]
 
