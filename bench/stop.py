@@ -2,8 +2,8 @@
 
     bench/stop.py [--runs 30] [--in-flight 3]
 
-Rows: a session that is kept, a one-shot `flockwire stop` on an idle machine and with all cores busy, to the drivers of five
-drones on the ground; then a one-shot in flight, with each kind of process dead, under a flood, and while 80 foreign
+Rows: a session that is kept, a one-shot `flockwire stop` on an idle machine and with all cores busy, to the drivers of
+five drones on the ground; then a one-shot in flight, with each kind of process dead, under a flood, and while 80 foreign
 sessions with one drone's certificate are open. The way back of the telemetry is included.
 """
 
