@@ -94,7 +94,7 @@ def test_the_probe_names_a_rule_that_was_widened_and_one_that_was_removed(
 ) -> None:
     fleet = make_fleet(small_swarm(tmp_path, "peers"))
     widen = 'rule["key_exprs"] = rule["key_exprs"] + ["small/uav2/pose"]'
-    both = f'{widen}\n            if rule["id"] == "uav1 is asked":\n                {widen}'
+    both = f'{widen}\n            if rule["id"] == "uav1 accepts subscriptions":\n                {widen}'
     file = str(fleet.swarm_file)
     start_patched(fleet, "gateway", "uav1 publishes", both, "gateway", file)
     start_patched(fleet, "uav2", "uav1 receives", 'rule["permission"] = "deny"', "agent", file, "2")
