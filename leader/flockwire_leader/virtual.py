@@ -12,7 +12,7 @@ from flockwire.wire.status import Report
 
 
 class VirtualLeader:
-    """A point that moves along the trajectory while the order is to start, and rests otherwise."""
+    """A point that moves along the trajectory while the order is to start, and stands still otherwise."""
 
     def __init__(self, swarm: Swarm, now: int) -> None:
         self.triggers: frozenset[Key] = frozenset()
