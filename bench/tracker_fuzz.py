@@ -39,7 +39,7 @@ VERSIONS: tuple[Version, ...] = ((3, 0), (3, 1), (4, 0), (4, 1), (4, 2), (4, 5))
 GROWTH = 16 << 20  # bytes
 EXTREMES = (b"\xff\xff\xff\x7f", b"\xff\xff\xff\xff", b"\0\0\0\x80", b"\0\0\0\0", b"\0\0\xc0\x7f", b"\x01\0\0\0")
 SERVER, CLIENT = "10.0.0.1", ("10.0.0.2", 40000)
-FRESH = 5000  # packets after which a session, and a connection, is made anew
+FRESH = 5000  # packets after which a session, and a connection, is made again
 
 Step = Callable[[int], None]
 

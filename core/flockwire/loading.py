@@ -28,7 +28,7 @@ class SwarmFileError(ValueError):
 
 
 class LawError(ValueError):
-    """A law that cannot be used; the text says which and why."""
+    """A law that cannot be used; the text names it and the reason."""
 
 
 def load_swarm(path: Path) -> Swarm:

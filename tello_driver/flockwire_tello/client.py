@@ -31,7 +31,7 @@ class CommandOutcome(Enum):
     """How a command ended."""
 
     DONE = "done"
-    REFUSED = "refused"  # the reply says why
+    REFUSED = "refused"  # the reply gives the reason
     TIMED_OUT = "timed out"  # whether the drone did it is not known
     SUPERSEDED = "superseded"  # an urgent command took its place
     QUEUE_FULL = "queue full"  # never sent

@@ -41,7 +41,7 @@ class Quirk(StrEnum):
         "From the second session on, replies come only to a client that is bound to port 8889; commands are obeyed all "
         "the same (EDU; DJITelloPy pull request 163).",
     )
-    LOST_DATAGRAMS = "lost-datagrams", "A share of all datagrams is lost, both ways."
+    LOST_DATAGRAMS = "lost-datagrams", "A share of all datagrams is lost, in both directions."
     LATE_REPLIES = "late-replies", "Every fourth reply comes 1.5 s late."
     JUNK_BEFORE_FIRST_REPLY = (
         "junk-before-first-reply",

@@ -1,6 +1,6 @@
 """The commands of a simulated Tello that fly it: ranges and refusals as the guides and users have them.
 
-Where no source says what a real one does, the docstring says that it is an assumption.
+Where no source documents what a real one does, the docstring marks it as an assumption.
 """
 
 from __future__ import annotations

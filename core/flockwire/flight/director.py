@@ -1,7 +1,7 @@
 """Conducts a flight as an operator would: take off when all are ready, start when all hold, land when time is up.
 
 It believes what it receives, not silence: an order is repeated until every pilot has confirmed it, and a flight is over
-when the telemetry of every drone says that it is down.
+when the telemetry of every drone reports that it is down.
 """
 
 from __future__ import annotations

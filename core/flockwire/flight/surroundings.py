@@ -29,7 +29,7 @@ class Surroundings:
         self._nearby = nearby
 
     def bodies(self, pose: Pose, neighbours: Callable[[], list[Vector]]) -> Sequence[Body]:
-        """Return the bodies relative to `pose`; what was seen from an earlier place is shifted by the way flown since.
+        """Return the bodies relative to `pose`; what was seen from an earlier place is shifted by the own displacement.
 
         `neighbours` returns the positions known without a sensor (m, world frame).
         """

@@ -56,7 +56,7 @@ _PRIORITIES = {
 
 
 class EndpointInUseError(OSError):
-    """The process cannot listen where the swarm file says."""
+    """The process cannot listen at its endpoint of the swarm file."""
 
 
 class RouterAbsentError(OSError):

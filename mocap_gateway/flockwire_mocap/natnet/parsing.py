@@ -92,4 +92,4 @@ def _loose_text(body: PacketReader) -> str:
     """Read text that may end with its NUL or with the packet."""
     if body.remaining > LONGEST_TEXT:
         raise MalformedError(f"a text of {body.remaining} bytes")
-    return body.rest().partition(b"\0")[0].decode(errors="replace")
+    return body.remainder().partition(b"\0")[0].decode(errors="replace")

@@ -63,7 +63,7 @@ class PacketReader:
         begin = self.skip(end + 1 - self._position)
         return self._data[begin:end].decode(errors="replace")
 
-    def rest(self) -> bytes:
+    def remainder(self) -> bytes:
         """Read all bytes that are left."""
         begin = self.skip(self.remaining)
         return self._data[begin : self._end]
