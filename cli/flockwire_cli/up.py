@@ -1,6 +1,6 @@
 """`flockwire up`: all processes of this host, watched; a flight from take-off to landing; its report.
 
-Of several hosts, the one that runs the recorder conducts the flight; the others serve until they are told to end. What
+Of several hosts, the one that runs the recorder conducts the flight; the others serve until they are to end. What
 flies outlives this station: when it is gone, pilots land, and their processes end when the drones are down.
 """
 
@@ -174,7 +174,7 @@ class Station:
         if self._flight.conducts:
             operator.order(director.step(operator.statuses, operator.telemetry, now))
         if now < self._stop_until:
-            operator.order(Stop(now, self._flight.plan.swarm.frame, "the operator says so"))
+            operator.order(Stop(now, self._flight.plan.swarm.frame, "the operator's order"))
         if director.took_off is not None:
             self._children.took_off = director.took_off
             self._injector.step(now - director.took_off)
@@ -184,7 +184,7 @@ class Station:
         """Give the order of a key, at once."""
         now, director, operator = clock.now(), self._director, self._operator
         if verb == "stop":
-            operator.order(Stop(now, self._flight.plan.swarm.frame, "the operator says so"))
+            operator.order(Stop(now, self._flight.plan.swarm.frame, "the operator's order"))
             self._stop_until = now + STOP_FOR
             director.stop(now)
         else:

@@ -1,4 +1,4 @@
-"""A process in virtual time: one core with its clock, its ticker and what it hears, run as the real shell runs it."""
+"""A process in virtual time: one core with its clock, its ticker and its inboxes, run as the real shell runs it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from flockwire.wire.keys import ROWS, Key, KeyRow, key_text
 from flockwire.wire.messages import Message
 
 from flockwire_sim.local_clock import LocalClock
-from flockwire_sim.network import Link
+from flockwire_sim.network import VirtualLink
 from flockwire_sim.sample import Parcel, Sample, Slot
 from flockwire_sim.scheduler import Scheduler
 
@@ -43,7 +43,7 @@ class Outlet:
         self.row: KeyRow = ROWS[key.kind]
         self.topic = f"/{key_text(swarm, key)}"
         self.sequence = 0
-        self.readers: list[tuple[Link, int]] = []
+        self.readers: list[tuple[VirtualLink, int]] = []
 
 
 class NoResources:
@@ -66,7 +66,7 @@ class NoResources:
         return ()
 
 
-class Process:
+class VirtualProcess:
     """The process of `identity`; it subscribes to the keys `subscribed`, in their order, and publishes `outlets`."""
 
     def __init__(
@@ -89,7 +89,7 @@ class Process:
         self._frozen = False
         self._slots: list[Slot] = []
         self._waiting: dict[int, Slot] = {}
-        self._loaded: list[Link] = []
+        self._loaded: list[VirtualLink] = []
         self._now = 0
 
     def start(self, _: object = None) -> None:

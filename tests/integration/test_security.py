@@ -94,7 +94,7 @@ def test_the_probe_names_a_rule_that_was_widened_and_one_that_was_removed(
 ) -> None:
     fleet = make_fleet(small_swarm(tmp_path, "peers"))
     widen = 'rule["key_exprs"] = rule["key_exprs"] + ["small/uav2/pose"]'
-    both = f'{widen}\n            if rule["id"] == "uav1 is asked":\n                {widen}'
+    both = f'{widen}\n            if rule["id"] == "uav1 accepts subscriptions":\n                {widen}'
     file = str(fleet.swarm_file)
     start_patched(fleet, "gateway", "uav1 publishes", both, "gateway", file)
     start_patched(fleet, "uav2", "uav1 receives", 'rule["permission"] = "deny"', "agent", file, "2")
@@ -105,9 +105,9 @@ def test_the_probe_names_a_rule_that_was_widened_and_one_that_was_removed(
     status, results, printed = probe(fleet, tmp_path / "probe")
     assert status == 1
     modes = ("peer", "client", "router")
-    assert results["leaks"] == [f"leak: uav1 as {mode} heard small/uav2/pose; it must not" for mode in modes]
+    assert results["leaks"] == [f"leak: uav1 as {mode} received small/uav2/pose; it must not" for mode in modes]
     assert results["blocked"] == [
-        f"blocked: uav1 as {mode} may have small/uav1/estimate said by uav2; it did not get through" for mode in modes
+        f"blocked: uav1 as {mode} may publish small/uav1/estimate; uav2 did not accept it" for mode in modes
     ]
     assert results["leaks"][0] in printed
 
@@ -168,10 +168,10 @@ def test_a_recorded_flight_played_back_by_an_insider_moves_nobody(in_flight: InF
     assert worst < 0.03
     time.sleep(0.5)
     seen = tower.wait(lambda seen: len(seen) == 8)
-    turned_away = {reader: _turned_away(seen[reader[0]], reader[1]) for reader in readers(fleet, sent)}
-    assert len(turned_away) > 20
-    assert turned_away == {reader: sent[reader[1]] for reader in turned_away}
-    assert min(turned_away.values()) > 30
+    rejected = {reader: _rejected(seen[reader[0]], reader[1]) for reader in readers(fleet, sent)}
+    assert len(rejected) > 20
+    assert rejected == {reader: sent[reader[1]] for reader in rejected}
+    assert min(rejected.values()) > 30
 
 
 def overhear(fleet: Fleet, take: Callable[[zenoh.Sample], object], seconds: float) -> None:
@@ -192,7 +192,7 @@ def readers(fleet: Fleet, said: Collection[str]) -> list[tuple[str, str]]:
     return [(name, text) for name, key in keys if (text := fleet.plan.text(key)) in said]
 
 
-def _turned_away(status: object, key: str) -> int:
+def _rejected(status: object, key: str) -> int:
     return sum(count for name, count in status.rejected if name.startswith(f"{key} "))
 
 
@@ -220,7 +220,7 @@ def test_a_hundred_thousand_payloads_end_no_process_and_delay_no_step(in_flight:
     after = tower.all_in("formation")
     wanted = {reader: sent[reader[1]] for reader in readers(fleet, sent)}
     assert len(wanted) > 30
-    tower.wait(lambda seen: {reader: _turned_away(seen[reader[0]], reader[1]) for reader in wanted} == wanted)
+    tower.wait(lambda seen: {reader: _rejected(seen[reader[0]], reader[1]) for reader in wanted} == wanted)
     assert all(after[name].steps > before[name].steps for name in before)
     assert all(process.poll() is None for process in fleet.running.values())
     tower.settled(0.05)

@@ -1,7 +1,7 @@
 """Conducts a flight as an operator would: take off when all are ready, start when all hold, land when time is up.
 
 It believes what it receives, not silence: an order is repeated until every pilot has confirmed it, and a flight is over
-when the telemetry of every drone says that it is down.
+when the telemetry of every drone reports that it is down.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Stage(StrEnum):
 
 
 class Director:
-    """Conducts the flight of `pilots` (by drone) for `duration` s from take-off to landing (0: until told)."""
+    """Conducts the flight of `pilots` (by drone) for `duration` s from take-off to landing (0: until ordered)."""
 
     def __init__(self, pilots: Mapping[int, str], frame: str, duration: float, now: int, formation: str = "") -> None:
         self.stage = Stage.PREPARING
@@ -63,7 +63,7 @@ class Director:
         return order
 
     def land(self, now: int) -> Mission | None:
-        """Return the order to land, None when nobody was told to take off (the flight is then over)."""
+        """Return the order to land, None when nobody was ordered to take off (the flight is then over)."""
         if self.stage in (Stage.PREPARING, Stage.OVER):
             self.stage = Stage.OVER
             return None
@@ -133,7 +133,7 @@ class Director:
             self.stage, self._since = Stage.LANDING, fleet.now
 
     def _is_lost(self, fleet: Fleet, drone: int) -> bool:
-        """Return whether a drone flies no more, by its pilot's word or by its own."""
+        """Return whether a drone flies no more, by its pilot's status or by its own telemetry."""
         silent, phase = drone not in fleet.fresh, fleet.phase(drone)
         down = fleet.states.get(drone) in (FlightState.GROUNDED, FlightState.STOPPED)
         if not (silent or down or phase not in FLYING):

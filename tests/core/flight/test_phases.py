@@ -3,7 +3,7 @@ from math import hypot
 import pytest
 from flockwire.flight.phases import (
     NEVER,
-    Flight,
+    FlightPhases,
     Phase,
     Situation,
     age,
@@ -28,7 +28,7 @@ class Pilot:
     """A flight and the situation it is in; every update comes a second after the last."""
 
     def __init__(self):
-        self.flight, self.now = Flight(BORN), BORN
+        self.flight, self.now = FlightPhases(BORN), BORN
         self.unready = self.hold = self.land = ""
         self.airborne = self.high = False
 
