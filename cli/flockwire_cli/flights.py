@@ -54,7 +54,8 @@ def up(
     """Start all processes of this host, fly, land, report."""
     from flockwire_cli.fault_injection import refusal  # noqa: PLC0415
     from flockwire_cli.processes import PortInUseError  # noqa: PLC0415
-    from flockwire_cli.up import UpOptions, conclude, fly  # noqa: PLC0415
+    from flockwire_cli.up import UpOptions, fly  # noqa: PLC0415
+    from flockwire_cli.verdict import conclude  # noqa: PLC0415
 
     if not isfinite(duration):
         refuse(f"--duration = {duration}: must be a number of seconds; 0 flies until Ctrl-C")

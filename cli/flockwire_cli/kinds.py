@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from inspect import Parameter, Signature
 from pathlib import Path
 from typing import Annotated, Any
@@ -49,11 +50,12 @@ def _serve(
     faults: Path | None = None,
     took_off: int | None = None,
 ) -> int:
+    from flockwire.runtime.ending import LIFELINE  # noqa: PLC0415  (asyncio)
     from flockwire.runtime.job import Job, serve  # noqa: PLC0415  (zenoh)
 
     plan = load(swarm)
     identity = _identity(plan, row, number)
-    if row.records:
+    if row.records and LIFELINE not in os.environ:  # a child of `up` that is restarted goes on in the same flight
         refuse_a_second_trace(out)
     return serve(Job(plan, identity, keys, swarm.read_text(encoding="utf-8"), out, faults_of(faults, plan), took_off))
 

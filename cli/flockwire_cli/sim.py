@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 from flockwire import clock
@@ -12,8 +11,7 @@ from flockwire_recorder.summary import summarise
 from flockwire_sim.recording import TraceFile, TraceInMemory
 from flockwire_sim.world import Outcome, World
 
-from flockwire_cli.up import conclude
-from flockwire_cli.verdict import print_figures
+from flockwire_cli.verdict import conclude, print_figures, verdict
 
 
 def simulate(swarm: Swarm, toml: str, seed: int, duration: float, faults: tuple[Fault, ...], out: Path) -> int:
@@ -33,11 +31,7 @@ def simulate_in_memory(swarm: Swarm, seed: int, duration: float, faults: tuple[F
     outcome = _fly(World(swarm, seed, duration, faults, trace.take))
     failures = [outcome.failure] if outcome.failure else []
     failures += print_figures(summarise(trace.trace()))
-    if failures:
-        print(f"flockwire: the flight failed: {'; '.join(failures)}", file=sys.stderr)
-        return 1
-    print("flockwire: all well")
-    return 0
+    return verdict(failures)
 
 
 def _fly(world: World) -> Outcome:

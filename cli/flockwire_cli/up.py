@@ -9,7 +9,6 @@ from __future__ import annotations
 import asyncio
 import fcntl
 import os
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -31,6 +30,7 @@ from flockwire_cli.keyboard import Keyboard, keys_pressed
 from flockwire_cli.operator import Operator
 from flockwire_cli.processes import Children, PortInUseError, busy_endpoint
 from flockwire_cli.relay.links import Relays
+from flockwire_cli.verdict import disk_full
 
 START_TIME = 10.0  # s that a process may take to be there before those that wait for it are started all the same
 STOP_FOR = 2 * BILLION  # ns for which an emergency stop is repeated
@@ -156,7 +156,8 @@ class Station:
                     self._operator.order(director.land(now))
                 self._step(now)
                 await asyncio.sleep(POLL_PERIOD)
-        return director.failure
+        unrecorded = disk_full(self._flight.plan, self._operator.statuses)
+        return "; ".join(filter(None, (director.failure, unrecorded)))
 
     def _step(self, now: int) -> None:
         director, operator = self._director, self._operator
@@ -179,22 +180,3 @@ class Station:
         else:
             orders = {"hold": director.hold, "land": director.land, "formation": director.resume}
             operator.order(orders[verb](now))
-
-
-def conclude(failure: str, out: Path, trace_due: bool = True) -> int:
-    """Write the report of the flight in `out`, print its figures and verdict; returns the exit status."""
-    trace = out / "trace.mcap"
-    failures = [failure] if failure else []
-    if trace.exists():
-        from flockwire_recorder.report import write_report  # noqa: PLC0415  (matplotlib takes a second to import)
-
-        from flockwire_cli.verdict import print_summary  # noqa: PLC0415
-
-        failures += print_summary(write_report(trace, out), out)
-    elif trace_due:
-        failures.append("there is no trace")
-    if failures:
-        print(f"flockwire: the flight failed: {'; '.join(failures)}", file=sys.stderr)
-        return 1
-    print("flockwire: all well")
-    return 0

@@ -1,10 +1,68 @@
-"""The figures of a flight on the terminal."""
+"""How a flight went: its figures on the terminal, its report, and the exit status."""
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from flockwire_recorder.summary import Summary
+from flockwire.wire.plan import Plan
+from flockwire.wire.status import FULL, Status
+
+if TYPE_CHECKING:
+    from flockwire_recorder.summary import Summary
+
+
+def conclude(failure: str, out: Path, trace_due: bool = True) -> int:
+    """Write the report of the flight in `out`, print its figures and verdict; returns the exit status.
+
+    What keeps the trace from being read, or the report from being written, is one more reason why the flight failed.
+    """
+    trace = out / "trace.mcap"
+    failures = [failure] if failure else []
+    if trace.exists():
+        failures += _report(trace, out)
+    elif trace_due:
+        failures.append("there is no trace")
+    return verdict(failures)
+
+
+def verdict(failures: Iterable[str]) -> int:
+    """Print whether the flight went well, all `failures` in the last line; returns the exit status."""
+    reasons = "; ".join(failures)
+    if reasons:
+        print(f"flockwire: the flight failed: {reasons}", file=sys.stderr)
+        return 1
+    print("flockwire: all well")
+    return 0
+
+
+def disk_full(plan: Plan, statuses: Mapping[str, Status]) -> str:
+    """Say which recorder could not record the whole flight by its last status, empty when all could."""
+    reports = {identity: statuses[identity].report for identity in plan.recorders if identity in statuses}
+    return "; ".join(f"{identity}: {told.detail}" for identity, told in reports.items() if told.phase == FULL)
+
+
+def _report(trace: Path, out: Path) -> Iterable[str]:
+    """Print the figures of `trace` and write its report into `out`; yields why the flight failed."""
+    from flockwire_recorder.reading import read_trace  # noqa: PLC0415  (numpy)
+    from flockwire_recorder.report import write_files  # noqa: PLC0415
+    from flockwire_recorder.summary import summarise  # noqa: PLC0415
+
+    try:
+        read = read_trace(trace)
+    except (OSError, ValueError) as error:
+        yield f"the trace cannot be read: {error}"
+        return
+    summary = summarise(read)
+    yield from print_figures(summary)
+    try:
+        write_files(read, summary, out)
+    except OSError as error:
+        yield f"the report cannot be written: {out}: {error.strerror}"
+    else:
+        print(f"  report: {out / 'report.html'}")
 
 
 def print_summary(summary: Summary, out: Path) -> tuple[str, ...]:

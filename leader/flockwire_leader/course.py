@@ -41,6 +41,17 @@ class Course:
         self._origin = ZERO  # where the trajectory begins, m
         self._passed = 0.0  # m along the trajectory
         self._s = 0.0  # the trajectory's own time
+        self._fastest = 0.0  # m/s, the highest rate so far: what has just ended or turned still counts
+
+    @property
+    def pace(self) -> float:
+        """How fast the trajectory's own time goes by, from 0 (it waits) to 1."""
+        return self._time.pace
+
+    @property
+    def waited(self) -> float:
+        """For how long the trajectory has waited so far, s."""
+        return self._time.waited
 
     def restart(self, position: Vector, t: float) -> None:
         """Fly the trajectory from mission time `t`, s, its place of that time being `position`, m."""
@@ -56,8 +67,7 @@ class Course:
         """Return the velocity to want, m/s, at `position` (m) and mission time `t`; `now` counts from anywhere (s)."""
         s = self._time.at(t)
         error, rate = self._seen_from(position, s)
-        pace = self._pace(error, norm(rate), bodies) if self._filtered else 1.0
-        s = self._time.advance(t, pace)
+        s = self._time.advance(t, self._wanted_pace(error, norm(rate), bodies) if self._filtered else 1.0)
         if self._time.pace < 1.0:
             error, rate = self._seen_from(position, s)
         speed, correction = norm(rate), scale(error, self._gain)
@@ -77,9 +87,9 @@ class Course:
         goal = add(self._origin, self._trajectory.position(s))
         return subtract(goal, position), self._trajectory.rate(s)
 
-    def _pace(self, error: Vector, speed: float, bodies: Sequence[Body]) -> float:
-        behind = norm(error)
-        free = free_error(speed, self._delay, self._braking)
+    def _wanted_pace(self, error: Vector, speed: float, bodies: Sequence[Body]) -> float:
+        behind, self._fastest = norm(error), max(speed, self._fastest)
+        free = free_error(self._fastest, self._delay, self._braking)
         if behind <= free:
             return 1.0
         gap = min((self._gap(error, body) for body in bodies), default=inf)

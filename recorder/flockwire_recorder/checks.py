@@ -1,4 +1,4 @@
-"""What a flight must have kept to."""
+"""What a flight must have kept to; docs/checks.md explains each check."""
 
 from __future__ import annotations
 
@@ -6,13 +6,18 @@ from dataclasses import dataclass
 
 from flockwire.swarm.model import Swarm
 
+from flockwire_recorder.gaps import Gap
+from flockwire_recorder.whereabouts import Landing
+
 SPEED_TOLERANCE = 0.02  # share by which a speed measured from noisy positions may exceed its limit
 LEAST_RATE = 0.95  # share of the control rate that the slowest agent must reach
+MOST_NAMED = 4  # drones that the sentence of a check names
+ABOUT_THE_RECORD = frozenset({"control rate", "recording", "lost messages"})  # not how the drones flew
 
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One check: `value` against `limit`, both in `unit`; `reason` says why there is no value."""
+    """One check: `value` against `limit`, both in `unit`; `reason` says why there is no value, or what it is of."""
 
     name: str
     value: float | None
@@ -26,53 +31,124 @@ class Check:
         """Return what summary.json says of this check."""
         return {"name": self.name, "value": self.value, "limit": self.limit, "ok": self.ok}
 
-    def sentence(self) -> str:
-        """Say what this check found."""
+    def found(self) -> str:
+        """Say what was found."""
         if self.value is None:
-            return f"{self.name}: {self.reason}"
-        return f"{self.name}: {f'{self.value:.4g} {self.unit}'.strip()}, must be {self.rule}"
+            return self.reason
+        value = f"{self.value:.4g} {self.unit}".strip()
+        return f"{value} ({self.reason})" if self.reason else value
+
+    def sentence(self) -> str:
+        """Say what this check found, and what it must be."""
+        return f"{self.name}: {self.found()}" + (f", must be {self.rule}" if self.value is not None else "")
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """What is checked: distances in m, speed in m/s, settling time in s, share of the steps by agent, lost messages."""
+    """What is checked: lengths in m, speed in m/s, times in s, share of the steps by agent, sentences on drones.
 
+    `no_places` and `no_formation` say why there are no distances, or is no formation; empty where there are.
+    """
+
+    no_places: str
+    no_formation: str
     min_distance_uav: float | None
     min_distance_obstacle: float | None
     max_speed: float | None
+    stops: tuple[str, ...]
     settled: float | None
+    unsettled: str  # which phase did not settle
+    formation_tail: float | None
+    observation_tail: float | None
+    grounded: tuple[str, ...]
+    lost_drones: tuple[str, ...]
+    landing: Landing
     rate: dict[str, float | None]
+    gap: Gap
+    gap_place: str
     lost: int
 
 
-def checks(swarm: Swarm, measured: Measured, no_places: str, no_formation: str) -> tuple[Check, ...]:
-    """Judge what was measured; `no_places` and `no_formation` say why there are no distances, or is no formation."""
-    safe = swarm.avoidance
-    slowest = min((share for share in measured.rate.values() if share is not None), default=None)
-    speed_limit = swarm.limits.speed * (1.0 + SPEED_TOLERANCE)
-    unsettled = no_formation or "the followers did not stay within 0.1 m of their places for 2 s"
-    nowhere = no_places or "no two drones were seen at one time"
-    found = [
+def checks(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
+    """Judge what was measured."""
+    found = [*_in_flight(swarm, measured), *_formation(swarm, measured), *_drones(swarm, measured)]
+    idle = {"obstacle clearance": not swarm.obstacles, "separation": len(swarm.flying) < 2}
+    return tuple(check for check in (*found, *_record(swarm, measured)) if not idle.get(check.name))
+
+
+def _in_flight(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
+    safe, speed = swarm.avoidance, swarm.limits.speed
+    nowhere = measured.no_places or "no two drones were seen at one time"
+    fast_enough = measured.max_speed is not None and measured.max_speed <= speed * (1.0 + SPEED_TOLERANCE)
+    return (
         _at_least("separation", measured.min_distance_uav, safe.drone_safety_distance, "m", nowhere),
         _at_least("obstacle clearance", measured.min_distance_obstacle, safe.obstacle_safety_distance, "m", nowhere),
         Check(
-            "speed", measured.max_speed, swarm.limits.speed, _within(measured.max_speed, speed_limit),
-            f"at most {swarm.limits.speed:g} m/s (2 % measuring tolerance)", "m/s", nowhere,
+            "speed", measured.max_speed, speed, fast_enough, f"at most {speed:g} m/s (2 % measuring tolerance)", "m/s",
+            "" if measured.max_speed is not None else nowhere,
         ),
-        Check(
-            "formation settled", measured.settled, None, measured.settled is not None,
-            "within 0.1 m for 2 s, at any time", "s", unsettled,
+        _none("emergency stop", measured.stops),
+    )  # fmt: skip
+
+
+def _formation(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
+    bounds, missing = swarm.checks, measured.no_formation
+    unsettled = missing or measured.unsettled
+    settled = None if unsettled else measured.settled
+    unknown = missing or "not every follower has errors there"
+    return (
+        _at_most("formation settled", settled, bounds.settle_within, "s", unsettled, "after the start of each"),
+        _at_most(
+            "formation tail", measured.formation_tail, bounds.formation_tail, "m", unknown,
+            "in the last 30 % of each phase, obstacles apart",
         ),
-        _at_least("control rate", slowest, LEAST_RATE, "of the steps", no_formation),
+        _at_most(
+            "observation tail", measured.observation_tail, bounds.observation_tail, "m", unknown,
+            "in the last 30 % of each phase",
+        ),
+    )  # fmt: skip
+
+
+def _drones(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
+    landing, radius = measured.landing, swarm.checks.landing_radius
+    grounded = _none("on the ground in formation", measured.grounded)
+    lost = _none("lost drones", measured.lost_drones)
+    if measured.stops:  # nothing came down at its place
+        return grounded, lost
+    if landing.not_down or landing.distance is None:
+        ok, reason = not landing.not_down, _listed(landing.not_down) or "no landing was recorded"
+        return grounded, lost, Check("landed", None, radius, ok, "", "m", reason)
+    rule = "from where the landing began"
+    return grounded, lost, _at_most("landed", landing.distance, radius, "m", "", rule, landing.drone)
+
+
+def _record(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
+    slowest = min((share for share in measured.rate.values() if share is not None), default=None)
+    gap, longest = measured.gap, swarm.checks.recording_gap
+    where = measured.gap_place if gap.length > longest else ""
+    return (
+        _at_least("control rate", slowest, LEAST_RATE, "of the steps", measured.no_formation),
+        _at_most("recording", gap.length, longest, "s", "", "without a record of what was published", where),
         Check("lost messages", float(measured.lost), 0.0, measured.lost == 0, "none"),
-    ]  # fmt: skip
-    idle = {"obstacle clearance": not swarm.obstacles, "separation": len(swarm.flying) < 2}
-    return tuple(check for check in found if not idle.get(check.name))
+    )
+
+
+def _none(name: str, sentences: tuple[str, ...]) -> Check:
+    return Check(name, float(len(sentences)), 0.0, not sentences, "none", reason=_listed(sentences))
+
+
+def _listed(sentences: tuple[str, ...]) -> str:
+    more = len(sentences) - MOST_NAMED
+    return "; ".join(sentences[:MOST_NAMED]) + (f"; and {more} more" if more > 0 else "")
 
 
 def _at_least(name: str, value: float | None, limit: float, unit: str, reason: str) -> Check:
-    return Check(name, value, limit, value is not None and value >= limit, f"at least {limit:g} {unit}", unit, reason)
+    ok = value is not None and value >= limit
+    return Check(name, value, limit, ok, f"at least {limit:g} {unit}", unit, "" if value is not None else reason)
 
 
-def _within(value: float | None, limit: float) -> bool:
-    return value is not None and value <= limit
+def _at_most(name: str, value: float | None, limit: float, unit: str, reason: str, rule: str, note: str = "") -> Check:
+    ok = value is not None and value <= limit
+    return Check(
+        name, value, limit, ok, f"at most {limit:g} {unit} {rule}", unit, note if value is not None else reason
+    )

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import zlib
 from array import array
+from collections.abc import Iterable
 from struct import Struct, pack
-from typing import Any, BinaryIO
+from typing import IO, Any, BinaryIO
 
 import zstandard
 from mcap.data_stream import RecordBuilder
@@ -32,18 +33,23 @@ from mcap.writer import MCAP0_MAGIC
 
 _MESSAGE = Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
 _HEAD = 22  # bytes of a message record before its data
+_BLOCK = 1 << 16  # bytes of the spool that are copied at a time
 _INDEX = Struct("<BQHI")  # opcode, length, channel, bytes of entries
 
 
 class ChunkedWriter:
-    """Writes an MCAP file to `stream` in zstd chunks of some `chunk_size` bytes."""
+    """Writes an MCAP file to `stream` in zstd chunks of some `chunk_size` bytes.
 
-    def __init__(self, stream: BinaryIO, chunk_size: int) -> None:
-        self._stream, self._chunk_size = stream, chunk_size
+    The summary at the file's end has an index of each chunk, a kilobyte ten times a second: until then these are kept
+    in `spool`, an empty file of its own.
+    """
+
+    def __init__(self, stream: BinaryIO, spool: IO[bytes], chunk_size: int) -> None:
+        self._stream, self._spool, self._chunk_size = stream, spool, chunk_size
         self._schemas: list[Schema] = []
         self._channels: list[Channel] = []
         self._counts: dict[int, int] = {}
-        self._chunks: list[ChunkIndex] = []
+        self._chunks = 0
         self._metadata: list[MetadataIndex] = []
         self._begin, self._end = 0, 0  # log times of the whole file
         self._compressor = zstandard.ZstdCompressor()
@@ -100,39 +106,38 @@ class ChunkedWriter:
         """Write the rest and the summary section."""
         self._end_chunk()
         self._stream.write(_bytes(DataEnd(0)))
-        start = self._stream.tell()
-        summary, offsets = bytearray(), bytearray()
-        for opcode, records in self._summary():
-            begin = len(summary)
-            for record in records:
-                summary += _bytes(record)
-            offsets += _bytes(
-                SummaryOffset(group_opcode=opcode, group_start=start + begin, group_length=len(summary) - begin)
-            )
-        offset_start = start + len(summary)
-        summary += offsets
-        crc = zlib.crc32(pack("<BQQQ", Opcode.FOOTER, 20, start, offset_start), zlib.crc32(summary))
-        footer = _bytes(Footer(summary_start=start, summary_offset_start=offset_start, summary_crc=crc))
-        self._stream.write(bytes(summary) + footer + MCAP0_MAGIC)
+        start = at = self._stream.tell()
+        crc, offsets = 0, bytearray()
+        for opcode, blocks in self._summary():
+            begin = at
+            for block in blocks:
+                self._stream.write(block)
+                crc, at = zlib.crc32(block, crc), at + len(block)
+            offsets += _bytes(SummaryOffset(group_opcode=opcode, group_start=begin, group_length=at - begin))
+        crc = zlib.crc32(pack("<BQQQ", Opcode.FOOTER, 20, start, at), zlib.crc32(offsets, crc))
+        footer = _bytes(Footer(summary_start=start, summary_offset_start=at, summary_crc=crc))
+        self._stream.write(bytes(offsets) + footer + MCAP0_MAGIC)
 
-    def _summary(self) -> list[tuple[Opcode, list[McapRecord]]]:
+    def _summary(self) -> list[tuple[Opcode, Iterable[bytes]]]:
+        """Return the groups of the summary, each as blocks of whole records (of the chunks: of bytes)."""
         statistics = Statistics(
             attachment_count=0,
             channel_count=len(self._channels),
             channel_message_counts=dict(sorted(self._counts.items())),
-            chunk_count=len(self._chunks),
+            chunk_count=self._chunks,
             message_count=sum(self._counts.values()),
             metadata_count=len(self._metadata),
             message_start_time=self._begin,
             message_end_time=self._end,
             schema_count=len(self._schemas),
         )
+        self._spool.seek(0)
         return [
-            (Opcode.SCHEMA, list(self._schemas)),
-            (Opcode.CHANNEL, list(self._channels)),
-            (Opcode.STATISTICS, [statistics]),
-            (Opcode.CHUNK_INDEX, list(self._chunks)),
-            (Opcode.METADATA_INDEX, list(self._metadata)),
+            (Opcode.SCHEMA, map(_bytes, self._schemas)),
+            (Opcode.CHANNEL, map(_bytes, self._channels)),
+            (Opcode.STATISTICS, [_bytes(statistics)]),
+            (Opcode.CHUNK_INDEX, iter(lambda: self._spool.read(_BLOCK), b"")),
+            (Opcode.METADATA_INDEX, map(_bytes, self._metadata)),
         ]
 
     def _end_chunk(self) -> None:
@@ -154,13 +159,13 @@ class ChunkedWriter:
             indexes += _INDEX.pack(Opcode.MESSAGE_INDEX, 6 + size, channel, size) + _little_endian(entries)
             self._counts[channel] = self._counts.get(channel, 0) + len(entries) // 2
         self._stream.write(record + indexes)
-        self._chunks.append(
-            ChunkIndex(
-                message_start_time=first, message_end_time=last, chunk_start_offset=begin, chunk_length=len(record),
-                message_index_offsets=offsets, message_index_length=len(indexes), compression="zstd",
-                compressed_size=len(compressed), uncompressed_size=len(data),
-            )
+        chunk = ChunkIndex(
+            message_start_time=first, message_end_time=last, chunk_start_offset=begin, chunk_length=len(record),
+            message_index_offsets=offsets, message_index_length=len(indexes), compression="zstd",
+            compressed_size=len(compressed), uncompressed_size=len(data),
         )  # fmt: skip
+        self._spool.write(_bytes(chunk))
+        self._chunks += 1
         self._begin, self._end = min(self._begin or first, first), max(self._end, last)
         self._data, self._index, self._first, self._last = bytearray(), {}, 0, 0
 

@@ -14,7 +14,7 @@ from matplotlib import colormaps, rc_context
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from flockwire_recorder.phases import Span, airborne, formation_phase
+from flockwire_recorder.phases import Span, airborne, formation_phases
 from flockwire_recorder.reading import Floats, Integers, Trace
 
 if TYPE_CHECKING:
@@ -40,7 +40,8 @@ class Canvas:
 
     def __init__(self, trace: Trace, out: Path) -> None:
         self.trace, self.out = trace, out
-        self.phase: Span | None = formation_phase(trace)
+        self.phases = formation_phases(trace)
+        self.phase: Span | None = self.phases[0].span if self.phases else None
         self.flight = airborne(trace)
         self.origin = self.phase.begin if self.phase is not None else trace.begin
         self.time_label = "mission time, s" if self.phase is not None else "time since the trace's begin, s"
@@ -91,8 +92,8 @@ class Canvas:
             if begin <= at <= end:
                 axes.axvline(at, color=MUTED, linewidth=0.9, linestyle=(0, (1, 2.5)), zorder=1.5)
                 _name(axes, f"{mission.verb} {mission.formation}".strip(), at, "left", row % 2)
-        if self.phase is not None:
-            tail = self.phase.tail()
+        for phase in self.phases:
+            tail = phase.span.tail()
             left, right = ((edge - self.origin) / BILLION for edge in (tail.begin, tail.end))
             axes.axvspan(left, right, color="#0072b2", alpha=0.06, linewidth=0, zorder=0)
             _name(axes, "tail", right, "right")

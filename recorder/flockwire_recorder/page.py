@@ -24,9 +24,10 @@ def page(trace: Trace, summary: Summary, pictures: Sequence[Picture], probe: dic
         name=trace.swarm.name.replace("_", " "),
         failed=len(summary.failures()),
         subtitle=_subtitle(trace, summary),
-        stops=trace.stops,
+        stops=tuple(dict.fromkeys(stop.reason for stop in trace.stops)),  # each is published several times
         tiles=_tiles(summary),
         checks=_checks(summary),
+        phases=_phases(summary),
         missing=summary.missing,
         pictures=pictures,
         graph=graph_picture(trace.swarm.topology),
@@ -60,15 +61,18 @@ def _tiles(summary: Summary) -> Iterable[tuple[str, str]]:
 
 
 def _checks(summary: Summary) -> list[tuple[bool, str, str, str]]:
+    return [(check.ok, check.name, check.found(), check.rule) for check in summary.checks]
+
+
+def _phases(summary: Summary) -> list[tuple[str, ...]]:
     return [
         (
-            check.ok,
-            check.name,
-            number(check.value, check.unit) if check.value is not None else check.reason,
-            check.rule,
+            phase.formation or "the first of the swarm file", number(phase.begin_s, "s"), number(phase.length_s, "s"),
+            number(phase.formation_error_m.settled_s, "s"), length(phase.formation_error_m.max_tail),
+            length(phase.judged_tail_m), length(phase.observation_error_m.max_tail),
         )
-        for check in summary.checks
-    ]
+        for phase in summary.phases
+    ]  # fmt: skip
 
 
 def _latency(summary: Summary) -> Iterable[tuple[str, ...]]:

@@ -1,8 +1,9 @@
-"""When a flight did what: the span in the air, the formation phase, and the formation in force."""
+"""When a flight did what: the span in the air, a phase for each formation ordered, and the formation in force."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import zip_longest
 
 import numpy as np
 from flockwire.control.formation import Formation
@@ -35,24 +36,48 @@ class Span:
         return np.asarray((stamps >= self.begin) & (stamps <= self.end))
 
 
+@dataclass(frozen=True, slots=True)
+class FormationPhase:
+    """What one order to start amounts to: its `formation` (the name in the order) and the `span` in which it held."""
+
+    formation: str
+    span: Span
+
+
 def airborne(trace: Trace) -> Span:
-    """Return the span from the first take-off (else the trace's begin) to the next landing (else its end)."""
-    begin = next((mission.stamp for mission in trace.missions if mission.verb == "takeoff"), trace.begin)
-    landings = (mission.stamp for mission in trace.missions if mission.verb == "land" and mission.stamp > begin)
-    return Span(begin, min(next(landings, trace.end), trace.end))
+    """Return the span of the flights: from the first order (else the trace's begin) to the trace's end, or to a stop.
+
+    After an emergency stop drones fall, which says nothing of how they flew.
+    """
+    begin = min((mission.stamp for mission in trace.missions if mission.verb != "land"), default=trace.begin)
+    return Span(begin, _end(trace, begin))
+
+
+def formation_phases(trace: Trace) -> tuple[FormationPhase, ...]:
+    """Return a phase for each order to start, from the formation's time 0 (or the order, where that is later).
+
+    It ends with the next order of any kind, with a stop, or with the trace. An order without a time left has none.
+    """
+    found = []
+    for mission, following in zip_longest(trace.missions, trace.missions[1:]):
+        begin = max(mission.start, mission.stamp)
+        end = _end(trace, mission.stamp)
+        if following is not None:
+            end = min(end, following.stamp)
+        if mission.verb == "start" and begin < end:
+            found.append(FormationPhase(mission.formation, Span(begin, end)))
+    return tuple(found)
 
 
 def formation_phase(trace: Trace) -> Span | None:
-    """Return the span from the formation's time 0 to the next hold or landing (else the trace's end).
+    """Return the span of the first formation phase, None when there was none."""
+    phases = formation_phases(trace)
+    return phases[0].span if phases else None
 
-    None when no formation was started, or only after the end.
-    """
-    first = next((mission for mission in trace.missions if mission.verb == "start"), None)
-    if first is None:
-        return None
-    ends = (m.stamp for m in trace.missions if m.verb in ("hold", "land") and m.stamp > first.stamp)
-    end = min(next(ends, trace.end), trace.end)
-    return Span(first.start, end) if first.start < end else None
+
+def _end(trace: Trace, begin: int) -> int:
+    """Return when what began at `begin` ends if no order ends it."""
+    return min([trace.end, *(stop.stamp for stop in trace.stops if stop.stamp > begin)])
 
 
 def offsets(trace: Trace, number: int, stamps: Integers) -> Floats:

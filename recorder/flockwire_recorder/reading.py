@@ -7,6 +7,7 @@ from array import array
 from collections.abc import Hashable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from flockwire.control.graph import LEADER
@@ -21,6 +22,7 @@ from mcap.records import Channel, Metadata
 from mcap.records import Message as Record
 from numpy.typing import NDArray
 
+from flockwire_recorder.parts import parts
 from flockwire_recorder.records import WholeRecords
 from flockwire_recorder.trace import METADATA, PUBLISHER
 
@@ -58,14 +60,22 @@ class ProcessRecord:
     links: tuple[str, ...]
 
 
+class StateChange(NamedTuple):
+    """From `stamp` (Unix ns) on, a process reported `phase`."""
+
+    stamp: int
+    phase: str
+
+
 @dataclass(frozen=True, slots=True)
 class Trace:
     """What a trace tells.
 
     `series` holds what was recorded of each key, `missions` each mission once, by stamp; `vitals` one entry for each
-    publisher of a status. `begin` and `end` are the first and the last log time (Unix ns). `lost` counts the gaps in
-    the publishers' sequences, `malformed` the messages that could not be decoded. A trace that was not `closed` was
-    read up to its last whole record, and `lost_bytes` are behind that.
+    publisher of a status, `states` by identity the changes of the phase that it reported. `begin` and `end` are the
+    first and the last log time (Unix ns). `lost` counts the gaps in the publishers' sequences, `malformed` the messages
+    that could not be decoded. A trace that was not `closed` was read up to its last whole record, and `lost_bytes` are
+    behind that.
     """
 
     path: Path
@@ -75,6 +85,7 @@ class Trace:
     missions: tuple[Mission, ...]
     stops: tuple[Stop, ...]
     vitals: tuple[ProcessRecord, ...]
+    states: dict[str, tuple[StateChange, ...]]
     begin: int
     end: int
     recorded: int
@@ -104,20 +115,33 @@ class Trace:
 
 
 def read_trace(path: Path) -> Trace:
-    """Read the trace `path`; what is cut off or malformed is counted, not raised.
+    """Read the trace `path` with its further parts; what is cut off or malformed is counted, not raised.
 
-    Raises ValueError for a file that is no MCAP or does not begin with a swarm, OSError where it cannot be read.
+    Raises ValueError for a file that is no MCAP or does not begin with a swarm, or a part that is of another swarm;
+    OSError where one cannot be read.
     """
-    records = WholeRecords(path)
+    collector: Collector | None = None
+    files = [WholeRecords(part) for part in parts(path)]
+    for records in files:
+        collector = _read(records, collector)
+    if collector is None:
+        raise ValueError(f"{path}: names no swarm: it is another program's file, or was cut off at its very beginning")
+    closed, lost_bytes = all(records.closed for records in files), sum(records.lost_bytes for records in files)
+    return collector.trace(path, closed, lost_bytes)
+
+
+def _read(records: WholeRecords, collector: Collector | None) -> Collector | None:
+    """Read one part into `collector`, or into a new one; a part without a swarm holds nothing."""
     reader: _Reader | None = None
     for record in records:
         if reader is not None:
             reader.take(record)
         elif isinstance(record, Metadata) and record.name == METADATA:
-            reader = _Reader(Collector(_swarm(path, record.metadata), record.metadata))
-    if reader is None:
-        raise ValueError(f"{path}: names no swarm: it is another program's file, or was cut off at its very beginning")
-    return reader.collector.trace(path, records.closed, records.lost_bytes)
+            swarm = _swarm(records.path, record.metadata)
+            if collector is not None and swarm != collector.plan.swarm:
+                raise ValueError(f"{records.path}: is of another swarm than the parts of the trace before it")
+            reader = _Reader(collector or Collector(swarm, record.metadata))
+    return reader.collector if reader is not None else collector
 
 
 def _swarm(path: Path, metadata: dict[str, str]) -> Swarm:
@@ -180,20 +204,19 @@ class _Reader:
         self.collector = collector
         plan = collector.plan
         self._keys = {f"/{plan.text(key)}": key for key in plan.keys}
-        self._channels: dict[int, Key | None] = {}
+        self._channels: dict[int, tuple[Key | None, Hashable]] = {}
 
     def take(self, record: object) -> None:
         match record:
             case Record() if record.channel_id in self._channels:
-                key, message = self._channels[record.channel_id], None
+                (key, publisher), message = self._channels[record.channel_id], None
                 if key is not None:
                     with contextlib.suppress(MessageError):
                         message = ROWS[key.kind].message.decode(record.data)
-                self.collector.add(
-                    record.channel_id, key, message, record.sequence, record.publish_time, record.log_time
-                )
-            case Channel(metadata=metadata) if PUBLISHER in metadata:
-                self._channels.setdefault(record.id, self._keys.get(record.topic))
+                self.collector.add(publisher, key, message, record.sequence, record.publish_time, record.log_time)
+            case Channel(metadata=metadata) if PUBLISHER in metadata:  # the same in every part
+                publisher = (record.topic, metadata[PUBLISHER])
+                self._channels.setdefault(record.id, (self._keys.get(record.topic), publisher))
 
 
 class Collector:
@@ -206,6 +229,7 @@ class Collector:
         self._columns: dict[Key, _Columns] = {}
         self._missions: dict[tuple[int, str], Mission] = {}
         self._stops: dict[int, Stop] = {}
+        self._states: dict[str, list[StateChange]] = {}
         self._begin = self._end = 0
         self._recorded = self._malformed = 0
 
@@ -234,10 +258,14 @@ class Collector:
                 self._stops[message.stamp] = message
             case Status() if message.identity != key.owner:  # nobody speaks for another
                 self._malformed += 1
+                return
             case Status():
                 publisher.last = message
                 publisher.cpu += message.cpu
                 publisher.links.update(message.links)
+                states = self._states.setdefault(message.identity, [])
+                if not states or states[-1].phase != message.report.phase:
+                    states.append(StateChange(message.stamp, message.report.phase))
         columns = self._columns.get(key)
         if columns is None:
             columns = self._columns[key] = _Columns(key.kind)
@@ -255,6 +283,7 @@ class Collector:
                 for publisher in self._publishers.values()
                 if publisher.last is not None
             ),
+            {identity: tuple(states) for identity, states in self._states.items()},
             self._begin, self._end, self._recorded,
             sum(publisher.lost() for publisher in self._publishers.values()),
             self._malformed, closed, lost_bytes,

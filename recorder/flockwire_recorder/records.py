@@ -40,14 +40,14 @@ class WholeRecords:
     def __init__(self, path: Path) -> None:
         self.closed = False
         self.lost_bytes = 0
-        self._path = path
+        self.path = path
 
     def __iter__(self) -> Iterator[McapRecord]:
-        with self._path.open("rb") as stream:
+        with self.path.open("rb") as stream:
             if stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
-                raise ValueError(f"{self._path}: is no MCAP file")
+                raise ValueError(f"{self.path}: is no MCAP file")
             self.closed, self.lost_bytes = False, 0
-            yield from self._records(stream, self._path.stat().st_size)
+            yield from self._records(stream, self.path.stat().st_size)
 
     def _records(self, stream: BinaryIO, size: int) -> Iterator[McapRecord]:
         while size - stream.tell() >= _HEAD.size:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
+from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import uav
 
-from flockwire_recorder import separation, tracking
+from flockwire_recorder import gaps, separation, tracking, whereabouts
 from flockwire_recorder.checks import Check, Measured, checks
+from flockwire_recorder.detours import undisturbed
 from flockwire_recorder.latency import HOPS, Percentiles, latencies, percentiles
-from flockwire_recorder.phases import Span, airborne, formation_of, formation_phase
+from flockwire_recorder.phases import FormationPhase, airborne, formation_of, formation_phases
 from flockwire_recorder.reading import Trace
-from flockwire_recorder.tracking import ErrorFigures
+from flockwire_recorder.tracking import SETTLED_FOR, ErrorFigures
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,11 +39,26 @@ class Messages:
 
 
 @dataclass(frozen=True, slots=True)
+class PhaseFigures:
+    """One formation phase: the formation's name in the order, its begin, s from mission_start_ns, and its length, s.
+
+    `judged_tail_m` is the largest formation error in the tail, detours round obstacles apart, None where it is unknown.
+    """
+
+    formation: str
+    begin_s: float
+    length_s: float
+    observation_error_m: ErrorFigures
+    formation_error_m: ErrorFigures
+    judged_tail_m: float | None
+
+
+@dataclass(frozen=True, slots=True)
 class Summary:
     """What summary.json holds; lengths in m, speeds in m/s, None for what cannot be known.
 
-    `rate` is each agent's share of the steps that the control rate asks for in the formation phase; `missing` has a
-    sentence for whatever the trace lacks.
+    Of several formation phases, the errors are those of the worst. `rate` is each agent's share of the steps that the
+    control rate asks for in all of them; `missing` has a sentence for whatever the trace lacks.
     """
 
     duration_s: float
@@ -56,6 +74,7 @@ class Summary:
     messages: Messages
     rate: dict[str, float | None]
     missing: tuple[str, ...]
+    phases: tuple[PhaseFigures, ...]
     checks: tuple[Check, ...]
 
     @property
@@ -69,52 +88,101 @@ class Summary:
 
     def as_json(self) -> dict[str, object]:
         """Return the content of summary.json."""
-        return asdict(self) | {"missing": list(self.missing), "checks": [check.as_json() for check in self.checks]}
+        lists = {"missing": list(self.missing), "phases": [asdict(phase) for phase in self.phases]}
+        return asdict(self) | lists | {"checks": [check.as_json() for check in self.checks]}
 
 
 def summarise(trace: Trace) -> Summary:
     """Compute all figures of a flight; what cannot be computed is None, said in `missing`, and fails its check."""
-    phase, flight = formation_phase(trace), airborne(trace)
-    observation = formation = ErrorFigures()
-    if phase is not None:
-        observation = tracking.figures(tracking.observation_errors(trace), phase)
-        formation = tracking.figures(tracking.formation_errors(trace), phase)
-    gaps = _Gaps(trace, phase)
-    nearest = nearest_obstacle = speed = None
-    if not gaps.placeless:
-        times = separation.common_times(flight)
-        nearest = separation.smallest(list(separation.pair_distances(trace, times).values()))
-        speed = separation.max_speed(trace, flight)
-        if trace.swarm.obstacles:
-            nearest_obstacle = separation.smallest(list(separation.obstacle_distances(trace, times).values()))
-    rate = {trace.plan.pilot[number]: _rate(trace, number, phase) for number in trace.swarm.followers}
-    measured = Measured(nearest, nearest_obstacle, speed, formation.settled_s, rate, trace.lost)
+    phases = formation_phases(trace)
+    lacking = _Lacking(trace, phases)
+    figures = _figures(trace, phases)
+    judged = [phase for phase in figures if phase.length_s >= SETTLED_FOR / BILLION] or figures
+    observation = tracking.worst([phase.observation_error_m for phase in judged])
+    formation = tracking.worst([phase.formation_error_m for phase in judged])
+    distances = _distances(trace) if not lacking.placeless else _Distances()
+    spans = [phase.span for phase in phases]
+    rate = {trace.plan.pilot[i]: gaps.control_rate(trace, i, spans) for i in trace.swarm.followers}
+    gap = gaps.longest_gap(trace)
+    measured = Measured(
+        lacking.places, lacking.formation, distances.between_drones, distances.to_obstacles, distances.speed,
+        tuple(dict.fromkeys(stop.reason for stop in trace.stops)), formation.settled_s, _unsettled(judged),
+        tracking.largest([phase.judged_tail_m for phase in judged]), observation.max_tail,
+        whereabouts.grounded(trace, phases), whereabouts.lost(trace), whereabouts.landing(trace),
+        rate, gap, gaps.where(trace, gap), trace.lost,
+    )  # fmt: skip
     return Summary(
         duration_s=(trace.end - trace.begin) / 1e9,
-        mission_start_ns=phase.begin if phase is not None else None,
+        mission_start_ns=spans[0].begin if spans else None,
         drones=len(trace.swarm.flying),
         observation_error_m=observation,
         formation_error_m=formation,
-        min_distance_uav_m=nearest,
-        min_distance_obstacle_m=nearest_obstacle,
-        max_speed_m_s=speed,
+        min_distance_uav_m=distances.between_drones,
+        min_distance_obstacle_m=distances.to_obstacles,
+        max_speed_m_s=distances.speed,
         latency_ms={hop: percentiles(latencies(trace, hop)) for hop in HOPS},
         deadlines=_deadlines(trace),
         messages=_messages(trace),
         rate=rate,
-        missing=tuple(gaps.sentences),
-        checks=checks(trace.swarm, measured, gaps.places, gaps.formation),
+        missing=tuple(lacking.sentences),
+        phases=figures,
+        checks=checks(trace.swarm, measured),
     )
 
 
-class _Gaps:
+def _figures(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[PhaseFigures, ...]:
+    if not phases:
+        return ()
+    observation, formation = tracking.observation_errors(trace), tracking.formation_errors(trace)
+    steady, origin = undisturbed(trace, formation), phases[0].span.begin
+    return tuple(
+        PhaseFigures(
+            phase.formation, (phase.span.begin - origin) / BILLION, phase.span.length,
+            tracking.figures(observation, phase.span), tracking.figures(formation, phase.span),
+            tracking.largest_tail(formation, steady, phase.span),
+        )
+        for phase in phases
+    )  # fmt: skip
+
+
+def _unsettled(phases: Sequence[PhaseFigures]) -> str:
+    """Say which phase did not settle, empty when all did."""
+    for phase in phases:
+        if phase.formation_error_m.settled_s is None:
+            name = f"formation {phase.formation!r}" if phase.formation else "the formation"
+            when = f"{name}, from {phase.begin_s:.1f} s on, {phase.length_s:.1f} s long"
+            return f"the followers did not stay within {tracking.SETTLED_BELOW:g} m of their places for 2 s ({when})"
+    return ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Distances:
+    """The smallest distances, m, and the highest speed, m/s, of the flights."""
+
+    between_drones: float | None = None
+    to_obstacles: float | None = None
+    speed: float | None = None
+
+
+def _distances(trace: Trace) -> _Distances:
+    flight = airborne(trace)
+    times = separation.common_times(flight)
+    obstacles = separation.obstacle_distances(trace, times) if trace.swarm.obstacles else {}
+    return _Distances(
+        separation.smallest(list(separation.pair_distances(trace, times).values())),
+        separation.smallest(list(obstacles.values())),
+        separation.max_speed(trace, flight),
+    )
+
+
+class _Lacking:
     """What the trace lacks: `sentences`, and the reasons why positions or the formation cannot be judged."""
 
-    def __init__(self, trace: Trace, phase: Span | None) -> None:
+    def __init__(self, trace: Trace, phases: tuple[FormationPhase, ...]) -> None:
         flying = trace.swarm.flying
         self.placeless = [uav(number) for number in flying if not len(trace.positions(number))]
         self.places = f"no position of {', '.join(self.placeless)} was recorded" if self.placeless else ""
-        self.formation = self._formation(trace, phase) or self.places
+        self.formation = self._formation(trace, bool(phases)) or self.places
         silent = [uav(number) for number in trace.swarm.followers if not len(trace.of("estimate", number))]
         told = {vitals.last.identity for vitals in trace.vitals}
         mute = [name for name in map(trace.plan.pilot.__getitem__, trace.swarm.followers) if name not in told]
@@ -130,23 +198,16 @@ class _Gaps:
         self.sentences = [f"{text[0].upper()}{text[1:]}." for text, holds in sentences.items() if holds]
 
     @staticmethod
-    def _formation(trace: Trace, phase: Span | None) -> str:
+    def _formation(trace: Trace, begun: bool) -> str:
         starts = [mission for mission in trace.missions if mission.verb == "start"]
         unknown = next((m.formation for m in starts if formation_of(trace, m) is None), None)
         if not starts:
             return "no mission `start` was recorded, so there was no formation to judge"
-        if phase is None:
+        if not begun:
             return "the trace ends before the formation's time 0"
         if unknown is not None:
             return f"the swarm has no formation {unknown!r}, which was started"
         return "" if len(trace.positions(0)) else "no pose of the leader, uav0, was recorded"
-
-
-def _rate(trace: Trace, number: int, phase: Span | None) -> float | None:
-    if phase is None:
-        return None
-    commands = int(phase.holds(trace.of("command", number).published).sum())
-    return commands / (phase.length * trace.swarm.control.rate_hz)
 
 
 def _deadlines(trace: Trace) -> Deadlines:

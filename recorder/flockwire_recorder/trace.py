@@ -12,6 +12,7 @@ from collections import Counter
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
+from tempfile import SpooledTemporaryFile
 from typing import TYPE_CHECKING
 
 from flockwire.wire.schemas import schema_text
@@ -25,6 +26,7 @@ METADATA = "flockwire"
 PUBLISHER = "publisher"  # in a channel's metadata: who says this topic, in hexadecimal
 PROFILE = "ros2"
 CHUNK_SIZE = 256 * 1024  # bytes after which a chunk ends even when nobody flushes
+SPOOLED = 64 * 1024  # bytes of the index that are kept in memory before they go to a file beside the trace
 MOST_PUBLISHERS = 64  # of one topic that have a channel of their own; all further ones share one
 OTHERS = b"others".ljust(16, b"\0")
 SEQUENCE_MASK = 0xFFFF_FFFF  # MCAP keeps 32 bits of a sequence number
@@ -32,6 +34,9 @@ SEQUENCE_MASK = 0xFFFF_FFFF  # MCAP keeps 32 bits of a sequence number
 
 class TraceFullError(OSError):
     """The trace takes no more: the disk is full, or gone."""
+
+    def __str__(self) -> str:
+        return f"{self.filename}: {self.strerror}"
 
 
 def describe(swarm: Swarm, toml: str, seed: int, started: int) -> dict[str, str]:
@@ -81,7 +86,8 @@ class TraceWriter:
         self._channels: dict[tuple[str, bytes], int] = {}
         self._publishers: Counter[str] = Counter()
         self._stream = path.open("wb")
-        self._writer = ChunkedWriter(self._stream, CHUNK_SIZE)
+        self._spool = SpooledTemporaryFile(SPOOLED, dir=str(path.parent))  # noqa: SIM115  (closed with the trace)
+        self._writer = ChunkedWriter(self._stream, self._spool, CHUNK_SIZE)
         try:
             self._writer.start(PROFILE, f"flockwire {version('flockwire')}")
             self._writer.add_metadata(METADATA, metadata)
@@ -132,6 +138,7 @@ class TraceWriter:
             return
         try:
             self._writer.finish()
+            self._spool.close()
             self._stream.close()
         except OSError as error:
             raise self._failure(error) from error
@@ -148,6 +155,7 @@ class TraceWriter:
 
     def _failure(self, error: OSError) -> TraceFullError:
         self._failed = True
-        with contextlib.suppress(OSError):
-            self._stream.close()
+        for file in (self._stream, self._spool):
+            with contextlib.suppress(OSError):
+                file.close()
         return TraceFullError(error.errno, f"the trace takes no more: {error.strerror}", str(self._path))

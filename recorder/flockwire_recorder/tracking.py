@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -74,6 +75,34 @@ def figures(errors: dict[int, Errors], phase: Span) -> ErrorFigures:
         return ErrorFigures(settled_s=settled)
     values = np.concatenate(tails)
     return ErrorFigures(float(values.max()), float(np.sqrt(np.mean(values**2))), settled)
+
+
+def worst(figures_of_phases: Sequence[ErrorFigures]) -> ErrorFigures:
+    """Return the worst of several phases, each figure by itself; None where one of them is None, or there is none."""
+    return ErrorFigures(
+        largest([figures.max_tail for figures in figures_of_phases]),
+        largest([figures.rms_tail for figures in figures_of_phases]),
+        largest([figures.settled_s for figures in figures_of_phases]),
+    )
+
+
+def largest(values: Sequence[float | None]) -> float | None:
+    """Return the largest of `values`, None where one of them is None, or there is none."""
+    known = [value for value in values if value is not None]
+    return max(known) if known and len(known) == len(values) else None
+
+
+def largest_tail(errors: dict[int, Errors], steady: dict[int, Errors], phase: Span) -> float | None:
+    """Return the largest error in the tail of `phase`, m, by the samples in `steady`; None as in `figures`.
+
+    A follower that has none there is judged by all of its samples.
+    """
+    tail = phase.tail()
+    found = []
+    for number, error in errors.items():
+        chosen = [each.values[tail.holds(each.stamps)] for each in (steady[number], error)]
+        found.append(next((float(values.max()) for values in chosen if len(values)), None))
+    return largest(found)
 
 
 def settling_time(errors: dict[int, Errors], phase: Span) -> float | None:

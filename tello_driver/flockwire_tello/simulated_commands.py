@@ -6,12 +6,12 @@ from typing import Final
 
 from flockwire_tello import simulated_movements as movements
 from flockwire_tello import simulated_settings as settings
+from flockwire_tello.commanded_tello import OK, CommandedTello, Handler, Reply
 from flockwire_tello.commands import word
-from flockwire_tello.simulated_drone import OK, Drone, Handler, Reply
 from flockwire_tello.simulated_queries import SIGNAL, motor_time, of_state, reading, said, speed
 
 
-def answer(drone: Drone, text: str, now: int) -> Reply:
+def answer(drone: CommandedTello, text: str, now: int) -> Reply:
     """Do the command `text` at `now` (ns); return the reply, with its end of line where it has one."""
     since, handler = _COMMANDS.get(word(text), ("", None))
     if handler is None or since > drone.parameters.generation:

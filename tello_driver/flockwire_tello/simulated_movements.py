@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from flockwire.control.vector import Vector, norm, scale, subtract
 
+from flockwire_tello.commanded_tello import ERROR, OK, OUT_OF_RANGE, CommandedTello, Handler, NoText, Reply, whole
 from flockwire_tello.quirks import Quirk
-from flockwire_tello.simulated_drone import ERROR, OK, OUT_OF_RANGE, Drone, Handler, NoText, Reply, whole
 from flockwire_tello.simulated_flight import TAKEOFF_BATTERY
 from flockwire_tello.sticks import parse_sticks
 
@@ -24,7 +24,7 @@ DIRECTIONS: dict[str, Vector] = {  # forward, left, up
 }
 
 
-def take_off(drone: Drone, texts: list[str], now: int) -> Reply:
+def take_off(drone: CommandedTello, texts: list[str], now: int) -> Reply:
     """Climb to the take-off height; `error` in the air, while falling `error Motor stop` (assumption)."""
     flight = drone.flight
     if flight.flying or drone.has(Quirk.NOT_ACTIVATED) or flight.battery < TAKEOFF_BATTERY:
@@ -35,12 +35,12 @@ def take_off(drone: Drone, texts: list[str], now: int) -> Reply:
     return NoText.AT_END
 
 
-def throw_fly(drone: Drone, texts: list[str], now: int) -> Reply:
+def throw_fly(drone: CommandedTello, texts: list[str], now: int) -> Reply:
     """Take off as from the ground, for nobody is there to throw it."""
     return take_off(drone, texts, now)
 
 
-def land(drone: Drone, texts: list[str], now: int) -> Reply:
+def land(drone: CommandedTello, texts: list[str], now: int) -> Reply:
     """Land; `error` on the ground (assumption)."""
     if not drone.flight.flying:
         return ERROR
@@ -48,19 +48,19 @@ def land(drone: Drone, texts: list[str], now: int) -> Reply:
     return NoText.AT_END
 
 
-def emergency(drone: Drone, texts: list[str], now: int) -> Reply:
+def emergency(drone: CommandedTello, texts: list[str], now: int) -> Reply:
     """Turn the motors off at once."""
     drone.flight.cut(now)
     return NoText.SILENCE if drone.has(Quirk.NO_EMERGENCY_REPLY) else OK
 
 
-def stop(drone: Drone, texts: list[str], now: int) -> Reply:
+def stop(drone: CommandedTello, texts: list[str], now: int) -> Reply:
     """End what it flies by itself and hover."""
     drone.flight.stop()
     return OK
 
 
-def rc(drone: Drone, texts: list[str], now: int) -> Reply:
+def rc(drone: CommandedTello, texts: list[str], now: int) -> Reply:
     """Set the sticks; without reply, whatever the values, and bad ones change nothing (assumption)."""
     sticks = parse_sticks(" ".join(["rc", *texts]))
     if sticks is not None:
@@ -71,7 +71,7 @@ def rc(drone: Drone, texts: list[str], now: int) -> Reply:
 def direction(way: Vector) -> Handler:
     """Return the handler of a straight movement along `way` (forward, left, up)."""
 
-    def move(drone: Drone, texts: list[str], now: int) -> Reply:
+    def move(drone: CommandedTello, texts: list[str], now: int) -> Reply:
         match whole(texts, (20, 500)):
             case [int(distance)]:
                 if (refusal := _refusal(drone)) is not None:
@@ -88,7 +88,7 @@ def direction(way: Vector) -> Handler:
 def turn(sign: int) -> Handler:
     """Return the handler of a turn, 1 clockwise, -1 counter-clockwise."""
 
-    def turn(drone: Drone, texts: list[str], now: int) -> Reply:
+    def turn(drone: CommandedTello, texts: list[str], now: int) -> Reply:
         most = 3600 if drone.parameters.generation == "1.3" else 360
         match whole(texts, (1, most)):
             case [int(angle)]:
@@ -103,7 +103,7 @@ def turn(sign: int) -> Handler:
     return turn
 
 
-def flip(drone: Drone, texts: list[str], now: int) -> Reply:
+def flip(drone: CommandedTello, texts: list[str], now: int) -> Reply:
     """Take the time of a flip; the flip itself is not simulated."""
     if texts not in (["l"], ["r"], ["f"], ["b"]) or drone.flight.battery < FLIP_BATTERY:
         return ERROR
@@ -113,19 +113,19 @@ def flip(drone: Drone, texts: list[str], now: int) -> Reply:
     return NoText.AT_END
 
 
-def go(drone: Drone, texts: list[str], now: int) -> Reply:
+def go(drone: CommandedTello, texts: list[str], now: int) -> Reply:
     """Fly straight to a point: forward, left, up, cm, and a speed, cm/s."""
     if len(texts) == 5 and texts[4].startswith("m"):
         return "error No valid marker"  # no mission pad is simulated
     return _through(drone, texts, ((10, 100),), 1, now)
 
 
-def curve(drone: Drone, texts: list[str], now: int) -> Reply:
+def curve(drone: CommandedTello, texts: list[str], now: int) -> Reply:
     """Fly two straight legs for the arc; its radius is checked as the guide has it, 0.5 to 10 m."""
     return _through(drone, texts, ((10, 60),), 2, now)
 
 
-def _through(drone: Drone, texts: list[str], speeds: tuple[tuple[int, int]], count: int, now: int) -> Reply:
+def _through(drone: CommandedTello, texts: list[str], speeds: tuple[tuple[int, int]], count: int, now: int) -> Reply:
     numbers = whole(texts, *((-500, 500),) * (3 * count), *speeds)
     if isinstance(numbers, str):
         return numbers
@@ -142,7 +142,7 @@ def _through(drone: Drone, texts: list[str], speeds: tuple[tuple[int, int]], cou
     return NoText.AT_END
 
 
-def _refusal(drone: Drone) -> str | None:
+def _refusal(drone: CommandedTello) -> str | None:
     """Return why no movement can begin; a drone that is busy refuses, `error` (assumption)."""
     if not drone.flight.flying:
         return "error Motor stop"

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from flockwire_tello.simulated_drone import ERROR, OK, Drone, Handler, Reply, whole
+from flockwire_tello.commanded_tello import ERROR, OK, CommandedTello, Handler, Reply, whole
 
 REBOOT = "OK,drone will reboot in 3s\0"  # public logs, NUL included
 
 
-def speed(drone: Drone, texts: list[str], now: int) -> Reply:
+def speed(drone: CommandedTello, texts: list[str], now: int) -> Reply:
     """Set the speed of movements, cm/s."""
     match whole(texts, (10, 100)):
         case [int(wanted)]:
@@ -21,7 +21,7 @@ def speed(drone: Drone, texts: list[str], now: int) -> Reply:
 def pads(on: bool) -> Handler:
     """Return the handler that looks for mission pads, or stops to."""
 
-    def switch(drone: Drone, texts: list[str], now: int) -> Reply:
+    def switch(drone: CommandedTello, texts: list[str], now: int) -> Reply:
         drone.pads = on
         return OK
 
@@ -31,7 +31,7 @@ def pads(on: bool) -> Handler:
 def checked(*ranges: tuple[int, int]) -> Handler:
     """Return the handler of a setting of which nothing is simulated but its ranges."""
 
-    def check(drone: Drone, texts: list[str], now: int) -> Reply:
+    def check(drone: CommandedTello, texts: list[str], now: int) -> Reply:
         numbers = whole(texts, *ranges)
         return numbers if isinstance(numbers, str) else OK
 
@@ -43,7 +43,7 @@ def one_of(*values: str) -> Handler:
     return lambda drone, texts, now: OK if len(texts) == 1 and texts[0] in values else ERROR
 
 
-def port(drone: Drone, texts: list[str], now: int) -> Reply:
+def port(drone: CommandedTello, texts: list[str], now: int) -> Reply:
     """Set the ports of state and video."""
     match whole(texts, (1025, 65535), (1025, 65535)):
         case [int(state), int(video)]:
@@ -57,7 +57,7 @@ def port(drone: Drone, texts: list[str], now: int) -> Reply:
 def motors(on: bool) -> Handler:
     """Return the handler that lets the motors turn on the ground, or stops them; `error` in the air."""
 
-    def switch(drone: Drone, texts: list[str], now: int) -> Reply:
+    def switch(drone: CommandedTello, texts: list[str], now: int) -> Reply:
         flight = drone.flight
         if flight.flying:
             return ERROR
@@ -67,7 +67,7 @@ def motors(on: bool) -> Handler:
     return switch
 
 
-def network(drone: Drone, texts: list[str], now: int) -> Reply:
+def network(drone: CommandedTello, texts: list[str], now: int) -> Reply:
     """Take in the name and password of a network, and restart."""
     if len(texts) != 2:
         return ERROR
@@ -75,13 +75,13 @@ def network(drone: Drone, texts: list[str], now: int) -> Reply:
     return REBOOT
 
 
-def reboot(drone: Drone, texts: list[str], now: int) -> Reply:
+def reboot(drone: CommandedTello, texts: list[str], now: int) -> Reply:
     """Restart."""
     drone.rebooting = True
     return OK
 
 
-def extension(drone: Drone, texts: list[str], now: int) -> Reply:
+def extension(drone: CommandedTello, texts: list[str], now: int) -> Reply:
     """Reply as the open-source controller does, for lights and distance sensor; nothing else is simulated."""
     match texts:
         case ["led", _, *_]:

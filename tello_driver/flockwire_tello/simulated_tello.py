@@ -12,10 +12,10 @@ from itertools import count
 
 from flockwire.nanoseconds import BILLION
 
+from flockwire_tello.commanded_tello import ERROR, OK, CommandedTello, NoText
 from flockwire_tello.commands import word
 from flockwire_tello.quirks import Quirk
 from flockwire_tello.simulated_commands import answer
-from flockwire_tello.simulated_drone import ERROR, OK, Drone, NoText
 from flockwire_tello.simulated_flight import SimulatedFlight
 from flockwire_tello.state_string import NO_PAD, PADS_OFF, MissionPad, TelloState, format_state
 from flockwire_tello.tello_airframe import Motion
@@ -40,11 +40,11 @@ class SimulatedTello:
         self.parameters, self._chance = parameters, chance
         self._outbox: list[tuple[int, int, bytes, Address]] = []
         self._order = count()
-        self._drone = Drone(parameters, SimulatedFlight(parameters, now), ports=(parameters.state_port, 11111))
+        self._drone = CommandedTello(parameters, SimulatedFlight(parameters, now), ports=(parameters.state_port, 11111))
         self._client: Address | None = None  # who sent `command` last
         self._first: Address | None = None  # who sent it first since power-on
         self._mover: Address | None = None  # who waits for the end of a movement
-        self._replies = 0
+        self._replies, self._last_reply = 0, now
         self._heard = self._state_due = now
         self._silent_until = now
 
@@ -152,7 +152,8 @@ class SimulatedTello:
         quirks, fastest, slowest = self.parameters.quirks, *self.parameters.reply_time
         if Quirk.SECOND_SESSION_HANGS in quirks and to != self._first and to[1] != COMMAND_PORT:
             return
-        due = now + round((fastest + (slowest - fastest) * self._chance()) * BILLION)
+        due = max(self._last_reply, now + round((fastest + (slowest - fastest) * self._chance()) * BILLION))
+        self._last_reply = due  # replies keep their order
         self._replies += 1
         datagram = text.encode("ascii", errors="replace")
         if self._replies == 1 and Quirk.JUNK_BEFORE_FIRST_REPLY in quirks:
@@ -169,7 +170,7 @@ class SimulatedTello:
     def _reboot(self, now: int) -> None:
         """Forget the session; what flew falls."""
         self._drone.flight.cut(now)
-        self._drone = Drone(self.parameters, self._drone.flight, ports=(self.parameters.state_port, 11111))
+        self._drone = CommandedTello(self.parameters, self._drone.flight, ports=(self.parameters.state_port, 11111))
         self._client = self._first = self._mover = None
         self._replies, self._silent_until = 0, now + REBOOT_TIME
 

@@ -42,9 +42,16 @@ def folder(tmp_path):
     return build
 
 
-def test_a_keys_folder_that_is_missing(tmp_path):
-    line = refused(flockwire("land", PAPER, "--keys", "nowhere", cwd=tmp_path))
+@pytest.mark.parametrize("verb", ["stop", "land", "hold", "start"])
+def test_a_keys_folder_that_is_missing(tmp_path, verb):
+    line = refused(flockwire(verb, PAPER, "--keys", "nowhere", cwd=tmp_path))
     assert line == "flockwire: nowhere: there is no such keys folder; `flockwire keys SWARM` makes it"
+
+
+def test_an_order_without_the_operators_own_key(tmp_path, folder):
+    (folder() / "operator.key").unlink()
+    line = refused(flockwire("stop", PAPER, "--keys", "keys", cwd=tmp_path))
+    assert line.startswith("flockwire: keys/operator.key: cannot read it: No such file or directory")
 
 
 def test_a_keys_folder_from_the_environment(tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from math import cos, exp, hypot, sin
@@ -12,8 +13,8 @@ import pytest
 from flockwire.loading import parse_swarm
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm, uav
-from flockwire.wire.keys import MISSION, ROWS, Key, key_text
-from flockwire.wire.messages import Command, Estimate, FlightState, Message, Mission, Nearby, Pose, Telemetry
+from flockwire.wire.keys import MISSION, ROWS, STOP, Key, key_text
+from flockwire.wire.messages import Command, Estimate, FlightState, Message, Mission, Nearby, Pose, Stop, Telemetry
 from flockwire.wire.plan import Plan
 from flockwire.wire.schemas import ROS_TYPES
 from flockwire.wire.status import Report, Status
@@ -56,6 +57,15 @@ class Flight:
     command_delay: int = 2 * MS
     lost: int = 0  # of uav2's commands
     silent: frozenset[Key] = frozenset()
+    lands: bool = True  # at `end`
+    skipped: int = 0  # of uav2's steps
+    stops_at: float | None = None  # the operator stops all motors
+    crash_at: float | None = None  # the motors of uav2 stop by themselves; its pilot says "ready"
+    sits_at: float | None = None  # uav3 is put on the ground, its pilot says "formation"
+    drifts: float = 0.0  # m that uav1 goes astray while it lands
+    pilot_ends_at: float | None = None  # uav4 reports no more
+    unrecorded: tuple[float, float] = (0.0, 0.0)  # from, to
+    second_start: float | None = None  # the formation "row" is ordered, half a second ahead
 
     def leader(self, t: float) -> tuple[float, float]:
         """Return x_0."""
@@ -66,9 +76,39 @@ class Flight:
         hx, hy, _ = self.swarm.build_formation().offset(i - 1, 0.0)
         return (STARTS[i][0] - hx, STARTS[i][1] - hy)
 
+    def height(self, i: int, t: float) -> float:
+        """Return how high drone i is."""
+        fallen = [at for at in (self.stops_at, self.crash_at if i == 2 else None) if at is not None]
+        if fallen and t > min(fallen):
+            return max(0.0, 1.0 - 4.905 * (t - min(fallen)) ** 2)
+        if i == 3 and self.sits_at is not None:
+            return max(0.0, 1.0 - max(0.0, t - self.sits_at) * 0.7)
+        climbed = min(1.0, max(0.0, (t - self.begin - 0.1) * 0.7))
+        return max(0.0, climbed - max(0.0, t - self.end) * 0.7)
+
+    def state(self, i: int, t: float) -> FlightState:
+        """Return what the telemetry of drone i says."""
+        fallen = [at for at in (self.stops_at, self.crash_at if i == 2 else None) if at is not None]
+        if fallen and t >= min(fallen):
+            return FlightState.STOPPED
+        return FlightState.FLYING if self.height(i, t) > 0.0 else FlightState.GROUNDED
+
+    def phase(self, i: int, t: float) -> str:
+        """Return what the pilot of drone i says."""
+        if i == 2 and self.crash_at is not None and t > self.crash_at:
+            return "ready"
+        if t <= self.end:
+            return "formation"
+        return "landing" if self.height(i, t) > 0.0 else "grounded"
+
     def position(self, i: int, t: float) -> tuple[float, float, float]:
         """Return x_i."""
-        height = min(1.0, max(0.0, (t - self.begin - 0.1) * 0.7))
+        height, astray = self.height(i, t), self.drifts * (t - self.end) if i == 1 and t > self.end else 0.0
+        x, y, z = self.place(i, min(t, self.end), height)
+        return (x + astray, y, z)
+
+    def place(self, i: int, t: float, height: float) -> tuple[float, float, float]:
+        """Return x_i as it is before the landing, at this height."""
         x, y = self.leader(t)
         if i == 0:
             return (x, y, height)
@@ -100,7 +140,7 @@ class Flight:
 
     def events(self) -> Iterator[Event]:
         """Yield everything that is said, by time."""
-        steps = range(round(self.begin * 100), round(self.end * 100) + 1)
+        steps = range(round(self.begin * 100), round((self.end + 2.0 * self.lands) * 100) + 1)
         random = Random(1)
 
         def seen(place: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -117,15 +157,19 @@ class Flight:
                 yield stamp + MS // 2, Key("truth", name), "kinematics", sequence, Pose(stamp, "world", place)
                 yield stamp + MS, Key("pose", name), "gateway", sequence, Pose(stamp, "world", place)
                 velocity = (-sin(t), cos(t), 0.0)
-                if i != 2 or not 500 <= k < 500 + self.lost:
-                    yield stamp + MS + delay, Key("command", name), who, sequence, Command(stamp, "world", velocity)
+                late = i == 2 and k >= 500 + self.skipped
+                if i != 2 or not 500 <= k < 500 + self.lost + self.skipped:
+                    count = sequence - self.skipped * late
+                    yield stamp + MS + delay, Key("command", name), who, count, Command(stamp, "world", velocity)
                 if i:
                     said = Estimate(stamp, "world", seen(self.estimate(i, t)), (0.1, 0.1, 0.0))
                     yield stamp + MS + delay - MS // 10, Key("estimate", name), who, sequence, said
                     yield stamp + MS, Key("nearby", name), "gateway", sequence, Nearby(stamp, "world", ())
                 if k % 10 == i:
-                    yield stamp + 5 * MS, Key("status", who), who, sequence // 10, self.status(who, stamp, sequence)
-                    state = Telemetry(stamp, "world", FlightState.FLYING, 1.0 - t / 900, place[2], 0.002)
+                    if i != 4 or self.pilot_ends_at is None or t < self.pilot_ends_at:
+                        status = self.status(who, stamp, sequence, self.phase(i, t))
+                        yield stamp + 5 * MS, Key("status", who), who, sequence // 10, status
+                    state = Telemetry(stamp, "world", self.state(i, t), 1.0 - t / 900, place[2], 0.002)
                     yield stamp + 2 * MS, Key("telemetry", name), "kinematics", sequence // 10, state
 
     def missions(self) -> Iterator[Event]:
@@ -134,13 +178,22 @@ class Flight:
         orders = [Mission(first + BILLION // 10, "world", "takeoff")]
         if self.started:
             orders.append(Mission(T0 - BILLION // 5, "world", "start", T0))
+        if self.second_start is not None:
+            said = T0 + int(self.second_start * BILLION)
+            orders.append(Mission(said, "world", "start", said + BILLION // 2, "row"))
+        if self.lands:
+            orders.append(Mission(T0 + int(self.end * BILLION), "world", "land"))
+        if self.stops_at is not None:
+            said = T0 + int(self.stops_at * BILLION)
+            for k in range(3):
+                yield said + k * MS, STOP, "operator", k, Stop(said + k * MS, "world", "the operator says so")
         if self.holds_at is not None:
             orders.append(Mission(T0 + int(self.holds_at * BILLION), "world", "hold"))
         for sequence, order in enumerate(orders):
             yield order.stamp, MISSION, "operator", sequence, order
             yield order.stamp + MS, MISSION, "gateway", sequence, order
 
-    def status(self, who: str, stamp: int, steps: int) -> Status:
+    def status(self, who: str, stamp: int, steps: int, phase: str) -> Status:
         """Return how agent `who` is after `steps`."""
         rejected = (("paper/uav1/pose older than the last", 3),) if who == "uav1" else ()
         links = ("gateway", "kinematics")
@@ -148,7 +201,7 @@ class Flight:
             stamp,
             "world",
             who,
-            Report("formation"),
+            Report(phase),
             steps,
             steps // 50,
             steps // 500,
@@ -167,7 +220,10 @@ def record(path: Path, **numbers: object) -> Flight:
     writer = TraceWriter(path, describe(flight.swarm, 'name = "paper"  # <by hand>\n', 7, T0))
     said = sorted((event for event in flight.events() if event[1] not in flight.silent), key=lambda event: event[0])
     flushed = 0
+    begin, end = (T0 + int(at * BILLION) for at in flight.unrecorded)
     for published, key, publisher, sequence, message in said:
+        if begin < published < end:
+            continue
         topic, ros_type = f"/{key_text(flight.swarm, key)}", ROS_TYPES[ROWS[key.kind].message]
         who = publisher.encode().ljust(16)
         writer.write(topic, ros_type, who, sequence, published + MS // 5, published, message.encode())
@@ -200,3 +256,12 @@ def fly(tmp_path: Path) -> Callable[..., Path]:
 def swarm_of_fixture() -> Callable[..., Swarm]:
     """Make the paper's simulated swarm, tables replaced."""
     return swarm_of
+
+
+@pytest.fixture
+def small_disk() -> Iterator[None]:
+    """Let no file grow beyond 64 KiB."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (65536, before[1]))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)

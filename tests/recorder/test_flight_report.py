@@ -43,7 +43,7 @@ def test_the_page_needs_nothing_else(report):
     images = read.attributes["img", "src"]
     assert len(images) == 6
     assert all(source.startswith("data:image/png;base64,") for source in images)
-    assert "http" not in page
+    assert "://" not in page
     assert "prefers-color-scheme: dark" in page
     for wanted in ("all checks passed", 'name = "paper"  # <by hand>', "uav4", "pose → command", "older than the last"):
         assert wanted in read.text
@@ -51,12 +51,12 @@ def test_the_page_needs_nothing_else(report):
 
 
 def test_a_trace_without_a_mission_says_what_it_lacks(fly, tmp_path):
-    path = fly(begin=-0.5, end=0.2, started=False)
+    path = fly(begin=-0.5, end=0.2, started=False, lands=False)
     path.write_bytes(path.read_bytes()[:25_000])
     summary = write_report(path, tmp_path / "out")
     words = Page((tmp_path / "out" / "report.html").read_text()).text
     assert not summary.ok
-    assert "2 of 6 checks failed" in words
+    assert "5 of 13 checks failed" in words
     assert "No mission `start` was recorded" in words
     assert "The trace was not closed" in words
     assert not (tmp_path / "out" / "formation_error.png").exists()
@@ -82,7 +82,8 @@ def test_an_empty_trace_and_a_virtual_leader(tmp_path, swarm_of):
     TraceWriter(tmp_path / "a.mcap", describe(swarm, "", 0, 0)).close()
     summary = write_report(tmp_path / "a.mcap", tmp_path)
     assert [check.name for check in summary.checks if not check.ok] == [
-        "obstacle clearance", "speed", "formation settled", "control rate",
+        "obstacle clearance", "speed", "formation settled", "formation tail", "observation tail", "lost drones",
+        "landed", "control rate",
     ]  # fmt: skip
     assert "No status of uav1 was recorded." in summary.missing
     assert list(tmp_path.glob("*.png")) == []

@@ -65,7 +65,7 @@ def test_what_cannot_be_decoded_is_counted(writer, tmp_path):
 
 
 def test_a_repeated_mission_is_one(fly):
-    trace = read_trace(fly(begin=-2.0, end=0.1))
+    trace = read_trace(fly(begin=-2.0, end=0.1, lands=False))
     assert [mission.verb for mission in trace.missions] == ["takeoff", "start"]
     assert len(trace.vitals) == 5
     assert trace.vitals[0].cpu == pytest.approx(0.07)

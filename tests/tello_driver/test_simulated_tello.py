@@ -1,4 +1,5 @@
 from math import pi
+from random import Random
 
 import pytest
 from flockwire.nanoseconds import BILLION
@@ -177,6 +178,14 @@ def test_a_stop_ends_a_movement_with_three_replies(flying):
     here.ask("stop", 2.0)
     assert [datagram for _, datagram, _ in here.replies] == [b"forced stop", b"ok", b"ok"]
     assert here.tello.motion(here.now).velocity == pytest.approx((0.0, 0.0, 0.0), abs=0.01)
+
+
+def test_replies_keep_their_order(flying):
+    here = flying(chance=Random(3).random)
+    for _ in range(20):
+        here.ask("forward 100", 0.1)
+        here.ask("stop", 0.1)
+        assert [datagram for _, datagram, _ in here.replies] == [b"forced stop", b"ok", b"ok"]
 
 
 def test_land_ends_a_movement(flying):

@@ -27,24 +27,26 @@ class TrajectoryTime:
     """The own time s of a trajectory, at most t; all times in s.
 
     ds/dt = p in [0, 1],   |dp/dt| <= 1 / T,   s = t exactly as long as p = 1        (ours)
+
+    `pace` is p, `waited` is t − s.
     """
 
     def __init__(self, longest_step: float = LONGEST_STEP) -> None:
-        self.pace, self._waited, self._last = 1.0, 0.0, 0.0
+        self.pace, self.waited, self._last = 1.0, 0.0, 0.0
         self._longest_step = longest_step
 
     def restart(self, t: float) -> None:
         """Set s = t."""
-        self.pace, self._waited, self._last = 1.0, 0.0, t
+        self.pace, self.waited, self._last = 1.0, 0.0, t
 
     def resume(self, t: float) -> None:
         """Go on at `t` from the last s: until now the trajectory has waited."""
-        self._waited += t - self._last
+        self.waited += t - self._last
         self.pace, self._last = 1.0, t
 
     def at(self, t: float) -> float:
         """Return what s is at `t` if it does not wait until then."""
-        return t - self._waited
+        return t - self.waited
 
     def advance(self, t: float, pace: float) -> float:
         """Return s at `t`, in which p has come nearer to `pace`."""
@@ -52,5 +54,5 @@ class TrajectoryTime:
         passed, self._last = min(step, self._longest_step), t
         change = passed / CHANGE
         self.pace = min(max(pace, self.pace - change), self.pace + change)
-        self._waited += step - self.pace * passed
-        return t - self._waited
+        self.waited += step - self.pace * passed
+        return t - self.waited

@@ -89,7 +89,7 @@ class StatusPublisher:
             counts.steps, counts.late_1ms, counts.late_5ms, counts.skipped, self._resources.refused(),
             self._resources.cpu_share(now), self._resources.resident(), rejected, self._resources.links(),
         )  # fmt: skip
-        self._publish(((self._key, status),))
+        self._publish(((self._key, status.bounded()),))
         state = f"{report.phase}: {report.detail}" if report.detail else str(report.phase)
         if state != self._logged:
             self._logged = state

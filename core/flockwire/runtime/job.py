@@ -44,4 +44,7 @@ def serve(job: Job) -> int:
     except (CredentialsError, DetoursError, EndpointInUseError) as error:
         logging.getLogger(job.identity).error(str(error))
         return 2
+    except OSError as error:  # the disk is full, or not to be written to
+        logging.getLogger(job.identity).error(str(error))
+        return 1
     return 0

@@ -229,8 +229,9 @@ class Session:
 
 
 def _credentials(folder: Path, identity: str, verified: bool) -> Credentials:
-    if not verified:
-        return files_of(folder, identity)
+    files = files_of(folder, identity)
+    if not verified and all(path.exists() for path in (files.authority, files.certificate, files.key)):
+        return files
     from flockwire.security.credentials import load_credentials  # noqa: PLC0415  (takes 0.1 s)
 
     return load_credentials(folder, identity, clock.utc())

@@ -18,6 +18,7 @@ from flockwire.swarm.formations import Formation
 from flockwire.swarm.tables import (
     Airframe,
     Avoidance,
+    Checks,
     Control,
     Drone,
     Gateway,
@@ -52,6 +53,7 @@ class Swarm(Model):
     formations: dict[str, Formation] = Field(default={})
     avoidance: Avoidance = Avoidance()
     limits: Limits = Limits()
+    checks: Checks = Checks()
     leader: Leader = Leader()
     graph: GraphTable
     drones: tuple[Drone, ...]

@@ -117,6 +117,16 @@ class Limits(Model):
     staleness: Staleness = Staleness()
 
 
+class Checks(Model):
+    """What a flight must keep to, beside the safety distances and the limits (docs/checks.md)."""
+
+    formation_tail: Positive = 0.1  # m, formation error in the last 30 % of each formation phase
+    observation_tail: Positive = 0.1  # m, observation error, likewise
+    settle_within: Positive = 20.0  # s from the formation's time 0
+    landing_radius: Positive = 0.5  # m between where a landing begins and where it ends, on the ground plan
+    recording_gap: Positive = 0.5  # s of a topic that the recorder may miss
+
+
 class ConstantVelocity(Model):
     """The leader flies straight on."""
 

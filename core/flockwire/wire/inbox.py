@@ -13,7 +13,9 @@ from flockwire.wire.messages import Message
 
 ATTACHMENT = Struct("<qqB16s")  # as rmw_zenoh: sequence number, source time in ns, 16, publisher id
 CANARY = b"flockwire canary"  # what the conformance probe publishes in place of a message: dropped, and counted as such
+OVER_QUOTA = "over quota"  # the reason under which a message is counted that is too large, or one too many
 MOST_MISSED = 1_000_000  # a larger gap is forged, and must not overflow a counter
+BURST = 4  # s of its quota that a key may use at once: so much a receiver finds after it stood still
 AHEAD = BILLION // 10  # ns by which a stamp may lie in the future: a bound on the offset between two machines' clocks
 
 
@@ -54,6 +56,28 @@ def open_sample(row: KeyRow, payload: bytes, attached: bytes) -> Opened | None:
     return (message, sequence, sent, publisher) if size == 16 and sequence >= 0 else None
 
 
+class Quota:
+    """How often a key may bring a message: `rate` per s, and no more than BURST s of that at once.
+
+    A token bucket kept as one time, its theoretical arrival time (ITU-T I.371, GCRA): each message moves it on by
+    1 / rate, and one that finds it BURST ahead of the present exceeds the quota.
+    """
+
+    def __init__(self, rate: int) -> None:
+        self._spacing = BILLION // rate
+        self._arrival = 0
+
+    def exceeded(self, now: int) -> bool:
+        """Return whether a message that came at `now` (Unix ns) exceeds the quota; count it when it does not."""
+        arrival = self._arrival
+        if arrival < now or arrival > now + 2 * BURST * BILLION:  # nothing is used up, or the clock was set back
+            arrival = now
+        elif arrival > now + BURST * BILLION:
+            return True
+        self._arrival = arrival + self._spacing
+        return False
+
+
 class Received(NamedTuple):
     """A message that passed."""
 
@@ -78,9 +102,16 @@ class Inbox:
         self._newest = 0
         self._publisher = b""
         self._sequence = -1
+        self._quota, self._largest = Quota(row.rate), row.largest
 
     def accept(self, payload: bytes, attached: bytes, now: int) -> Received | None:
-        """Return the message, or None when it is malformed, not newer than the last accepted, too old or ahead."""
+        """Return the message, or None when it is malformed, not newer than the last accepted, too old or ahead.
+
+        What exceeds the key's quota (KeyRow) is not even decoded.
+        """
+        if len(payload) > self._largest or self._quota.exceeded(now):
+            self.rejected[OVER_QUOTA] += 1
+            return None
         if payload.startswith(CANARY):
             self.rejected["canary"] += 1
             return None

@@ -47,13 +47,19 @@ Who = Callable[[Roster, Owner], tuple[str, ...]]
 
 @dataclass(frozen=True, slots=True)
 class KeyRow:
-    """One kind of key. `owners` answers for a swarm, `publishers` and `subscribers` for one owner in it."""
+    """One kind of key. `owners` answers for a swarm, `publishers` and `subscribers` for one owner in it.
+
+    `rate` (messages per s) and `largest` (bytes) are the quota of one key, whoever publishes it: a multiple of what a
+    swarm at its fastest needs. What exceeds them is dropped and counted by whoever receives it.
+    """
 
     kind: str
     message: type[Message]
     owners: Owners
     publishers: Who
     subscribers: Who
+    rate: int
+    largest: int
     delivery: Delivery = Delivery.STATE
     maximum_age: float | None = 1.0  # s; None: a message holds until a newer one comes
 
@@ -128,19 +134,19 @@ def _pose_readers(roster: Roster, owner: Owner) -> tuple[str, ...]:
 
 
 TABLE = (
-    KeyRow("truth", Pose, _drones(_flying), _all(KINEMATICS), _all(GATEWAY)),
-    KeyRow("nearby", Nearby, _drones(_sensing), _all(GATEWAY), _pilot),
-    KeyRow("pose", Pose, _drones(_posed), _pose_source, _pose_readers),
-    KeyRow("estimate", Estimate, _drones(_followers), _pilot, _neighbours),
-    KeyRow("command", Command, _drones(_flying), _pilot, _all(KINEMATICS)),
-    KeyRow("telemetry", Telemetry, _drones(_flying), _all(KINEMATICS), _any_of(_pilot, _all(OPERATOR))),
-    KeyRow("status", Status, _processes, _itself, _any_of(_led, _all(OPERATOR)), Delivery.BACKGROUND),
+    KeyRow("truth", Pose, _drones(_flying), _all(KINEMATICS), _all(GATEWAY), 1000, 512),
+    KeyRow("nearby", Nearby, _drones(_sensing), _all(GATEWAY), _pilot, 1000, 16384),
+    KeyRow("pose", Pose, _drones(_posed), _pose_source, _pose_readers, 1000, 512),
+    KeyRow("estimate", Estimate, _drones(_followers), _pilot, _neighbours, 1000, 512),
+    KeyRow("command", Command, _drones(_flying), _pilot, _all(KINEMATICS), 1000, 512),
+    KeyRow("telemetry", Telemetry, _drones(_flying), _all(KINEMATICS), _any_of(_pilot, _all(OPERATOR)), 40, 512),
+    KeyRow("status", Status, _processes, _itself, _any_of(_led, _all(OPERATOR)), 40, 8192, Delivery.BACKGROUND),
     KeyRow(
         # The gateway repeats the newest mission, stamp unchanged, for those who join late.
-        "mission", Mission, _everybody, _all(OPERATOR, GATEWAY), _all(GATEWAY, LEADING, AGENT),
+        "mission", Mission, _everybody, _all(OPERATOR, GATEWAY), _all(GATEWAY, LEADING, AGENT), 40, 1024,
         Delivery.EVENT, None,
     ),
-    KeyRow("stop", Stop, _everybody, _all(OPERATOR), _all(KINEMATICS, LEADING, AGENT), Delivery.EVENT),
+    KeyRow("stop", Stop, _everybody, _all(OPERATOR), _all(KINEMATICS, LEADING, AGENT), 400, 1024, Delivery.EVENT),
 )  # fmt: skip
 
 ROWS = {row.kind: row for row in TABLE}

@@ -10,6 +10,12 @@ from flockwire.wire.messages import Mission
 
 NO_MISSION = Mission(0, "", "")
 
+MOST_REJECTIONS = 32  # keys and reasons that one status names; the most frequent ones, the rest in one sum
+MOST_LINKS = 256  # processes that one status names
+LONGEST_TEXT = 256  # characters of any of its texts (bytes of UTF-8, of a detail)
+FULL = "full"  # the phase of a recorder whose disk takes no more
+OTHERS = "others"  # the sum of those rejections that are not named
+
 
 class Report(NamedTuple):
     """What a core knows of itself; -1 stands for a figure that does not apply."""
@@ -41,6 +47,17 @@ class Status(NamedTuple):
     resident: int  # bytes
     rejected: tuple[tuple[str, int], ...]  # key, messages dropped
     links: tuple[str, ...]  # the processes that it is linked to
+
+    def bounded(self) -> Status:
+        """Return it with no more, and no longer, names and texts than `decode` takes."""
+        report, rejected = self.report, self.rejected
+        if len(rejected) > MOST_REJECTIONS:
+            by_count = sorted(rejected, key=_count, reverse=True)
+            rest = sum([count for _, count in by_count[MOST_REJECTIONS - 1 :]])
+            rejected = (*by_count[: MOST_REJECTIONS - 1], (OTHERS, rest))
+        if len(report.detail.encode()) > LONGEST_TEXT:
+            report = report._replace(detail=_shortened(report.detail))
+        return self._replace(report=report, rejected=rejected, links=self.links[:MOST_LINKS])
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
@@ -74,6 +91,10 @@ class Status(NamedTuple):
         keys, rejections, links = reader.texts(), reader.numbers("Q"), reader.texts()
         mission = Mission(reader.time(), frame, reader.text(), reader.time(), reader.text())
         reader.end()
+        if len(keys) > MOST_REJECTIONS or len(links) > MOST_LINKS:
+            raise MessageError(f"names {len(keys)} rejections and {len(links)} links, too many")
+        if max([len(text) for text in (frame, identity, phase, detail, *keys, *links)]) > LONGEST_TEXT:
+            raise MessageError(f"holds a text of more than {LONGEST_TEXT} characters")
         if len(keys) != len(rejections):
             raise MessageError(f"{len(keys)} keys with {len(rejections)} counts")
         rejected = tuple(zip(keys, rejections, strict=True))
@@ -84,3 +105,11 @@ class Status(NamedTuple):
             stamp, frame, identity, report, steps, late_1ms, late_5ms, skipped, refused, cpu, resident,
             rejected, links,
         )  # fmt: skip
+
+
+def _count(rejection: tuple[str, int]) -> int:
+    return rejection[1]
+
+
+def _shortened(text: str) -> str:
+    return text.encode()[: LONGEST_TEXT - 3].decode(errors="ignore") + "..."

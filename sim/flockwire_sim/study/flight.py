@@ -6,14 +6,13 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from flockwire.swarm.model import Swarm
+from flockwire_recorder.checks import ABOUT_THE_RECORD
 from flockwire_recorder.summary import Summary, summarise
 
 from flockwire_sim.recording import TraceInMemory
 from flockwire_sim.study.file import Study, StudyError
 from flockwire_sim.study.variation import Table, vary
 from flockwire_sim.world import World
-
-JUDGED = ("separation", "obstacle clearance", "speed", "formation settled")  # the checks that a run must pass
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +63,7 @@ def fly(task: Task) -> Result:
     except Exception as error:  # a law of the user's own may raise anything; the study goes on
         reason = f"{type(error).__name__}: {error}"
         return Result(task.point, task.run, seed, False, ("flight",), reason, 0.0, varied.drawn, {})
-    bad = [check for check in summary.checks if check.name in JUDGED and not check.ok]
+    bad = [check for check in summary.checks if not check.ok and check.name not in ABOUT_THE_RECORD]
     failed = (*(["flight"] if outcome.failure else []), *(check.name for check in bad))
     reasons = [*([outcome.failure] if outcome.failure else []), *(check.sentence() for check in bad)]
     return Result(

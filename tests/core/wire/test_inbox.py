@@ -172,7 +172,7 @@ def test_a_recorded_minute_played_back_to_a_process_that_hears_nobody_else_is_co
     inbox, minute = inbox_of(POSE), recording(6000)
     for payload, attached, _ in minute:
         assert inbox.accept(payload, attached, NOW + 66 * BILLION) is None
-    assert inbox.rejected == {"expired": 6000}
+    assert inbox.rejected == {"expired": 4000 + 1, "over quota": 1999}  # all at one time: four seconds' worth is judged
 
 
 def test_a_recorded_minute_under_new_numbers_and_names_moves_nobody_either():

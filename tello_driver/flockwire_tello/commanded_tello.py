@@ -27,7 +27,7 @@ Reply = str | NoText
 
 
 @dataclass
-class Drone:
+class CommandedTello:
     """What the commands act on, besides the flight."""
 
     parameters: TelloParameters
@@ -43,7 +43,7 @@ class Drone:
         return quirk in self.parameters.quirks
 
 
-Handler = Callable[[Drone, list[str], int], Reply]  # of the drone, the words after the name, and now (ns)
+Handler = Callable[[CommandedTello, list[str], int], Reply]  # of the drone, the words after the name, and now (ns)
 
 
 def whole(texts: list[str], *ranges: tuple[int, int]) -> list[int] | str:

@@ -1,0 +1,85 @@
+"""What one key may bring: so many messages a second, each so large; what exceeds that is dropped and counted."""
+
+import pytest
+from flockwire.nanoseconds import BILLION
+from flockwire.wire.cdr import MessageError
+from flockwire.wire.inbox import BURST, OVER_QUOTA, Inbox, Quota, attachment
+from flockwire.wire.keys import ROWS, TABLE, Key
+from flockwire.wire.messages import Pose
+from flockwire.wire.status import LONGEST_TEXT, MOST_LINKS, MOST_REJECTIONS, Report, Status
+from hypothesis import given
+from hypothesis import strategies as st
+
+NOW = 1_790_000_000 * BILLION
+US = b"a" * 16
+
+
+def status(detail="", rejected=(), links=()):
+    return Status(NOW, "world", "recorder", Report("recording", detail), 1, 0, 0, 0, 0, 0.1, 1, rejected, links)
+
+
+@given(st.integers(1, 1000), st.integers(0, 20))
+def test_a_quota_lets_a_burst_through_and_then_its_rate(rate, seconds):
+    quota, often = Quota(rate), 3 * rate
+    period = BILLION // often
+    passed = sum(not quota.exceeded(NOW + k * period) for k in range(often * seconds))
+    assert passed <= rate * (seconds + BURST) + 1
+    assert passed >= min(often * seconds, rate * seconds)
+
+
+def test_the_usual_rate_never_exceeds_the_quota():
+    for row in TABLE:
+        quota = Quota(row.rate)
+        assert not any(quota.exceeded(NOW + k * (2 * BILLION // row.rate)) for k in range(20 * row.rate))
+
+
+def test_what_has_gathered_while_a_process_stood_still_passes():
+    quota = Quota(ROWS["status"].rate)
+    assert not any(quota.exceeded(NOW) for _ in range(10 * 15))  # 15 s of statuses
+
+
+def test_a_clock_that_is_set_back_does_not_close_a_key():
+    quota = Quota(10)
+    assert not quota.exceeded(NOW)
+    assert not quota.exceeded(NOW - 3600 * BILLION)
+
+
+def test_a_flood_is_dropped_and_counted():
+    inbox = Inbox(Key("pose", "uav1"), ROWS["pose"])
+    for k in range(20_000):
+        inbox.accept(Pose(NOW + k, "world", (0.0, 0.0, 1.0)).encode(), attachment(k, NOW, US), NOW + k * 10_000)
+    assert inbox.rejected[OVER_QUOTA] == pytest.approx(20_000 - 1000 * (BURST + 0.2), rel=0.01)
+
+
+def test_a_message_that_is_too_large_is_not_decoded():
+    inbox = Inbox(Key("status", "uav1"), ROWS["status"])
+    assert inbox.accept(b"x" * 60_000, attachment(0, NOW, US), NOW) is None
+    assert inbox.rejected == {OVER_QUOTA: 1}
+
+
+def test_whatever_a_process_knows_of_itself_its_status_fits_the_quota():
+    counts = tuple((f"a_rather_long_swarm_name/kinematics/telemetry {k} older than the last", k) for k in range(500))
+    told = status("x" * 5000, counts, tuple(f"process{k}" for k in range(1000))).bounded()
+    assert len(told.encode()) <= ROWS["status"].largest
+    assert Status.decode(told.encode()) == told
+    assert sum(count for _, count in told.rejected) == sum(range(500))
+    assert told.rejected[0][1] == 499
+    assert len(told.report.detail) == LONGEST_TEXT
+
+
+def test_a_small_status_is_left_as_it_is():
+    told = status("waits", (("a", 1),), ("gateway",))
+    assert told.bounded() == told
+
+
+@pytest.mark.parametrize(
+    "forged",
+    [
+        status(rejected=tuple((f"k{k}", 1) for k in range(MOST_REJECTIONS + 1))),
+        status(links=tuple(f"u{k}" for k in range(MOST_LINKS + 1))),
+        status("x" * (LONGEST_TEXT + 1)),
+    ],
+)
+def test_a_status_that_names_too_much_is_malformed(forged):
+    with pytest.raises(MessageError):
+        Status.decode(forged.encode())

@@ -1,0 +1,122 @@
+"""A flying leader on an ideal airframe, which receives, step by step, what a gateway and a driver would publish."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import dist, hypot, inf
+
+import pytest
+from flockwire.control.vector import Vector, add, scale, subtract
+from flockwire.flight.phases import Phase
+from flockwire.nanoseconds import BILLION
+from flockwire.swarm.model import Swarm
+from flockwire.wire.keys import MISSION, Key
+from flockwire.wire.messages import Body, BodyKind, FlightState, Mission, Nearby, Pose, Telemetry
+from flockwire_leader.core import FlyingLeader
+
+BEGAN = 1_790_000_000 * BILLION
+TICK = BILLION // 100
+STILL = (0.0, 0.0, 0.0)
+
+
+class Seat:
+    """A flying leader; what is `silent` (kinds of keys) does not arrive."""
+
+    def __init__(self, swarm: Swarm) -> None:
+        self.now, self.core, self.swarm = BEGAN, FlyingLeader(swarm, BEGAN), swarm
+        self.position, self.velocity, self.before = STILL, STILL, STILL
+        self.state, self.battery = FlightState.GROUNDED, 1.0
+        self.silent: set[str] = set()
+        self.obstacles: list[tuple[Vector, float]] = []  # centre, radius
+        self.drones: list[tuple[Vector, Vector]] = []  # where now, velocity
+        self.stuck = False  # the airframe stays where it is
+        self.closest, self.clearance, self.jump, self.fastest = inf, inf, 0.0, 0.0
+
+    @property
+    def phase(self) -> str:
+        return self.core.report(self.now).phase
+
+    @property
+    def detail(self) -> str:
+        return self.core.report(self.now).detail
+
+    def run(self, seconds: float) -> None:
+        for _ in range(round(seconds * 100)):
+            self.step()
+
+    def step(self) -> None:
+        self.now += TICK
+        self.drones = [(add(place, scale(v, 0.01)), v) for place, v in self.drones]
+        for kind, message in (
+            ("telemetry", Telemetry(self.now, "world", self.state, self.battery, self.position[2], 0.0)),
+            ("nearby", Nearby(self.now, "world", self._bodies())),
+            ("pose", Pose(self.now, "world", self.position)),
+        ):
+            if kind not in self.silent:
+                self.core.receive(Key(kind, "uav0"), message, self.now)
+        ((key, command),) = self.core.step(self.now)
+        assert key == Key("command", "uav0")
+        self.before, self.velocity = self.velocity, command.velocity
+        self._fly()
+        self._measure()
+
+    def order(self, verb: str, delay: float = 0.0) -> None:
+        mission = Mission(self.now + 1, "world", verb, self.now + round(delay * BILLION))
+        self.core.receive(MISSION, mission, self.now)
+
+    def _bodies(self) -> tuple[Body, ...]:
+        drones = [Body(BodyKind.DRONE, subtract(place, self.position), 0.0) for place, _ in self.drones]
+        x, y, _ = self.position
+        fixed = [Body(BodyKind.OBSTACLE, (c[0] - x, c[1] - y, 0.0), radius) for c, radius in self.obstacles]
+        return (*drones, *fixed)
+
+    def _fly(self) -> None:
+        if self.velocity[2] > 0.0 and self.state is FlightState.GROUNDED:
+            self.state = FlightState.FLYING
+        if self.state is FlightState.FLYING and not self.stuck:
+            self.position = add(self.position, scale(self.velocity, 0.01))
+            if self.position[2] <= 0.0:
+                self.state = FlightState.GROUNDED
+
+    def _measure(self) -> None:
+        self.fastest = max(self.fastest, hypot(*self.velocity))
+        self.jump = max(self.jump, dist(self.velocity, self.before))
+        for place, _ in self.drones:
+            self.closest = min(self.closest, dist(place, self.position))
+        for centre, radius in self.obstacles:
+            self.clearance = min(self.clearance, dist(centre[:2], self.position[:2]) - radius)
+
+
+@pytest.fixture
+def seat(make_swarm: Callable[..., Swarm]) -> Callable[..., Seat]:
+    """Return the builder of a leader."""
+    return lambda changes=None: Seat(make_swarm(changes))
+
+
+def _three_seconds_on_its_way(leader: Seat) -> Seat:
+    leader.run(0.1)
+    leader.order("takeoff")
+    leader.run(2.0)
+    leader.order("start")
+    leader.run(3.0)
+    assert leader.phase is Phase.FORMATION
+    leader.jump = leader.fastest = 0.0
+    return leader
+
+
+@pytest.fixture
+def flyer(seat: Callable[..., Seat]) -> Seat:
+    """Return a leader under the paper's law, three seconds on its way."""
+    return _three_seconds_on_its_way(seat())
+
+
+@pytest.fixture
+def flying(seat: Callable[..., Seat]) -> Callable[..., Seat]:
+    """Return the builder of a leader with the safety filter, three seconds on its way."""
+
+    def build(changes: dict[str, object] | None = None, silent: set[str] | None = None) -> Seat:
+        leader = seat({"control.law": "extended", **(changes or {})})
+        leader.silent = silent or set()
+        return _three_seconds_on_its_way(leader)
+
+    return build

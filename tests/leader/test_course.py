@@ -1,0 +1,160 @@
+"""The course: mission time while nothing hinders, waiting without a jump, and the way round what is in the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import dist, exp, hypot
+from typing import Any
+
+import pytest
+from flockwire.control.vector import ZERO, Vector, add, scale, subtract
+from flockwire.flight.phases import Phase
+from flockwire.wire.messages import Body, BodyKind
+from flockwire_leader.course import CATCH_UP, SLACK, Course
+from hypothesis import given
+from hypothesis import strategies as st
+
+FREE = {"control.law": "extended"}
+ACCELERATION = 10.0  # m/s^2, the default
+small = st.floats(-0.05, 0.05)
+
+
+def leg(length: float = 2.0) -> dict[str, Any]:
+    return {"leader.trajectory": {"kind": "waypoints", "points": [[length, 0.0, 0.0]], "speed": 0.3}}
+
+
+@given(t=st.floats(0.0, 300.0), error=st.tuples(small, small, small))
+def test_while_nothing_hinders_its_time_is_exactly_mission_time(
+    make_swarm: Callable[..., Any], t: float, error: Vector
+) -> None:
+    swarm = make_swarm({**FREE, "leader.trajectory": {"kind": "circle"}})
+    course, way = Course(swarm), swarm.leader.trajectory.build()
+    course.restart((1.0, 2.0, 1.0), 0.0)
+    there = add((1.0, 2.0, 1.0), way.position(t))
+    position = subtract(there, error)
+    correction = scale(subtract(add(subtract((1.0, 2.0, 1.0), way.position(0.0)), way.position(t)), position), 2.0)
+    assert course.velocity(position, (), t, t) == add(way.rate(t), correction)
+
+
+@pytest.mark.parametrize("airframe", [{}, {"airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}}])
+@pytest.mark.parametrize("speed", [0.1, 0.5, 1.0])
+def test_neither_corners_nor_lag_make_it_wait(fly: Any, airframe: dict[str, Any], speed: float) -> None:
+    """There and back, at once."""
+    way = {"kind": "waypoints", "points": [[2.0 * speed, 0.0, 0.0], [0.0, 0.0, 0.0], [speed, 0.0, 0.0]], "speed": speed}
+    reached = fly({**FREE, **airframe, "leader.trajectory": way}, 8.0)
+    assert reached[3.5] == pytest.approx(0.5 * speed, abs=0.02 + 0.05 * speed)  # 1.5 s after the first corner
+
+
+@pytest.fixture
+def fly(make_swarm: Callable[..., Any]) -> Callable[..., dict[float, float]]:
+    """Fly the course with a simulated airframe; returns x, m, at the tenths of a second."""
+
+    def run(changes: dict[str, Any], duration: float) -> dict[float, float]:
+        swarm = make_swarm(changes)
+        frame, course = swarm.airframe(0), Course(swarm)
+        course.restart((0.0, 0.0, 1.0), 0.0)
+        position, velocity, sent, reached = (0.0, 0.0, 1.0), ZERO, [ZERO] * 200, {}
+        for k in range(round(100 * duration)):
+            reached[round(k / 100, 2)] = position[0]
+            sent.append(course.velocity(position, (), k / 100, k / 100))
+            delayed = sent[-1 - round(100 * frame.dead_time)]
+            velocity = add(delayed, scale(subtract(velocity, delayed), exp(-0.01 / frame.lag) if frame.lag else 0.0))
+            position = add(position, scale(velocity, 0.01))
+        assert course.waited == 0.0
+        return reached
+
+    return run
+
+
+def test_held_back_the_trajectory_waits_and_goes_on_without_a_jump(flying: Callable[..., Any]) -> None:
+    leader = flying(leg())
+    start = subtract(leader.position, (0.9, 0.0, 0.0))
+    leader.stuck = True
+    leader.run(20.0)
+    assert hypot(*leader.velocity) <= 0.3 + CATCH_UP
+    leader.stuck, leader.fastest = False, 0.0
+    before = leader.velocity
+    for _ in range(800):
+        leader.step()
+        assert dist(leader.velocity, before) <= ACCELERATION / 100 + 1e-9
+        assert leader.velocity[0] > -0.01  # never backwards
+        before = leader.velocity
+    assert leader.position == pytest.approx(add(start, (2.0, 0.0, 0.0)), abs=0.02)
+
+
+def test_the_goal_stops_within_reach_of_a_leader_that_is_stuck(make_swarm: Callable[..., Any]) -> None:
+    course = Course(make_swarm({**FREE, **leg()}))
+    course.restart((0.0, 0.0, 1.0), 0.0)
+    steps, pace = [], 1.0
+    for k in range(1, 1000):
+        course.velocity((0.0, 0.0, 1.0), (), k / 100, k / 100)
+        steps.append(abs(course.pace - pace))
+        pace = course.pace
+    assert pace < 0.01
+    assert max(steps) <= 0.01 / 0.25 + 1e-12
+    assert 0.3 * (10.0 - course.waited) < 0.15 + SLACK
+
+
+def test_a_goal_that_lies_in_an_obstacle_goes_on_and_waits_behind_it(make_swarm: Callable[..., Any]) -> None:
+    course = Course(make_swarm({**FREE, **leg(9.0)}))
+    course.restart((0.0, 0.0, 1.0), 0.0)
+    ahead = Body(BodyKind.OBSTACLE, (0.7, 0.0, 0.0), 0.3)  # 0.33 m round it nobody may be
+    for k in range(1, 2000):
+        course.velocity((0.0, 0.0, 1.0), (ahead,), k / 100, k / 100)
+    assert 1.33 < 0.3 * (20.0 - course.waited) < 1.6
+
+
+@pytest.mark.parametrize("aside", [-0.2, 0.0, 0.2])
+def test_it_gets_round_an_obstacle_on_its_path_and_reaches_the_end(flying: Callable[..., Any], aside: float) -> None:
+    leader = flying(leg(4.0))
+    start = subtract(leader.position, (0.9, 0.0, 0.0))
+    leader.obstacles = [(add(start, (2.2, aside, 0.0)), 0.4)]
+    leader.run(25.0)
+    assert leader.clearance >= 0.3
+    assert leader.jump <= ACCELERATION / 100 + 1e-9
+    assert leader.position == pytest.approx(add(start, (4.0, 0.0, 0.0)), abs=0.02)
+
+
+def test_without_the_sidestep_it_stays_in_front_of_the_obstacle(
+    flying: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("flockwire.flight.sidestepping.sidestep", lambda wanted, *_: wanted)
+    leader = flying(leg(4.0))
+    leader.obstacles = [(add(leader.position, (1.3, 0.0, 0.0)), 0.4)]
+    leader.run(15.0)
+    assert leader.position[0] < 1.6
+
+
+def test_on_the_wrong_side_it_tries_the_other_one(flying: Callable[..., Any]) -> None:
+    """A row of obstacles to its right: the way round is to the left."""
+    leader = flying(leg(4.0))
+    start = subtract(leader.position, (0.9, 0.0, 0.0))
+    leader.obstacles = [(add(start, (2.2, -0.6 * k, 0.0)), 0.3) for k in range(10)]
+    leader.run(60.0)
+    assert leader.clearance >= 0.3
+    assert leader.position == pytest.approx(add(start, (4.0, 0.0, 0.0)), abs=0.02)
+
+
+def test_during_a_hold_of_the_ladder_the_trajectory_waits(flying: Callable[..., Any]) -> None:
+    leader = flying(leg())
+    start = subtract(leader.position, (0.9, 0.0, 0.0))
+    leader.silent = {"nearby"}
+    leader.run(4.0)
+    assert leader.phase is Phase.HOLD
+    leader.silent, leader.jump = set(), 0.0
+    leader.run(8.0)
+    assert leader.jump <= ACCELERATION / 100 + 1e-9
+    assert leader.position == pytest.approx(add(start, (2.0, 0.0, 0.0)), abs=0.05)
+
+
+@pytest.mark.parametrize("verbs", [("hold", "start"), ("start",)])
+def test_new_orders_make_it_begin_again_from_where_it_is(flying: Callable[..., Any], verbs: tuple[str, ...]) -> None:
+    leader = flying(leg())
+    for verb in verbs:
+        leader.order(verb)
+        leader.run(1.0)
+    assert leader.jump <= ACCELERATION / 100 + 1e-9
+    assert leader.fastest <= 0.4
+    begin = subtract(leader.position, (0.3, 0.0, 0.0))
+    leader.run(8.0)
+    assert leader.position == pytest.approx(add(begin, (2.0, 0.0, 0.0)), abs=0.03)

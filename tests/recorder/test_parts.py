@@ -1,0 +1,107 @@
+"""A recorder that is restarted in flight: its parts are one trace."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from flockwire.wire.messages import Pose
+from flockwire_recorder.parts import next_part, parts
+from flockwire_recorder.reading import read_trace
+from flockwire_recorder.summary import summarise
+from flockwire_recorder.trace import TraceWriter, describe
+
+POSE = "geometry_msgs/msg/PoseStamped"
+T0 = 1_790_000_000_000_000_000
+SWARM = """
+name = "parted"
+formation = { kind = "circle" }
+graph = { edges = [[0, 1]] }
+drones = [ { id = 0, start = [0.0, 0.0, 0.0] }, { id = 1, start = [1.0, 0.0, 0.0] } ]
+network = { security = "none", base_port = 17600 }
+"""
+
+
+def write(path, swarm, sequences, closed=True):
+    writer = TraceWriter(path, describe(swarm, "", 0, T0))
+    for k in sequences:
+        payload = Pose(T0 + k, "world", (0.0, 0.0, 1.0)).encode()
+        writer.write("/paper/uav1/pose", POSE, b"p" * 16, k, T0 + k, T0 + k, payload)
+    writer.close() if closed else writer.flush()
+
+
+def test_the_next_part_is_the_first_name_that_is_free(tmp_path):
+    for name in ("trace.mcap", "trace-2.mcap", "trace-3.mcap"):
+        assert next_part(tmp_path).name == name
+        (tmp_path / name).touch()
+    assert [path.name for path in parts(tmp_path / "trace.mcap")] == ["trace.mcap", "trace-2.mcap", "trace-3.mcap"]
+    assert parts(tmp_path / "trace-2.mcap") == (tmp_path / "trace-2.mcap",)
+
+
+def test_all_parts_are_read_as_one(tmp_path, swarm_of):
+    write(tmp_path / "trace.mcap", swarm_of(), range(100), closed=False)
+    write(tmp_path / "trace-2.mcap", swarm_of(), range(110, 200))
+    trace = read_trace(tmp_path / "trace.mcap")
+    assert (trace.recorded, trace.lost, trace.closed) == (190, 10, False)
+    assert len(trace.of("pose", 1)) == 190
+    assert trace.end - trace.begin == 199
+
+
+def test_a_part_that_was_cut_off_at_its_beginning_spoils_nothing(tmp_path, swarm_of):
+    write(tmp_path / "trace.mcap", swarm_of(), range(5))
+    (tmp_path / "trace-2.mcap").write_bytes((tmp_path / "trace.mcap").read_bytes()[:40])
+    write(tmp_path / "trace-3.mcap", swarm_of(), range(5, 9))
+    assert read_trace(tmp_path / "trace.mcap").recorded == 9
+
+
+def test_a_part_of_another_swarm_is_refused(tmp_path, swarm_of):
+    write(tmp_path / "trace.mcap", swarm_of(), range(5))
+    write(tmp_path / "trace-2.mcap", swarm_of(obstacle=False), range(5))
+    with pytest.raises(ValueError, match=r"trace-2\.mcap: is of another swarm"):
+        read_trace(tmp_path / "trace.mcap")
+
+
+def await_recording(path):
+    for _ in range(300):
+        if path.exists() and path.stat().st_size > 30_000:
+            return
+        time.sleep(0.1)
+    raise AssertionError(f"{path} does not grow")
+
+
+@pytest.mark.integration
+def test_a_recorder_killed_and_started_again_goes_on_in_its_folder(tmp_path):
+    swarm, out = tmp_path / "swarm.toml", tmp_path / "out"
+    swarm.write_text(SWARM)
+    lifeline, _held = os.pipe()
+    child = {"env": {**os.environ, "FLOCKWIRE_LIFELINE": str(lifeline)}, "pass_fds": (lifeline,)}
+
+    def start(kind, *options, **how):
+        command = [sys.executable, "-m", "flockwire_cli", kind, str(swarm), *options]
+        return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **how)
+
+    airframes = start("kinematics", **child)
+    try:
+        for name, last in (("trace.mcap", signal.SIGKILL), ("trace-2.mcap", signal.SIGTERM)):
+            recorder = start("recorder", "--out", str(out), **child)
+            await_recording(out / name)
+            recorder.send_signal(last)
+            _, log = recorder.communicate(timeout=10)
+        assert recorder.returncode == 0, log
+        by_hand = start("recorder", "--out", str(out))
+        _, refusal = by_hand.communicate(timeout=10)
+    finally:
+        airframes.terminate()
+        airframes.communicate(timeout=10)
+    assert by_hand.returncode == 2
+    assert "there is a trace of another flight" in refusal
+    assert len(parts(out / "trace.mcap")) == 2
+    trace = read_trace(out / "trace.mcap")
+    logged = trace.of("truth", 1).logged
+    assert len(logged) > 100
+    recording = next(check for check in summarise(trace).checks if check.name == "recording")
+    assert not recording.ok
+    json.dumps(recording.as_json())

@@ -1,0 +1,153 @@
+"""The recorder on samples by hand: what it drops, and what it reports once its disk is full."""
+
+import asyncio
+from collections import deque
+from dataclasses import dataclass
+from errno import ENOSPC
+
+import pytest
+from flockwire.nanoseconds import BILLION
+from flockwire.runtime import job as jobs
+from flockwire.runtime.job import Job, serve
+from flockwire.wire.inbox import attachment
+from flockwire.wire.keys import Key
+from flockwire.wire.messages import Pose
+from flockwire.wire.plan import Plan
+from flockwire.wire.status import Status
+from flockwire_cli.verdict import conclude, disk_full
+from flockwire_recorder import report
+from flockwire_recorder.process import Recorder
+from flockwire_recorder.reading import read_trace
+from flockwire_recorder.trace import TraceFullError, TraceWriter, describe
+
+T0 = 1_790_000_000 * BILLION
+
+
+@dataclass
+class Sample:
+    """What Zenoh hands over."""
+
+    payload: object
+    attachment: object
+
+
+class Bytes(bytes):
+    """Bytes as Zenoh has them."""
+
+    def to_bytes(self):
+        """Return them."""
+        return bytes(self)
+
+
+class Ring(deque):
+    """Samples that wait."""
+
+    def try_recv(self):
+        """Return the next one, None when there is none."""
+        return self.popleft() if self else None
+
+
+class Session:
+    """Keeps what is put into it and what is published on it."""
+
+    def __init__(self):
+        self.rings, self.statuses = {}, []
+
+    def every(self, key, capacity):
+        """Return a ring of at most `capacity`."""
+        return self.rings.setdefault(key, Ring(maxlen=capacity))
+
+    def put(self, key, payload, sequence):
+        """Let a sample arrive."""
+        self.rings[key].append(Sample(Bytes(payload), Bytes(attachment(sequence, T0, b"p" * 16))))
+
+    def publish(self, messages):
+        """Keep the statuses."""
+        self.statuses += [message for _, message in messages]
+
+    def linked(self):
+        """Return nobody."""
+        return ()
+
+
+class Refusals:
+    """No connection was refused."""
+
+    count = 0
+
+
+@pytest.fixture
+def recording(tmp_path, swarm_of):
+    """Return a recorder, its session and its trace."""
+    plan, session = Plan(swarm_of()), Session()
+    trace = TraceWriter(tmp_path / "trace.mcap", describe(plan.swarm, "", 0, T0))
+    return Recorder(plan, "recorder", session, trace, Refusals()), session, trace
+
+
+POSE, STATUS = Key("pose", "uav1"), Key("status", "uav1")
+
+
+def test_an_insiders_large_statuses_are_dropped_and_counted(recording, tmp_path):
+    recorder, session, trace = recording
+    session.put(POSE, Pose(T0, "world", (0.0, 0.0, 1.0)).encode(), 0)
+    for tick in range(100):
+        for k in range(1000):
+            session.put(STATUS, b"x" * 60_000, 1000 * tick + k)
+        recorder.tick(0, 0)
+    assert len(session.rings[STATUS]) == 0
+    assert session.rings[STATUS].maxlen <= 200
+    recorder.close()
+    assert trace.written == 1
+    assert (tmp_path / "trace.mcap").stat().st_size < 50_000
+    (told,) = {key: count for status in session.statuses[-1:] for key, count in status.rejected}.items()
+    assert told[0] == "paper/uav1/status over quota"
+    assert told[1] > 10_000
+
+
+def test_a_full_disk_shows_in_the_status_and_ends_with_a_sentence(recording, small_disk, tmp_path):
+    recorder, session, trace = recording
+    for k in range(4000):
+        session.put(POSE, Pose(T0 + k, "world", (k * 0.1, k**0.5, 1.0)).encode(), k)
+        if k % 20 == 0:
+            recorder.tick(0, 0)
+    session.statuses.clear()
+    asyncio.run(asyncio.sleep(0.15))
+    recorder.tick(0, 0)
+    status = session.statuses[-1]
+    assert (status.report.phase, status.report.detail) == ("full", "the trace takes no more: File too large")
+    assert dict(status.rejected) == {"not recorded": trace.dropped}
+    assert Status.decode(status.encode()) == status
+    said = disk_full(Plan(read_trace(tmp_path / "trace.mcap").swarm), {"recorder": status})
+    assert said == "recorder: the trace takes no more: File too large"
+    with pytest.raises(TraceFullError, match=r"^\S+trace\.mcap: the trace takes no more: File too large$"):
+        recorder.close()
+    assert read_trace(tmp_path / "trace.mcap").recorded > 100
+
+
+def test_a_process_whose_disk_is_full_ends_with_exit_status_1(monkeypatch, swarm_of, tmp_path, caplog):
+    async def run(_):
+        raise TraceFullError(ENOSPC, "the trace takes no more: No space left on device", "a/trace.mcap")
+
+    monkeypatch.setattr(jobs, "load_object", lambda _: run)
+    assert serve(Job(Plan(swarm_of()), "recorder", None, "", tmp_path)) == 1
+    assert caplog.messages == ["a/trace.mcap: the trace takes no more: No space left on device"]
+
+
+def test_a_report_that_cannot_be_written_fails_the_flight_in_a_sentence(fly, monkeypatch, capsys):
+    def full(*_):
+        raise OSError(ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(report, "write_files", full)
+    path = fly(begin=-2.0, end=10.0)
+    assert conclude("", path.parent) == 1
+    said = capsys.readouterr()
+    assert "ok   separation" in said.out
+    assert said.err == (
+        f"flockwire: the flight failed: the report cannot be written: {path.parent}: No space left on device\n"
+    )
+
+
+def test_a_trace_that_cannot_be_read_fails_the_flight_in_a_sentence(tmp_path, capsys):
+    (tmp_path / "trace.mcap").write_bytes(b"nothing")
+    assert conclude("uav1 crashed", tmp_path) == 1
+    assert capsys.readouterr().err.startswith("flockwire: the flight failed: uav1 crashed; the trace cannot be read: ")

@@ -1,0 +1,136 @@
+"""The verdict on flights that went wrong, each in one way; all but one check must pass them."""
+
+import pytest
+from flockwire.nanoseconds import BILLION
+from flockwire.swarm.tables import Checks
+from flockwire_recorder.reading import read_trace
+from flockwire_recorder.summary import summarise
+
+BOUNDS = Checks()
+
+
+@pytest.fixture
+def failures(fly):
+    """Fly with the given numbers; returns the sentence of each failed check, by its name."""
+
+    def of(**numbers):
+        summary = summarise(read_trace(fly(**{"begin": -2.0, "end": 10.0} | numbers)))
+        return {check.name: check.sentence() for check in summary.checks if not check.ok}
+
+    return of
+
+
+def test_a_good_flight_passes(failures):
+    assert failures() == {}
+
+
+def test_an_estimate_that_is_15_m_off(failures):
+    found = failures(estimate_bias=15.0)
+    assert list(found) == ["observation tail"]
+    assert found["observation tail"].startswith("observation tail: 15")
+    assert found["observation tail"].endswith("m, must be at most 0.1 m in the last 30 % of each phase")
+
+
+def test_followers_that_leave_their_places_after_they_had_settled(fly):
+    path = fly(begin=-2.0, end=10.0)
+    trace = read_trace(path)
+    for number in trace.swarm.followers:
+        positions = trace.positions(number)
+        late = positions.stamps > trace.missions[-1].stamp - BILLION
+        positions.values[late, 0] += 2.0
+    found = {check.name: check for check in summarise(trace).checks}
+    assert found["formation settled"].ok
+    assert not found["formation tail"].ok
+    assert found["formation tail"].value == pytest.approx(2.0, abs=0.01)
+
+
+def test_a_formation_that_settles_too_late(failures, swarm_of):
+    late = failures(decay=2.0, swarm=swarm_of(checks={"settle_within": 2.0, "formation_tail": 1.0}))
+    assert list(late) == ["formation settled"]
+    assert "must be at most 2 s after the start of each" in late["formation settled"]
+
+
+def test_a_drone_that_crashes_and_says_it_is_ready(failures):
+    found = failures(crash_at=5.0)
+    assert set(found) == {"speed", "formation tail", "lost drones"}  # it falls
+    assert "the motors of uav2 stopped without an order at 7.0 s of the recording" in found["lost drones"]
+
+
+def test_a_drone_on_the_ground_while_its_pilot_says_formation(failures):
+    found = failures(sits_at=4.0)
+    assert found["on the ground in formation"] == (
+        "on the ground in formation: 1 (uav3 from 7.4 s of the recording), must be none"
+    )
+    assert "lost drones" not in found
+
+
+def test_a_pilot_that_falls_silent(failures):
+    found = failures(pilot_ends_at=4.0)
+    assert list(found) == ["lost drones"]
+    assert "the status of uav4 ends 8.1 s before the flight does" in found["lost drones"]
+
+
+def test_a_flight_that_does_not_land(failures):
+    found = failures(lands=False)
+    assert list(found) == ["landed"]
+    assert found["landed"] == "landed: the recording ends without an order to land, 5 drones in the air"
+
+
+def test_a_drone_that_hangs_on(fly):
+    trace = read_trace(fly(begin=-2.0, end=6.0))
+    trace.of("telemetry", 2).values[-1] = (1.0, 0.9, 0.4, 0.0)
+    (failure,) = summarise(trace).failures()
+    assert failure == "landed: uav2 was not on the ground at the end, but 0.40 m above it"
+
+
+def test_a_drone_that_comes_down_elsewhere(failures):
+    assert failures(drifts=0.5) == {"landed": "landed: 1 m (uav1), must be at most 0.5 m from where the landing began"}
+
+
+def test_an_emergency_stop_is_named_and_the_fall_is_not_too_fast(failures):
+    found = failures(stops_at=9.0, end=9.0)
+    assert list(found) == ["emergency stop"]
+    assert found["emergency stop"] == "emergency stop: 1 (the operator says so), must be none"
+
+
+def test_a_recorder_that_stood_still_is_not_a_slow_agent(failures):
+    found = failures(unrecorded=(5.0, 7.5))
+    assert list(found) == ["recording", "lost messages"]
+    assert found["recording"].startswith("recording: 2.6")
+    assert "must be at most 0.5 s without a record of what was published" in found["recording"]
+
+
+def test_a_recording_that_ends_in_flight(failures):
+    assert list(failures(unrecorded=(8.0, 99.0))) == ["landed"]
+
+
+def test_each_order_is_judged_by_itself(fly, swarm_of):
+    path = fly(begin=-2.0, end=16.0, second_start=8.0, swarm=swarm_of(formations={"row": {"kind": "line"}}))
+    summary = summarise(read_trace(path))
+    first, second = summary.phases
+    assert (first.formation, first.begin_s, first.length_s) == ("", 0.0, 8.0)
+    assert (second.formation, second.begin_s, second.length_s) == ("row", 8.5, 7.5)
+    assert first.formation_error_m.max_tail < 0.1
+    assert second.formation_error_m.max_tail > 1.0
+    assert summary.formation_error_m.max_tail == second.formation_error_m.max_tail
+    failed = [check.sentence() for check in summary.checks if not check.ok]
+    assert "(formation 'row', from 8.5 s on, 7.5 s long)" in failed[0]
+
+
+def test_a_good_order_is_not_spoilt_by_one_that_was_taken_back_at_once(fly, swarm_of):
+    path = fly(begin=-2.0, end=10.0, second_start=8.5, swarm=swarm_of(formations={"row": {"kind": "line"}}))
+    summary = summarise(read_trace(path))
+    assert [phase.length_s for phase in summary.phases] == [8.5, 1.0]
+    assert summary.ok
+
+
+def test_a_follower_may_leave_its_place_for_an_obstacle(fly, swarm_of):
+    near = {"avoidance": {"obstacle_influence_radius": 1.2}, "limits": {"speed": 4.0}}
+    path = fly(begin=-2.0, end=40.0, deflection=0.6, swarm=swarm_of(**near))
+    summary = summarise(read_trace(path))
+    assert summary.formation_error_m.max_tail > 0.1 > summary.phases[0].judged_tail_m
+    assert summary.failures() == ()
+
+
+def test_the_default_bounds():
+    assert (BOUNDS.formation_tail, BOUNDS.observation_tail, BOUNDS.settle_within) == (0.1, 0.1, 20.0)
