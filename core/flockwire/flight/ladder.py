@@ -42,7 +42,7 @@ def land_reason(inputs: Inputs, limits: Limits) -> str:
         ("own pose", inputs.pose, stale.pose_land),
         ("news of the leader", inputs.silence, stale.estimates_land),
         ("telemetry", inputs.telemetry, stale.telemetry_land),
-        ("leader", inputs.leader_down, stale.leader_land),
+        ("the leader", inputs.leader_down, stale.leader_land),
     )
     for name, age, rung in rungs:
         if age > rung:
