@@ -93,7 +93,7 @@ def test_without_its_leader_every_follower_holds_then_lands_by_itself(leaderless
         told = [(phase, why) for _, phase, why in leaderless.phases(uav(i), KILLED + 0.2)]
         assert told[:2] == [("formation", ""), ("hold", "the leader is down")]
         assert told[2][0] == "landing"
-        assert told[2][1].startswith("leader lost for 1.5 s")
+        assert told[2][1].startswith("the leader lost for 1.5 s")
         assert first(leaderless, uav(i), "hold", KILLED) == pytest.approx(KILLED + 1.0, abs=0.3)
         assert first(leaderless, uav(i), "landing", KILLED) == pytest.approx(KILLED + 2.5, abs=0.4)
 
