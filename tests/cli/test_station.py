@@ -13,23 +13,31 @@ from flockwire_cli import up
 from flockwire_cli.interrupts import Interrupts
 from flockwire_cli.operator import Operator
 from flockwire_cli.processes import PortInUseError
-from flockwire_cli.up import LEFT, Station, UpOptions
+from flockwire_cli.up import LEFT, MOST_RESTARTS, Station, UpOptions
 from simulated_pilots import SimulatedSwarm
 
 TICK = 0.005  # s between two looks of these tests' stations
 
 
 class Processes:
-    """The children, all of which live until one is named in `dead`."""
+    """The children, all of which live but those named in `dead`."""
 
     def __init__(self):
-        self.dead, self.took_off, self.started = "", None, []
+        self.dead, self.took_off, self.started = [], None, []
+
+    def ended(self):
+        return tuple(self.dead)
 
     def died(self):
-        return self.dead
+        return f"{self.dead[0]} ended by itself (signal SIGKILL)" if self.dead else ""
+
+    def kill(self, identity):
+        self.dead.remove(identity)  # its exit is expected
 
     async def start(self, identity):
         self.started.append(identity)
+
+    restart = start
 
 
 class Scene:
@@ -115,12 +123,29 @@ def test_at_the_second_it_leaves_and_is_not_well(scene):
 def test_a_dead_process_lands_the_others_and_is_the_failure(scene):
     flight = scene(duration=0.0)
 
-    def die():
-        flight.children.dead = "uav2 ended by itself (signal SIGKILL)"
-
-    flight.at = {Stage.FLYING: die}
+    flight.at = {Stage.FLYING: lambda: flight.children.dead.append("uav2")}
     assert flight.conduct() == "uav2 ended by itself (signal SIGKILL)"
     assert flight.swarm.orders[-1] == "land"
+
+
+def test_a_dead_recorder_is_started_again_and_ends_no_flight(scene):
+    flight = scene(duration=0.5)
+    flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
+    assert flight.conduct() == ""
+    assert flight.children.started == ["recorder"]
+
+
+def test_a_recorder_that_dies_again_and_again_lands_the_drones_at_last(scene):
+    flight = scene(duration=0.0)
+
+    async def restart(identity):
+        flight.children.started.append(identity)
+        flight.children.dead.append(identity)
+
+    flight.children.restart = restart
+    flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
+    assert flight.conduct() == "recorder ended by itself (signal SIGKILL)"
+    assert flight.children.started == ["recorder"] * MOST_RESTARTS
 
 
 def test_it_is_over_only_when_telemetry_says_so(scene, monkeypatch):
