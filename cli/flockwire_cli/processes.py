@@ -20,7 +20,7 @@ from flockwire.wire.plan import Plan
 
 from flockwire_cli.interrupts import Interrupts
 
-GRACE = 2.5  # s between being told to end and being killed
+GRACE = 2.5  # s between the signal to end and SIGKILL
 LANDING_TIME = 60.0  # s that those may take which have something in the air
 POLL = 0.02  # s
 
@@ -134,13 +134,20 @@ class Children:
         """Return where the process of `identity` logs."""
         return self._out / "logs" / f"{identity}.log"
 
+    def ended(self) -> tuple[str, ...]:
+        """Return the processes that ended by themselves."""
+        return tuple(
+            identity
+            for identity, process in self._running.items()
+            if process.returncode is not None and identity not in self._expected_exits
+        )
+
     def died(self) -> str:
         """Return a line about a process that ended by itself, empty when all run."""
-        for identity, process in self._running.items():
-            if process.returncode is not None and identity not in self._expected_exits:
-                lines = self.log(identity).read_text(errors="replace").strip().splitlines()
-                how = _how(process.returncode)
-                return f"{identity} ended by itself ({how}){': ' + lines[-1] if lines else ''}"
+        for identity in self.ended():
+            lines = self.log(identity).read_text(errors="replace").strip().splitlines()
+            how = _how(self._running[identity].returncode or 0)
+            return f"{identity} ended by itself ({how}){': ' + lines[-1] if lines else ''}"
         return ""
 
     async def end(self, interrupted: Interrupts | None = None) -> None:
@@ -157,7 +164,7 @@ class Children:
                 others = [i for i in self._running if self._plan.rows[i].rank == rank and i not in flyers]
                 await asyncio.gather(*(self._end(self._running[i], GRACE, None) for i in others))
         self._running.clear()
-        for fd in (self._read_end, self._write_end):  # closed, it tells who is left that the station is gone
+        for fd in (self._read_end, self._write_end):  # closed, it signals those left that the station is gone
             with contextlib.suppress(OSError):
                 os.close(fd)
 

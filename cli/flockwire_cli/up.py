@@ -1,6 +1,6 @@
 """`flockwire up`: all processes of this host, watched; a flight from take-off to landing; its report.
 
-Of several hosts, the one that runs the recorder conducts the flight; the others serve until they are told to end. What
+Of several hosts, the one that runs the recorder conducts the flight; the others serve until they are to end. What
 flies outlives this station: when it is gone, pilots land, and their processes end when the drones are down.
 """
 
@@ -33,6 +33,7 @@ from flockwire_cli.relay.links import Relays
 from flockwire_cli.verdict import disk_full
 
 START_TIME = 10.0  # s that a process may take to be there before those that wait for it are started all the same
+MOST_RESTARTS = 5  # of recorders in one flight
 STOP_FOR = 2 * BILLION  # ns for which an emergency stop is repeated
 LEFT = "left before the drones were known to be down: they land by themselves, the recorder ends last"
 
@@ -90,12 +91,12 @@ async def _fly(flight: UpOptions, relays: Relays) -> str:
             session = await _start(flight, children, here, interrupted)
             with session:
                 injector = FaultInjector(flight.faults, here, children, relays)
+                station = Station(flight, children, Operator(flight.plan, session), injector)
                 try:
-                    return await Station(flight, children, Operator(flight.plan, session), injector).conduct(
-                        interrupted
-                    )
+                    return await station.conduct(interrupted)
                 finally:
                     await injector.end()
+                    await station.end()
         finally:
             await children.end(interrupted)
 
@@ -135,6 +136,7 @@ class Station:
         self._flight, self._children, self._operator, self._injector = flight, children, operator, injector
         self._director = Director(plan.pilots, plan.swarm.frame, flight.duration, clock.now())
         self._display = Display(plan.swarm.name, plan.processes_on(flight.host), self._director, flight.headless)
+        self._restarts: list[asyncio.Task[None]] = []
         self._stop_until = 0  # an emergency stop is repeated until then, Unix ns
 
     async def conduct(self, interrupted: Interrupts) -> str:
@@ -144,6 +146,7 @@ class Station:
         with self._display.shown(), keys_pressed(Keyboard(self._order)):
             while director.stage is not Stage.OVER:
                 now = self._operator.poll()
+                self._restart_recorders()
                 died = died or self._children.died()
                 if not self._flight.conducts and (died or interrupted.count):
                     return died
@@ -159,12 +162,23 @@ class Station:
         unrecorded = disk_full(self._flight.plan, self._operator.statuses)
         return "; ".join(filter(None, (director.failure, unrecorded)))
 
+    async def end(self) -> None:
+        """Wait for what is under way."""
+        await asyncio.gather(*self._restarts)
+
+    def _restart_recorders(self) -> None:
+        """Start a recorder that died again: no flight ends for want of a logger. The report shows the gap."""
+        for identity in self._children.ended():
+            if identity in self._flight.plan.recorders and len(self._restarts) < MOST_RESTARTS:
+                self._children.kill(identity)  # its exit is then expected
+                self._restarts.append(asyncio.create_task(self._children.restart(identity)))
+
     def _step(self, now: int) -> None:
         director, operator = self._director, self._operator
         if self._flight.conducts:
             operator.order(director.step(operator.statuses, operator.telemetry, now))
         if now < self._stop_until:
-            operator.order(Stop(now, self._flight.plan.swarm.frame, "the operator says so"))
+            operator.order(Stop(now, self._flight.plan.swarm.frame, "the operator's order"))
         if director.took_off is not None:
             self._children.took_off = director.took_off
             self._injector.step(now - director.took_off)
@@ -174,7 +188,7 @@ class Station:
         """Give the order of a key, at once."""
         now, director, operator = clock.now(), self._director, self._operator
         if verb == "stop":
-            operator.order(Stop(now, self._flight.plan.swarm.frame, "the operator says so"))
+            operator.order(Stop(now, self._flight.plan.swarm.frame, "the operator's order"))
             self._stop_until = now + STOP_FOR
             director.stop(now)
         else:

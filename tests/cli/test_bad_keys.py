@@ -114,7 +114,7 @@ def test_without_security_a_warning_is_said_and_no_key_is_made(tmp_path, flockwi
     assert done.returncode == 2
     warning, busy = done.stderr.strip().split("\n")
     assert warning.startswith(
-        "flockwire: warning: network.security = 'none': whoever reaches a port reads and writes all"
+        "flockwire: warning: network.security = 'none': anybody who reaches a port reads and writes all"
     )
     assert "is in use" in busy
     assert not (tmp_path / ".flockwire").exists()

@@ -78,7 +78,7 @@ def test_the_probe_names_a_rule_that_was_widened_and_one_that_was_removed(
 ) -> None:
     fleet = make_fleet(small_swarm(tmp_path, "peers"))
     widen = 'rule["key_exprs"] = rule["key_exprs"] + ["small/uav2/pose"]'
-    both = f'{widen}\n            if rule["id"] == "uav1 is asked":\n                {widen}'
+    both = f'{widen}\n            if rule["id"] == "uav1 accepts subscriptions":\n                {widen}'
     file = str(fleet.swarm_file)
     start_patched(fleet, "gateway", "uav1 publishes", both, "gateway", file)
     start_patched(fleet, "uav2", "uav1 receives", 'rule["permission"] = "deny"', "agent", file, "2")
@@ -89,9 +89,9 @@ def test_the_probe_names_a_rule_that_was_widened_and_one_that_was_removed(
     status, results, printed = probe(fleet, tmp_path / "probe")
     assert status == 1
     modes = ("peer", "client", "router")
-    assert results["leaks"] == [f"leak: uav1 as {mode} heard small/uav2/pose; it must not" for mode in modes]
+    assert results["leaks"] == [f"leak: uav1 as {mode} received small/uav2/pose; it must not" for mode in modes]
     assert results["blocked"] == [
-        f"blocked: uav1 as {mode} may have small/uav1/estimate said by uav2; it did not get through" for mode in modes
+        f"blocked: uav1 as {mode} may publish small/uav1/estimate; uav2 did not accept it" for mode in modes
     ]
     assert results["leaks"][0] in printed
 
