@@ -29,7 +29,7 @@ FLIGHTS = {"integration/test_new_kind", "integration/test_two_worlds", "integrat
 GROUPS = ("flights", "fleets")  # the order of the groups that begin first, for they take longest
 
 
-@pytest.hookimpl(trylast=True)
+@pytest.hookimpl(tryfirst=True)  # xdist reads the groups afterwards
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Group the tests for pytest-xdist: at most two swarms fly side by side; each other module is a group by itself."""
 
