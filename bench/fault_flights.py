@@ -1,6 +1,6 @@
 """Faults in virtual time: short flights of the paper's swarm of five, each with one to three faults drawn by its seed.
 
-    .compiled/bin/python bench/fault_flights.py [--flights 5000] [--first 0] [--jobs 1] [--out runs/fault_flights]
+    .compiled/bin/python bench/fault_flights.py [--flights 5000] [--jobs 1] [--out runs/fault_flights] [--resume]
     .compiled/bin/python bench/fault_flights.py --seed N          (flies one again, and prints what happened)
 
 Drawn are the law, the airframe, for most of the flights other limits, and kinds, places and moments of the faults.
@@ -463,12 +463,20 @@ def _times(rung: str, results: Iterable[Result]) -> Iterator[float]:
                 yield since
 
 
+def _flown(file: Path, seeds: range) -> list[Result]:
+    """Return the flights of `seeds` that a call that was ended left in `file`."""
+    lines = file.read_text().splitlines() if file.exists() else []
+    results = [Result(**json.loads(line)) for line in lines if line.endswith("}")]
+    return [result for result in results if result.seed in seeds]
+
+
 def main() -> int:
     """Fly one or many; returns 1 when something was bad."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--flights", type=int, default=5000)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--resume", action="store_true", help="go on with what is in the folder, of the same version")
     parser.add_argument("--seed", type=int)
     parser.add_argument("--out", type=Path, default=Path("runs/fault_flights"))
     options = parser.parse_args()
@@ -477,9 +485,12 @@ def main() -> int:
         print(json.dumps(asdict(result), indent=1))
         return bool(result.bad)
     options.out.mkdir(parents=True, exist_ok=True)
-    results: list[Result] = []
-    seeds = range(options.first, options.first + options.flights)
-    with Pool(options.jobs) as pool, (options.out / "flights.jsonl").open("w") as log:
+    file = options.out / "flights.jsonl"
+    wanted = range(options.first, options.first + options.flights)
+    results = _flown(file, wanted) if options.resume else []
+    done = {result.seed for result in results}
+    seeds = [seed for seed in wanted if seed not in done]
+    with Pool(options.jobs) as pool, file.open("a" if options.resume else "w") as log:
         for result in pool.imap(fly, seeds, chunksize=4):
             results.append(result)
             log.write(json.dumps(asdict(result)) + "\n")
