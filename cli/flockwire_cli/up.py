@@ -91,12 +91,12 @@ async def _fly(flight: UpOptions, relays: Relays) -> str:
             session = await _start(flight, children, here, interrupted)
             with session:
                 injector = FaultInjector(flight.faults, here, children, relays)
+                station = Station(flight, children, Operator(flight.plan, session), injector)
                 try:
-                    return await Station(flight, children, Operator(flight.plan, session), injector).conduct(
-                        interrupted
-                    )
+                    return await station.conduct(interrupted)
                 finally:
                     await injector.end()
+                    await station.end()
         finally:
             await children.end(interrupted)
 
@@ -161,6 +161,10 @@ class Station:
                 await asyncio.sleep(POLL_PERIOD)
         unrecorded = disk_full(self._flight.plan, self._operator.statuses)
         return "; ".join(filter(None, (director.failure, unrecorded)))
+
+    async def end(self) -> None:
+        """Wait for what is under way."""
+        await asyncio.gather(*self._restarts)
 
     def _restart_recorders(self) -> None:
         """Start a recorder that died again: no flight ends for want of a logger. The report shows the gap."""

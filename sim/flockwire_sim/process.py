@@ -87,6 +87,7 @@ class VirtualProcess:
         self._swarm, self._make_core, self._scheduler, self._seed, self._tap = swarm, make_core, scheduler, seed, tap
         self._starts, self._reports = 0, reports
         self._frozen = False
+        self._told = self._retired = False
         self._slots: list[Slot] = []
         self._waiting: dict[int, Slot] = {}
         self._loaded: list[VirtualLink] = []
@@ -97,9 +98,10 @@ class VirtualProcess:
         if self.alive:
             return
         self._now = self.clock.read(self._scheduler.now)
-        core = self._make_core(self._now, self._starts)
+        core = self._core = self._make_core(self._now, self._starts)
         self._starts += 1
         self.alive, self._frozen, self._missed = True, False, 0
+        self._told = self._retired = False
         self._publisher = blake2b(f"{self._seed} {self.identity} {self._starts}".encode(), digest_size=16).digest()
         prompt = at_once(core)
         self._slots = [Slot(Inbox(key, ROWS[key.kind]), key in prompt) for key in self.subscribed]
@@ -118,6 +120,10 @@ class VirtualProcess:
         """End at once."""
         self.alive = False
         self._waiting = {}
+
+    def retire(self, _: object = None) -> None:
+        """Tell it to end (SIGTERM): it does at a tick at which its core may, and not while it stands still."""
+        self._told = True
 
     def freeze(self, _: object = None) -> None:
         """Stand still: of what arrives the newest is buffered."""
@@ -158,9 +164,18 @@ class VirtualProcess:
             return
         missed, self._missed = self._missed, 0
         now = self._now = self.clock.read(self._scheduler.now)
+        if self._told and self._ends(now):
+            self.kill()
+            return
         self._stepper.tick(0, missed, now)
         if self._loaded:
             self._depart()
+
+    def _ends(self, now: int) -> bool:
+        if not self._retired:
+            self._retired = True
+            self._core.retire(now)
+        return self._core.may_end(now)
 
     def _publish(self, messages: Iterable[tuple[Key, Message]]) -> None:
         now, publisher, loaded, tap = self._now, self._publisher, self._loaded, self._tap

@@ -47,6 +47,7 @@ class World:
         self.swarm, self.plan = swarm, Plan(swarm)
         self.scheduler = Scheduler(EPOCH)
         self.director = Director(self.plan.pilots, swarm.frame, duration, EPOCH)
+        self._operator = OperatorCore(self.plan, self.director, self._ordered, self.scheduler.stop)
         self.links: dict[tuple[str, str], VirtualLink] = {}
         self._seed, self._faults, self._tap = seed, faults, tap
         self._persons = frozenset(self.plan.identities).difference(self.plan.started)
@@ -69,6 +70,10 @@ class World:
             failure = failure or f"the flight was not over after {(scheduler.now - EPOCH) / BILLION:.0f} s"
         return Outcome(failure, (scheduler.now - EPOCH) / BILLION)
 
+    def stop(self, reason: str) -> None:
+        """Order an emergency stop, as the operator does."""
+        self._operator.stop(reason)
+
     def _processes(self) -> dict[str, VirtualProcess]:
         return {
             identity: VirtualProcess(
@@ -86,7 +91,7 @@ class World:
 
     def _maker(self, identity: str) -> MakeCore:
         if identity in self._persons:
-            return lambda _, __: OperatorCore(self.plan, self.director, self._ordered, self.scheduler.stop)
+            return lambda _, __: self._operator
 
         def make(now: int, starts: int) -> Core:
             chance = Random(f"{self.swarm.gateway.seed} {self._seed} {identity} {starts}")  # noqa: S311  (noise)

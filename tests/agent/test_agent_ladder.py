@@ -114,7 +114,7 @@ def test_a_leader_that_is_down_is_followed_no_more(flyer, phase):
     assert flyer.phase is Phase.HOLD
     flyer.run(0.05)
     assert flyer.phase is Phase.LANDING
-    assert flyer.report.detail.startswith("leader lost for 5.0 s")
+    assert flyer.report.detail.startswith("the leader lost for 5.0 s")
 
 
 def test_a_leader_that_comes_back_in_time_is_followed_again(flyer):

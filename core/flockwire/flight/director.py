@@ -45,6 +45,7 @@ class Director:
         self._duration = round(duration * BILLION)
         self._since = self._took_off = now
         self._lost_since: dict[int, int] = {}
+        self._rose: set[int] = set()  # the drones that followed the order to take off
         self._order: Mission | None = None  # the newest, its own or another operator's
         self._started: Mission | None = None  # the newest order to start
         self._sent = 0
@@ -98,12 +99,13 @@ class Director:
             return self._go(Stage.FLYING, Mission(now, self._frame, "start", now + LEAD_TIME, self._formation))
         if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.FORMATION):  # the last joined a formation that flew
             self.stage, self._since = Stage.FLYING, now
-        if self.stage is Stage.FLYING:
+        if self.stage in (Stage.TAKING_OFF, Stage.FLYING):
             lost = next((drone for drone in self._pilots if self._is_lost(fleet, drone)), None)
             if lost is not None:
-                return self.abort(f"{self._pilots[lost]} left the formation: {self._how(fleet, lost)}", now)
-            if self._duration and now - self._took_off >= self._duration:
-                return self.land(now)
+                what = "left the formation" if self.stage is Stage.FLYING else "did not take off"
+                return self.abort(f"{self._pilots[lost]} {what}: {self._how(fleet, lost)}", now)
+        if self.stage is Stage.FLYING and self._duration and now - self._took_off >= self._duration:
+            return self.land(now)
         if self.stage is Stage.LANDING and not fleet.not_down(self._since) and self._settled(fleet):
             self.stage = Stage.OVER
         return None
@@ -133,9 +135,13 @@ class Director:
             self.stage, self._since = Stage.LANDING, fleet.now
 
     def _is_lost(self, fleet: Fleet, drone: int) -> bool:
-        """Return whether a drone flies no more, by its pilot's status or by its own telemetry."""
+        """Return whether a drone flies no more, by its status or telemetry; one that has not taken off yet waits."""
         silent, phase = drone not in fleet.fresh, fleet.phase(drone)
         down = fleet.states.get(drone) in (FlightState.GROUNDED, FlightState.STOPPED)
+        if phase in FLYING and not down:
+            self._rose.add(drone)
+        if self.stage is Stage.TAKING_OFF and not silent and drone not in self._rose:
+            return False
         if not (silent or down or phase not in FLYING):
             self._lost_since.pop(drone, None)
             return False

@@ -144,6 +144,7 @@ OPERATOR = Process(
     "",
     port=0,
     link=Link.DIALS,
+    rank=5,
     witness=True,
 )
 
