@@ -57,3 +57,14 @@ def test_a_hard_touch_down_would_be_seen(bench: ModuleType, flown: list, monkeyp
     monkeypatch.setattr(bench, "HARD", -0.5)
     seed = next(result.seed for result in flown if result.fastest_contact > 0.6)
     assert any("touched down at 0." in what for what in bench.fly(seed).bad)
+
+
+@pytest.mark.parametrize(
+    "seed",
+    [
+        pytest.param(1464, id="drivers that stood still while told to end"),
+        pytest.param(1767, id="a stop after the drivers' clock was set back"),
+    ],
+)
+def test_what_went_wrong_once(bench: ModuleType, seed: int) -> None:
+    assert bench.fly(seed).bad == []
