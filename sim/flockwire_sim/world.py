@@ -47,7 +47,7 @@ class World:
         self.swarm, self.plan = swarm, Plan(swarm)
         self.scheduler = Scheduler(EPOCH)
         self.director = Director(self.plan.pilots, swarm.frame, duration, EPOCH)
-        self._operator = OperatorCore(self.plan, self.director, self._ordered, self.scheduler.stop)
+        self.conduct(self.director)
         self.links: dict[tuple[str, str], VirtualLink] = {}
         self._seed, self._faults, self._tap = seed, faults, tap
         self._persons = frozenset(self.plan.identities).difference(self.plan.started)
@@ -69,6 +69,11 @@ class World:
         if director.stage is not Stage.OVER:
             failure = failure or f"the flight was not over after {(scheduler.now - EPOCH) / BILLION:.0f} s"
         return Outcome(failure, (scheduler.now - EPOCH) / BILLION)
+
+    def conduct(self, director: Director) -> None:
+        """Have `director` give the orders, in place of the one that there was."""
+        self.director = director
+        self._operator = OperatorCore(self.plan, director, self._ordered, self.scheduler.stop)
 
     def stop(self, reason: str) -> None:
         """Order an emergency stop, as the operator does."""

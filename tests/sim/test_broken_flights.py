@@ -81,7 +81,7 @@ def leaderless(request: pytest.FixtureRequest, fly: Fly) -> Any:
     """Return a flight whose leader is killed: its driver lands it."""
 
     def prepare(world: World) -> None:
-        world.director = OneShots(world)  # type: ignore[assignment]
+        world.conduct(OneShots(world))  # type: ignore[arg-type]
         world.scheduler.at(EPOCH + 12 * BILLION, lambda _: world.scheduler.stop())
 
     changes = {"control.law": request.param, "limits.staleness.leader_land": 1.5}
@@ -188,7 +188,7 @@ def joined(request: pytest.FixtureRequest, fly: Fly) -> Any:
     """Return a flight in which uav4 lands alone, and is brought back by a second order to start."""
 
     def prepare(world: World) -> None:
-        world.director = OneShots(world, EPOCH + 9 * BILLION, 9.0)  # type: ignore[assignment]
+        world.conduct(OneShots(world, EPOCH + 9 * BILLION, 9.0))  # type: ignore[arg-type]
 
     lost = {"at": 4.0, "kind": "tracker", "drone": 4, "duration": 1.5}
     return fly({"control.law": request.param}, lost, prepare=prepare)
