@@ -37,7 +37,7 @@ def wrong(plan, identity):
 
 session.access_control = wrong
 sys.argv[0] = "flockwire"
-from flockwire_cli.main import main
+from flockwire_cli.entry import main
 main()
 """
 
