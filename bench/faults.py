@@ -97,7 +97,7 @@ def flight(law: str, kind: str, fault: str, seed: int, folder: Path) -> Outcome:
     for process in (left := processes(swarm)):
         process.kill()
     outcome.left_running = len(left)
-    judge(outcome, sorted(out.glob("trace*.mcap")), at)
+    judge(outcome, sorted(out.glob("trace*.mcap"), key=lambda path: path.stat().st_mtime), at)
     return outcome
 
 

@@ -134,13 +134,20 @@ class Children:
         """Return where the process of `identity` logs."""
         return self._out / "logs" / f"{identity}.log"
 
+    def ended(self) -> tuple[str, ...]:
+        """Return the processes that ended by themselves."""
+        return tuple(
+            identity
+            for identity, process in self._running.items()
+            if process.returncode is not None and identity not in self._expected_exits
+        )
+
     def died(self) -> str:
         """Return a line about a process that ended by itself, empty when all run."""
-        for identity, process in self._running.items():
-            if process.returncode is not None and identity not in self._expected_exits:
-                lines = self.log(identity).read_text(errors="replace").strip().splitlines()
-                how = _how(process.returncode)
-                return f"{identity} ended by itself ({how}){': ' + lines[-1] if lines else ''}"
+        for identity in self.ended():
+            lines = self.log(identity).read_text(errors="replace").strip().splitlines()
+            how = _how(self._running[identity].returncode or 0)
+            return f"{identity} ended by itself ({how}){': ' + lines[-1] if lines else ''}"
         return ""
 
     async def end(self, interrupted: Interrupts | None = None) -> None:

@@ -33,6 +33,7 @@ from flockwire_cli.relay.links import Relays
 from flockwire_cli.verdict import disk_full
 
 START_TIME = 10.0  # s that a process may take to be there before those that wait for it are started all the same
+MOST_RESTARTS = 5  # of recorders in one flight
 STOP_FOR = 2 * BILLION  # ns for which an emergency stop is repeated
 LEFT = "left before the drones were known to be down: they land by themselves, the recorder ends last"
 
@@ -140,6 +141,7 @@ class Station:
         self._flight, self._children, self._operator, self._injector = flight, children, operator, injector
         self._director = Director(plan.pilots, plan.swarm.frame, flight.duration, clock.now())
         self._display = Display(plan.swarm.name, plan.processes_on(flight.host), self._director, flight.headless)
+        self._restarts: list[asyncio.Task[None]] = []
         self._stop_until = 0  # an emergency stop is repeated until then, Unix ns
 
     async def conduct(self, interrupted: Interrupts) -> str:
@@ -149,6 +151,7 @@ class Station:
         with self._display.shown(), keys_pressed(Keyboard(self._order)):
             while director.stage is not Stage.OVER:
                 now = self._operator.poll()
+                self._restart_recorders()
                 died = died or self._children.died()
                 if not self._flight.conducts and (died or interrupted.count):
                     return died
@@ -163,6 +166,13 @@ class Station:
                 await asyncio.sleep(POLL_PERIOD)
         unrecorded = disk_full(self._flight.plan, self._operator.statuses)
         return "; ".join(filter(None, (director.failure, unrecorded)))
+
+    def _restart_recorders(self) -> None:
+        """Start a recorder that died again: no flight ends for want of a logger. The report shows the gap."""
+        for identity in self._children.ended():
+            if identity in self._flight.plan.recorders and len(self._restarts) < MOST_RESTARTS:
+                self._children.kill(identity)  # its exit is then expected
+                self._restarts.append(asyncio.create_task(self._children.restart(identity)))
 
     def _step(self, now: int) -> None:
         director, operator = self._director, self._operator
