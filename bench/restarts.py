@@ -2,9 +2,9 @@
 
     bench/restarts.py [--repeats 3] [--busy]
 
-The swarm of the paper is started process by process and flies the formation. Then one process is killed and started again.
-It has rejoined when all fly the formation again, within 0.1 m of their places, 5 s after its restart; otherwise everybody
-must come to rest, and a single `flockwire start` must bring all back.
+The swarm of the paper is started process by process and flies the formation. Then one process is killed and restarted.
+It has rejoined when all fly the formation again, within 0.1 m of their places, 5 s after its restart; otherwise all
+must come to rest, and a single `flockwire start` must bring them back.
 """
 
 from __future__ import annotations

@@ -49,7 +49,7 @@ COLUMNS = {  # heading: width
 
 
 def fly(case: Case, runs: int | None, jobs: int, out: Path) -> list[dict[str, Any]]:
-    """Fly what is still to be flown of a case; returns what study.json says of each law."""
+    """Fly what is still to be flown of a case; returns the entries of each law in study.json."""
     files = [str(FILES / f"{name}.toml") for name in (case.swarm, case.study)]
     command = [sys.executable, "-m", "flockwire_cli", "study", *files, "--out", str(out), "--jobs", str(jobs)]
     if runs is not None:

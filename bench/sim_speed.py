@@ -24,7 +24,7 @@ SIZES = (5, 20, 50, 100, 200)
 
 
 def tree(drones: int) -> Swarm:
-    """Return a swarm of `drones` on a grid of 2 m cells, each but the leader hearing one of a third of its number."""
+    """Return a swarm of `drones` on a grid of 2 m cells; the graph is a tree with three edges from each."""
     columns = ceil(sqrt(drones))
     reach = 2.0 * columns + 20.0
     table: dict[str, object] = {

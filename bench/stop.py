@@ -3,8 +3,8 @@
     bench/stop.py [--runs 30] [--in-flight 3]
 
 Rows: a session that is kept, a one-shot `flockwire stop` on an idle machine and with all cores busy, to the drivers of
-five drones on the ground; then a one-shot in flight, with each kind of process dead, under a flood, and while 80 foreign
-sessions with one drone's certificate are open. The way back of the telemetry is included.
+five drones on the ground; then a one-shot in flight, with each kind of process dead, under a flood, and while 80
+foreign sessions with one drone's certificate are open. The way back of the telemetry is included.
 """
 
 from __future__ import annotations

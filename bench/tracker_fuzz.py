@@ -19,8 +19,8 @@ from resource import getpagesize
 from struct import pack
 
 from flockwire_mocap.natnet.encoding import (
+    OtherSections,
     Section,
-    Surroundings,
     encode,
     encode_command,
     encode_connect,
@@ -31,7 +31,7 @@ from flockwire_mocap.natnet.encoding import (
 from flockwire_mocap.natnet.packets import BodyDescription, Kind, MocapFrame, RigidBody, ServerInfo, Stamps, Version
 from flockwire_mocap.natnet.session import NatNetSession, Options
 from flockwire_mocap.natnet.twin import NatNetTwin, TwinOptions
-from flockwire_mocap.vrpn.connection import Connection
+from flockwire_mocap.vrpn.connection import VrpnConnection
 from flockwire_mocap.vrpn.reports import Reports
 from flockwire_mocap.vrpn.wire import PoseBody
 
@@ -39,7 +39,7 @@ VERSIONS: tuple[Version, ...] = ((3, 0), (3, 1), (4, 0), (4, 1), (4, 2), (4, 5))
 GROWTH = 16 << 20  # bytes
 EXTREMES = (b"\xff\xff\xff\x7f", b"\xff\xff\xff\xff", b"\0\0\0\x80", b"\0\0\0\0", b"\0\0\xc0\x7f", b"\x01\0\0\0")
 SERVER, CLIENT = "10.0.0.1", ("10.0.0.2", 40000)
-FRESH = 5000  # packets after which a session, and a connection, is made anew
+FRESH = 5000  # packets after which a session, and a connection, is made again
 
 Step = Callable[[int], None]
 
@@ -70,7 +70,7 @@ def natnet_corpus(version: Version) -> list[bytes]:
     bodies = tuple(RigidBody(i, (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0), 0.001, True) for i in range(4))
     body = pack("<i7ffH", 1, 1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1)
     channels = pack("<iiif", 1, 1, 1, 2.5)
-    around = Surroundings(
+    around = OtherSections(
         marker_sets=Section(1, b"all\0" + pack("<i3f", 1, 1.0, 2.0, 3.0)),
         other_markers=Section(1, pack("<3f", 1.0, 2.0, 3.0)),
         skeletons=Section(1, pack("<ii", 1, 1) + body),
@@ -120,18 +120,18 @@ def natnet_server(dice: Random) -> Step:
 
 def vrpn(dice: Random) -> Step:
     """Return a step of a connection whose other side is mad."""
-    source = Connection()
+    source = VrpnConnection()
     greeting = source.outgoing()
     corpus = []
     for k in range(3):
         source.send_pose(f"body{k}", 1_700_000_000_000_000_000, PoseBody(0, (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0)))
         source.ping(f"body{k}")
         corpus.append(source.outgoing())
-    state: list[tuple[Connection, Reports]] = []
+    state: list[tuple[VrpnConnection, Reports]] = []
 
     def step(count: int) -> None:
         if count % FRESH == 0 or state[0][0].failed is not None:
-            state[:] = [(Connection(), state[0][1] if count % FRESH else Reports())]
+            state[:] = [(VrpnConnection(), state[0][1] if count % FRESH else Reports())]
             state[0][0].receive(greeting)
         connection, reports = state[0]
         for pose in connection.receive(mutated(dice.choice(corpus), corpus, dice)):

@@ -60,7 +60,7 @@ def names(count: int) -> dict[int, str]:
 
 
 def frames(count: int, bodies: int) -> Iterator[TrackerFrame]:
-    """Yield frames of bodies whose height tells the frame's number."""
+    """Yield frames of bodies whose height encodes the frame's number."""
     for number in range(count):
         now = clock.now() // 1000 * 1000
         row = (
@@ -142,7 +142,7 @@ async def measure(case: Case, options: argparse.Namespace) -> bool:
         async with asyncio.timeout(PATIENCE):
             while not ready():  # noqa: ASYNC110 sockets report to no event
                 await asyncio.sleep(0.05)
-        await asyncio.sleep(0.3)  # until the group is joined that the server has told
+        await asyncio.sleep(0.3)  # until the group is joined that the server has announced
         server.stdin.write(b"\n")
         await server.wait()
     return report(case, seen, count * options.bodies)

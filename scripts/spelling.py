@@ -1,6 +1,6 @@
 """Checks that no file spells a kind of process but the process table and the kind's own folder.
 
-Whoever needs to know a kind asks the plan for a column of the table. It looks at all string literals but docstrings.
+Code that needs to know a kind asks the plan for a column of the table. It looks at all string literals but docstrings.
 """
 
 from __future__ import annotations

@@ -64,13 +64,13 @@ class AgentCore:
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Observe, decide, command: what to publish at `now`."""
         pilot, neighbourhood = self._pilot, self._neighbourhood
-        heard = neighbourhood.fresh(now)
-        missing = () if len(heard) == self._neighbours else neighbourhood.missing(now)
+        estimates = neighbourhood.fresh(now)
+        missing = () if len(estimates) == self._neighbours else neighbourhood.missing(now)
         silence = neighbourhood.silence(now, pilot.born)
         leader_down = neighbourhood.leading is Leading.IS_DOWN
         self._refer(pilot.observe(now, silence, missing, self._fault, neighbourhood.positions, leader_down))
-        seen = Observation(pilot.dt, pilot.stamp, pilot.motion, heard, pilot.bodies, self._reference)
-        decision = self._obey(seen, now)
+        observation = Observation(pilot.dt, pilot.stamp, pilot.motion, estimates, pilot.bodies, self._reference)
+        decision = self._obey(observation, now)
         command = pilot.command(decision.velocity, now)
         estimate = decision.estimate
         if estimate is None:
@@ -82,7 +82,7 @@ class AgentCore:
         return [command, (self._estimate_key, own)]
 
     def retire(self, now: int) -> None:
-        """Hold, then land: the process is told to end."""
+        """Hold, then land: the process is to end."""
         self._pilot.retire(now)
 
     def may_end(self, now: int) -> bool:
@@ -102,28 +102,31 @@ class AgentCore:
             self._flown = mission
             self._reference = Reference(self._formations[mission.formation], self._index, mission.start)
 
-    def _obey(self, seen: Observation, now: int) -> Decision:
+    def _obey(self, observation: Observation, now: int) -> Decision:
         """Return what the law decides; one that raises is not called again before the next order."""
         self._judged = None
         if self._fault:
             return Decision()
         try:
-            decision = self._law.step(seen, now)
+            decision = self._law.step(observation, now)
             check_decision(decision)
         except Exception as error:
             self._fault = f"the law failed: {type(error).__name__}: {error}"
             return Decision()
-        self._judged = seen, decision
+        self._judged = observation, decision
         return decision
 
     def _error(self) -> float:
         """Return the formation error |x_i − h_i − eta_i| of the last step, m; -1 when there is none."""
         if self._judged is None:
             return -1.0
-        seen, decision = self._judged
-        if decision.estimate is None or seen.motion is None or seen.reference is None:
+        observation, decision = self._judged
+        if decision.estimate is None or observation.motion is None or observation.reference is None:
             return -1.0
-        return dist(seen.motion.position, add(seen.reference.offset(seen.stamp), decision.estimate.position))
+        return dist(
+            observation.motion.position,
+            add(observation.reference.offset(observation.stamp), decision.estimate.position),
+        )
 
     def _take_mission(self, mission: Mission) -> None:
         """Take an order of a formation that is known; it restarts a law that failed."""

@@ -14,7 +14,7 @@ from flockwire.control.observer import ObserverParameters
 from flockwire.control.relay import LeaderMotion, relay_step
 from flockwire.control.vector import ZERO, Vector, add, limit, norm, scale, subtract
 from flockwire.flight.sidestepping import Sidestepper
-from flockwire.law import Decision, Heard, Observation, Reference
+from flockwire.law import Decision, NeighbourEstimate, Observation, Reference
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm
 
@@ -37,41 +37,46 @@ class ExtendedLaw:
         self._epoch = 0  # Unix ns that the times of trackers count from
         self._sidestepper = Sidestepper(swarm.avoidance, PATIENCE * (1.0 + (number * 0.618) % 1.0))
 
-    def step(self, seen: Observation, now: int) -> Decision:
+    def step(self, observation: Observation, now: int) -> Decision:
         """Relay the leader's motion, then track the place in the formation."""
         self._epoch = self._epoch or now
-        leader = self._observe(seen, now)
+        leader = self._observe(observation, now)
         if leader is None:
             return Decision()
-        if seen.motion is None or seen.reference is None:
+        if observation.motion is None or observation.reference is None:
             return Decision(ZERO, leader)
-        forward, error = self._tracking(seen, leader, seen.reference, now)
+        forward, error = self._tracking(observation, leader, observation.reference, now)
         correction = limit(scale(error, -self._gain), self._speed)
-        turned = self._sidestepper.turned(correction, seen.bodies, norm(error), (now - self._epoch) / BILLION)
+        turned = self._sidestepper.turned(correction, observation.bodies, norm(error), (now - self._epoch) / BILLION)
         return Decision(add(forward, turned), leader)
 
-    def _observe(self, seen: Observation, now: int) -> LeaderMotion | None:
-        heard = [(one.weight, self._motion(one).after((now - one.stamp) / BILLION)) for one in seen.heard]
+    def _observe(self, observation: Observation, now: int) -> LeaderMotion | None:
+        estimates = [
+            (one.weight, self._motion(one).after((now - one.stamp) / BILLION))
+            for one in observation.neighbour_estimates
+        ]
         if self._leader is None:
-            if not heard:
+            if not estimates:
                 return None
-            self._leader = heard[0][1]
-        self._leader = relay_step(self._leader, heard, self._observer, seen.dt)
+            self._leader = estimates[0][1]
+        self._leader = relay_step(self._leader, estimates, self._observer, observation.dt)
         return self._leader
 
-    def _motion(self, heard: Heard) -> LeaderMotion:
-        if heard.number != LEADER:
-            return heard.motion
-        return self._track.update(heard.motion.position, (heard.stamp - self._epoch) / BILLION)
+    def _motion(self, estimate: NeighbourEstimate) -> LeaderMotion:
+        if estimate.number != LEADER:
+            return estimate.motion
+        return self._track.update(estimate.motion.position, (estimate.stamp - self._epoch) / BILLION)
 
-    def _tracking(self, seen: Observation, leader: LeaderMotion, place: Reference, now: int) -> tuple[Vector, Vector]:
+    def _tracking(
+        self, observation: Observation, leader: LeaderMotion, place: Reference, now: int
+    ) -> tuple[Vector, Vector]:
         """Return the feed-forward u_r and the error y − y_r."""
-        assert seen.motion is not None  # noqa: S101  (the caller looked)
+        assert observation.motion is not None  # noqa: S101  (the caller looked)
         ahead = now + round(self._dead_time * BILLION)
         before, after = place.rate(ahead), place.rate(ahead + self._period)
         there = leader.after(self._dead_time)
         goal = add(place.offset(ahead), there.position)
-        error = subtract(seen.motion.stopping, stopping_reference(goal, add(before, there.velocity), self._lag))
+        error = subtract(observation.motion.stopping, stopping_reference(goal, add(before, there.velocity), self._lag))
         # The command holds for one period, so it is that of the period's middle.
         rate = add(scale(add(before, after), 0.5), leader.after(self._dead_time + 0.5 * self._hold).velocity)
         turn = add(scale(subtract(after, before), 1.0 / self._hold), there.acceleration)

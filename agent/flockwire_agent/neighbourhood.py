@@ -9,7 +9,7 @@ from flockwire.control.graph import LEADER
 from flockwire.control.relay import LeaderMotion
 from flockwire.control.vector import Vector
 from flockwire.flight.phases import IN_FLIGHT, NEVER, Phase, age
-from flockwire.law import Heard
+from flockwire.law import NeighbourEstimate
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.tables import Staleness
 from flockwire.wire.messages import Estimate, Leading, Pose
@@ -26,7 +26,7 @@ class Neighbour:
     stamp: int = 0
     motion: LeaderMotion | None = None  # its estimate of the leader
     position: Vector | None = None
-    origin: int = 0  # when the leader was where this rests on, Unix ns
+    origin: int = 0  # the time of the leader's pose that this is based on, Unix ns
     hops: int = 0
     leading: Leading = Leading.UNKNOWN
 
@@ -41,7 +41,7 @@ class Neighbourhood:
         self._leader_limit = round(limits.leader_silent * BILLION)
         self._virtual = virtual
         self._leader_stamp = 0  # of the leader's own status
-        self.origin = 0  # of the newest news of the leader that ever came
+        self.origin = 0  # of the newest data of the leader that ever came
         self.hops = 0
         self.leading = Leading.UNKNOWN
 
@@ -75,17 +75,17 @@ class Neighbourhood:
         leads = self._virtual or message.report.phase in LEADING_PHASES
         self._neighbours[LEADER].leading = Leading.LEADS if leads else Leading.IS_DOWN
 
-    def fresh(self, now: int) -> list[Heard]:
-        """Return what the neighbours that count say of the leader; the weight of a stale one leaves the sum.
+    def fresh(self, now: int) -> list[NeighbourEstimate]:
+        """Return the estimates of the neighbours that count; the weight of a stale one leaves the sum.
 
-        One counts whose estimate is fresh and rests on fresh news: old news does not get younger by being passed on.
+        One counts whose estimate is fresh and based on fresh data: old data does not get younger by being passed on.
         """
         oldest, oldest_origin = now - self._drop_after, now - self._origin_limit
         found = []
         for j, neighbour in self._neighbours.items():
             if neighbour.stamp < oldest or neighbour.motion is None or neighbour.origin < oldest_origin:
                 continue
-            found.append(Heard(j, neighbour.weight, neighbour.stamp, neighbour.motion))
+            found.append(NeighbourEstimate(j, neighbour.weight, neighbour.stamp, neighbour.motion))
             if neighbour.origin > self.origin:
                 self.origin, self.hops = neighbour.origin, min(neighbour.hops + 1, MOST_HOPS)
                 self.leading = neighbour.leading
@@ -94,14 +94,14 @@ class Neighbourhood:
         return found
 
     def _leading(self, now: int) -> Leading:
-        """Return what the leader's own status says, which is that it is down when it is silent."""
+        """Return what the leader's own status reports; without a fresh one the leader counts as down."""
         if not self._leader_stamp:
             return Leading.UNKNOWN
         silent = now - self._leader_stamp > self._leader_limit
         return Leading.IS_DOWN if silent else self._neighbours[LEADER].leading
 
     def silence(self, now: int, since: int) -> float:
-        """Return the age, s, of the newest news of the leader; counted from `since` before there was any."""
+        """Return the age, s, of the newest data of the leader; counted from `since` before there was any."""
         return age(max(self.origin, since), now)
 
     def oldest(self, now: int) -> float:

@@ -26,31 +26,31 @@ class PaperLaw:
         self._velocity = ZERO
         self._observed = 0  # the stamp of the newest estimate
 
-    def step(self, seen: Observation, now: int) -> Decision:
+    def step(self, observation: Observation, now: int) -> Decision:
         """One step of (8), then u_i of (9)."""
-        leader = self._advance(seen)
+        leader = self._advance(observation)
         if leader is None:
             return Decision()
-        self._observed = max(self._observed, seen.stamp if seen.motion is not None else now)
-        return Decision(self._track(seen, leader), LeaderMotion(leader, self._velocity), self._observed)
+        self._observed = max(self._observed, observation.stamp if observation.motion is not None else now)
+        return Decision(self._track(observation, leader), LeaderMotion(leader, self._velocity), self._observed)
 
-    def _advance(self, seen: Observation) -> Vector | None:
+    def _advance(self, observation: Observation) -> Vector | None:
         """One step of (8); the first guess is the own position, for want of a better one."""
         if self._leader is None:
-            if seen.motion is None:
+            if observation.motion is None:
                 return None
-            self._leader = seen.motion.position
+            self._leader = observation.motion.position
         previous = self._leader
-        heard = [(one.weight, one.motion.position) for one in seen.heard]
-        self._leader = self._observe(previous, heard, self._observer, seen.dt)
-        if seen.dt > 0.0:
-            self._velocity = rate_estimate(self._velocity, previous, self._leader, seen.dt, self._time_constant)
+        estimates = [(one.weight, one.motion.position) for one in observation.neighbour_estimates]
+        self._leader = self._observe(previous, estimates, self._observer, observation.dt)
+        if observation.dt > 0.0:
+            self._velocity = rate_estimate(self._velocity, previous, self._leader, observation.dt, self._time_constant)
         return self._leader
 
-    def _track(self, seen: Observation, leader: Vector) -> Vector:
+    def _track(self, observation: Observation, leader: Vector) -> Vector:
         """Return u_i of (9) at the time of the pose."""
-        if seen.motion is None or seen.reference is None:
+        if observation.motion is None or observation.reference is None:
             return ZERO
-        offset, rate = seen.reference.offset(seen.stamp), seen.reference.rate(seen.stamp)
-        push = repulsion(seen.bodies, self._avoidance)
-        return control_input(seen.motion.position, offset, rate, leader, push, self._protocol)
+        offset, rate = observation.reference.offset(observation.stamp), observation.reference.rate(observation.stamp)
+        push = repulsion(observation.bodies, self._avoidance)
+        return control_input(observation.motion.position, offset, rate, leader, push, self._protocol)

@@ -56,10 +56,10 @@ def faults_of(path: Path | None, plan: Plan) -> tuple[Fault, ...]:
 
 
 def warn_of(swarm: Swarm) -> None:
-    """Say so when nothing protects the swarm."""
+    """Warn when nothing protects the swarm."""
     if swarm.network.security == "none":
         print(
-            "flockwire: warning: network.security = 'none': whoever reaches a port reads and writes all",
+            "flockwire: warning: network.security = 'none': anybody who reaches a port reads and writes all",
             file=sys.stderr,
         )
 

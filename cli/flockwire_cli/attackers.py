@@ -1,6 +1,6 @@
 """Attackers on the wire: sessions with any certificate, as peer, client or router, that dial every endpoint.
 
-They keep to no rule: no access control of their own, every key tried, by every verb that Zenoh has.
+They follow no rule: no access control of their own, every key tried, by every verb that Zenoh has.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Attack:
     """One attacker's sessions: one that dials every endpoint, as client one for each. Use it as a context manager."""
 
     def __init__(self, plan: Plan, attacker: Attacker, authority: str) -> None:
-        self.heard: set[str] = set()
+        self.received: set[str] = set()
         self.answered: set[str] = set()
         self._plan, self._attacker = plan, attacker
         self._keys = {plan.text(key): key for key in plan.keys}
@@ -70,23 +70,23 @@ class Attack:
             time.sleep(POLL)
         return linked
 
-    def listen(self) -> None:
-        """Subscribe to every key, exactly and by wildcards, in every way there is; `heard` and `answered` fill."""
+    def subscribe(self) -> None:
+        """Subscribe to every key, exactly and by wildcards, by every verb; fills `received` and `answered`."""
         name = self._plan.swarm.name
         patterns = (*self._keys, "**", f"{name}/**", f"{name}/*/estimate", f"{name}/*/pose", "*/*/*")
         for session in self._sessions:
             liveliness = session.liveliness()
             for pattern in patterns:
                 self._hold(
-                    session.declare_subscriber(pattern, _direct(self._hear), allowed_origin=zenoh.Locality.REMOTE)
+                    session.declare_subscriber(pattern, _direct(self._receive), allowed_origin=zenoh.Locality.REMOTE)
                 )
                 session.get(pattern, _direct(self._answer), timeout=QUERY_TIMEOUT)
             for pattern in ("**", f"{name}/**"):
-                self._hold(liveliness.declare_subscriber(pattern, _direct(self._hear)))
+                self._hold(liveliness.declare_subscriber(pattern, _direct(self._receive)))
                 liveliness.get(pattern, _direct(self._answer), timeout=QUERY_TIMEOUT)
 
     def forge(self) -> None:
-        """Say a canary on every key, delete every key, and offer to answer for all of them."""
+        """Publish a canary on every key, delete every key, and offer to answer for all of them."""
         for session in self._sessions:
             self._hold(session.declare_queryable(f"{self._plan.swarm.name}/**", _direct(lambda _: None)))
             self._hold(session.liveliness().declare_token(f"{self._plan.swarm.name}/alive"))
@@ -101,9 +101,9 @@ class Attack:
                     session.delete(text)
             time.sleep(POLL)
 
-    def keys_heard(self) -> set[Key]:
+    def keys_received(self) -> set[Key]:
         """Return the swarm's keys on which something of others arrived, by sample or by answer."""
-        return {self._keys[text] for text in self.heard | self.answered if text in self._keys}
+        return {self._keys[text] for text in self.received | self.answered if text in self._keys}
 
     def _hold(self, declared: object) -> None:
         self._held.append(declared)
@@ -111,10 +111,10 @@ class Attack:
     def _linked(self) -> int:
         return sum(len(session.info.links()) for session in self._sessions)
 
-    def _hear(self, sample: zenoh.Sample) -> None:
+    def _receive(self, sample: zenoh.Sample) -> None:
         """Note a sample, unless it is this attacker's own that came back."""
         if not sample.payload.to_bytes().startswith(CANARY + self._attacker.identity.encode()):
-            self.heard.add(str(sample.key_expr))
+            self.received.add(str(sample.key_expr))
 
     def _answer(self, reply: zenoh.Reply) -> None:
         if reply.ok is not None:

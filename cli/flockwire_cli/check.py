@@ -14,7 +14,7 @@ from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.plan import Plan
 
 DEPTH_HORIZON = 40.0  # s of the leader's trajectory that are looked at
-DEEP = 6  # hops beyond which noise and news of the leader take their toll
+DEEP = 6  # hops beyond which noise and delay add up
 
 
 def describe(plan: Plan) -> str:
@@ -31,8 +31,8 @@ def _graph(plan: Plan) -> Iterator[str]:
     yield ""
     yield "who hears whom (weight)                     hops from the leader"
     for i in swarm.followers:
-        heard = ", ".join(f"{plan.pilot[j]} ({weight:g})" for j, weight in graph.neighbours(i).items())
-        yield f"  {uav(i):<7} hears {heard:<36} {depths[i]}"
+        neighbours = ", ".join(f"{plan.pilot[j]} ({weight:g})" for j, weight in graph.neighbours(i).items())
+        yield f"  {uav(i):<7} hears {neighbours:<36} {depths[i]}"
 
 
 def _lemma(swarm: Swarm) -> Iterator[str]:
@@ -55,7 +55,7 @@ def _depth(swarm: Swarm) -> Iterator[str]:
     noise = 1e3 * swarm.gateway.noise * noise_gain(constant, age, period)
     moving = 1e3 * motion_error(swarm.leader.trajectory.build(), constant, age, period, DEPTH_HORIZON)
     yield (
-        f"  deepest: {uav(deepest)}, {depths[deepest]} hops, news up to {1e3 * age:.0f} ms old; its estimate errs by "
+        f"  deepest: {uav(deepest)}, {depths[deepest]} hops, data up to {1e3 * age:.0f} ms old; its estimate errs by "
         f"{noise:.2f} mm per axis from noise (standard deviation), {moving:.2f} mm at most from the leader's turns"
     )
 

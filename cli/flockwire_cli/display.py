@@ -30,7 +30,7 @@ class Display:
         self._began = clock.now()
 
     def begin(self, out: Path) -> None:
-        """Say what flies, and where its trace goes."""
+        """Print what flies, and where its trace goes."""
         if self._headless:
             with contextlib.suppress(OSError):
                 print(f"flockwire: {self._name}, {len(self._order)} processes, into {out}", flush=True)

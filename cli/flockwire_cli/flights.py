@@ -125,7 +125,7 @@ def study(
     jobs: Annotated[int, typer.Option(min=0, help="Processes of this machine; 0: one for each core.")] = 0,
     scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="Of a Dask cluster, which flies instead.")] = "",
 ) -> None:
-    """Fly the swarm many times in virtual time, each time a little different; tell how often all goes well."""
+    """Fly the swarm many times in virtual time, each time a little different; report how often all goes well."""
     from flockwire_sim.study.file import StudyError  # noqa: PLC0415
 
     from flockwire_cli import study as studies  # noqa: PLC0415  (numpy)
@@ -154,11 +154,11 @@ def probe(
 
     plan = load(swarm)
     if plan.swarm.network.security == "none":
-        refuse("network.security = 'none': there is nothing to prove; whoever reaches a port reads and writes all")
+        refuse("network.security = 'none': there is nothing to prove; anybody who reaches a port reads and writes all")
     try:
         found = asyncio.run(run(plan, swarm, made_keys(plan, keys, next(iter(plan.swarm.hosts))), out))
     except (PortInUseError, CredentialsError, FileNotFoundError) as error:
         refuse(str(error))
     if found:
-        print(f"flockwire: the wire is not as the graph says: {found[0].sentence()}", file=sys.stderr)
+        print(f"flockwire: the wire does not conform to the graph: {found[0].sentence()}", file=sys.stderr)
         raise typer.Exit(1)

@@ -1,6 +1,6 @@
-"""Giving one order to a swarm that runs: at once to whoever is linked, again until confirmed; then who confirmed it.
+"""Giving one order to a swarm that runs: at once to those linked, again until confirmed; then who confirmed it.
 
-No order waits for anybody. Whoever is dead, frozen or cut off is named in the answer.
+No order waits for anybody. A process that is dead, frozen or cut off is named in the answer.
 """
 
 from __future__ import annotations
@@ -61,14 +61,14 @@ async def _stop(operator: Operator, plan: Plan) -> Answer:
         return tuple(uav(i) for i in plan.pilots if fleet.states.get(i) is not FlightState.STOPPED)
 
     def send() -> None:
-        operator.order(Stop(clock.now(), plan.swarm.frame, "the operator says so"))
+        operator.order(Stop(clock.now(), plan.swarm.frame, "the operator's order"))
 
     left = await _repeated(operator, send, missing)
     return Answer(tuple(name for name in map(uav, plan.pilots) if name not in left), left)
 
 
 async def _confirmed(operator: Operator, order: Mission) -> Answer:
-    """Publish `order` until every pilot says that it obeys it, or ANSWER_TIME is over."""
+    """Publish `order` until every pilot confirms that it obeys it, or ANSWER_TIME is over."""
     left = await _repeated(operator, lambda: operator.order(order), lambda fleet: fleet.unconfirmed(order))
     pilots = operator.fleet().pilots.values()
     return Answer(tuple(pilot for pilot in pilots if pilot not in left), left)
@@ -127,7 +127,7 @@ async def _change(operator: Operator, plan: Plan, formation: str) -> Answer:
 
 
 async def _look_round(operator: Operator) -> Fleet:
-    """Return what the swarm does, as soon as every pilot has said it or LOOK_TIME is over."""
+    """Return what the swarm does, as soon as every pilot has reported it or LOOK_TIME is over."""
     deadline = clock.monotonic() + round(LOOK_TIME * BILLION)
     while True:
         fleet = operator.fleet()

@@ -18,7 +18,7 @@ class Interrupts:
         self.hung_up = False  # the terminal is gone
 
     def take(self, number: signal.Signals) -> None:
-        """Count one signal; a terminal that closes counts once, however it says so."""
+        """Count one signal; a terminal that closes counts once, whatever signals it sends."""
         if number is signal.SIGHUP:
             self.hung_up = True
             self.count = max(self.count, 1)

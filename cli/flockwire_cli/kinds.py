@@ -22,7 +22,7 @@ app = typer.Typer()
 def _register(row: Process) -> None:
     """Add the command of one kind of process, with the arguments that it takes."""
 
-    def run(**given: Any) -> None:  # noqa: ANN401  (typer passes what the signature below says)
+    def run(**given: Any) -> None:  # noqa: ANN401  (typer passes what the signature below declares)
         raise typer.Exit(_serve(row, **given))
 
     taken: dict[str, tuple[Any, Any]] = {"swarm": (SwarmFile, Parameter.empty)}

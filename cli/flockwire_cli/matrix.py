@@ -13,12 +13,12 @@ OUTSIDERS = ("no certificate", "foreign certificate", "expired certificate")
 
 @dataclass(frozen=True, slots=True)
 class AttackResult:
-    """What one attacker achieved: keys heard, (key, receiver) of what it said and was let in, endpoints linked."""
+    """What one attacker achieved: keys received, (key, receiver) of what it published and was accepted, links."""
 
     identity: str
     mode: str
-    heard: frozenset[Key]
-    said: frozenset[tuple[Key, str]]
+    received: frozenset[Key]
+    published: frozenset[tuple[Key, str]]
     links: int
 
 
@@ -28,33 +28,34 @@ class Finding:
 
     identity: str
     mode: str
-    verb: str  # "heard", "said", "linked" (an outsider), "silent" (a process that does not answer)
+    verb: str  # "received", "published", "linked" (an outsider), "silent" (a process that does not answer)
     key: str
-    receiver: str  # who let it in, where it was said
+    receiver: str  # who accepted it, where it was published
     leak: bool  # else: allowed, and blocked
 
     def sentence(self) -> str:
-        """Tell it in words."""
-        whom = f" and {self.receiver} let it in" if self.receiver else ""
+        """Return it as text."""
+        whom = f" and {self.receiver} accepted it" if self.receiver else ""
         if self.verb == "linked":
             return f"leak: {self.identity} as {self.mode} was accepted by somebody; it must not get a link"
         if self.verb == "silent":
             return f"blocked: {self.identity} does not answer; nothing about it could be shown"
         if self.leak:
             return f"leak: {self.identity} as {self.mode} {self.verb} {self.key}{whom}; it must not"
-        whom = f" by {self.receiver}" if self.receiver else ""
-        return f"blocked: {self.identity} as {self.mode} may have {self.key} {self.verb}{whom}; it did not get through"
+        if self.receiver:
+            return f"blocked: {self.identity} as {self.mode} may publish {self.key}; {self.receiver} did not accept it"
+        return f"blocked: {self.identity} as {self.mode} may receive {self.key}; nothing arrived"
 
 
-def may_hear(plan: Plan, identity: str) -> frozenset[Key]:
+def receivable(plan: Plan, identity: str) -> frozenset[Key]:
     """Return the keys that an attacker with the certificate of `identity` is served where it dials."""
     if identity not in _insiders(plan):
         return frozenset()
     return frozenset(plan.subscribes[identity])
 
 
-def may_say(plan: Plan, identity: str) -> frozenset[tuple[Key, str]]:
-    """Return (key, receiver) of what is let in from `identity`.
+def publishable(plan: Plan, identity: str) -> frozenset[tuple[Key, str]]:
+    """Return (key, receiver) of what is accepted from `identity`.
 
     The operator is left out as a receiver: it dials, nobody dials it. A router passes on to everybody else, which for
     an attacker includes the process whose certificate it shows; a peer knows no link to itself.
@@ -75,24 +76,25 @@ def may_say(plan: Plan, identity: str) -> frozenset[tuple[Key, str]]:
 
 def findings(plan: Plan, observation: AttackResult, alive: frozenset[str]) -> Iterator[Finding]:
     """Yield every leak, and everything blocked among those who are `alive`."""
-    hear, say = may_hear(plan, observation.identity), may_say(plan, observation.identity)
+    may_receive = receivable(plan, observation.identity)
+    may_publish = publishable(plan, observation.identity)
     if observation.identity in OUTSIDERS and observation.links:
         yield Finding(observation.identity, observation.mode, "linked", "", "", leak=True)
     who = (observation.identity, observation.mode)
-    for key in sorted(observation.heard - hear):
-        yield Finding(*who, "heard", plan.text(key), "", leak=True)
-    for key, receiver in sorted(observation.said - say):
-        yield Finding(*who, "said", plan.text(key), receiver, leak=True)
-    for key in sorted(hear - observation.heard):
+    for key in sorted(observation.received - may_receive):
+        yield Finding(*who, "received", plan.text(key), "", leak=True)
+    for key, receiver in sorted(observation.published - may_publish):
+        yield Finding(*who, "published", plan.text(key), receiver, leak=True)
+    for key in sorted(may_receive - observation.received):
         if _flows(plan, key, alive - {observation.identity}):
-            yield Finding(*who, "heard", plan.text(key), "", leak=False)
-    for key, receiver in sorted(say - observation.said):
+            yield Finding(*who, "received", plan.text(key), "", leak=False)
+    for key, receiver in sorted(may_publish - observation.published):
         if receiver in alive:
-            yield Finding(*who, "said", plan.text(key), receiver, leak=False)
+            yield Finding(*who, "published", plan.text(key), receiver, leak=False)
 
 
 def draw(plan: Plan, observations: list[AttackResult]) -> Iterator[str]:
-    """Yield the lines of the matrix: S said, H heard, B both, . refused; lower case where not in every mode."""
+    """Yield the lines of the matrix: P published, R received, B both, . refused; lower case where not in every mode."""
     columns = _insiders(plan)
     width = max(len(name) for name in columns)
     yield f"{'':30}" + " ".join(f"{name:>{width}}" for name in columns)
@@ -114,11 +116,11 @@ def as_json(plan: Plan, observations: list[AttackResult], found: list[Finding], 
                 "identity": o.identity,
                 "mode": o.mode,
                 "links": o.links,
-                "heard": sorted(plan.text(key) for key in o.heard),
-                "heard_expected": sorted(plan.text(key) for key in may_hear(plan, o.identity)),
-                "said": sorted(f"{plan.text(key)} to {receiver}" for key, receiver in o.said),
-                "said_expected": sorted(f"{plan.text(k)} to {r}" for k, r in may_say(plan, o.identity)),
-                "refused": 2 * len(plan.keys) - len(o.heard) - len({key for key, _ in o.said}),
+                "received": sorted(plan.text(key) for key in o.received),
+                "received_expected": sorted(plan.text(key) for key in receivable(plan, o.identity)),
+                "published": sorted(f"{plan.text(key)} to {receiver}" for key, receiver in o.published),
+                "published_expected": sorted(f"{plan.text(k)} to {r}" for k, r in publishable(plan, o.identity)),
+                "refused": 2 * len(plan.keys) - len(o.received) - len({key for key, _ in o.published}),
             }
             for o in observations
         ],
@@ -130,13 +132,13 @@ def _insiders(plan: Plan) -> tuple[str, ...]:
 
 
 def _flows(plan: Plan, key: Key, alive: frozenset[str]) -> bool:
-    """Return whether somebody who is alive says `key` all the time."""
+    """Return whether a process that is alive publishes `key` all the time."""
     return ROWS[key.kind].delivery is not Delivery.EVENT and any(key in plan.publishes[identity] for identity in alive)
 
 
 def _cell(observations: list[AttackResult], key: Key) -> str:
-    said = [any(key == k for k, _ in o.said) for o in observations]
-    heard = [key in o.heard for o in observations]
-    sign = "B" if any(said) and any(heard) else "S" if any(said) else "H" if any(heard) else "."
-    everywhere = (all(said) or not any(said)) and (all(heard) or not any(heard))
+    published = [any(key == k for k, _ in o.published) for o in observations]
+    received = [key in o.received for o in observations]
+    sign = "B" if any(published) and any(received) else "P" if any(published) else "R" if any(received) else "."
+    everywhere = (all(published) or not any(published)) and (all(received) or not any(received))
     return sign if everywhere else sign.lower()

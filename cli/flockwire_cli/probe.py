@@ -1,8 +1,8 @@
 """`flockwire probe`: proves on a running swarm that the wire refuses whatever key table and graph do not allow.
 
 Attackers take turns: no certificate, another authority's, an expired one, then each identity's own, each as peer,
-client and router, dialling every endpoint. What they hear they note themselves. What they say are canaries, which every
-process drops and counts; so the statuses tell who let them in.
+client and router, dialling every endpoint. What they receive they note themselves. What they publish are canaries,
+which every process drops and counts; so the statuses show who accepted them.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ from flockwire_cli.matrix import OUTSIDERS, AttackResult, Finding, as_json, draw
 from flockwire_cli.operator import Operator
 from flockwire_cli.processes import Children, PortInUseError, busy_endpoint
 
-HEARING = 0.6  # s, longer than the gateway takes to repeat an order
+RECEIVING = 0.6  # s, longer than the gateway takes to repeat an order
 ANSWER_TIME = 1.5  # s for a swarm that runs to answer
 START_TIME = 10.0  # s for it to start
 WAITING = ("grounded", "waiting")
 SETTLING = 0.3  # s, longer than two statuses take
 
-Lettings = dict[tuple[Key, str], int]
+Accepted = dict[tuple[Key, str], int]
 
 
 def attackers(plan: Plan, keys: Path, scratch: Path) -> Iterator[tuple[Attacker, ...]]:
@@ -58,7 +58,7 @@ def attackers(plan: Plan, keys: Path, scratch: Path) -> Iterator[tuple[Attacker,
 
 
 def probe(
-    plan: Plan, keys: Path, operator: Operator, tell: Callable[[str], None]
+    plan: Plan, keys: Path, operator: Operator, show: Callable[[str], None]
 ) -> tuple[list[AttackResult], list[Finding]]:
     """Attack the swarm that `operator` watches; returns what was seen and how it differs from what is allowed."""
     observations: list[AttackResult] = []
@@ -75,7 +75,7 @@ def probe(
                 new = list(findings(plan, observation, alive & _alive(operator)))
                 found += new
                 for finding in new:
-                    tell(finding.sentence())
+                    show(finding.sentence())
     return observations, found
 
 
@@ -135,8 +135,8 @@ def _await_all(plan: Plan, operator: Operator) -> list[str]:
         if not waiting:
             return []
         time.sleep(POLL)
-    told = {name: operator.statuses[name].report.detail for name in _alive(operator)}
-    return [f"{name}: {told.get(name) or 'does not answer'}" for name in waiting]
+    details = {name: operator.statuses[name].report.detail for name in _alive(operator)}
+    return [f"{name}: {details.get(name) or 'does not answer'}" for name in waiting]
 
 
 def write(plan: Plan, observations: list[AttackResult], found: list[Finding], seconds: float, out: Path) -> None:
@@ -154,20 +154,20 @@ def write(plan: Plan, observations: list[AttackResult], found: list[Finding], se
 
 
 def _attack(plan: Plan, keys: Path, group: tuple[Attacker, ...], operator: Operator) -> Iterator[AttackResult]:
-    """Attack in all modes at once as far as hearing goes, and in turn with saying, so that it is known who said it."""
+    """Receive in all modes at once, and publish in one after the other, so that it is known who published."""
     with ExitStack() as stack:
         attacks = [stack.enter_context(Attack(plan, attacker, str(keys / "ca.crt"))) for attacker in group]
         links = [attack.link() for attack in attacks]
         for attack in attacks:
-            attack.listen()
-        _watch(operator, HEARING)
+            attack.subscribe()
+        _watch(operator, RECEIVING)
         for attacker, attack, linked in zip(group, attacks, links, strict=True):
-            before = _lettings(plan, operator)
+            before = _accepted(plan, operator)
             attack.forge()
             _watch(operator, SETTLING)
-            after = _lettings(plan, operator)
-            said = frozenset(cell for cell, count in after.items() if count > before.get(cell, 0))
-            yield AttackResult(attacker.identity, attacker.mode, frozenset(attack.keys_heard()), said, linked)
+            after = _accepted(plan, operator)
+            published = frozenset(cell for cell, count in after.items() if count > before.get(cell, 0))
+            yield AttackResult(attacker.identity, attacker.mode, frozenset(attack.keys_received()), published, linked)
 
 
 def _watch(operator: Operator, seconds: float) -> None:
@@ -182,8 +182,8 @@ def _alive(operator: Operator) -> frozenset[str]:
     return frozenset(name for name, status in operator.statuses.items() if now - status.stamp < BILLION)
 
 
-def _lettings(plan: Plan, operator: Operator) -> Lettings:
-    """Return how many canaries each process has let in, by key and receiver."""
+def _accepted(plan: Plan, operator: Operator) -> Accepted:
+    """Return how many canaries each process has accepted, by key and receiver."""
     texts = {f"{plan.text(key)} canary": key for key in plan.keys}
     return {
         (texts[name], status.identity): count

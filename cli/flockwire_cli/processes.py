@@ -20,7 +20,7 @@ from flockwire.wire.plan import Plan
 
 from flockwire_cli.interrupts import Interrupts
 
-GRACE = 2.5  # s between being told to end and being killed
+GRACE = 2.5  # s between the signal to end and SIGKILL
 LANDING_TIME = 60.0  # s that those may take which have something in the air
 POLL = 0.02  # s
 
@@ -164,7 +164,7 @@ class Children:
                 others = [i for i in self._running if self._plan.rows[i].rank == rank and i not in flyers]
                 await asyncio.gather(*(self._end(self._running[i], GRACE, None) for i in others))
         self._running.clear()
-        for fd in (self._read_end, self._write_end):  # closed, it tells who is left that the station is gone
+        for fd in (self._read_end, self._write_end):  # closed, it signals those left that the station is gone
             with contextlib.suppress(OSError):
                 os.close(fd)
 

@@ -25,7 +25,7 @@ class Rates:
         """Return the rate, Hz, as of `status`."""
         stamp, steps, rate = self._marks.get(status.identity, (status.stamp, status.steps, 0.0))
         elapsed = status.stamp - stamp
-        if status.steps < steps:  # the process began anew
+        if status.steps < steps:  # the process restarted
             stamp, steps, elapsed = status.stamp, status.steps, 0
         if elapsed >= BILLION // 2:
             rate = (status.steps - steps) * BILLION / elapsed
@@ -78,7 +78,7 @@ def _row(status: Status, rates: Rates, now: int) -> tuple[str, ...]:
 
 
 def _plain(text: str) -> str:
-    """Return `text` as it may reach a terminal: what others say is not markup, and controls nothing."""
+    """Return `text` as it may reach a terminal: what others publish is not markup, and controls nothing."""
     return escape("".join(character for character in text if character.isprintable()))
 
 

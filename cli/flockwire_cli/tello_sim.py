@@ -1,4 +1,4 @@
-"""The command `tello-sim`: one simulated Tello, without a swarm, for whoever writes Tello code."""
+"""The command `tello-sim`: one simulated Tello, without a swarm, for authors of Tello clients."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """`flockwire up`: all processes of this host, watched; a flight from take-off to landing; its report.
 
-Of several hosts, the one that runs the recorder conducts the flight; the others serve until they are told to end. What
+Of several hosts, the one that runs the recorder conducts the flight; the others serve until they are to end. What
 flies outlives this station: when it is gone, pilots land, and their processes end when the drones are down.
 """
 
@@ -96,12 +96,12 @@ async def _fly(flight: UpOptions, relays: Relays) -> str:
             session = await _start(flight, children, here, interrupted)
             with session:
                 injector = FaultInjector(flight.faults, here, children, relays)
+                station = Station(flight, children, Operator(flight.plan, session), injector)
                 try:
-                    return await Station(flight, children, Operator(flight.plan, session), injector).conduct(
-                        interrupted
-                    )
+                    return await station.conduct(interrupted)
                 finally:
                     await injector.end()
+                    await station.end()
         finally:
             await children.end(interrupted)
 
@@ -167,6 +167,10 @@ class Station:
         unrecorded = disk_full(self._flight.plan, self._operator.statuses)
         return "; ".join(filter(None, (director.failure, unrecorded)))
 
+    async def end(self) -> None:
+        """Wait for what is under way."""
+        await asyncio.gather(*self._restarts)
+
     def _restart_recorders(self) -> None:
         """Start a recorder that died again: no flight ends for want of a logger. The report shows the gap."""
         for identity in self._children.ended():
@@ -179,7 +183,7 @@ class Station:
         if self._flight.conducts:
             operator.order(director.step(operator.statuses, operator.telemetry, now))
         if now < self._stop_until:
-            operator.order(Stop(now, self._flight.plan.swarm.frame, "the operator says so"))
+            operator.order(Stop(now, self._flight.plan.swarm.frame, "the operator's order"))
         if director.took_off is not None:
             self._children.took_off = director.took_off
             self._injector.step(now - director.took_off)
@@ -189,7 +193,7 @@ class Station:
         """Give the order of a key, at once."""
         now, director, operator = clock.now(), self._director, self._operator
         if verb == "stop":
-            operator.order(Stop(now, self._flight.plan.swarm.frame, "the operator says so"))
+            operator.order(Stop(now, self._flight.plan.swarm.frame, "the operator's order"))
             self._stop_until = now + STOP_FOR
             director.stop(now)
         else:

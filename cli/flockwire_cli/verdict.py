@@ -39,9 +39,9 @@ def verdict(failures: Iterable[str]) -> int:
 
 
 def disk_full(plan: Plan, statuses: Mapping[str, Status]) -> str:
-    """Say which recorder could not record the whole flight by its last status, empty when all could."""
+    """Return which recorder could not record the whole flight by its last status, empty when all could."""
     reports = {identity: statuses[identity].report for identity in plan.recorders if identity in statuses}
-    return "; ".join(f"{identity}: {told.detail}" for identity, told in reports.items() if told.phase == FULL)
+    return "; ".join(f"{identity}: {last.detail}" for identity, last in reports.items() if last.phase == FULL)
 
 
 def _report(trace: Path, out: Path) -> Iterable[str]:

@@ -1,7 +1,7 @@
 """The interface of a control law.
 
-A law is pure: what it sees and the time go in, a velocity and an estimate come out. It reads no clock, does no input or
-output and draws no random numbers; it may keep state from step to step. `[control] law = "package.module:ClassName"`
+A law is pure: an observation and the time go in, a velocity and an estimate come out. It reads no clock, does no input
+or output and draws no random numbers; it may keep state from step to step. `[control] law = "package.module:ClassName"`
 flies any class of this form. Positions are m, velocities m/s, world frame (ENU); times are Unix ns.
 """
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from flockwire.swarm.model import Swarm
 
 
-class Heard(NamedTuple):
-    """What one in-neighbour said of the leader; of the leader itself, `number` 0, only the position is known."""
+class NeighbourEstimate(NamedTuple):
+    """What one in-neighbour published of the leader; of the leader itself, `number` 0, only the position is known."""
 
     number: int
     weight: float  # w_ij
-    stamp: int  # for when it is true
+    stamp: int  # the time for which it holds
     motion: LeaderMotion
 
 
@@ -53,17 +53,17 @@ class Observation(NamedTuple):
     dt: float  # s since the last step
     stamp: int  # of the own pose
     motion: Motion | None  # the own position, velocity and stopping point; None while the own pose is stale
-    heard: Sequence[Heard]  # the in-neighbours that are fresh
+    neighbour_estimates: Sequence[NeighbourEstimate]  # the fresh ones
     bodies: Sequence[Body]  # what is near, relative to the own position
     reference: Reference | None  # None outside the formation phase: then the velocity is not used
 
 
 class Decision(NamedTuple):
-    """What a law wants: a velocity for the airframe and, for those who listen, an estimate of the leader."""
+    """What a law wants: a velocity for the airframe and, for its subscribers, an estimate of the leader."""
 
     velocity: Vector = ZERO
     estimate: LeaderMotion | None = None  # None: nothing to publish yet
-    stamp: int = 0  # for when the estimate is true; 0 stands for now
+    stamp: int = 0  # the time for which the estimate holds; 0 stands for now
 
 
 class Law(Protocol):
@@ -72,7 +72,7 @@ class Law(Protocol):
     def __init__(self, swarm: Swarm, number: int) -> None:
         """Begin."""
 
-    def step(self, seen: Observation, now: int) -> Decision:
+    def step(self, observation: Observation, now: int) -> Decision:
         """Return what to do at `now`; called at the control rate, on the ground too."""
 
 

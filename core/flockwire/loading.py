@@ -28,7 +28,7 @@ class SwarmFileError(ValueError):
 
 
 class LawError(ValueError):
-    """A law that cannot be used; the text says which and why."""
+    """A law that cannot be used; the text names it and the reason."""
 
 
 def load_swarm(path: Path) -> Swarm:
@@ -100,7 +100,7 @@ def load_law(name: str) -> type[Law]:
     except Exception as error:  # importing a user's module may raise anything
         raise LawError(f"control.law = {name!r}: cannot import it: {type(error).__name__}: {error}") from error
     if not isinstance(found, type) or not callable(getattr(found, "step", None)):
-        raise LawError(f"control.law = {name!r}: must be a class with a method step(seen, now)")
+        raise LawError(f"control.law = {name!r}: must be a class with a method step(observation, now)")
     return cast("type[Law]", found)
 
 

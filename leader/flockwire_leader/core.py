@@ -52,7 +52,7 @@ class FlyingLeader:
         return [pilot.command(wanted, now)]
 
     def retire(self, now: int) -> None:
-        """Hold, then land: the process is told to end."""
+        """Hold, then land: the process is to end."""
         self._pilot.retire(now)
 
     def may_end(self, now: int) -> bool:

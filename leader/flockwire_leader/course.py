@@ -1,4 +1,4 @@
-"""The course of the flying leader: its trajectory, which waits while the leader is held back, and the way round bodies.
+"""The course of the flying leader: its trajectory, which waits while the leader is held back, and detours.
 
     u_0 = p x_d'(s) + K (x_d(s) − x_0),     ds/dt = p = max(p_error, p_place)        (ours)
 

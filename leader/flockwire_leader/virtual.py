@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from flockwire.control.graph import LEADER
 from flockwire.control.vector import Vector, add, subtract
-from flockwire.flight.phases import Flight, Phase
+from flockwire.flight.phases import FlightPhases, Phase
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Message, Mission, Pose
@@ -12,7 +12,7 @@ from flockwire.wire.status import Report
 
 
 class VirtualLeader:
-    """A point that moves along the trajectory while the order is to start, and rests otherwise."""
+    """A point that moves along the trajectory while the order is to start, and stands still otherwise."""
 
     def __init__(self, swarm: Swarm, now: int) -> None:
         self.triggers: frozenset[Key] = frozenset()
@@ -20,7 +20,7 @@ class VirtualLeader:
         self.period = 1.0 / swarm.control.rate_hz
         self._swarm = swarm
         self._trajectory = swarm.leader.trajectory.build()
-        self._flight = Flight(now)
+        self._flight = FlightPhases(now)
         self._position: Vector = swarm.leader.start
         self._origin: Vector = swarm.leader.start  # where the trajectory begins
 

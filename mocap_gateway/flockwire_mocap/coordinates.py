@@ -1,4 +1,4 @@
-"""From the tracker's coordinates to the field's: up axis, unit, rotation and offset, once, at the gateway's door."""
+"""From the tracker's coordinates to the field's: up axis, unit, rotation and offset, once, at the gateway's input."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What frame numbers say of a stream: frames that are missing, come twice, or come late; a stream that begins again."""
+"""What frame numbers show of a stream: frames that are missing, repeated or late; a stream that restarts."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ class FrameSequence:
     """Counts `missing`, `repeated`, `late` frames and `restarts` of a stream whose numbers count up by one.
 
     A frame that comes late was counted as missing before and no longer is. Numbers further behind than WINDOW are those
-    of a stream that has begun again once a second one follows the first; the first alone is late.
+    of a stream that has restarted once a second one follows the first; the first alone is late.
     """
 
     def __init__(self) -> None:
         self.missing = self.repeated = self.late = self.restarts = 0
         self._last: int | None = None
-        self._restart: int | None = None  # the newest number far behind, with which a stream may have begun again
+        self._restart: int | None = None  # the newest number far behind, with which a stream may have restarted
         self._recent: deque[int] = deque(maxlen=2 * WINDOW)
 
     def arrived(self, number: int) -> Arrival:

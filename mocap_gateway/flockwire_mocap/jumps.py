@@ -8,7 +8,7 @@ from flockwire.control.vector import Vector, distance
 from flockwire.nanoseconds import BILLION
 
 
-class Seen(NamedTuple):
+class Sighting(NamedTuple):
     """Where a body was seen: `stamp` in ns, `position` in m."""
 
     stamp: int
@@ -18,7 +18,7 @@ class Seen(NamedTuple):
 class Candidate(NamedTuple):
     """A place that a body seems to have jumped to: the newest sight of it there, and how many frames agree."""
 
-    seen: Seen
+    seen: Sighting
     frames: int
 
 
@@ -39,12 +39,12 @@ class JumpFilter:
     def __init__(self, max_speed: float, tolerance: float = 0.05, confirmations: int = 5) -> None:
         self.jumps = self.confirmed = 0
         self._max_speed, self._tolerance, self._confirmations = max_speed, tolerance, confirmations
-        self._last: dict[int, Seen] = {}
+        self._last: dict[int, Sighting] = {}
         self._candidates: dict[int, Candidate] = {}
 
     def passes(self, identity: int, stamp: int, position: Vector) -> bool:
         """Return whether the body `identity` can be believed to be at `position` (m) at `stamp` (ns)."""
-        seen, last = Seen(stamp, position), self._last.get(identity)
+        seen, last = Sighting(stamp, position), self._last.get(identity)
         if last is None or self._reaches(last, seen) or self._confirms(identity, seen):
             self._last[identity] = seen
             self._candidates.pop(identity, None)
@@ -56,7 +56,7 @@ class JumpFilter:
         self._last.pop(identity, None)
         self._candidates.pop(identity, None)
 
-    def _confirms(self, identity: int, seen: Seen) -> bool:
+    def _confirms(self, identity: int, seen: Sighting) -> bool:
         candidate = self._candidates.get(identity)
         if candidate is not None and self._reaches(candidate.seen, seen):
             candidate = Candidate(seen, candidate.frames + 1)
@@ -69,6 +69,6 @@ class JumpFilter:
         self.confirmed += 1
         return True
 
-    def _reaches(self, a: Seen, b: Seen) -> bool:
+    def _reaches(self, a: Sighting, b: Sighting) -> bool:
         elapsed = max(0, b.stamp - a.stamp) / BILLION
         return distance(a.position, b.position) <= self._max_speed * elapsed + self._tolerance

@@ -21,7 +21,7 @@ class TrackedBody(NamedTuple):
 
 
 class Source(Protocol):
-    """A tracking system; its units, axes, clock, names of bodies and faults are its own matter.
+    """A tracking system; its units, axes, clock, names of bodies and faults are internal to it.
 
     A source decides when a frame is complete: one that receives whole frames (NatNet, Qualisys, Vicon, a replay) with
     each message, one that receives body by body (VRPN, the simulated one) by the rules of completeness.py.

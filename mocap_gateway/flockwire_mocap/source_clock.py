@@ -1,4 +1,4 @@
-"""A source's clock on the local one: the smallest delay seen is taken for none, the drift between both is followed.
+"""A source's clock on the local one: the smallest delay counts as none, the drift between both is followed.
 
 Network and queues only ever delay, so the smallest differences between arrival and stamp lie on a line whose slope is
 the drift: the lower convex hull of all differences, as in S. Moon, P. Skelly, D. Towsley, "Estimation and removal of
@@ -12,7 +12,7 @@ from itertools import pairwise
 
 from flockwire.nanoseconds import BILLION
 
-Point = tuple[int, int]  # source time, local minus source time; ns
+DelayPoint = tuple[int, int]  # source time, local minus source time; ns
 
 BLOCK = BILLION  # ns of the source's clock of which one point is kept
 BLOCKS = 60  # blocks that the line is laid under
@@ -31,9 +31,9 @@ class SourceClock:
 
     def __init__(self) -> None:
         self.steps = 0
-        self._points: deque[Point] = deque(maxlen=BLOCKS)
+        self._points: deque[DelayPoint] = deque(maxlen=BLOCKS)
         self._slope = 0.0
-        self._base: Point | None = None  # a point of the line
+        self._base: DelayPoint | None = None  # a point of the line
         self._behind_since: int | None = None
 
     def update(self, source_time: int, local_now: int) -> int:
@@ -100,9 +100,9 @@ class SourceClock:
         self._base = min(self._points, key=lambda point: point[1] - self._slope * (point[0] - a))
 
 
-def lower_hull(points: deque[Point]) -> list[Point]:
+def lower_hull(points: deque[DelayPoint]) -> list[DelayPoint]:
     """Return the corners of the lower convex hull of points in the order of their time (Andrew's monotone chain)."""
-    hull: list[Point] = []
+    hull: list[DelayPoint] = []
     for x, y in points:
         while len(hull) > 1 and _turns_right(hull[-2], hull[-1], (x, y)):
             hull.pop()
@@ -110,5 +110,5 @@ def lower_hull(points: deque[Point]) -> list[Point]:
     return hull
 
 
-def _turns_right(a: Point, b: Point, c: Point) -> bool:
+def _turns_right(a: DelayPoint, b: DelayPoint, c: DelayPoint) -> bool:
     return (b[0] - a[0]) * (c[1] - a[1]) <= (b[1] - a[1]) * (c[0] - a[0])

@@ -18,7 +18,7 @@ class ReportedBody(NamedTuple):
 
     Attributes:
         identity: the tracker's number of the body.
-        name: the tracker's name of it; None while the tracker has not told it.
+        name: the tracker's name of it; None while the tracker has not sent it.
         position: unit and axes of the source (the tracker's frame) until `Coordinates` has converted it.
         orientation: unit quaternion x, y, z, w, body to the same frame.
         tracked: False where the pose is not a measurement: the body is lost.
@@ -38,7 +38,7 @@ class TrackerFrame(NamedTuple):
     Attributes:
         number: counts up by one from frame to frame.
         captured: when the cameras saw it, ns of the source's clock.
-        transmitted: when the source sent it, ns of the same clock; `captured` where a protocol does not tell it.
+        transmitted: when the source sent it, ns of the same clock; `captured` where a protocol does not carry it.
         bodies: the bodies in the order of the source.
 
     """

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from flockwire.swarm.model import Swarm
 
 from flockwire_recorder.gaps import Gap
-from flockwire_recorder.whereabouts import Landing
+from flockwire_recorder.whereabouts import LandingFigures
 
 SPEED_TOLERANCE = 0.02  # share by which a speed measured from noisy positions may exceed its limit
 LEAST_RATE = 0.95  # share of the control rate that the slowest agent must reach
@@ -17,7 +17,7 @@ ABOUT_THE_RECORD = frozenset({"control rate", "recording", "lost messages"})  # 
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One check: `value` against `limit`, both in `unit`; `reason` says why there is no value, or what it is of."""
+    """One check: `value` against `limit`, both in `unit`; `reason` is why there is no value, or what it is of."""
 
     name: str
     value: float | None
@@ -28,18 +28,18 @@ class Check:
     reason: str = ""
 
     def as_json(self) -> dict[str, object]:
-        """Return what summary.json says of this check."""
+        """Return the entry of this check in summary.json."""
         return {"name": self.name, "value": self.value, "limit": self.limit, "ok": self.ok}
 
     def found(self) -> str:
-        """Say what was found."""
+        """Return what was found, as text."""
         if self.value is None:
             return self.reason
         value = f"{self.value:.4g} {self.unit}".strip()
         return f"{value} ({self.reason})" if self.reason else value
 
     def sentence(self) -> str:
-        """Say what this check found, and what it must be."""
+        """Return what this check found, and what it must be, as text."""
         return f"{self.name}: {self.found()}" + (f", must be {self.rule}" if self.value is not None else "")
 
 
@@ -47,7 +47,7 @@ class Check:
 class Measured:
     """What is checked: lengths in m, speed in m/s, times in s, share of the steps by agent, sentences on drones.
 
-    `no_places` and `no_formation` say why there are no distances, or is no formation; empty where there are.
+    `no_places` and `no_formation` are why there are no distances, or is no formation; empty where there are.
     """
 
     no_places: str
@@ -62,7 +62,7 @@ class Measured:
     observation_tail: float | None
     grounded: tuple[str, ...]
     lost_drones: tuple[str, ...]
-    landing: Landing
+    landing: LandingFigures
     rate: dict[str, float | None]
     gap: Gap
     gap_place: str

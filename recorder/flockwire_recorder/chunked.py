@@ -1,4 +1,4 @@
-"""An MCAP writer for many small messages: the records of the mcap package, with a short way for messages.
+"""An MCAP writer for many small messages: the records of the mcap package, with a fast path for messages.
 
 The package's own writer builds each message record field by field, which takes several times as long as all else that
 a recorder does. Here one struct makes a message's head and another a whole message index; the file is the same.
@@ -103,7 +103,7 @@ class ChunkedWriter:
         self._stream.flush()
 
     def finish(self) -> None:
-        """Write the rest and the summary section."""
+        """Write what is buffered and the summary section."""
         self._end_chunk()
         self._stream.write(_bytes(DataEnd(0)))
         start = at = self._stream.tell()
@@ -175,6 +175,6 @@ def _little_endian(entries: array[int]) -> bytes:
 
 
 def _bytes(record: McapRecord) -> bytes:
-    builder: Any = RecordBuilder()  # without types, and not what its `end` says
+    builder: Any = RecordBuilder()  # without types, and not what its `end` declares
     record.write(builder)
     return bytes(builder.end())

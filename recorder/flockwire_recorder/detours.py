@@ -27,7 +27,7 @@ def undisturbed(trace: Trace, errors: dict[int, Errors]) -> dict[int, Errors]:
 
 
 def _disturbed(trace: Trace, number: int, stamps: Integers) -> NDArray[np.bool_]:
-    """Tell at which of `stamps` (Unix ns, ascending) the place of follower `number` is in reach, or was just before."""
+    """Return at which of `stamps` (Unix ns, ascending) the place of follower `number` is in reach, or just was."""
     if not trace.swarm.obstacles or not len(stamps):
         return np.zeros(len(stamps), np.bool_)
     places = offsets(trace, number, stamps) + interpolated(trace.positions(0), stamps)

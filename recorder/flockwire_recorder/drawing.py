@@ -1,4 +1,4 @@
-"""What all figures share: colours that the colour-blind tell apart, one look, thinning of long series."""
+"""What all figures share: colours that the colour-blind can distinguish, one look, thinning of long series."""
 
 from __future__ import annotations
 

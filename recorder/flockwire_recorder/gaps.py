@@ -1,4 +1,4 @@
-"""What the recorder missed, told from what was never published by the publishers' own counts."""
+"""What the recorder missed, distinguished from what was never published by the publishers' own counts."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def control_rate(trace: Trace, number: int, spans: list[Span]) -> float | None:
 
 
 def where(trace: Trace, gap: Gap) -> str:
-    """Say in which topic a gap is, and when."""
+    """Return in which topic a gap is, and when, as text."""
     topic = f"/{trace.plan.text(gap.key)}" if gap.key is not None else "no topic"
     return f"in {topic}, {(gap.begin - trace.begin) / BILLION:.1f} s after its begin"
 

@@ -25,8 +25,8 @@ class Node(NamedTuple):
     is_leader: bool
 
 
-class Edge(NamedTuple):
-    """An arrow from the speaker to the hearer, a quadratic Bezier curve, and where its weight is written."""
+class DrawnEdge(NamedTuple):
+    """An arrow from the publisher to the subscriber, a quadratic Bezier curve, and where its weight is written."""
 
     tail: Place
     control: Place
@@ -39,7 +39,7 @@ class GraphPicture(NamedTuple):
     """A drawn graph: `box` is left, top, width and height; `radius` is that of every node."""
 
     box: tuple[int, int, int, int]
-    edges: tuple[Edge, ...]
+    edges: tuple[DrawnEdge, ...]
     nodes: tuple[Node, ...]
     radius: int = RADIUS
 
@@ -81,14 +81,14 @@ def _bow(start: Place, end: Place) -> Place:
     return ((start[0] + end[0]) / 2 + bow * dy, (start[1] + end[1]) / 2 - bow * dx)
 
 
-def _edge(start: Place, bow: Place, end: Place, weight: float) -> Edge:
+def _edge(start: Place, bow: Place, end: Place, weight: float) -> DrawnEdge:
     control = (2 * bow[0] - (start[0] + end[0]) / 2, 2 * bow[1] - (start[1] + end[1]) / 2)
     tail, tip, label = _towards(start, control), _towards(end, control), (bow[0], bow[1] - ABOVE)
-    return Edge(_rounded(tail), _rounded(control), _rounded(tip), _rounded(label), weight)
+    return DrawnEdge(_rounded(tail), _rounded(control), _rounded(tip), _rounded(label), weight)
 
 
 def _towards(node: Place, point: Place) -> Place:
-    """Return where the way from `node` to `point` leaves the node's circle."""
+    """Return where the line from `node` to `point` leaves the node's circle."""
     dx, dy = point[0] - node[0], point[1] - node[1]
     share = (RADIUS + 3.0) / max(hypot(dx, dy), 1e-9)
     return (node[0] + dx * share, node[1] + dy * share)

@@ -1,4 +1,4 @@
-"""How long each hop took, told by the publishers' own times: exact on one machine, else as good as their clocks."""
+"""How long each hop took, measured by the publishers' own times: exact on one machine, else as good as their clocks."""
 
 from __future__ import annotations
 

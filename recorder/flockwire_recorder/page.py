@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from flockwire_recorder.graph_picture import graph_picture
 from flockwire_recorder.reading import ProcessRecord, Trace
 from flockwire_recorder.rendering import render
-from flockwire_recorder.summary import Deadlines, Summary
+from flockwire_recorder.summary import DeadlineFigures, Summary
 
 if TYPE_CHECKING:
     from flockwire_recorder.figures import Picture
@@ -80,7 +80,7 @@ def _latency(summary: Summary) -> Iterable[tuple[str, ...]]:
         yield hop.replace("_to_", " → "), number(delay.p50, "ms"), number(delay.p99, "ms")
 
 
-def _deadlines(found: Deadlines) -> tuple[str, ...]:
+def _deadlines(found: DeadlineFigures) -> tuple[str, ...]:
     return tuple(f"{count:,}" for count in (found.ticks, found.late_1ms, found.late_5ms, found.skipped))
 
 
@@ -103,8 +103,8 @@ def _attackers(probe: dict[str, Any]) -> list[tuple[str, ...]]:
     return [
         (
             attacker["identity"], attacker["mode"], str(attacker["links"]),
-            f"{len(attacker['heard'])} of {len(attacker['heard_expected'])}",
-            f"{len(attacker['said'])} of {len(attacker['said_expected'])}",
+            f"{len(attacker['received'])} of {len(attacker['received_expected'])}",
+            f"{len(attacker['published'])} of {len(attacker['published_expected'])}",
             str(attacker["refused"]),
         )
         for attacker in probe["attackers"]

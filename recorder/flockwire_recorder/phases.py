@@ -32,7 +32,7 @@ class Span:
         return Span(self.end - int(TAIL * (self.end - self.begin)), self.end)
 
     def holds(self, stamps: Integers) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-        """Tell which stamps (Unix ns) lie within."""
+        """Return which stamps (Unix ns) lie within."""
         return np.asarray((stamps >= self.begin) & (stamps <= self.end))
 
 
@@ -47,7 +47,7 @@ class FormationPhase:
 def airborne(trace: Trace) -> Span:
     """Return the span of the flights: from the first order (else the trace's begin) to the trace's end, or to a stop.
 
-    After an emergency stop drones fall, which says nothing of how they flew.
+    After an emergency stop drones fall, which is no measure of how they flew.
     """
     begin = min((mission.stamp for mission in trace.missions if mission.verb != "land"), default=trace.begin)
     return Span(begin, _end(trace, begin))
@@ -83,7 +83,7 @@ def _end(trace: Trace, begin: int) -> int:
 def offsets(trace: Trace, number: int, stamps: Integers) -> Floats:
     """Return follower `number`'s offset h_i(t - start), m, one row for each of `stamps` (Unix ns), NaN before a start.
 
-    In force is the newest start; one whose time 0 lies in the past is in force from when it was said.
+    In force is the newest start; one whose time 0 lies in the past is in force from when it was published.
     """
     index = trace.swarm.followers.index(number)
     result = np.full((len(stamps), 3), np.nan)

@@ -1,4 +1,4 @@
-"""The process of the recorder: everything that is said in the swarm goes into one trace, bytes untouched."""
+"""The process of the recorder: everything that is published in the swarm goes into one trace, bytes untouched."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ CAPACITY = 2048  # samples of one key that are buffered between two drains, at m
 Entry = tuple[int, str, str, bytes, int, bytes]  # source time, topic, type, publisher, sequence, payload
 
 
-class Source:
+class RecordedKey:
     """One key to record: its topic, its samples, and what exceeds its quota."""
 
     def __init__(self, plan: Plan, key: Key, session: Session) -> None:
@@ -61,7 +61,7 @@ class Source:
 
 
 class Recorder:
-    """Drains all keys into a trace. `full` says why the trace takes no more, None while it does."""
+    """Drains all keys into a trace. `full` is why the trace takes no more, None while it does."""
 
     def __init__(self, plan: Plan, identity: str, session: Session, trace: TraceWriter, refusals: Refusals) -> None:
         self._trace, self._log = trace, logging.getLogger(identity)
@@ -69,7 +69,7 @@ class Recorder:
         self._deadlines = Deadlines()
         self._rejected: Counter[str] = Counter()
         self.full: TraceFullError | None = None
-        self._sources = [Source(plan, key, session) for key in plan.subscribes[identity]]
+        self._sources = [RecordedKey(plan, key, session) for key in plan.subscribes[identity]]
 
     def tick(self, lateness: int, skipped: int) -> None:
         """Take what has come since the last tick."""
@@ -109,7 +109,7 @@ class Recorder:
 
 
 async def run(job: Job) -> None:
-    """Record into the next part of the trace in `job.out` until the process is told to end.
+    """Record into the next part of the trace in `job.out` until the process is to end.
 
     Raises OSError where the trace cannot be written, or not to its end.
     """

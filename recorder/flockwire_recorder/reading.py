@@ -36,7 +36,7 @@ _COLUMNS: dict[type[Message], int] = {Pose: 3, Estimate: 6, Command: 3, Telemetr
 class Series:
     """The messages of one topic in the order of their stamps, one row each.
 
-    `stamps` (for when the content is true), `published` and `logged` are Unix times in ns, `sequences` the publishers'
+    `stamps` (for which the content holds), `published` and `logged` are Unix times in ns, `sequences` the publishers'
     counts. Columns of `values`, in m, m/s and s: pose and truth x y z; estimate x y z vx vy vz; command vx vy vz;
     telemetry flight state, battery (share of full), height, command age; none for the others.
     """
@@ -69,7 +69,7 @@ class StateChange(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """What a trace tells.
+    """What a trace holds.
 
     `series` holds what was recorded of each key, `missions` each mission once, by stamp; `vitals` one entry for each
     publisher of a status, `states` by identity the changes of the phase that it reported. `begin` and `end` are the
@@ -238,7 +238,7 @@ class Collector:
     ) -> None:
         """Add a message of `key`; both are None where they cannot be read.
 
-        `channel` stands for a key as one publisher says it, `sequence` is its count, `published` and `logged` are Unix
+        `channel` stands for a key of one publisher, `sequence` is its count, `published` and `logged` are Unix
         times in ns.
         """
         publisher = self._publishers.get(channel)
@@ -256,7 +256,7 @@ class Collector:
                 self._missions[message.stamp, message.verb] = message
             case Stop():
                 self._stops[message.stamp] = message
-            case Status() if message.identity != key.owner:  # nobody speaks for another
+            case Status() if message.identity != key.owner:  # a status of somebody else is forged
                 self._malformed += 1
                 return
             case Status():

@@ -33,7 +33,7 @@ class WholeRecords:
     """Iterates over the records of the MCAP file `path`, those in chunks included, up to the end of the data section.
 
     A file that was not closed ends behind its last whole record; a damaged chunk is left out. Once iterated, `closed`
-    says whether the data section has its end, and `lost_bytes` how many bytes of it could not be read. Raises
+    is whether the data section has its end, and `lost_bytes` how many bytes of it could not be read. Raises
     ValueError for a file that is no MCAP, OSError for one that cannot be read.
     """
 

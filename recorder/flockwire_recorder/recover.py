@@ -43,7 +43,7 @@ def recover(trace: Path, out: Path) -> Recovered:
 
 
 class _Copier:
-    """Hands records to a writer, which numbers schemas and channels anew."""
+    """Hands records to a writer, which renumbers schemas and channels."""
 
     def __init__(self, writer: Writer) -> None:
         self.messages = 0

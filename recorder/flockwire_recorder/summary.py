@@ -19,7 +19,7 @@ from flockwire_recorder.tracking import SETTLED_FOR, ErrorFigures
 
 
 @dataclass(frozen=True, slots=True)
-class Deadlines:
+class DeadlineFigures:
     """Steps of all followers' agents: made, late by more than 1 and 5 ms, and skipped."""
 
     ticks: int
@@ -30,7 +30,7 @@ class Deadlines:
 
 @dataclass(frozen=True, slots=True)
 class Messages:
-    """Messages recorded, lost on the way to the recorder, and rejected by their receivers (by key and reason)."""
+    """Messages recorded, lost before the recorder, and rejected by their receivers (by key and reason)."""
 
     recorded: int
     lost: int
@@ -70,7 +70,7 @@ class Summary:
     min_distance_obstacle_m: float | None
     max_speed_m_s: float | None
     latency_ms: dict[str, Percentiles]
-    deadlines: Deadlines
+    deadlines: DeadlineFigures
     messages: Messages
     rate: dict[str, float | None]
     missing: tuple[str, ...]
@@ -93,7 +93,7 @@ class Summary:
 
 
 def summarise(trace: Trace) -> Summary:
-    """Compute all figures of a flight; what cannot be computed is None, said in `missing`, and fails its check."""
+    """Compute all figures of a flight; what cannot be computed is None, named in `missing`, and fails its check."""
     phases = formation_phases(trace)
     lacking = _Lacking(trace, phases)
     figures = _figures(trace, phases)
@@ -146,7 +146,7 @@ def _figures(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[PhaseFig
 
 
 def _unsettled(phases: Sequence[PhaseFigures]) -> str:
-    """Say which phase did not settle, empty when all did."""
+    """Return which phase did not settle, empty when all did."""
     for phase in phases:
         if phase.formation_error_m.settled_s is None:
             name = f"formation {phase.formation!r}" if phase.formation else "the formation"
@@ -183,17 +183,19 @@ class _Lacking:
         self.placeless = [uav(number) for number in flying if not len(trace.positions(number))]
         self.places = f"no position of {', '.join(self.placeless)} was recorded" if self.placeless else ""
         self.formation = self._formation(trace, bool(phases)) or self.places
-        silent = [uav(number) for number in trace.swarm.followers if not len(trace.of("estimate", number))]
-        told = {vitals.last.identity for vitals in trace.vitals}
-        mute = [name for name in map(trace.plan.pilot.__getitem__, trace.swarm.followers) if name not in told]
+        unknown = [uav(number) for number in trace.swarm.followers if not len(trace.of("estimate", number))]
+        reporting = {vitals.last.identity for vitals in trace.vitals}
+        unreported = [
+            name for name in map(trace.plan.pilot.__getitem__, trace.swarm.followers) if name not in reporting
+        ]
         sentences = {
             "the trace was not closed: its recorder did not end properly": not trace.closed,
             f"{trace.lost_bytes} bytes of the trace are incomplete": trace.lost_bytes,
             f"{trace.malformed} messages could not be decoded": trace.malformed,
             self.formation: self.formation,
             self.places: self.places,
-            f"no estimate of {', '.join(silent)} was recorded": silent,
-            f"no status of {', '.join(mute)} was recorded": mute,
+            f"no estimate of {', '.join(unknown)} was recorded": unknown,
+            f"no status of {', '.join(unreported)} was recorded": unreported,
         }
         self.sentences = [f"{text[0].upper()}{text[1:]}." for text, holds in sentences.items() if holds]
 
@@ -210,10 +212,10 @@ class _Lacking:
         return "" if len(trace.positions(0)) else "no pose of the leader, uav0, was recorded"
 
 
-def _deadlines(trace: Trace) -> Deadlines:
+def _deadlines(trace: Trace) -> DeadlineFigures:
     agents = {trace.plan.pilot[number] for number in trace.swarm.followers}
     last = [vitals.last for vitals in trace.vitals if vitals.last.identity in agents]
-    return Deadlines(
+    return DeadlineFigures(
         sum(status.steps for status in last),
         sum(status.late_1ms for status in last),
         sum(status.late_5ms for status in last),

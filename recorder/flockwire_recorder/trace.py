@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from flockwire.swarm.model import Swarm
 
 METADATA = "flockwire"
-PUBLISHER = "publisher"  # in a channel's metadata: who says this topic, in hexadecimal
+PUBLISHER = "publisher"  # in a channel's metadata: who publishes this topic, in hexadecimal
 PROFILE = "ros2"
 CHUNK_SIZE = 256 * 1024  # bytes after which a chunk ends even when nobody flushes
 SPOOLED = 64 * 1024  # bytes of the index that are kept in memory before they go to a file beside the trace

@@ -108,7 +108,7 @@ def largest_tail(errors: dict[int, Errors], steady: dict[int, Errors], phase: Sp
 def settling_time(errors: dict[int, Errors], phase: Span) -> float | None:
     """Return the begin, in s after that of `phase`, of the first stretch in which all errors are below the threshold.
 
-    The stretch is SETTLED_FOR long at least; a follower that is silent for SILENCE does not count as settled.
+    The stretch is SETTLED_FOR long at least; a follower without samples for SILENCE does not count as settled.
     """
     blocked = [_unsettled(error, phase) for error in errors.values()]
     bad = np.unique(np.concatenate([*blocked, [phase.end]]))

@@ -21,7 +21,7 @@ DOWN = (FlightState.GROUNDED, FlightState.STOPPED)
 
 
 @dataclass(frozen=True, slots=True)
-class Landing:
+class LandingFigures:
     """How the flight ended: drones that are `not_down` (a sentence each), the largest landing distance, m, and whose.
 
     A landing distance is that on the ground plan between where a drone's landing began and where it ended.
@@ -33,14 +33,14 @@ class Landing:
 
 
 def lost(trace: Trace) -> tuple[str, ...]:
-    """Return a sentence for each drone that fell silent, or whose motors stopped without an order."""
+    """Return a sentence for each drone whose messages ended, or whose motors stopped without an order."""
     ends = [series.logged[-1] for i in trace.swarm.flying for _, series in _reports(trace, i) if len(series)]
     end = max(ends, default=trace.end)
     return tuple(sentence for i in trace.swarm.flying for sentence in _losses(trace, i, int(end)))
 
 
 def grounded(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[str, ...]:
-    """Return a sentence for each drone that was on the ground within a formation phase, whatever its pilot said."""
+    """Return a sentence for each drone that was on the ground within a formation phase, whatever its pilot reported."""
     found = []
     for i in trace.swarm.flying:
         telemetry = trace.of("telemetry", i)
@@ -51,18 +51,18 @@ def grounded(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[str, ...
     return tuple(found)
 
 
-def landing(trace: Trace) -> Landing:
-    """Return how the drones came down; after an emergency stop that says nothing."""
+def landing(trace: Trace) -> LandingFigures:
+    """Return how the drones came down; after an emergency stop that is no measure."""
     up = tuple(sentence for i in trace.swarm.flying for sentence in _up(trace, i))
     if len(up) > 1 and not any(mission.verb == "land" for mission in trace.missions):
         up = (f"the recording ends without an order to land, {len(up)} drones in the air",)
     distances = {i: d for i in trace.swarm.flying if (d := _landing_distance(trace, i)) is not None}
     farthest = max(distances, key=lambda i: distances[i], default=None)
-    return Landing(up) if farthest is None else Landing(up, distances[farthest], uav(farthest))
+    return LandingFigures(up) if farthest is None else LandingFigures(up, distances[farthest], uav(farthest))
 
 
 def _reports(trace: Trace, number: int) -> tuple[tuple[str, Series], ...]:
-    """Return what a drone and its pilot tell of themselves, by name."""
+    """Return what a drone and its pilot report of themselves, by name."""
     pilot = trace.plan.pilot[number]
     return (
         (f"telemetry of {uav(number)}", trace.of("telemetry", number)),

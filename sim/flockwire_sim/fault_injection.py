@@ -1,4 +1,4 @@
-"""Injects faults into processes, links and clocks; those of tracker and airframes are their own cores' matter."""
+"""Injects faults into processes, links and clocks; those of tracker and airframes are injected by their own cores."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from flockwire.flight.faults import ClockStep, Cut, Fault, Freeze, Kill, LinkCha
 from flockwire.nanoseconds import BILLION
 from flockwire.wire.plan import Plan
 
-from flockwire_sim.network import Conditions, Link
-from flockwire_sim.process import Process
+from flockwire_sim.network import Conditions, VirtualLink
+from flockwire_sim.process import VirtualProcess
 from flockwire_sim.scheduler import Action, Scheduler
 
-RESTART_TIME = 0.5  # s that a process takes to be there again
+RESTART_TIME = 0.5  # s that a process takes to restart
 
 
 def refusal(faults: tuple[Fault, ...], plan: Plan) -> str:
@@ -31,8 +31,8 @@ class FaultInjector:
         self,
         faults: tuple[Fault, ...],
         scheduler: Scheduler,
-        processes: Mapping[str, Process],
-        links: Mapping[tuple[str, str], Link],
+        processes: Mapping[str, VirtualProcess],
+        links: Mapping[tuple[str, str], VirtualLink],
         untouched: frozenset[str],
     ) -> None:
         self.took_off: int | None = None  # Unix ns
@@ -70,10 +70,10 @@ class FaultInjector:
                 link.impose(conditions)
                 self._after(fault.duration, lambda _: link.lift(conditions))
 
-    def _cut(self, links: list[Link], duration: float) -> None:
+    def _cut(self, links: list[VirtualLink], duration: float) -> None:
         for link in links:
             link.cut()
-            self._after(duration, Link.mend, link)
+            self._after(duration, VirtualLink.mend, link)
 
     def _after(self, seconds: float, action: Action, argument: object = None) -> None:
         self._scheduler.at(self._scheduler.now + round(seconds * BILLION), action, argument)

@@ -1,4 +1,4 @@
-"""The clock of one process: off by an offset, drifting, and stepped by whoever sets it."""
+"""The clock of one process: off by an offset, drifting, and stepped when it is set."""
 
 from __future__ import annotations
 

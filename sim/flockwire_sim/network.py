@@ -1,6 +1,6 @@
 """The network: each directed link between two processes has a delay, jitter, loss and reordering of its own.
 
-What a process says in one step to another travels together and in order, as on the TCP link of a real flight. Loss
+What a process publishes to another in one step travels together and in order, as on the TCP link of a real flight. Loss
 takes single messages (an event, which a real link would send again, comes late instead); reordering holds single
 messages back so that later ones overtake them. Chance is drawn from a generator for each link, seeded with the run's
 seed and the link's ends: what one link draws does not depend on the others.
@@ -39,8 +39,8 @@ class Conditions:
         return cls(table.delay, table.jitter, table.loss, table.reordering)
 
 
-class Link:
-    """What `source` says to `target`, on its way to `deliver`."""
+class VirtualLink:
+    """What one process publishes to another, in transit to `deliver`."""
 
     def __init__(
         self,
@@ -59,7 +59,7 @@ class Link:
         self._update()
 
     def depart(self) -> None:
-        """Send the load on its way."""
+        """Send the load."""
         load, self.load = self.load, []
         if self._steady:
             self._scheduler.at(self._scheduler.now + self._delay, self._deliver, load)
@@ -77,7 +77,7 @@ class Link:
         self._update()
 
     def impose(self, conditions: Conditions) -> None:
-        """Fly under other `conditions` until they are lifted."""
+        """Apply other `conditions` until they are lifted."""
         self._conditions.append(conditions)
         self._update()
 

@@ -1,4 +1,4 @@
-"""A process in virtual time: one core with its clock, its ticker and what it hears, run as the real shell runs it."""
+"""A process in virtual time: one core with its clock, its ticker and its inboxes, run as the real shell runs it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from flockwire.wire.keys import ROWS, Key, KeyRow, key_text
 from flockwire.wire.messages import Message
 
 from flockwire_sim.local_clock import LocalClock
-from flockwire_sim.network import Link
+from flockwire_sim.network import VirtualLink
 from flockwire_sim.sample import Parcel, Sample, Slot
 from flockwire_sim.scheduler import Scheduler
 
@@ -43,7 +43,7 @@ class Outlet:
         self.row: KeyRow = ROWS[key.kind]
         self.topic = f"/{key_text(swarm, key)}"
         self.sequence = 0
-        self.readers: list[tuple[Link, int]] = []
+        self.readers: list[tuple[VirtualLink, int]] = []
 
 
 class NoResources:
@@ -66,7 +66,7 @@ class NoResources:
         return ()
 
 
-class Process:
+class VirtualProcess:
     """The process of `identity`; it subscribes to the keys `subscribed`, in their order, and publishes `outlets`."""
 
     def __init__(
@@ -87,9 +87,10 @@ class Process:
         self._swarm, self._make_core, self._scheduler, self._seed, self._tap = swarm, make_core, scheduler, seed, tap
         self._starts, self._reports = 0, reports
         self._frozen = False
+        self._told = self._retired = False
         self._slots: list[Slot] = []
         self._waiting: dict[int, Slot] = {}
-        self._loaded: list[Link] = []
+        self._loaded: list[VirtualLink] = []
         self._now = 0
 
     def start(self, _: object = None) -> None:
@@ -97,9 +98,10 @@ class Process:
         if self.alive:
             return
         self._now = self.clock.read(self._scheduler.now)
-        core = self._make_core(self._now, self._starts)
+        core = self._core = self._make_core(self._now, self._starts)
         self._starts += 1
         self.alive, self._frozen, self._missed = True, False, 0
+        self._told = self._retired = False
         self._publisher = blake2b(f"{self._seed} {self.identity} {self._starts}".encode(), digest_size=16).digest()
         prompt = at_once(core)
         self._slots = [Slot(Inbox(key, ROWS[key.kind]), key in prompt) for key in self.subscribed]
@@ -118,6 +120,10 @@ class Process:
         """End at once."""
         self.alive = False
         self._waiting = {}
+
+    def retire(self, _: object = None) -> None:
+        """Tell it to end (SIGTERM): it does at a tick at which its core may, and not while it stands still."""
+        self._told = True
 
     def freeze(self, _: object = None) -> None:
         """Stand still: of what arrives the newest is buffered."""
@@ -158,9 +164,18 @@ class Process:
             return
         missed, self._missed = self._missed, 0
         now = self._now = self.clock.read(self._scheduler.now)
+        if self._told and self._ends(now):
+            self.kill()
+            return
         self._stepper.tick(0, missed, now)
         if self._loaded:
             self._depart()
+
+    def _ends(self, now: int) -> bool:
+        if not self._retired:
+            self._retired = True
+            self._core.retire(now)
+        return self._core.may_end(now)
 
     def _publish(self, messages: Iterable[tuple[Key, Message]]) -> None:
         now, publisher, loaded, tap = self._now, self._publisher, self._loaded, self._tap

@@ -16,9 +16,9 @@ from flockwire.wire.plan import Plan
 
 from flockwire_sim.fault_injection import FaultInjector
 from flockwire_sim.local_clock import LocalClock
-from flockwire_sim.network import Conditions, Link
+from flockwire_sim.network import Conditions, VirtualLink
 from flockwire_sim.operator import OperatorCore
-from flockwire_sim.process import MakeCore, Outlet, Process, Tap
+from flockwire_sim.process import MakeCore, Outlet, Tap, VirtualProcess
 from flockwire_sim.scheduler import Scheduler
 
 EPOCH = 1_790_000_000 * BILLION  # when every virtual flight begins, Unix ns
@@ -38,7 +38,7 @@ class Outcome:
 class World:
     """The processes of `swarm`, flown for `duration` s from take-off to landing; equal seeds give equal flights.
 
-    `tap` is called with every message as it is published (what is received may be another matter).
+    `tap` is called with every message as it is published (what is received may differ).
     """
 
     def __init__(
@@ -47,7 +47,8 @@ class World:
         self.swarm, self.plan = swarm, Plan(swarm)
         self.scheduler = Scheduler(EPOCH)
         self.director = Director(self.plan.pilots, swarm.frame, duration, EPOCH)
-        self.links: dict[tuple[str, str], Link] = {}
+        self._operator = OperatorCore(self.plan, self.director, self._ordered, self.scheduler.stop)
+        self.links: dict[tuple[str, str], VirtualLink] = {}
         self._seed, self._faults, self._tap = seed, faults, tap
         self._persons = frozenset(self.plan.identities).difference(self.plan.started)
         self._limit = EPOCH + round((duration + LONGEST) * BILLION)
@@ -69,9 +70,13 @@ class World:
             failure = failure or f"the flight was not over after {(scheduler.now - EPOCH) / BILLION:.0f} s"
         return Outcome(failure, (scheduler.now - EPOCH) / BILLION)
 
-    def _processes(self) -> dict[str, Process]:
+    def stop(self, reason: str) -> None:
+        """Order an emergency stop, as the operator does."""
+        self._operator.stop(reason)
+
+    def _processes(self) -> dict[str, VirtualProcess]:
         return {
-            identity: Process(
+            identity: VirtualProcess(
                 self.swarm, identity, self._maker(identity), self._subscribed(identity), self._clock(identity),
                 self.scheduler, self._seed, self._tap, identity not in self._persons,
             )
@@ -80,13 +85,13 @@ class World:
         }  # fmt: skip
 
     def _subscribed(self, identity: str) -> tuple[Key, ...]:
-        if identity in self.plan.recorders:  # the tap sees everything
+        if identity in self.plan.recorders:  # the recorder tap receives everything
             return ()
         return self.plan.subscribes[identity]
 
     def _maker(self, identity: str) -> MakeCore:
         if identity in self._persons:
-            return lambda _, __: OperatorCore(self.plan, self.director, self._ordered, self.scheduler.stop)
+            return lambda _, __: self._operator
 
         def make(now: int, starts: int) -> Core:
             chance = Random(f"{self.swarm.gateway.seed} {self._seed} {identity} {starts}")  # noqa: S311  (noise)
@@ -116,10 +121,10 @@ class World:
                         link = self.links.get(ends) or self._link(ends, usual)
                         outlet.readers.append((link, places[subscriber][key]))
 
-    def _link(self, ends: tuple[str, str], usual: Conditions) -> Link:
+    def _link(self, ends: tuple[str, str], usual: Conditions) -> VirtualLink:
         judged = self._persons.intersection(ends)
-        conditions = Conditions(usual.delay) if judged else usual  # whoever judges the flight sees it all
-        link = Link(ends, conditions, self._seed, self.scheduler, self.processes[ends[1]].deliver)
+        conditions = Conditions(usual.delay) if judged else usual  # who judges the flight receives everything
+        link = VirtualLink(ends, conditions, self._seed, self.scheduler, self.processes[ends[1]].deliver)
         self.links[ends] = link
         return link
 

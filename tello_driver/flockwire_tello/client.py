@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from flockwire.nanoseconds import BILLION
 
-from flockwire_tello.commands import Rule, rule, word
+from flockwire_tello.commands import CommandRule, rule, word
 from flockwire_tello.replies import fits, refused, split_replies
 from flockwire_tello.state_string import TelloState, parse_states
 
@@ -27,11 +27,11 @@ EMERGENCIES = 3  # times that `emergency` is sent, unasked: it has no reply
 EMERGENCY_SPACING = BILLION // 50
 
 
-class Outcome(Enum):
+class CommandOutcome(Enum):
     """How a command ended."""
 
     DONE = "done"
-    REFUSED = "refused"  # the reply says why
+    REFUSED = "refused"  # the reply gives the reason
     TIMED_OUT = "timed out"  # whether the drone did it is not known
     SUPERSEDED = "superseded"  # an urgent command took its place
     QUEUE_FULL = "queue full"  # never sent
@@ -41,7 +41,7 @@ class Finished(NamedTuple):
     """A command that ended; `latency` is from the last time it was sent, s."""
 
     command: str
-    outcome: Outcome
+    outcome: CommandOutcome
     reply: str = ""
     latency: float = 0.0
 
@@ -65,7 +65,7 @@ class Counters:
 @dataclass
 class _InFlight:
     command: str
-    rule: Rule
+    rule: CommandRule
     sent: int  # how often
     sent_at: int
 
@@ -123,7 +123,7 @@ class TelloClient:
                 continue
             self._owed.remove(owed)
             if owed.flight is self._flight:
-                self._end(Outcome.REFUSED if refused(reply) else Outcome.DONE, reply, now)
+                self._end(CommandOutcome.REFUSED if refused(reply) else CommandOutcome.DONE, reply, now)
             else:
                 self.counters.late_replies += 1
 
@@ -165,7 +165,7 @@ class TelloClient:
             if flight.sent <= flight.rule.resend:
                 yield self._transmit(flight, now)
             else:
-                self._end(Outcome.TIMED_OUT, "", now)
+                self._end(CommandOutcome.TIMED_OUT, "", now)
         if self._flight is None and self._queue and not self._must_wait():
             command = self._queue.popleft()
             self._flight = _InFlight(command, rule(command), 0, now)
@@ -185,9 +185,9 @@ class TelloClient:
         if len(self._queue) < LONGEST_QUEUE:
             self._queue.append(command)
         else:
-            self._finished.append(Finished(command, Outcome.QUEUE_FULL))
+            self._finished.append(Finished(command, CommandOutcome.QUEUE_FULL))
 
-    def _end(self, outcome: Outcome, reply: str, now: int) -> None:
+    def _end(self, outcome: CommandOutcome, reply: str, now: int) -> None:
         """End the command in flight."""
         flight, self._flight = self._flight, None
         assert flight is not None  # noqa: S101  (for mypy: the callers have seen it)
@@ -197,7 +197,7 @@ class TelloClient:
     def _supersede(self, now: int) -> None:
         """End all that is in flight or waits; a reply to the former may still come."""
         waiting = [] if self._flight is None else [self._flight.command]
-        self._finished += [Finished(command, Outcome.SUPERSEDED) for command in (*waiting, *self._queue)]
+        self._finished += [Finished(command, CommandOutcome.SUPERSEDED) for command in (*waiting, *self._queue)]
         flight, self._flight = self._flight, None
         self._queue.clear()
         if flight is not None:

@@ -14,7 +14,7 @@ ANY = re.compile(r".+")
 NUMBER = r"-?\d+(?:\.\d+)?"
 
 
-class Rule(NamedTuple):
+class CommandRule(NamedTuple):
     """How to treat one command; times in s."""
 
     timeout: float  # from sending until it is sent again or given up
@@ -24,30 +24,32 @@ class Rule(NamedTuple):
     urgent: bool = False  # takes the place of what is in flight and of all that waits
 
 
-def _query(pattern: str) -> Rule:
-    return Rule(timeout=1.0, resend=2, reply=re.compile(pattern))
+def _query(pattern: str) -> CommandRule:
+    return CommandRule(timeout=1.0, resend=2, reply=re.compile(pattern))
 
 
-SILENT = Rule(timeout=0.0, resend=0, reply=None)
-SETTING = Rule(timeout=2.0, resend=2)
-MOVE = Rule(timeout=60.0, resend=0, late=1.0)  # 5 m at 10 cm/s take 50 s
-UNKNOWN = Rule(timeout=7.0, resend=0, reply=ANY, late=2.0)
+SILENT = CommandRule(timeout=0.0, resend=0, reply=None)
+SETTING = CommandRule(timeout=2.0, resend=2)
+MOVE = CommandRule(timeout=60.0, resend=0, late=1.0)  # 5 m at 10 cm/s take 50 s
+UNKNOWN = CommandRule(timeout=7.0, resend=0, reply=ANY, late=2.0)
 
-RULES: dict[str, Rule] = {
-    "command": Rule(timeout=1.0, resend=4),
-    "takeoff": Rule(timeout=20.0, resend=0, late=5.0),
-    "throwfly": Rule(timeout=20.0, resend=0, late=5.0),
-    "land": Rule(timeout=10.0, resend=2, late=5.0, urgent=True),
-    "stop": Rule(timeout=2.0, resend=2, reply=re.compile(r"ok|forced stop"), urgent=True),
+RULES: dict[str, CommandRule] = {
+    "command": CommandRule(timeout=1.0, resend=4),
+    "takeoff": CommandRule(timeout=20.0, resend=0, late=5.0),
+    "throwfly": CommandRule(timeout=20.0, resend=0, late=5.0),
+    "land": CommandRule(timeout=10.0, resend=2, late=5.0, urgent=True),
+    "stop": CommandRule(timeout=2.0, resend=2, reply=re.compile(r"ok|forced stop"), urgent=True),
     "rc": SILENT,
     "emergency": SILENT,
     **dict.fromkeys(("up", "down", "left", "right", "forward", "back", "cw", "ccw", "go", "curve", "jump"), MOVE),
-    "flip": Rule(timeout=10.0, resend=0, late=1.0),
+    "flip": CommandRule(timeout=10.0, resend=0, late=1.0),
     **dict.fromkeys(("speed", "mon", "moff", "mdirection", "streamon", "streamoff", "port"), SETTING),
     **dict.fromkeys(("setfps", "setbitrate", "setresolution", "wifisetchannel", "downvision"), SETTING),
     **dict.fromkeys(("motoron", "motoroff", "keepalive"), SETTING),
-    **dict.fromkeys(("wifi", "ap", "multiwifi", "reboot"), Rule(timeout=5.0, resend=0)),  # the drone restarts
-    "EXT": Rule(timeout=2.0, resend=2, reply=re.compile(r"(?:matrix |led )?ok\b.*|tof \d+|esp32\S+", re.IGNORECASE)),
+    **dict.fromkeys(("wifi", "ap", "multiwifi", "reboot"), CommandRule(timeout=5.0, resend=0)),  # the drone restarts
+    "EXT": CommandRule(
+        timeout=2.0, resend=2, reply=re.compile(r"(?:matrix |led )?ok\b.*|tof \d+|esp32\S+", re.IGNORECASE)
+    ),
     "battery?": _query(r"\d+"),
     "speed?": _query(NUMBER),
     "time?": _query(r"\d+s?"),
@@ -71,6 +73,6 @@ def word(command: str) -> str:
     return command.partition(" ")[0]
 
 
-def rule(command: str) -> Rule:
+def rule(command: str) -> CommandRule:
     """Return the rule of a command, `UNKNOWN` where it is in no guide."""
     return RULES.get(word(command), UNKNOWN)

@@ -19,7 +19,7 @@ from flockwire_tello.drone import SimulatedDrone
 
 TELEMETRY_PERIOD = BILLION // 10
 SETTLED = BILLION  # ns that all drones are on the ground before the process may end
-RETIREMENT = 20 * BILLION  # ns that pilots have to land their drones when the process is told to end
+RETIREMENT = 20 * BILLION  # ns that pilots have to land their drones when the process is to end
 
 
 class KinematicsCore:
@@ -80,7 +80,7 @@ class KinematicsCore:
         return messages
 
     def retire(self, now: int) -> None:
-        """Land what still flies in RETIREMENT s: the process is told to end."""
+        """Land what still flies in RETIREMENT s: the process is to end."""
         for drone in self._drones.values():
             drone.land_at = now + RETIREMENT
 

@@ -1,7 +1,7 @@
 """One simulated drone: its airframe and the driver's rungs of the staleness ladder.
 
-The driver has the last word. Without commands it hovers, then lands, until commands come again; it flies no faster than
-the swarm's limit, whatever its agent commands; told to end, it lands what its pilot has not landed.
+The driver overrides the agent. Without commands it hovers, then lands, until commands come again; it flies no faster
+than the swarm's limit, whatever its agent commands; when the process is to end, it lands what its pilot has not landed.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a Tello flies by itself: take-off, landing, way points, turns. Each is asked for a velocity until it is done.
+"""What a Tello flies by itself: take-off, landing, waypoints, turns. Each is queried for a velocity until it is done.
 
 v_u = limit(K (target − position), speed),   omega_u = limit(K_yaw (heading − yaw), rate)
 """
@@ -12,7 +12,7 @@ from flockwire.control.vector import ZERO, Vector, limit, norm, scale, subtract
 from flockwire.nanoseconds import BILLION
 
 from flockwire_tello.sticks import to_body
-from flockwire_tello.tello_airframe import Motion
+from flockwire_tello.tello_airframe import AirframeMotion
 
 POSITION_GAIN = 1.2  # 1/s
 YAW_GAIN = 2.5  # 1/s
@@ -35,7 +35,7 @@ HOVER = Setpoint(ZERO, 0.0)
 class Manoeuvre(Protocol):
     """Something flown by itself."""
 
-    def setpoint(self, motion: Motion, now: int) -> Setpoint | None:
+    def setpoint(self, motion: AirframeMotion, now: int) -> Setpoint | None:
         """Return what to command at `now` (ns), None when it is done."""
 
 
@@ -45,7 +45,7 @@ class Pause:
     def __init__(self, seconds: float, now: int) -> None:
         self._until = now + round(seconds * BILLION)
 
-    def setpoint(self, motion: Motion, now: int) -> Setpoint | None:
+    def setpoint(self, motion: AirframeMotion, now: int) -> Setpoint | None:
         """Return what to command at `now`."""
         return None if now >= self._until else HOVER
 
@@ -57,7 +57,7 @@ class TakeOff:
         self._height = height
         self._climb, self._until = now + round(spin_up * BILLION), now + round(seconds * BILLION)
 
-    def setpoint(self, motion: Motion, now: int) -> Setpoint | None:
+    def setpoint(self, motion: AirframeMotion, now: int) -> Setpoint | None:
         """Return what to command at `now`."""
         if now >= self._until:
             return None
@@ -73,7 +73,7 @@ class Landing:
     def __init__(self, ground: float, sink: float) -> None:
         self._ground, self._sink = ground, sink
 
-    def setpoint(self, motion: Motion, now: int) -> Setpoint | None:
+    def setpoint(self, motion: AirframeMotion, now: int) -> Setpoint | None:
         """Return what to command at `now`."""
         if motion.position[2] <= self._ground:
             return None
@@ -86,15 +86,15 @@ class Legs:
     def __init__(self, points: tuple[Vector, ...], speed: float) -> None:
         self._points, self._speed = list(points), speed
 
-    def setpoint(self, motion: Motion, now: int) -> Setpoint | None:
+    def setpoint(self, motion: AirframeMotion, now: int) -> Setpoint | None:
         """Return what to command at `now`."""
-        way = subtract(self._points[0], motion.position)
+        to_go = subtract(self._points[0], motion.position)
         last = len(self._points) == 1
-        if not last and norm(way) < self._speed / POSITION_GAIN:
+        if not last and norm(to_go) < self._speed / POSITION_GAIN:
             self._points.pop(0)
-        elif last and norm(way) < ARRIVED and norm(motion.velocity) < ARRIVED:
+        elif last and norm(to_go) < ARRIVED and norm(motion.velocity) < ARRIVED:
             return None
-        return Setpoint(to_body(limit(scale(way, POSITION_GAIN), self._speed), motion.yaw), 0.0)
+        return Setpoint(to_body(limit(scale(to_go, POSITION_GAIN), self._speed), motion.yaw), 0.0)
 
 
 class Turn:
@@ -103,9 +103,9 @@ class Turn:
     def __init__(self, heading: float) -> None:
         self._heading = heading
 
-    def setpoint(self, motion: Motion, now: int) -> Setpoint | None:
+    def setpoint(self, motion: AirframeMotion, now: int) -> Setpoint | None:
         """Return what to command at `now`."""
-        rest = self._heading - motion.yaw
-        if abs(rest) < TURNED and abs(motion.yaw_rate) < 4.0 * TURNED:
+        to_go = self._heading - motion.yaw
+        if abs(to_go) < TURNED and abs(motion.yaw_rate) < 4.0 * TURNED:
             return None
-        return Setpoint(ZERO, max(-TURN_RATE, min(TURN_RATE, YAW_GAIN * rest)))
+        return Setpoint(ZERO, max(-TURN_RATE, min(TURN_RATE, YAW_GAIN * to_go)))

@@ -1,4 +1,4 @@
-"""What a real Tello does that no guide says: each can be switched on and off in the simulated one."""
+"""What a real Tello does that no guide documents: each can be switched on and off in the simulated one."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class Quirk(StrEnum):
-    """One habit of real drones; `__doc__` of each says what it is and where it was seen."""
+    """One habit of real drones; `__doc__` of each describes it and names where it was seen."""
 
     def __new__(cls, name: str, doc: str) -> Quirk:
         """Make a member that is the string `name`."""
@@ -41,7 +41,7 @@ class Quirk(StrEnum):
         "From the second session on, replies come only to a client that is bound to port 8889; commands are obeyed all "
         "the same (EDU; DJITelloPy pull request 163).",
     )
-    LOST_DATAGRAMS = "lost-datagrams", "A share of all datagrams is lost, both ways."
+    LOST_DATAGRAMS = "lost-datagrams", "A share of all datagrams is lost, in both directions."
     LATE_REPLIES = "late-replies", "Every fourth reply comes 1.5 s late."
     JUNK_BEFORE_FIRST_REPLY = (
         "junk-before-first-reply",

@@ -1,4 +1,4 @@
-"""Replies of a Tello: cut out of datagrams, told apart, and read as numbers in SI units.
+"""Replies of a Tello: cut out of datagrams, distinguished, and read as numbers in SI units.
 
 From public logs: numbers end in CR LF, the reply to `ap` in NUL; a reply may share a datagram with another; the first
 reply to `command` may be, or begin with, bytes that are not ASCII. Nothing here raises on what comes from the network.
@@ -42,7 +42,7 @@ def split_replies(datagram: bytes) -> list[str]:
 
 
 def refused(reply: str) -> bool:
-    """Return whether a reply says that the command was not done."""
+    """Return whether a reply reports that the command was not done."""
     return reply.startswith(REFUSALS)
 
 

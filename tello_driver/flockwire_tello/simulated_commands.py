@@ -8,7 +8,7 @@ from flockwire_tello import simulated_movements as movements
 from flockwire_tello import simulated_settings as settings
 from flockwire_tello.commanded_tello import OK, CommandedTello, Handler, Reply
 from flockwire_tello.commands import word
-from flockwire_tello.simulated_queries import SIGNAL, motor_time, of_state, reading, said, speed
+from flockwire_tello.simulated_queries import SIGNAL, fixed_reply, motor_time, of_state, reading, speed
 
 
 def answer(drone: CommandedTello, text: str, now: int) -> Reply:
@@ -20,28 +20,28 @@ def answer(drone: CommandedTello, text: str, now: int) -> Reply:
 
 
 _COMMANDS: Final[dict[str, tuple[str, Handler]]] = {  # the SDK that has it first, what it does
-    "command": ("1.3", said(OK)),
+    "command": ("1.3", fixed_reply(OK)),
     "takeoff": ("1.3", movements.take_off),
     "land": ("1.3", movements.land),
     "emergency": ("1.3", movements.emergency),
     "stop": ("1.3", movements.stop),
     "rc": ("1.3", movements.rc),
-    **{name: ("1.3", movements.direction(way)) for name, way in movements.DIRECTIONS.items()},
+    **{name: ("1.3", movements.direction(axis)) for name, axis in movements.DIRECTIONS.items()},
     "cw": ("1.3", movements.turn(1)),
     "ccw": ("1.3", movements.turn(-1)),
     "flip": ("1.3", movements.flip),
     "go": ("1.3", movements.go),
     "curve": ("1.3", movements.curve),
-    "jump": ("2.0", said("error No valid marker")),
+    "jump": ("2.0", fixed_reply("error No valid marker")),
     "speed": ("1.3", settings.speed),
-    "streamon": ("1.3", said(OK)),
-    "streamoff": ("1.3", said(OK)),
+    "streamon": ("1.3", fixed_reply(OK)),
+    "streamoff": ("1.3", fixed_reply(OK)),
     "wifi": ("1.3", settings.network),
     "ap": ("2.0", settings.network),
     "mon": ("2.0", settings.pads(True)),
     "moff": ("2.0", settings.pads(False)),
     "mdirection": ("2.0", settings.checked((0, 2))),
-    "keepalive": ("2.0", said(OK)),
+    "keepalive": ("2.0", fixed_reply(OK)),
     "motoron": ("3.0", settings.motors(True)),
     "motoroff": ("3.0", settings.motors(False)),
     "throwfly": ("3.0", movements.throw_fly),
@@ -63,11 +63,11 @@ _COMMANDS: Final[dict[str, tuple[str, Handler]]] = {  # the SDK that has it firs
     "baro?": ("1.3", of_state(lambda state: f"{state.baro:.2f}")),
     "acceleration?": ("1.3", of_state(lambda state: f"agx:{state.agx:.2f};agy:{state.agy:.2f};agz:{state.agz:.2f};")),
     "tof?": ("1.3", of_state(lambda state: f"{10 * state.tof}mm")),
-    "wifi?": ("1.3", said(f"{SIGNAL}\r\n")),
+    "wifi?": ("1.3", fixed_reply(f"{SIGNAL}\r\n")),
     "sdk?": ("2.0", lambda drone, texts, now: drone.parameters.generation.replace(".", "")),
     "sn?": ("2.0", lambda drone, texts, now: drone.parameters.serial),
-    "hardware?": ("3.0", said("RMTT")),
-    "wifiversion?": ("3.0", said("wifiv1.0.0.0")),
-    "ap?": ("3.0", said("simulated simulated")),
-    "ssid?": ("3.0", said("RMTT-SIMULATED")),
+    "hardware?": ("3.0", fixed_reply("RMTT")),
+    "wifiversion?": ("3.0", fixed_reply("wifiv1.0.0.0")),
+    "ap?": ("3.0", fixed_reply("simulated simulated")),
+    "ssid?": ("3.0", fixed_reply("RMTT-SIMULATED")),
 }

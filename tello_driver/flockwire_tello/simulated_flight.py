@@ -11,7 +11,7 @@ from flockwire_tello.manoeuvres import HOVER, Landing, Legs, Manoeuvre, Pause, S
 from flockwire_tello.quirks import Quirk
 from flockwire_tello.state_string import TelloState
 from flockwire_tello.sticks import CENTRED, Sticks, to_body, to_velocity, to_world
-from flockwire_tello.tello_airframe import Motion, TelloAirframe, clockwise_degrees
+from flockwire_tello.tello_airframe import AirframeMotion, TelloAirframe, clockwise_degrees
 from flockwire_tello.tello_parameters import TelloParameters
 
 CYCLE = BILLION // 50  # of the controller
@@ -126,7 +126,7 @@ class SimulatedFlight:
         """The battery in whole percent."""
         return ceil(100.0 * self.battery - 1e-9)
 
-    def motion(self, now: int) -> Motion:
+    def motion(self, now: int) -> AirframeMotion:
         """Return where it is."""
         return self.airframe.motion(now)
 

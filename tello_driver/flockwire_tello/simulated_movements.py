@@ -1,6 +1,6 @@
 """The commands of a simulated Tello that fly it: ranges and refusals as the guides and users have them.
 
-Where no source says what a real one does, the docstring says that it is an assumption.
+Where no source documents what a real one does, the docstring marks it as an assumption.
 """
 
 from __future__ import annotations
@@ -68,15 +68,15 @@ def rc(drone: CommandedTello, texts: list[str], now: int) -> Reply:
     return NoText.SILENCE
 
 
-def direction(way: Vector) -> Handler:
-    """Return the handler of a straight movement along `way` (forward, left, up)."""
+def direction(axis: Vector) -> Handler:
+    """Return the handler of a straight movement along `axis` (forward, left, up)."""
 
     def move(drone: CommandedTello, texts: list[str], now: int) -> Reply:
         match whole(texts, (20, 500)):
             case [int(distance)]:
                 if (refusal := _refusal(drone)) is not None:
                     return refusal
-                drone.flight.fly((scale(way, distance / 100.0),), drone.speed / 100.0, now)
+                drone.flight.fly((scale(axis, distance / 100.0),), drone.speed / 100.0, now)
                 return NoText.AT_END
             case str(wrong):
                 return wrong

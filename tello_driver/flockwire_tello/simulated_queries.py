@@ -15,7 +15,7 @@ def reading(read: Callable[[CommandedTello, int], str]) -> Handler:
     return lambda drone, texts, now: f"{read(drone, now)}\r\n"
 
 
-def said(text: str) -> Handler:
+def fixed_reply(text: str) -> Handler:
     """Return the handler that always replies `text`."""
     return lambda drone, texts, now: text
 

@@ -1,7 +1,7 @@
 """A simulated Tello: a faithful server of the SDK's UDP protocol, without input, output, clock or chance of its own.
 
 Ports, as the user guides have them: commands come to 8889 and are answered to their sender; state goes ten times a
-second to port 8890 of whoever sent `command`. Before that, and while it restarts, it is silent.
+second to port 8890 of the last sender of `command`. Before that, and while it restarts, it is silent.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from flockwire_tello.quirks import Quirk
 from flockwire_tello.simulated_commands import answer
 from flockwire_tello.simulated_flight import SimulatedFlight
 from flockwire_tello.state_string import NO_PAD, PADS_OFF, MissionPad, TelloState, format_state
-from flockwire_tello.tello_airframe import Motion
+from flockwire_tello.tello_airframe import AirframeMotion
 from flockwire_tello.tello_parameters import TelloParameters
 
 Address = tuple[str, int]
@@ -45,7 +45,7 @@ class SimulatedTello:
         self._first: Address | None = None  # who sent it first since power-on
         self._mover: Address | None = None  # who waits for the end of a movement
         self._replies, self._last_reply = 0, now
-        self._heard = self._state_due = now
+        self._commanded_at = self._state_due = now
         self._silent_until = now
 
     def receive(self, datagram: bytes, sender: Address, now: int) -> None:
@@ -58,7 +58,7 @@ class SimulatedTello:
             self._enter(sender, now)
         if self._client is None or not text:
             return
-        self._heard = now
+        self._commanded_at = now
         self._command(text, sender, now)
 
     def advance(self, now: int) -> None:
@@ -106,7 +106,7 @@ class SimulatedTello:
         off = (PADS_OFF, -200, -200, -200, (0, 0, 0))
         return state._replace(pad=MissionPad(*((NO_PAD, -100, -100, -100, (-1, -1, -1)) if pads else off)))
 
-    def motion(self, now: int) -> Motion:
+    def motion(self, now: int) -> AirframeMotion:
         """Return where it is at `now`, to which `advance` has come: the truth that a tracker would see."""
         return self._drone.flight.motion(now)
 
@@ -144,7 +144,7 @@ class SimulatedTello:
         """Land when nobody has commanded anything for long."""
         flight = self._drone.flight
         idle = flight.flying and flight.manoeuvre is None
-        if idle and now - self._heard >= SILENCE and Quirk.AUTO_LAND in self.parameters.quirks:
+        if idle and now - self._commanded_at >= SILENCE and Quirk.AUTO_LAND in self.parameters.quirks:
             flight.land()
 
     def _reply(self, text: str, to: Address, now: int) -> None:

@@ -3,8 +3,8 @@
     a = −v_y / g_x,   b = v_x / g_y,   c = v_z / g_z,   d = −omega / g_yaw        (g: what one unit of a stick is worth)
 
 v in the body frame FLU (x forward, y left, z up), omega counter-clockwise; the drone counts right, forward, up and
-clockwise as positive, each from −100 to 100 (SDK 2.0 user guide, `rc`). No guide says what a unit is worth; users take
-it for 1 cm/s.
+clockwise as positive, each from −100 to 100 (SDK 2.0 user guide, `rc`). No guide documents what a unit is worth; users
+take it for 1 cm/s.
 """
 
 from __future__ import annotations

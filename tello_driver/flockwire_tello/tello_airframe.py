@@ -23,7 +23,7 @@ from flockwire_tello.tello_parameters import TelloParameters
 STEP = BILLION // 200
 
 
-class Motion(NamedTuple):
+class AirframeMotion(NamedTuple):
     """Where an airframe is and how it moves, in the world frame ENU."""
 
     position: Vector  # m
@@ -47,7 +47,7 @@ class TelloAirframe:
     def __init__(self, parameters: TelloParameters, now: int) -> None:
         self.motors = False
         self._parameters, self._moment = parameters, now
-        self._motion = Motion(parameters.position, ZERO, parameters.yaw, 0.0, ZERO)
+        self._motion = AirframeMotion(parameters.position, ZERO, parameters.yaw, 0.0, ZERO)
         self._ground = parameters.position[2]
         self._input: tuple[Vector, float] = (ZERO, 0.0)
         self._coming: deque[tuple[int, Vector, float]] = deque()  # when it takes effect, velocity, yaw rate
@@ -91,7 +91,7 @@ class TelloAirframe:
                 _, velocity, yaw_rate = self._coming.popleft()
                 self._input = (velocity, yaw_rate)
 
-    def motion(self, now: int) -> Motion:
+    def motion(self, now: int) -> AirframeMotion:
         """Return the motion at `now`, which `advance` was called for."""
         return self._flown(now) if now > self._moment else self._motion
 
@@ -116,14 +116,14 @@ class TelloAirframe:
         if now > self._moment:
             self._motion, self._moment = self._flown(now), now
 
-    def _flown(self, end: int) -> Motion:
+    def _flown(self, end: int) -> AirframeMotion:
         """Return the motion at `end` (ns), with the present input."""
         p, m, dt = self._parameters, self._motion, (end - self._moment) / BILLION
         (velocity, yaw_rate), standing = self._input, self.standing
         if not self.motors:
             return self._fallen(dt)
         if standing and velocity[2] <= 0.0:
-            return Motion(m.position, ZERO, m.yaw, 0.0, ZERO)
+            return AirframeMotion(m.position, ZERO, m.yaw, 0.0, ZERO)
         yaw, omega = lagged(m.yaw, m.yaw_rate, yaw_rate, p.yaw_lag, dt)
         target = to_world(velocity, (m.yaw + yaw) / 2.0)
         axes = [lagged(x, v, u, p.lag, dt) for x, v, u in zip(m.position, m.velocity, target, strict=True)]
@@ -131,19 +131,19 @@ class TelloAirframe:
         speed = (vx, vy, vz)
         acceleration = tuple((u - v) / p.lag if p.lag else 0.0 for u, v in zip(target, speed, strict=True))
         if z < self._ground:
-            return Motion((x, y, self._ground), ZERO, yaw, 0.0, ZERO)
-        return Motion((x, y, z), speed, yaw, omega, acceleration)  # type: ignore[arg-type]
+            return AirframeMotion((x, y, self._ground), ZERO, yaw, 0.0, ZERO)
+        return AirframeMotion((x, y, z), speed, yaw, omega, acceleration)  # type: ignore[arg-type]
 
-    def _fallen(self, dt: float) -> Motion:
+    def _fallen(self, dt: float) -> AirframeMotion:
         """Return the motion after `dt` s without motors."""
         m = self._motion
         if self.standing:
-            return Motion(m.position, ZERO, m.yaw, 0.0, ZERO)
+            return AirframeMotion(m.position, ZERO, m.yaw, 0.0, ZERO)
         vx, vy, vz = m.velocity
         x, y, z = add(m.position, (vx * dt, vy * dt, vz * dt - GRAVITY * dt * dt / 2.0))
         if z <= self._ground:
-            return Motion((x, y, self._ground), ZERO, m.yaw, 0.0, ZERO)
-        return Motion((x, y, z), (vx, vy, vz - GRAVITY * dt), m.yaw, 0.0, (0.0, 0.0, -GRAVITY))
+            return AirframeMotion((x, y, self._ground), ZERO, m.yaw, 0.0, ZERO)
+        return AirframeMotion((x, y, z), (vx, vy, vz - GRAVITY * dt), m.yaw, 0.0, (0.0, 0.0, -GRAVITY))
 
 
 def clockwise_degrees(yaw: float) -> int:

@@ -1,4 +1,4 @@
-"""What a simulated Tello is like: frozen numbers with units. No manual has most of them; the assumptions say so."""
+"""What a simulated Tello is like: frozen numbers with units. No manual has most of them; assumptions are marked."""
 
 from __future__ import annotations
 

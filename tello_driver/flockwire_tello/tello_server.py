@@ -61,7 +61,7 @@ def bound(address: Address) -> socket.socket:
     begun before.
     """
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(address)  # SO_REUSEADDR alone would let two simulated Tellos in
+        probe.bind(address)  # SO_REUSEADDR alone would let two simulated Tellos bind it
         address = probe.getsockname()
     found = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:

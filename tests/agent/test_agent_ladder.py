@@ -3,7 +3,7 @@
 from math import hypot
 
 import pytest
-from flockwire.flight.phases import TOLD_TO_END, Phase
+from flockwire.flight.phases import SHUTDOWN, Phase
 from flockwire.flight.pilot import DRIVER_LOST
 from flockwire.wire.keys import MISSION
 from flockwire.wire.messages import FlightState, Leading
@@ -114,7 +114,7 @@ def test_a_leader_that_is_down_is_followed_no_more(flyer, phase):
     assert flyer.phase is Phase.HOLD
     flyer.run(0.05)
     assert flyer.phase is Phase.LANDING
-    assert flyer.report.detail.startswith("leader lost for 5.0 s")
+    assert flyer.report.detail.startswith("the leader lost for 5.0 s")
 
 
 def test_a_leader_that_comes_back_in_time_is_followed_again(flyer):
@@ -259,12 +259,12 @@ def test_told_to_end_it_holds_for_a_second_then_lands_and_may_end_on_the_ground(
     flyer.holds_still = False
     flyer.core.retire(flyer.now)
     flyer.step()
-    assert (flyer.phase, flyer.report.detail) == (Phase.HOLD, TOLD_TO_END)
+    assert (flyer.phase, flyer.report.detail) == (Phase.HOLD, SHUTDOWN)
     assert not flyer.core.may_end(flyer.now)
     flyer.run(0.95)
     assert flyer.phase is Phase.HOLD
     flyer.run(0.1)
-    assert (flyer.phase, flyer.report.detail) == (Phase.LANDING, TOLD_TO_END)
+    assert (flyer.phase, flyer.report.detail) == (Phase.LANDING, SHUTDOWN)
     flyer.run(2.0)
     assert flyer.state is FlightState.GROUNDED
     assert flyer.core.may_end(flyer.now)
@@ -277,7 +277,7 @@ def test_told_to_end_it_takes_off_no_more(cockpit):
     agent.core.retire(agent.now)
     agent.order("takeoff")
     agent.run(1.0)
-    assert (agent.phase, agent.report.detail, agent.state) == (Phase.GROUNDED, TOLD_TO_END, FlightState.GROUNDED)
+    assert (agent.phase, agent.report.detail, agent.state) == (Phase.GROUNDED, SHUTDOWN, FlightState.GROUNDED)
 
 
 def test_it_does_not_wait_for_a_driver_that_is_long_dead(flyer):

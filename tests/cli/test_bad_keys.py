@@ -1,13 +1,12 @@
 """Keys that cannot be used end a command at once: exit status 2 and one line."""
 
-import os
+import logging
 import socket
-import subprocess
-import sys
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
+from command_line import interpreter, refused
 from flockwire.loading import load_swarm
 from flockwire.security.pki import make_keys
 from flockwire.wire.plan import Plan
@@ -15,20 +14,18 @@ from flockwire.wire.plan import Plan
 PAPER = Path(__file__).parents[2] / "swarms" / "paper_simulation.toml"
 
 
-def flockwire(*arguments, cwd, **environment):
-    line = [sys.executable, "-m", "flockwire_cli", *map(str, arguments)]
-    return subprocess.run(
-        line, capture_output=True, text=True, timeout=30, check=False, cwd=cwd, env=os.environ | environment
-    )
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    """Make the folder of each test the working directory."""
+    monkeypatch.chdir(tmp_path)
 
 
-def refused(done):
-    """Return the line that refuses a command."""
-    assert done.returncode == 2, done.stderr
-    assert done.stdout == ""
-    assert "Traceback" not in done.stderr
-    (line,) = done.stderr.strip().split("\n")
-    return line
+def refused_process(flockwire, caplog, *arguments):
+    """Return what a process of a swarm logs, without the time of day, before it ends with exit status 2."""
+    with caplog.at_level(logging.INFO):
+        assert flockwire(*arguments).returncode == 2
+    (record,) = caplog.records
+    return f"{record.name}: {record.getMessage()}"
 
 
 @pytest.fixture
@@ -42,76 +39,82 @@ def folder(tmp_path):
     return build
 
 
-@pytest.mark.parametrize("verb", ["stop", "land", "hold", "start"])
-def test_a_keys_folder_that_is_missing(tmp_path, verb):
-    line = refused(flockwire(verb, PAPER, "--keys", "nowhere", cwd=tmp_path))
+@pytest.mark.parametrize("verb", ["land", "hold", "start"])
+def test_a_keys_folder_that_is_missing(flockwire, verb):
+    line = refused(flockwire(verb, PAPER, "--keys", "nowhere"))
     assert line == "flockwire: nowhere: there is no such keys folder; `flockwire keys SWARM` makes it"
 
 
-def test_an_order_without_the_operators_own_key(tmp_path, folder):
+def test_a_keys_folder_that_is_missing_in_an_interpreter_of_its_own():
+    line = refused(interpreter("stop", PAPER, "--keys", "nowhere"))
+    assert line == "flockwire: nowhere: there is no such keys folder; `flockwire keys SWARM` makes it"
+
+
+def test_an_order_without_the_operators_own_key(flockwire, folder):
     (folder() / "operator.key").unlink()
-    line = refused(flockwire("stop", PAPER, "--keys", "keys", cwd=tmp_path))
+    line = refused(flockwire("stop", PAPER, "--keys", "keys"))
     assert line.startswith("flockwire: keys/operator.key: cannot read it: No such file or directory")
 
 
-def test_a_keys_folder_from_the_environment(tmp_path):
-    line = refused(flockwire("leader", PAPER, cwd=tmp_path, FLOCKWIRE_KEYS="elsewhere"))
+def test_a_keys_folder_from_the_environment_of_a_process_in_an_interpreter_of_its_own(monkeypatch):
+    monkeypatch.setenv("FLOCKWIRE_KEYS", "elsewhere")
+    line = refused(interpreter("leader", PAPER))
     assert line.endswith("leader: elsewhere: there is no such keys folder; `flockwire keys SWARM` makes it")
 
 
-def test_a_private_key_that_others_may_read(tmp_path, folder):
+def test_a_private_key_that_others_may_read(flockwire, caplog, folder):
     (folder() / "uav1.key").chmod(0o644)
-    line = refused(flockwire("agent", PAPER, 1, "--keys", "keys", cwd=tmp_path))
-    assert line.endswith("uav1: keys/uav1.key: others may read this private key (mode 0644); chmod 600 it")
+    line = refused_process(flockwire, caplog, "agent", PAPER, 1, "--keys", "keys")
+    assert line == "uav1: keys/uav1.key: others may read this private key (mode 0644); chmod 600 it"
 
 
-def test_an_expired_certificate(tmp_path, folder):
+def test_an_expired_certificate(flockwire, caplog, folder):
     folder(days=91)
-    line = refused(flockwire("gateway", PAPER, "--keys", "keys", cwd=tmp_path))
-    assert "gateway: keys/gateway.crt: expired on " in line
+    line = refused_process(flockwire, caplog, "gateway", PAPER, "--keys", "keys")
+    assert line.startswith("gateway: keys/gateway.crt: expired on ")
 
 
-def test_a_folder_that_holds_something_else(tmp_path):
+def test_a_folder_that_holds_something_else(tmp_path, flockwire):
     (tmp_path / "keys" / "authority").mkdir(parents=True)
     for name in ("ca.crt", "authority/ca.key"):
         (tmp_path / "keys" / name).write_text("junk")
-    line = refused(flockwire("up", PAPER, "--keys", "keys", cwd=tmp_path))
+    line = refused(flockwire("up", PAPER, "--keys", "keys"))
     assert line.startswith("flockwire: keys: its authority cannot be read: ")
     assert line.endswith("; --rotate makes a new one")
 
 
-def test_a_file_in_place_of_the_folder(tmp_path):
+def test_a_file_in_place_of_the_folder(tmp_path, flockwire):
     (tmp_path / "keys").touch()
-    line = refused(flockwire("keys", PAPER, "--out", "keys", cwd=tmp_path))
+    line = refused(flockwire("keys", PAPER, "--out", "keys"))
     assert line.startswith("flockwire: keys: cannot write keys there: ")
 
 
-def test_a_check_of_keys_that_cannot_be_read_is_no_traceback(tmp_path):
+def test_a_check_of_keys_that_cannot_be_read_is_no_traceback(tmp_path, flockwire):
     (tmp_path / "uav1.crt").write_text("junk")
-    done = flockwire("check", PAPER, "--keys", tmp_path, cwd=tmp_path)
+    done = flockwire("check", PAPER, "--keys", tmp_path)
     assert "Traceback" not in done.stderr
     assert str(tmp_path / "uav1.crt") in done.stdout + done.stderr
 
 
-def test_a_check_warns_two_weeks_before_the_end(tmp_path, folder):
+def test_a_check_warns_two_weeks_before_the_end(flockwire, folder):
     folder(days=80)
-    done = flockwire("check", PAPER, "--keys", "keys", cwd=tmp_path)
+    done = flockwire("check", PAPER, "--keys", "keys")
     assert done.returncode == 0
     assert "warning: keys/uav1.crt: ends on " in done.stdout
 
 
-def test_without_security_a_warning_is_said_and_no_key_is_made(tmp_path):
+def test_without_security_a_warning_is_said_and_no_key_is_made(tmp_path, flockwire):
     with socket.socket() as listener:
         listener.bind(("127.0.0.1", 0))
         listener.listen()
         port = listener.getsockname()[1]
         table = f'[network]\nsecurity = "none"\nbase_port = {port}\n\n[control]'
         (tmp_path / "open.toml").write_text(PAPER.read_text().replace("[control]", table, 1))
-        done = flockwire("up", "open.toml", "--headless", "--out", "out", cwd=tmp_path)
+        done = flockwire("up", "open.toml", "--headless", "--out", "out")
     assert done.returncode == 2
     warning, busy = done.stderr.strip().split("\n")
     assert warning.startswith(
-        "flockwire: warning: network.security = 'none': whoever reaches a port reads and writes all"
+        "flockwire: warning: network.security = 'none': anybody who reaches a port reads and writes all"
     )
     assert "is in use" in busy
     assert not (tmp_path / ".flockwire").exists()

@@ -1,17 +1,11 @@
 """The exit status, as a user's script sees it."""
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from command_line import interpreter, refused
 
 PAPER = Path(__file__).parents[2] / "swarms" / "paper_simulation.toml"
-
-
-def flockwire(*arguments):
-    line = [sys.executable, "-m", "flockwire_cli", *map(str, arguments)]
-    return subprocess.run(line, capture_output=True, text=True, timeout=30, check=False)
 
 
 @pytest.fixture
@@ -28,18 +22,8 @@ def broken(tmp_path):
     return build
 
 
-def refused(*arguments):
-    """Return the line that refuses a command line."""
-    done = flockwire(*arguments)
-    assert done.returncode == 2, done.stderr
-    assert done.stdout == ""
-    assert "Traceback" not in done.stderr
-    (line,) = done.stderr.strip().split("\n")
-    return line
-
-
-def test_a_sound_swarm_is_described_and_all_is_well():
-    done = flockwire("check", PAPER)
+def test_a_sound_swarm_is_described_and_all_is_well_in_an_interpreter_of_its_own():
+    done = interpreter("check", PAPER)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.startswith("swarm paper: 4 followers")
 
@@ -52,9 +36,9 @@ def test_a_sound_swarm_is_described_and_all_is_well():
         ("speed = 3.0", "sped = 3.0", "limits.sped = 3.0: unknown key"),
     ],
 )
-def test_a_bad_swarm_file_is_refused_in_one_line(broken, old, new, line):
+def test_a_bad_swarm_file_is_refused_in_one_line(flockwire, broken, old, new, line):
     path = broken(old, new)
-    assert refused("check", path) == f"flockwire: {path}: {line}"
+    assert refused(flockwire("check", path)) == f"flockwire: {path}: {line}"
 
 
 @pytest.mark.parametrize(
@@ -70,30 +54,30 @@ def test_a_bad_swarm_file_is_refused_in_one_line(broken, old, new, line):
     ],
     ids=lambda value: value[0] if isinstance(value, tuple) else "",
 )
-def test_a_bad_argument_is_refused_in_one_line(arguments, line):
-    assert refused(*arguments).startswith(line)
+def test_a_bad_argument_is_refused_in_one_line(flockwire, arguments, line):
+    assert refused(flockwire(*arguments)).startswith(line)
 
 
-def refused_usage(*arguments):
+def refused_usage(done):
     """Return what is said about a command line that is wrong."""
-    done = flockwire(*arguments)
     assert done.returncode == 2
     assert "Traceback" not in done.stderr
     return done.stderr
 
 
 @pytest.mark.parametrize("arguments", [("fly",), ("check",), ("agent", PAPER, "x"), ("up", PAPER, "--duration", "-1")])
-def test_bad_usage_is_status_two_without_a_traceback(arguments):
-    assert refused_usage(*arguments)
+def test_bad_usage_is_status_two_without_a_traceback(flockwire, arguments):
+    assert refused_usage(flockwire(*arguments))
 
 
-def test_a_trace_of_another_flight_is_never_written_over(tmp_path):
+def test_a_trace_of_another_flight_is_never_written_over(flockwire, tmp_path):
     (tmp_path / "trace.mcap").touch()
     for process in ("up", "recorder"):
-        assert "there is a trace of another flight" in refused(process, PAPER, "--out", tmp_path)
+        assert "there is a trace of another flight" in refused(flockwire(process, PAPER, "--out", tmp_path))
 
 
-def test_a_flight_of_endless_duration_is_refused_before_anything_starts(broken, tmp_path):
+def test_a_flight_of_endless_duration_is_refused_before_anything_starts(flockwire, broken, tmp_path):
     path = broken("[control]", "[network]\nbase_port = 28650\n[control]")
-    assert "--duration" in refused_usage("up", path, "--duration", "inf", "--headless", "--out", tmp_path / "out")
+    done = flockwire("up", path, "--duration", "inf", "--headless", "--out", tmp_path / "out")
+    assert "--duration" in refused_usage(done)
     assert not (tmp_path / "out").exists()

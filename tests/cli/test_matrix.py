@@ -5,7 +5,7 @@ import json
 import pytest
 from flockwire.wire.keys import MISSION, ROWS, STOP, TABLE, Delivery, Key, key_text
 from flockwire.wire.processes import Roster
-from flockwire_cli.matrix import OUTSIDERS, AttackResult, Finding, as_json, draw, findings, may_hear, may_say
+from flockwire_cli.matrix import OUTSIDERS, AttackResult, Finding, as_json, draw, findings, publishable, receivable
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -59,14 +59,14 @@ def perfect(plan, identity):
     return AttackResult(identity, "peer", *allowed(plan, identity), linked(identity))
 
 
-def judged(plan, identity, heard=(), said=(), unheard=(), unsaid=(), alive=None):
+def judged(plan, identity, received=(), published=(), unreceived=(), unpublished=(), alive=None):
     """Return the findings where an attacker achieved this more, and that less, than it should."""
     right = perfect(plan, identity)
     seen = AttackResult(
         identity,
         "client",
-        (right.heard | frozenset(heard)) - frozenset(unheard),
-        (right.said | frozenset(said)) - frozenset(unsaid),
+        (right.received | frozenset(received)) - frozenset(unreceived),
+        (right.published | frozenset(published)) - frozenset(unpublished),
         linked(identity),
     )
     return list(findings(plan, seen, everybody(plan) if alive is None else frozenset(alive)))
@@ -81,88 +81,90 @@ def test_where_all_is_as_it_should_be_there_is_nothing_to_find(plan):
 @MODES
 def test_everything_seen_is_judged_by_the_key_table(plan):
     for identity in plan.identities:
-        assert (may_hear(plan, identity), may_say(plan, identity)) == allowed(plan, identity)
+        assert (receivable(plan, identity), publishable(plan, identity)) == allowed(plan, identity)
 
 
-def test_a_neighbour_may_hear_an_estimate_and_a_stranger_to_it_may_not(plan):
-    assert ESTIMATE in may_hear(plan, "uav3")
-    assert ESTIMATE not in may_hear(plan, "uav4")
-    assert ESTIMATE not in may_hear(plan, "uav1")
-    assert may_hear(plan, "uav3") & may_hear(plan, "uav4") == {MISSION, STOP}
+def test_a_neighbour_may_receive_an_estimate_and_others_may_not(plan):
+    assert ESTIMATE in receivable(plan, "uav3")
+    assert ESTIMATE not in receivable(plan, "uav4")
+    assert ESTIMATE not in receivable(plan, "uav1")
+    assert receivable(plan, "uav3") & receivable(plan, "uav4") == {MISSION, STOP}
 
 
 @MODES
 @pytest.mark.parametrize("outsider", [*OUTSIDERS, "somebody else"])
 def test_outsiders_may_nothing(plan, outsider):
-    assert may_hear(plan, outsider) == may_say(plan, outsider) == frozenset()
-    (heard,) = judged(plan, outsider, heard=[POSE])
-    (said,) = judged(plan, outsider, said=[(STOP, "kinematics")])
-    assert heard.leak
-    assert said.leak
+    assert receivable(plan, outsider) == publishable(plan, outsider) == frozenset()
+    (received,) = judged(plan, outsider, received=[POSE])
+    (published,) = judged(plan, outsider, published=[(STOP, "kinematics")])
+    assert received.leak
+    assert published.leak
 
 
 @pytest.mark.parametrize("plan", ["router"], indirect=True)
 def test_the_routers_certificate_in_other_hands_may_nothing(plan):
-    assert may_hear(plan, ROUTER) == may_say(plan, ROUTER) == frozenset()
-    assert [found.leak for found in judged(plan, ROUTER, heard=[POSE])] == [True]
+    assert receivable(plan, ROUTER) == publishable(plan, ROUTER) == frozenset()
+    assert [found.leak for found in judged(plan, ROUTER, received=[POSE])] == [True]
 
 
 @MODES
-def test_what_is_heard_and_must_not_be_is_a_leak(plan):
-    (found,) = judged(plan, "uav4", heard=[ESTIMATE])
-    assert found == Finding("uav4", "client", "heard", "flock/uav2/estimate", "", leak=True)
-    assert found.sentence() == "leak: uav4 as client heard flock/uav2/estimate; it must not"
+def test_what_is_received_and_must_not_be_is_a_leak(plan):
+    (found,) = judged(plan, "uav4", received=[ESTIMATE])
+    assert found == Finding("uav4", "client", "received", "flock/uav2/estimate", "", leak=True)
+    assert found.sentence() == "leak: uav4 as client received flock/uav2/estimate; it must not"
 
 
 @MODES
-def test_what_is_said_and_must_not_be_is_a_leak_of_the_one_who_let_it_in(plan):
-    (found,) = judged(plan, "uav4", said=[(ESTIMATE, "uav3")])
-    assert found == Finding("uav4", "client", "said", "flock/uav2/estimate", "uav3", leak=True)
-    assert found.sentence() == "leak: uav4 as client said flock/uav2/estimate and uav3 let it in; it must not"
+def test_what_is_published_and_must_not_be_is_a_leak_of_its_receiver(plan):
+    (found,) = judged(plan, "uav4", published=[(ESTIMATE, "uav3")])
+    assert found == Finding("uav4", "client", "published", "flock/uav2/estimate", "uav3", leak=True)
+    assert found.sentence() == "leak: uav4 as client published flock/uav2/estimate and uav3 accepted it; it must not"
 
 
-def test_a_leak_is_one_whoever_is_alive(plan):
-    assert [found.leak for found in judged(plan, "uav4", heard=[ESTIMATE], alive=())] == [True]
-    assert [found.leak for found in judged(plan, "uav4", said=[(ESTIMATE, "uav3")], alive=())] == [True]
-
-
-@MODES
-def test_what_may_be_heard_and_is_not_is_blocked(plan):
-    (found,) = judged(plan, "uav3", unheard=[ESTIMATE])
-    assert found == Finding("uav3", "client", "heard", "flock/uav2/estimate", "", leak=False)
-    assert found.sentence() == ("blocked: uav3 as client may have flock/uav2/estimate heard; it did not get through")
+def test_a_leak_is_one_without_anybody_alive(plan):
+    assert [found.leak for found in judged(plan, "uav4", received=[ESTIMATE], alive=())] == [True]
+    assert [found.leak for found in judged(plan, "uav4", published=[(ESTIMATE, "uav3")], alive=())] == [True]
 
 
 @MODES
-def test_what_may_be_said_and_is_not_let_in_is_blocked_by_the_receiver(plan):
-    (found,) = judged(plan, "uav2", unsaid=[(ESTIMATE, "uav3")])
-    assert found == Finding("uav2", "client", "said", "flock/uav2/estimate", "uav3", leak=False)
-    assert "by uav3; it did not get through" in found.sentence()
+def test_what_may_be_received_and_is_not_is_blocked(plan):
+    (found,) = judged(plan, "uav3", unreceived=[ESTIMATE])
+    assert found == Finding("uav3", "client", "received", "flock/uav2/estimate", "", leak=False)
+    assert found.sentence() == "blocked: uav3 as client may receive flock/uav2/estimate; nothing arrived"
+
+
+@MODES
+def test_what_may_be_published_and_is_not_accepted_is_blocked_by_the_receiver(plan):
+    (found,) = judged(plan, "uav2", unpublished=[(ESTIMATE, "uav3")])
+    assert found == Finding("uav2", "client", "published", "flock/uav2/estimate", "uav3", leak=False)
+    assert "may publish flock/uav2/estimate; uav3 did not accept it" in found.sentence()
 
 
 def test_nothing_is_blocked_by_one_who_is_not_there(plan):
-    assert judged(plan, "uav2", unsaid=[(ESTIMATE, "uav3")], alive=everybody(plan) - {"uav3"}) == []
+    assert judged(plan, "uav2", unpublished=[(ESTIMATE, "uav3")], alive=everybody(plan) - {"uav3"}) == []
 
 
-def test_nothing_is_to_be_heard_of_one_who_is_not_there(plan):
-    assert judged(plan, "uav3", unheard=[ESTIMATE], alive=everybody(plan) - {"uav2"}) == []
+def test_nothing_is_to_be_received_of_one_who_is_not_there(plan):
+    assert judged(plan, "uav3", unreceived=[ESTIMATE], alive=everybody(plan) - {"uav2"}) == []
 
 
-def test_an_attacker_does_not_wait_to_hear_itself(plan):
-    own = Key("status", "recorder")  # the recorder hears its own
-    assert own in may_hear(plan, "recorder")
-    assert judged(plan, "recorder", unheard=[own]) == []
+def test_an_attacker_does_not_wait_for_its_own_messages(plan):
+    own = Key("status", "recorder")  # the recorder receives its own
+    assert own in receivable(plan, "recorder")
+    assert judged(plan, "recorder", unreceived=[own]) == []
 
 
 def test_orders_need_not_flow_all_the_time_but_may_be_given(plan):
     assert {row.kind for row in ROWS.values() if row.delivery is Delivery.EVENT} == {"mission", "stop"}
-    assert judged(plan, "uav1", unheard=[MISSION, STOP]) == []
-    (found,) = judged(plan, OPERATOR, unsaid=[(STOP, "kinematics")])
+    assert judged(plan, "uav1", unreceived=[MISSION, STOP]) == []
+    (found,) = judged(plan, OPERATOR, unpublished=[(STOP, "kinematics")])
     assert (found.key, found.receiver, found.leak) == ("flock/stop", "kinematics", False)
 
 
-def test_nobody_is_asked_to_say_anything_to_the_operator(plan):
-    assert {OPERATOR} & {receiver for identity in plan.identities for _, receiver in may_say(plan, identity)} == set()
+def test_nothing_needs_to_be_accepted_by_the_operator(plan):
+    assert {OPERATOR} & {
+        receiver for identity in plan.identities for _, receiver in publishable(plan, identity)
+    } == set()
 
 
 @settings(max_examples=60)
@@ -172,15 +174,15 @@ def test_every_single_difference_is_exactly_one_finding(make_plan, data):
     identity = data.draw(st.sampled_from([*OUTSIDERS, *plan.identities]))
     right = perfect(plan, identity)
     key = data.draw(st.sampled_from(plan.keys))
-    seen = AttackResult(identity, "peer", right.heard ^ {key}, right.said, right.links)
+    seen = AttackResult(identity, "peer", right.received ^ {key}, right.published, right.links)
     found = list(findings(plan, seen, everybody(plan)))
     (publishers,) = [publishers for one, publishers, _ in table_rows(plan.swarm) if one == key]
     silent = ROWS[key.kind].delivery is Delivery.EVENT or publishers <= {identity}
-    if key in right.heard and silent:
+    if key in right.received and silent:
         assert found == []
     else:
         (only,) = found
-        assert (only.key, only.leak, only.verb) == (key_text(plan.swarm, key), key not in right.heard, "heard")
+        assert (only.key, only.leak, only.verb) == (key_text(plan.swarm, key), key not in right.received, "received")
 
 
 def cells(lines, text):
@@ -189,13 +191,13 @@ def cells(lines, text):
 
 
 @MODES
-def test_the_matrix_shows_who_said_and_heard_what(plan):
+def test_the_matrix_shows_who_published_and_received_what(plan):
     lines = list(draw(plan, [perfect(plan, identity) for identity in plan.identities]))
     columns = lines[0].split()
     assert columns == [identity for identity in plan.identities if identity != ROUTER]
     assert len(lines) == 1 + len(plan.keys)
     shown = dict(zip(columns, cells(lines, "flock/uav2/estimate"), strict=True))
-    assert {name: sign for name, sign in shown.items() if sign != "."} == {"uav2": "S", "uav3": "H", "recorder": "H"}
+    assert {name: sign for name, sign in shown.items() if sign != "."} == {"uav2": "P", "uav3": "R", "recorder": "R"}
     assert dict(zip(columns, cells(lines, "flock/mission"), strict=True))["gateway"] == "B"
 
 
@@ -203,8 +205,8 @@ def test_what_differs_between_the_link_modes_is_in_lower_case(plan):
     nothing = AttackResult("uav3", "router", frozenset(), frozenset(), 1)
     lines = list(draw(plan, [perfect(plan, "uav3"), nothing]))
     column = lines[0].split().index("uav3")
-    assert cells(lines, "flock/uav2/estimate")[column] == "h"
-    assert cells(lines, "flock/uav3/estimate")[column] == "s"
+    assert cells(lines, "flock/uav2/estimate")[column] == "r"
+    assert cells(lines, "flock/uav3/estimate")[column] == "p"
     assert cells(lines, "flock/uav1/estimate")[column] == "."
 
 
@@ -215,10 +217,10 @@ def test_the_results_name_everything_and_are_plain_json(plan):
     assert (results["swarm"], results["mode"], results["seconds"]) == ("flock", "peers", 1.3)
     assert len(results["leaks"]) + len(results["blocked"]) == len(found)
     (attacker,) = results["attackers"]
-    assert attacker["heard"] == ["flock/uav2/estimate"]
-    assert attacker["said"] == ["flock/uav2/estimate to uav3"]
-    assert "flock/uav3/estimate" in attacker["heard_expected"]
-    assert "flock/uav4/command to kinematics" in attacker["said_expected"]
+    assert attacker["received"] == ["flock/uav2/estimate"]
+    assert attacker["published"] == ["flock/uav2/estimate to uav3"]
+    assert "flock/uav3/estimate" in attacker["received_expected"]
+    assert "flock/uav4/command to kinematics" in attacker["published_expected"]
     assert attacker["refused"] == 2 * len(plan.keys) - 2
     assert attacker["links"] == 5
 

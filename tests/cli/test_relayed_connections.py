@@ -5,8 +5,8 @@ import contextlib
 from collections import deque
 
 import pytest
+from flockwire_cli.relay.direction import MOST_HELD
 from flockwire_cli.relay.relay import MOST_CONNECTIONS
-from flockwire_cli.relay.way import MOST_HELD
 from relay_bench import PATIENCE, on_bench, settle, until
 
 LARGEST_READ = 262_144  # bytes that asyncio takes in at once
@@ -57,14 +57,14 @@ async def test_a_delay_is_kept_in_its_direction_alone(bench):
 def test_a_new_connection_waits_for_the_mend_whichever_direction_is_cut(direction):
     @on_bench
     async def test(bench):
-        way = getattr(bench.relay, direction)
-        way.cut()
+        cut = getattr(bench.relay, direction)
+        cut.cut()
         _, writer = await bench.dial()
         writer.write(b"hello")
         await until(lambda: bench.relay.held == 5)
         await settle()
         assert bench.listener.said == []
-        way.mend()
+        cut.mend()
         await until(lambda: bench.listener.said == [b"hello"])
 
     test()
@@ -160,7 +160,7 @@ async def test_a_receiver_that_does_not_read_makes_the_sender_wait(bench):
 
 
 @on_bench
-async def test_when_nobody_listens_the_dialler_is_turned_away(bench):
+async def test_when_nobody_listens_the_dialler_is_disconnected(bench):
     bench.server.close()
     reader, _ = await bench.dial()
     with contextlib.suppress(ConnectionError):

@@ -2,7 +2,7 @@ import datetime
 from pathlib import Path
 
 import pytest
-from flockwire.loading import SwarmFileError, load_swarm, parse_swarm
+from flockwire.loading import SwarmFileError, load_swarm, parse_swarm, read_swarm
 from flockwire.swarm.model import Swarm
 
 SHIPPED = sorted((Path(__file__).parents[2] / "swarms").glob("*.toml"))
@@ -166,3 +166,29 @@ def test_bad_key_frames_are_refused_in_one_line(key_frames, text, line):
 def test_a_file_name_that_cannot_be_one_is_refused_like_any_bad_value(key_frames):
     with pytest.raises(SwarmFileError, match=r"formation\.file"):
         load_swarm(key_frames(FRAMES, "frames\\u0000.csv"))
+
+
+def test_an_order_reads_a_swarm_without_its_rules(tmp_path):
+    """A swarm that flies by its file already is not kept from landing by a rule."""
+    text = BASE.format(formation='kind = "circle", radius = 2.0')
+    (tmp_path / "sound.toml").write_text(text)
+    assert read_swarm(tmp_path / "sound.toml") == load_swarm(tmp_path / "sound.toml")
+    (tmp_path / "cyclic.toml").write_text(text.replace("[[0, 1], [1, 2]", "[[1, 2]"))
+    with pytest.raises(SwarmFileError):
+        load_swarm(tmp_path / "cyclic.toml")
+    assert read_swarm(tmp_path / "cyclic.toml").name == "flock"
+
+
+def test_an_order_imports_no_law(tmp_path):
+    path = tmp_path / "flock.toml"
+    path.write_text('control.law = "nowhere:Law"\n' + BASE.format(formation='kind = "circle", radius = 2.0'))
+    with pytest.raises(SwarmFileError, match="cannot import it"):
+        load_swarm(path)
+    assert read_swarm(path).control.law == "nowhere:Law"
+
+
+@pytest.mark.parametrize("text", ["name = ", "name = 7", ""])
+def test_an_order_reads_no_file_that_is_no_swarm(tmp_path, text):
+    (tmp_path / "broken.toml").write_text(text)
+    with pytest.raises(SwarmFileError, match=r"broken\.toml"):
+        read_swarm(tmp_path / "broken.toml")

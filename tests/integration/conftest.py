@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-import tomllib
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import psutil
 import pytest
-from fleet import Fleet, Tower, free_ports, processes_of
-
-SWARMS = Path(__file__).parents[2] / "swarms"
+from fleet import Fleet, Tower, copy_swarm, processes_of
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -24,20 +22,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.fixture
 def make_swarm(tmp_path: Path) -> Callable[..., Path]:
     """Return a function that copies a shipped swarm file to free ports; keywords replace lines `key = value`."""
-
-    def make(source: str = "paper_simulation", **replaced: str) -> Path:
-        text = (SWARMS / f"{source}.toml").read_text()
-        name = replaced.pop("name", tomllib.loads(text)["name"])
-        lines = [f'name = "{name}"' if line.startswith("name = ") else line for line in text.splitlines()]
-        for key, value in replaced.items():
-            assert any(line.startswith(f"{key} = ") for line in lines), key
-            lines = [f"{key} = {value}" if line.startswith(f"{key} = ") else line for line in lines]
-        text = "\n".join(line for line in lines if not line.startswith(("[network]", "base_port")))
-        path = tmp_path / f"{name}.toml"
-        path.write_text(f"{text}\n[network]\nbase_port = {free_ports()}\n")
-        return path
-
-    return make
+    return partial(copy_swarm, tmp_path)
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ import socket
 import subprocess
 import sys
 import time
+import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,8 @@ from flockwire.wire.status import Status
 from flockwire_cli.attackers import Attacker, attacker_configuration
 from flockwire_cli.processes import command
 
+SWARMS = Path(__file__).parents[2] / "swarms"
+PATIENCE = 60.0  # s that a busy machine may take to do what a test waits for
 PORTS_NEEDED = SINGLE_PORTS + 5 * DRONE_PORTS  # of a swarm of up to five drones, ids 0 to 4
 FIRST_PORT, PLACES = 20000, 330  # so many swarms fit in below the ports that the system gives to whoever dials
 
@@ -47,6 +50,20 @@ def free_ports() -> int:
             _claims.append(claim)
             return base
     raise RuntimeError("no free ports")
+
+
+def copy_swarm(folder: Path, source: str = "paper_simulation", **replaced: str) -> Path:
+    """Copy a shipped swarm file into `folder`, to free ports; keywords replace lines `key = value`."""
+    text = (SWARMS / f"{source}.toml").read_text()
+    name = replaced.pop("name", tomllib.loads(text)["name"])
+    lines = [f'name = "{name}"' if line.startswith("name = ") else line for line in text.splitlines()]
+    for key, value in replaced.items():
+        assert any(line.startswith(f"{key} = ") for line in lines), key
+        lines = [f"{key} = {value}" if line.startswith(f"{key} = ") else line for line in lines]
+    text = "\n".join(line for line in lines if not line.startswith(("[network]", "base_port")))
+    path = folder / f"{name}.toml"
+    path.write_text(f"{text}\n[network]\nbase_port = {free_ports()}\n")
+    return path
 
 
 def keys_of(swarm_file: Path) -> Path:
@@ -129,7 +146,7 @@ class Tower:
         now = clock.now()
         self._session.publish([(MISSION, Mission(now, self._swarm.frame, verb, now + round(delay * 1e9)))])
 
-    def wait(self, met: Callable[[dict[str, Status]], bool], seconds: float = 20.0) -> dict[str, Status]:
+    def wait(self, met: Callable[[dict[str, Status]], bool], seconds: float = PATIENCE) -> dict[str, Status]:
         """Poll until the fresh statuses are as wanted."""
         deadline = time.monotonic() + seconds
         while time.monotonic() < deadline:
@@ -145,12 +162,12 @@ class Tower:
         states = {name: (status.report.phase, status.report.detail) for name, status in self.statuses.items()}
         raise AssertionError(f"not seen within {seconds} s; last: {states}")
 
-    def all_in(self, phase: str, *names: str, seconds: float = 20.0) -> dict[str, Status]:
+    def all_in(self, phase: str, *names: str, seconds: float = PATIENCE) -> dict[str, Status]:
         """Wait until all pilots, or those named, are in a phase."""
         wanted = names or ("leader", *(f"uav{i}" for i in self._swarm.followers))
         return self.wait(lambda seen: all(n in seen and seen[n].report.phase == phase for n in wanted), seconds)
 
-    def settled(self, error: float, seconds: float = 20.0) -> None:
+    def settled(self, error: float, seconds: float = PATIENCE) -> None:
         """Wait until every follower is within `error` m of its place."""
         followers = [f"uav{i}" for i in self._swarm.followers]
         self.wait(
@@ -170,7 +187,7 @@ def flockwire(*arguments: str | Path, **options: object) -> subprocess.Popen[str
     """Start a `flockwire` command."""
     line = [sys.executable, "-m", "flockwire_cli", *(str(argument) for argument in arguments)]
     swarm_file = next((a for a in arguments if isinstance(a, Path) and a.suffix == ".toml"), None)
-    if swarm_file is not None and arguments[0] != "sim":
+    if swarm_file is not None and arguments[0] != "sim" and "--keys" not in arguments:
         line += ["--out" if arguments[0] == "keys" else "--keys", str(keys_of(swarm_file))]
     return subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
 

@@ -1,13 +1,11 @@
-"""Each process started by hand, in any order, killed, restarted, fed with junk."""
+"""Each process started by hand, in any order, killed, restarted."""
 
 from __future__ import annotations
 
 import asyncio
-import random
 import resource
 import signal
 import time
-from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
@@ -115,38 +113,6 @@ def test_an_agent_receives_its_own_and_its_neighbours_and_nothing_else(
     }  # fmt: skip
 
 
-def test_junk_on_every_key_is_counted_and_the_flight_goes_on(in_flight: InFlight) -> None:
-    fleet, tower = in_flight()
-    time.sleep(3)
-    before = tower.all_in("formation")
-    tries, dice, sent = 100, random.Random(1), Counter()
-    for insider in ("gateway", "kinematics", "uav1", "operator"):
-        with fleet.insider(insider) as session:
-            for _ in range(tries):
-                for key in fleet.plan.publishes[insider]:
-                    text = fleet.plan.text(key)
-                    session.put(text, dice.randbytes(dice.randrange(120)), attachment=dice.randbytes(33))
-                    sent[text] += 1
-                time.sleep(0.01)
-    expected = {
-        "uav2": ("paper/uav2/pose", "paper/uav2/nearby", "paper/uav2/telemetry", "paper/uav1/estimate", "paper/stop"),
-        "kinematics": ("paper/uav1/command", "paper/stop"),
-        "gateway": ("paper/uav3/truth",),
-    }
-
-    def all_counted(seen: dict) -> bool:
-        return all(
-            dict(seen[receiver].rejected).get(f"{text} malformed", 0) == sent[text] == tries
-            for receiver, texts in expected.items()
-            for text in texts
-        )
-
-    tower.wait(all_counted)
-    after = tower.all_in("formation")
-    tower.settled(0.05)
-    assert all(after[name].steps > before[name].steps for name in after)
-
-
 def test_a_recorder_killed_loses_a_fifth_of_a_second_at_most(
     make_swarm: MakeSwarm, make_fleet: MakeFleet, make_tower: MakeTower
 ) -> None:
@@ -178,7 +144,7 @@ def test_a_full_disk_under_the_recorder_leaves_the_swarm_in_flight(
     fleet.start(*(name for name in ("gateway", "kinematics", "leader", "uav1", "uav2", "uav3", "uav4")))
     tower.fly()
     seen = tower.wait(lambda seen: seen["recorder"].report.phase == "full")
-    assert "not recorded" in seen["recorder"].report.detail
+    assert dict(seen["recorder"].rejected)["not recorded"] > 0
     tower.all_in("formation")
     fleet.end("recorder")
     assert (fleet.out / "trace.mcap").stat().st_size <= limit

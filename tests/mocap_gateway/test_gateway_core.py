@@ -43,13 +43,13 @@ class Stage:
 
     def step(self, frames=1):
         """Show `frames` frames; returns what the last one made the gateway say."""
-        said = []
+        published = []
         for _ in range(frames):
             self.now += FRAME
             for i, place in self.places.items():
                 self.core.receive(Key("truth", uav(i)), Pose(self.now, "world", place), self.now)
-            said = self.core.step(self.now)
-        return dict(said)
+            published = self.core.step(self.now)
+        return dict(published)
 
     def near(self, i):
         return self.step()[Key("nearby", uav(i))].bodies
@@ -62,10 +62,10 @@ def stage(make_swarm):
 
 
 def test_every_drone_gets_its_pose_and_what_is_near(stage):
-    said = stage().step()
-    assert {key for key in said if key.kind == "pose"} == {Key("pose", uav(i)) for i in range(5)}
-    assert {key for key in said if key.kind == "nearby"} == {Key("nearby", uav(i)) for i in range(5)}
-    assert said[Key("pose", "uav2")].position == FAR[2]
+    published = stage().step()
+    assert {key for key in published if key.kind == "pose"} == {Key("pose", uav(i)) for i in range(5)}
+    assert {key for key in published if key.kind == "nearby"} == {Key("nearby", uav(i)) for i in range(5)}
+    assert published[Key("pose", "uav2")].position == FAR[2]
 
 
 def test_what_is_near_is_said_before_the_pose_that_makes_the_agent_step(stage):
@@ -77,8 +77,8 @@ def test_what_is_near_is_said_before_the_pose_that_makes_the_agent_step(stage):
 def test_a_pose_carries_the_stamp_of_its_exposure(stage):
     gateway = stage({"gateway.latency": 0.03})
     assert gateway.step(3) == {}
-    said = gateway.step()
-    assert {message.stamp for message in said.values()} == {gateway.now - 3 * FRAME}
+    published = gateway.step()
+    assert {message.stamp for message in published.values()} == {gateway.now - 3 * FRAME}
 
 
 def test_a_lost_body_is_silent_and_never_repeated(stage):
@@ -86,9 +86,9 @@ def test_a_lost_body_is_silent_and_never_repeated(stage):
     gateway.step()
     del gateway.places[2]
     for _ in range(5):
-        said = gateway.step()
-        assert not {key for key in said if key.owner == "uav2"}
-        assert Key("pose", "uav3") in said
+        published = gateway.step()
+        assert not {key for key in published if key.owner == "uav2"}
+        assert Key("pose", "uav3") in published
 
 
 def test_a_body_that_was_dropped_is_silent_for_that_frame(stage):
@@ -144,7 +144,7 @@ def test_a_virtual_leader_has_no_body(stage):
 def test_the_mission_is_repeated_unchanged_twice_a_second(stage):
     gateway, order = stage(), Mission(BEGAN, "world", "start", BEGAN + 5)
     gateway.core.receive(MISSION, order, BEGAN)
-    repeats = [(gateway.now, said[MISSION]) for _ in range(350) if MISSION in (said := gateway.step())]
+    repeats = [(gateway.now, published[MISSION]) for _ in range(350) if MISSION in (published := gateway.step())]
     assert [mission for _, mission in repeats] == [order] * 7
     assert [(at - BEGAN) // (BILLION // 2) for at, _ in repeats] == [1, 2, 3, 4, 5, 6, 7]
 

@@ -186,7 +186,7 @@ class Flight:
         if self.stops_at is not None:
             said = T0 + int(self.stops_at * BILLION)
             for k in range(3):
-                yield said + k * MS, STOP, "operator", k, Stop(said + k * MS, "world", "the operator says so")
+                yield said + k * MS, STOP, "operator", k, Stop(said + k * MS, "world", "the operator's order")
         if self.holds_at is not None:
             orders.append(Mission(T0 + int(self.holds_at * BILLION), "world", "hold"))
         for sequence, order in enumerate(orders):

@@ -52,7 +52,7 @@ def hostile_summary(summary, hostile):
 
 def hostile_probe(hostile):
     attacker = {key: hostile(key) for key in ("identity", "mode", "links", "refused")}
-    counted = {key: [] for key in ("heard", "heard_expected", "said", "said_expected")}
+    counted = {key: [] for key in ("received", "received_expected", "published", "published_expected")}
     return {
         "leaks": [hostile("leak")], "blocked": [hostile("blocked")], "seconds": 1.0, "attackers": [attacker | counted],
     }  # fmt: skip
@@ -75,7 +75,7 @@ def test_what_is_not_there_leaves_no_empty_table(trace):
     summary = replace(summarise(trace), missing=())
     counts = replace(summary.messages, rejected_by_key={})
     read = Page(page(replace(trace, vitals=()), replace(summary, messages=counts), [], None))
-    assert "No process told how it is." in read.text
+    assert "No process published its status." in read.text
     for absent in ("What the trace lacks", "key and reason", "Conformance probe", "Emergency stop"):
         assert absent not in read.text
 

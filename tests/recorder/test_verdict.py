@@ -90,7 +90,7 @@ def test_a_drone_that_comes_down_elsewhere(failures):
 def test_an_emergency_stop_is_named_and_the_fall_is_not_too_fast(failures):
     found = failures(stops_at=9.0, end=9.0)
     assert list(found) == ["emergency stop"]
-    assert found["emergency stop"] == "emergency stop: 1 (the operator says so), must be none"
+    assert found["emergency stop"] == "emergency stop: 1 (the operator's order), must be none"
 
 
 def test_a_recorder_that_stood_still_is_not_a_slow_agent(failures):

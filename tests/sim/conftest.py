@@ -40,12 +40,16 @@ class Flown:
 
 @pytest.fixture(scope="session")
 def fly(make_plan: Callable[..., Plan]) -> Callable[..., Flown]:
-    """Fly the small swarm, changed, under faults."""
+    """Fly the small swarm, changed, under faults; `prepare` gets the world before it begins."""
 
-    def flight(changes: dict | None = None, *faults: dict, seed: int = 0, duration: float = 8.0) -> Flown:
+    def flight(
+        changes: dict | None = None, *faults: dict, seed: int = 0, duration: float = 8.0,
+        prepare: Callable[[World], object] = lambda _: None,
+    ) -> Flown:  # fmt: skip
         plan = make_plan(changes)
         seen: list[Published] = []
         world = World(plan.swarm, seed, duration, parse_faults({"faults": list(faults)}, plan, "test"), seen.append)
+        prepare(world)
         flown = Flown(world, world.run())
         messages = [(published, published.sample.opened()[0]) for published in seen]
         off = next((published.at for published, m in messages if isinstance(m, Mission)), EPOCH)

@@ -157,6 +157,12 @@ def test_a_drone_that_the_tracker_loses_stops_and_lands(fly: Fly) -> None:
     assert "uav3 left the formation: own pose lost" in flown.outcome.failure
 
 
+def test_a_drone_lost_in_take_off_does_not_keep_the_others_in_the_air(fly: Fly) -> None:
+    flown = fly(None, {"at": 0.8, "kind": "tracker", "drone": 4, "duration": 1.3})
+    assert flown.outcome.failure.startswith("uav4 did not take off: own pose lost")
+    assert flown.outcome.seconds < 8.0
+
+
 def test_a_noise_burst_is_in_the_poses_while_it_lasts(fly: Fly) -> None:
     flown = fly(None, {"at": 4.0, "kind": "noise", "noise": 0.02, "duration": 1.0}, duration=7.0)
 

@@ -7,7 +7,7 @@ from statistics import fmean
 import pytest
 from flockwire.nanoseconds import BILLION
 from flockwire.wire.keys import ROWS
-from flockwire_sim.network import HELD_BACK, Conditions, Link
+from flockwire_sim.network import HELD_BACK, Conditions, VirtualLink
 from flockwire_sim.sample import Sample
 from flockwire_sim.scheduler import Scheduler
 
@@ -32,7 +32,7 @@ def carry(link_of, count: int = COUNT, kind: str = "pose", during=lambda k, link
 
 
 def link_with(ends=("uav1", "uav2"), seed=0, **conditions):
-    return lambda scheduler, deliver: Link(ends, Conditions(**conditions), seed, scheduler, deliver)
+    return lambda scheduler, deliver: VirtualLink(ends, Conditions(**conditions), seed, scheduler, deliver)
 
 
 def test_an_ideal_link_delays_exactly() -> None:
@@ -75,7 +75,7 @@ def test_reordering_lets_later_messages_overtake() -> None:
 
 
 def test_a_cut_link_lets_nothing_through_until_every_cut_is_mended() -> None:
-    def during(number: int, link: Link) -> None:
+    def during(number: int, link: VirtualLink) -> None:
         if number in (10, 15):
             link.cut()
         if number in (20, 30):
@@ -88,7 +88,7 @@ def test_a_cut_link_lets_nothing_through_until_every_cut_is_mended() -> None:
 def test_conditions_hold_until_they_are_lifted() -> None:
     bad = Conditions(delay=0.03)
 
-    def during(number: int, link: Link) -> None:
+    def during(number: int, link: VirtualLink) -> None:
         if number == 10:
             link.impose(bad)
         if number == 20:

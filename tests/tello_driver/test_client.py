@@ -1,6 +1,6 @@
 import pytest
 from flockwire.nanoseconds import BILLION
-from flockwire_tello.client import EMERGENCIES, LONGEST_QUEUE, MOST_OWED, Outcome, TelloClient
+from flockwire_tello.client import EMERGENCIES, LONGEST_QUEUE, MOST_OWED, CommandOutcome, TelloClient
 from flockwire_tello.commands import RULES
 from hypothesis import given
 from hypothesis import strategies as st
@@ -50,7 +50,12 @@ def test_a_reply_ends_its_command_with_its_latency(talk):
     talk.now += 30 * MS
     talk.client.receive(b"ok", talk.now)
     (end,) = talk.client.poll(talk.now).finished
-    assert (end.command, end.outcome, end.reply, end.latency) == ("command", Outcome.DONE, "ok", pytest.approx(0.03))
+    assert (end.command, end.outcome, end.reply, end.latency) == (
+        "command",
+        CommandOutcome.DONE,
+        "ok",
+        pytest.approx(0.03),
+    )
     assert talk.client.next_deadline() is None
 
 
@@ -60,27 +65,27 @@ def test_one_command_is_in_flight_at_a_time(talk):
     talk.hear(b"87\r\n")
     assert talk.sent == ["battery?", "height?"]
     talk.hear(b"3dm\r\n")
-    assert talk.ended == [("battery?", Outcome.DONE, "87"), ("height?", Outcome.DONE, "3dm")]
+    assert talk.ended == [("battery?", CommandOutcome.DONE, "87"), ("height?", CommandOutcome.DONE, "3dm")]
 
 
 def test_a_query_is_sent_again_then_given_up(talk):
     talk.send("battery?")
     talk.wait(10)
     assert talk.sent == ["battery?"] * 3
-    assert talk.ended == [("battery?", Outcome.TIMED_OUT, "")]
+    assert talk.ended == [("battery?", CommandOutcome.TIMED_OUT, "")]
 
 
 def test_take_off_is_never_sent_twice(talk):
     talk.send("takeoff")
     talk.wait(60)
     assert talk.sent == ["takeoff"]
-    assert talk.ended == [("takeoff", Outcome.TIMED_OUT, "")]
+    assert talk.ended == [("takeoff", CommandOutcome.TIMED_OUT, "")]
 
 
 def test_a_refusal_says_why(talk):
     talk.send("takeoff")
     talk.hear(b"error Motor stop")
-    assert talk.ended == [("takeoff", Outcome.REFUSED, "error Motor stop")]
+    assert talk.ended == [("takeoff", CommandOutcome.REFUSED, "error Motor stop")]
 
 
 @pytest.mark.parametrize("first", [[bytes(range(0xCC, 0xE8)) + b"VQZd", b"ok"], [b"\xcc\xfe\x01ok"]])
@@ -89,7 +94,7 @@ def test_junk_before_or_in_the_first_reply_shifts_nothing(talk, first):
     for datagram in first:
         talk.hear(datagram)
     talk.hear(b"20")
-    assert talk.ended == [("command", Outcome.DONE, "ok"), ("sdk?", Outcome.DONE, "20")]
+    assert talk.ended == [("command", CommandOutcome.DONE, "ok"), ("sdk?", CommandOutcome.DONE, "20")]
 
 
 def test_a_late_reply_is_not_taken_for_the_next_command_s(talk):
@@ -99,8 +104,8 @@ def test_a_late_reply_is_not_taken_for_the_next_command_s(talk):
     talk.hear(b"ok")  # of the movement
     talk.hear(b"87")
     talk.wait(0.1)
-    assert talk.ended[0] == ("forward 100", Outcome.TIMED_OUT, "")
-    assert talk.ended[1] == ("battery?", Outcome.DONE, "87")
+    assert talk.ended[0] == ("forward 100", CommandOutcome.TIMED_OUT, "")
+    assert talk.ended[1] == ("battery?", CommandOutcome.DONE, "87")
     assert talk.client.counters.late_replies == 1
     assert talk.sent[-1] == "up 20"
 
@@ -142,18 +147,18 @@ def test_emergency_is_sent_three_times_and_ends_all_else(talk):
     assert talk.sent == ["emergency"]
     talk.wait(1)
     assert talk.sent == ["emergency"] * EMERGENCIES
-    assert talk.ended == [("takeoff", Outcome.SUPERSEDED, ""), ("battery?", Outcome.SUPERSEDED, "")]
+    assert talk.ended == [("takeoff", CommandOutcome.SUPERSEDED, ""), ("battery?", CommandOutcome.SUPERSEDED, "")]
 
 
 def test_land_does_not_wait_for_a_movement(talk):
     talk.send("forward 500", "up 20")
     talk.send("land")
     assert talk.sent == ["forward 500", "land"]
-    assert talk.ended == [("forward 500", Outcome.SUPERSEDED, ""), ("up 20", Outcome.SUPERSEDED, "")]
+    assert talk.ended == [("forward 500", CommandOutcome.SUPERSEDED, ""), ("up 20", CommandOutcome.SUPERSEDED, "")]
     talk.hear(b"error")  # of the movement
     talk.now += BILLION
     talk.hear(b"ok")
-    assert talk.ended[-1] == ("land", Outcome.DONE, "ok")
+    assert talk.ended[-1] == ("land", CommandOutcome.DONE, "ok")
 
 
 def test_land_again_and_again_is_one_landing(talk):
@@ -172,7 +177,7 @@ def test_several_replies_in_a_datagram_are_all_taken(talk):
     talk.send("forward 100")
     talk.send("stop")
     talk.hear(b"ok\r\nok\r\n")
-    assert talk.ended[-1] == ("stop", Outcome.DONE, "ok")
+    assert talk.ended[-1] == ("stop", CommandOutcome.DONE, "ok")
 
 
 def test_the_newest_state_counts_and_malformed_ones_are_counted(talk):
@@ -191,7 +196,7 @@ def test_what_is_no_command_is_rejected(talk, command):
 
 def test_a_full_queue_says_so(talk):
     talk.send(*["battery?"] * (LONGEST_QUEUE + 1))
-    assert talk.ended == [("battery?", Outcome.QUEUE_FULL, "")]
+    assert talk.ended == [("battery?", CommandOutcome.QUEUE_FULL, "")]
 
 
 actions = st.one_of(

@@ -14,7 +14,7 @@ class World:
 
     def __init__(self, swarm):
         self.now, self.core = BEGAN, KinematicsCore(swarm, BEGAN)
-        self.velocity, self.said = None, {}
+        self.velocity, self.published = None, {}
 
     def run(self, seconds):
         for _ in range(round(seconds * 100)):
@@ -22,15 +22,15 @@ class World:
                 command = Command(self.now, "world", self.velocity)
                 self.core.receive(Key("command", "uav1"), command, self.now)
             self.now += TICK
-            self.said |= dict(self.core.step(self.now))
+            self.published |= dict(self.core.step(self.now))
 
     @property
     def position(self):
-        return self.said[Key("truth", "uav1")].position
+        return self.published[Key("truth", "uav1")].position
 
     @property
     def telemetry(self):
-        return self.said[Key("telemetry", "uav1")]
+        return self.published[Key("telemetry", "uav1")]
 
 
 @pytest.fixture
@@ -75,7 +75,7 @@ def test_a_drone_obeys_its_own_commands(flying):
     assert flying.position == pytest.approx((-0.2, 2.6, 1.4), abs=0.02)
     assert flying.telemetry.state is FlightState.FLYING
     assert flying.telemetry.height == pytest.approx(1.4, abs=0.02)
-    assert flying.said[Key("truth", "uav2")].position == (2.9, -0.8, 0.0)
+    assert flying.published[Key("truth", "uav2")].position == (2.9, -0.8, 0.0)
 
 
 def test_telemetry_tells_how_old_the_last_command_is(world):
@@ -123,7 +123,7 @@ def test_a_stop_ends_all_motors_for_good(flying):
     flying.velocity = (0.0, 0.0, 0.7)
     flying.run(1.5)
     assert flying.position[2] == 0.0
-    states = {flying.said[Key("telemetry", uav(i))].state for i in range(5)}
+    states = {flying.published[Key("telemetry", uav(i))].state for i in range(5)}
     assert states == {FlightState.STOPPED}
 
 

@@ -7,7 +7,7 @@ import socket
 import pytest
 from flockwire import clock
 from flockwire.nanoseconds import BILLION
-from flockwire_tello.client import Outcome, TelloClient
+from flockwire_tello.client import CommandOutcome, TelloClient
 from flockwire_tello.tello_parameters import TelloParameters
 from flockwire_tello.tello_server import bound, serve
 
@@ -57,7 +57,7 @@ async def talk(*commands):
 
 def test_a_client_flies_it_over_udp():
     ended, client = asyncio.run(talk("command", "sdk?", "takeoff", "tof?", "land"))
-    assert [end.outcome for end in ended] == [Outcome.DONE] * 5
+    assert [end.outcome for end in ended] == [CommandOutcome.DONE] * 5
     assert ended[1].reply == "20"
     assert 0.02 < ended[0].latency < 1.0
     assert 3.8 < ended[2].latency < 5.0

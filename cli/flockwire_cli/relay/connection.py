@@ -1,4 +1,4 @@
-"""One connection through a relay: two sockets, and what each says on its way to the other."""
+"""One connection through a relay: two sockets, and the bytes from each to the other."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ import asyncio
 import contextlib
 from collections.abc import Callable
 
-from flockwire_cli.relay.way import END, Stream, Way
+from flockwire_cli.relay.direction import END, Direction, Stream
 
 
 class Side(asyncio.Protocol):
-    """One of a connection's two sockets. What it says goes over `way` to the other side; `lost` is told of its end."""
+    """One of a connection's two sockets. Its bytes go over `direction` to the other; `lost` is called at its end."""
 
     other: Side
 
-    def __init__(self, way: Way, lost: Callable[[], None]) -> None:
-        self._said = Stream(way)
+    def __init__(self, direction: Direction, lost: Callable[[], None]) -> None:
+        self._stream = Stream(direction)
         self._lost = lost
         self._loop = asyncio.get_running_loop()
         self._transport: asyncio.Transport | None = None
@@ -24,7 +24,7 @@ class Side(asyncio.Protocol):
         self.gone = self.over = False  # the socket is closed; the other side knows that nothing more comes
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Begin to let out what was said meanwhile."""
+        """Begin to pass on what was received meanwhile."""
         assert isinstance(transport, asyncio.Transport)  # noqa: S101
         self._transport = transport
         if self.other.gone:
@@ -33,18 +33,18 @@ class Side(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Take in bytes."""
-        self._said.take(data, self._loop.time())
+        self._stream.take(data, self._loop.time())
         self.pass_on()
 
     def eof_received(self) -> bool:
-        """Take in the end; what the other side still has to say can go on."""
+        """Take in the end; bytes of the other side can go on."""
         self._end()
         if not self.other.connected:
             self.close()
         return True
 
     def connection_lost(self, _: Exception | None) -> None:
-        """Let the other side know, after all that was said before."""
+        """End the other side too, after all bytes that came before."""
         self.gone = True
         self._end()
         if self.over:
@@ -62,35 +62,35 @@ class Side(asyncio.Protocol):
 
     @property
     def held(self) -> int:
-        """The bytes that it said and that are still held."""
-        return self._said.size
+        """How many of its bytes are still held."""
+        return self._stream.size
 
     @property
     def connected(self) -> bool:
-        """Whether there is somebody to say something to."""
+        """Whether the socket is open."""
         return self._transport is not None and not self._transport.is_closing()
 
     @property
     def ready(self) -> bool:
-        """Whether something can be said to this side now."""
+        """Whether bytes can be written to this side now."""
         return self.connected and not self._choked
 
     def pass_on(self) -> None:
-        """Say to the other side what is due, and come back when the next is."""
+        """Write to the other side what is due, and come back when the next is."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
         if self.other.ready:
-            for data in self._said.due(self._loop.time()):
-                self.other.say(data)
-            later = self._said.next_arrival()
+            for data in self._stream.due(self._loop.time()):
+                self.other.write(data)
+            later = self._stream.next_arrival()
             if later is not None:
                 self._timer = self._loop.call_at(later, self.pass_on)
         if self._transport is not None and not self._ended:
-            (self._transport.pause_reading if self._said.full else self._transport.resume_reading)()
+            (self._transport.pause_reading if self._stream.full else self._transport.resume_reading)()
 
-    def say(self, data: bytes) -> None:
-        """Write what the other side said, or END."""
+    def write(self, data: bytes) -> None:
+        """Write bytes of the other side, or END."""
         if self._transport is None or self._transport.is_closing():
             return
         if data:
@@ -101,11 +101,11 @@ class Side(asyncio.Protocol):
             self.close()
             self.other.close()
         else:
-            with contextlib.suppress(OSError):  # the socket was reset, as will soon be told
+            with contextlib.suppress(OSError):  # the socket was reset: connection_lost follows
                 self._transport.write_eof()
 
     def close(self) -> None:
-        """Close the socket as soon as what was said to it is written."""
+        """Close the socket as soon as all bytes for it are written."""
         if self._transport is not None:
             self._transport.close()
 
@@ -119,7 +119,7 @@ class Side(asyncio.Protocol):
     def _end(self) -> None:
         if not self._ended:
             self._ended = True
-            self._said.take(END, self._loop.time())
+            self._stream.take(END, self._loop.time())
             self.pass_on()
 
 
@@ -128,8 +128,8 @@ class Connection:
 
     def __init__(
         self,
-        there: Way,
-        back: Way,
+        there: Direction,
+        back: Direction,
         address: tuple[str, int],
         passable: asyncio.Event,
         over: Callable[[Connection], None],
@@ -140,7 +140,7 @@ class Connection:
         self._joining = asyncio.create_task(self._join(address, passable))
 
     def pass_on(self) -> None:
-        """Look anew at what is held: the link changed."""
+        """Look again at what is held: the link changed."""
         self.near.pass_on()
         self.far.pass_on()
 

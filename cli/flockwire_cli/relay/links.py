@@ -8,8 +8,8 @@ from typing import Self
 from flockwire.flight.faults import Cut, Fault, LinkChange, Partition
 from flockwire.wire.plan import Plan
 
+from flockwire_cli.relay.direction import Direction
 from flockwire_cli.relay.relay import Relay
-from flockwire_cli.relay.way import Way
 
 LinkFault = Cut | LinkChange | Partition
 Undo = Callable[[], None]
@@ -57,7 +57,7 @@ class Relays:
         self.detours: dict[str, dict[str, str]] = {}  # by dialler, then listener
         self._plan = plan
         self._relays: dict[tuple[str, str], Relay] = {}
-        self._ways: dict[tuple[str, str], Way] = {}
+        self._directions: dict[tuple[str, str], Direction] = {}
         for fault in faults:
             for source, target in directions(fault, plan):
                 self._stand_between(*_ends(source, target, plan))
@@ -73,19 +73,19 @@ class Relays:
 
     def inject(self, fault: LinkFault) -> Undo:
         """Inject `fault`; returns what ends it."""
-        ways = [self._ways[ends] for ends in directions(fault, self._plan)]
-        for way in ways:
+        changed = [self._directions[ends] for ends in directions(fault, self._plan)]
+        for direction in changed:
             if isinstance(fault, LinkChange):
-                way.slow(fault.delay, fault.jitter)
+                direction.slow(fault.delay, fault.jitter)
             else:
-                way.cut()
+                direction.cut()
 
         def undo() -> None:
-            for way in ways:
+            for direction in changed:
                 if isinstance(fault, LinkChange):
-                    way.lift(fault.delay, fault.jitter)
+                    direction.lift(fault.delay, fault.jitter)
                 else:
-                    way.mend()
+                    direction.mend()
 
         return undo
 
@@ -95,7 +95,7 @@ class Relays:
         address, _, port = self._plan.endpoints[listener].rpartition(":")
         relay = Relay(dialler, listener, (address.strip("[]"), int(port)))
         self._relays[dialler, listener] = relay
-        self._ways[dialler, listener], self._ways[listener, dialler] = relay.there, relay.back
+        self._directions[dialler, listener], self._directions[listener, dialler] = relay.there, relay.back
 
 
 def _ends(one: str, other: str, plan: Plan) -> tuple[str, str]:

@@ -1,4 +1,4 @@
-"""The relay of one link: listens where the dialler is told to dial, and dials the listener on its behalf.
+"""The relay of one link: listens where the dialler dials instead, and dials the listener on its behalf.
 
 It passes bytes on and reads nothing: the link is TLS from end to end.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 import asyncio
 
 from flockwire_cli.relay.connection import Connection
-from flockwire_cli.relay.way import Way
+from flockwire_cli.relay.direction import Direction
 
 HERE = "127.0.0.1"  # the dialler is on this host, and every certificate is good for loopback
 MOST_CONNECTIONS = 8  # the dialler needs one; beyond, the oldest goes
@@ -18,8 +18,8 @@ class Relay:
     """Stands between `dialler` and `listener`, who listens at `address` (IP, port)."""
 
     def __init__(self, dialler: str, listener: str, address: tuple[str, int]) -> None:
-        self.there = Way(f"{dialler} > {listener}", self._changed)
-        self.back = Way(f"{listener} > {dialler}", self._changed)
+        self.there = Direction(f"{dialler} > {listener}", self._changed)
+        self.back = Direction(f"{listener} > {dialler}", self._changed)
         self._address = address
         self._passable = asyncio.Event()
         self._passable.set()
@@ -39,7 +39,7 @@ class Relay:
 
     @property
     def held(self) -> int:
-        """The bytes that are held, of all connections, both ways."""
+        """The bytes that are held, of all connections, in both directions."""
         return sum(side.held for connection in self._connections for side in (connection.near, connection.far))
 
     def end(self) -> None:
@@ -61,7 +61,7 @@ class Relay:
             self._connections.remove(connection)
 
     def _changed(self) -> None:
-        """Let through what may go; a new connection needs both directions, as TCP does."""
+        """Pass on what may go; a new connection needs both directions, as TCP does."""
         if self.there.passable and self.back.passable:
             self._passable.set()
         else:

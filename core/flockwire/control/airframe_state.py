@@ -1,4 +1,4 @@
-"""What an airframe with lag and dead time will still do: its velocity, and where it would come to rest."""
+"""What an airframe with lag and dead time will still do: its velocity, and where it would stop."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from flockwire.control.vector import ZERO, Vector
 
 
 class Motion(NamedTuple):
-    """Where a drone was measured, m, its velocity there, m/s, and where it would rest if told to stop now, m."""
+    """Where a drone was measured, m, its velocity there, m/s, and where it would stop if commanded to now, m."""
 
     position: Vector
     velocity: Vector
@@ -23,8 +23,8 @@ class AirframeState:
         lag v' + v = u(t − D),   x' = v
 
     The stopping point  y = x + lag v + ∫_{s−D}^{now} u  (x, v at the time s of the pose) obeys  y' = u(now)  exactly:
-    whatever lag and dead time, the commands drive it without delay. The airframe's way from x to y is a chain of convex
-    combinations of x, x + lag v and the commands under way.
+    whatever lag and dead time, the commands drive it without delay. The airframe's path from x to y is a chain of
+    convex combinations of x, x + lag v and the commands under way.
     """
 
     def __init__(self, lag: float, dead_time: float, time_constant: float = 0.1) -> None:

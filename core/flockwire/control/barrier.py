@@ -53,7 +53,7 @@ def keep_clear(
         n·u >= −min(A(g) / 2, A(g) − c)   for a body that yields its half,   c = n·v_body
         n·u >= −A(g) + c                  for one that does not              (ours)
 
-    `separation` is x − x_body in m; `stopping` the same difference once both have come to rest, were they told to now:
+    `separation` is x − x_body in m; `stopping` the same difference once both have stopped, were they commanded to now:
     all that lies between is out of the command's reach. `body_velocity` in m/s, `safety_distance` r in m. A body that
     yields keeps its closing speed c below A/2; what it closes beyond that we make up for, so nobody needs to be known
     as one that does not yield. `speed` is the largest |u|.

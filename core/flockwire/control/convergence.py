@@ -13,7 +13,7 @@ Matrix = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Convergence:
-    """What Lemma 3 says of one graph and one set of observer gains.
+    """What Lemma 3 gives for one graph and one set of observer gains.
 
     `lambda_min` is the smallest eigenvalue of Lhat, `gamma` has one entry per follower in the order of
     `graph.followers`, `margin` is theta in m/s (fixed-time convergence is proven iff positive) and
@@ -62,7 +62,7 @@ def smallest_observer_gain(graph: Graph, leader_input_bound: float) -> float:
     """Return the mu in m/s above which theta > 0: mu = 2 varpi / lambda_min(Lhat).
 
     `leader_input_bound` is u0_max in m/s per axis. Returns inf when lambda_min <= 0: no gain makes Lemma 3 apply
-    (it happens where one follower has many listeners; the observer may converge all the same, but unproven).
+    (it happens where one follower has many out-neighbours; the observer may converge all the same, but unproven).
     Raises ValueError when a follower has no path from the leader (Assumption 2).
     """
     _, lambda_min, leader_gain = _lyapunov(graph)

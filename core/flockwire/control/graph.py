@@ -28,9 +28,9 @@ class Graph:
             if source not in nodes or target not in nodes:
                 raise ValueError(f"{name}: both ends must be the leader or a follower")
             if target == LEADER:
-                raise ValueError(f"{name}: the leader hears nobody")
+                raise ValueError(f"{name}: the leader has no in-neighbours")
             if source == target:
-                raise ValueError(f"{name}: nobody hears itself")
+                raise ValueError(f"{name}: nobody is a neighbour of itself")
             if (source, target) in seen:
                 raise ValueError(f"{name}: listed twice")
             if not 0.0 < weight < inf:
@@ -41,21 +41,21 @@ class Graph:
         """Return the in-neighbours N_i of follower i as {j: w_ij}; the leader is in it iff a_i0 > 0."""
         return {source: weight for source, target, weight in self.edges if target == i}
 
-    def listeners(self, j: int) -> tuple[int, ...]:
+    def out_neighbours(self, j: int) -> tuple[int, ...]:
         """Return the followers that hear j, in the order of the edges."""
         return tuple(target for source, target, _ in self.edges if source == j)
 
     def depths(self) -> dict[int, int]:
         """Return the fewest hops from the leader to each node that it reaches; {LEADER: 0} at least."""
-        listeners: dict[int, list[int]] = {}
+        out_neighbours: dict[int, list[int]] = {}
         for source, target, _ in self.edges:
-            listeners.setdefault(source, []).append(target)
+            out_neighbours.setdefault(source, []).append(target)
         depths = {LEADER: 0}
         frontier = [LEADER]
         while frontier:
             reached: list[int] = []
             for source in frontier:
-                for target in listeners.get(source, ()):
+                for target in out_neighbours.get(source, ()):
                     if target not in depths:
                         depths[target] = depths[source] + 1
                         reached.append(target)

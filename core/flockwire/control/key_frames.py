@@ -19,9 +19,9 @@ class KeyFrames:
 
         h = (1+2s)(1−s)^2 h_k + s(1−s)^2 T m_k + s^2(3−2s) h_{k+1} − s^2(1−s) T m_{k+1}
 
-    The slopes m_k are Fritsch and Carlson's: zero at the ends and where an axis turns back or rests, else a weighted
-    harmonic mean of both sides. So h_i is continuously differentiable, never leaves the box of two successive frames,
-    and rests where two frames are equal. Before the first frame and after the last it is held.
+    The slopes m_k are Fritsch and Carlson's: zero at the ends and where an axis turns back or stands still, else a
+    weighted harmonic mean of both sides. So h_i is continuously differentiable, never leaves the box of two successive
+    frames, and stands still where two frames are equal. Before the first frame and after the last it is held.
     """
 
     times: tuple[tuple[float, ...], ...]

@@ -1,4 +1,4 @@
-"""The leader as those who hear it track it: noise enters the swarm here, and is filtered here, once."""
+"""The leader as its out-neighbours track it: noise enters the swarm here, and is filtered here, once."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ POSITION_TIME_CONSTANT = 0.05
 """Seconds: of the tracker of the leader's position."""
 
 FORGET = 1.0
-"""Seconds without a pose after which the track begins anew."""
+"""Seconds without a pose after which the track restarts."""
 
 
 def leader_time_constant(depth: int) -> float:

@@ -37,7 +37,7 @@ def explicit_step(
         eta_i <- eta_i − dt mu (sign(delta_i) + sig^p(delta_i))
 
     It chatters with an amplitude of about mu dt per hop: kept for comparison, `implicit_step` is the one to fly.
-    `estimate` is eta_i, `neighbour_estimates` one (w_ij, eta_j) for each neighbour heard, positions in m, world frame;
+    `estimate` is eta_i, `neighbour_estimates` one (w_ij, eta_j) for each fresh neighbour, positions in m, world frame;
     `dt` in s. With no neighbours the estimate is returned unchanged.
     """
     mu, p = parameters.gain, parameters.exponent

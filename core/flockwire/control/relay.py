@@ -31,25 +31,28 @@ class LeaderMotion(NamedTuple):
 
 
 def relay_step(
-    own: LeaderMotion, heard: Sequence[tuple[float, LeaderMotion]], parameters: ObserverParameters, dt: float
+    own: LeaderMotion,
+    neighbour_estimates: Sequence[tuple[float, LeaderMotion]],
+    parameters: ObserverParameters,
+    dt: float,
 ) -> LeaderMotion:
-    """Advance the own estimate by `dt` s: predict, then correct by the observer (8) on what was heard.
+    """Advance the own estimate by `dt` s: predict, then correct by the observer (8) on the neighbours' estimates.
 
         eta_i <- eta_i + dt v_i + dt^2 a_i / 2,   then one implicit step of (8)
         v_i = sum_j w_ij v_j / sum_j w_ij,   a_i likewise
 
-    `heard` is one (w_ij, motion) for each neighbour, each brought forward to this step's time. Velocity and
-    acceleration are handed on, never differentiated anew: noise enters once, at the leader's pose, and is filtered
-    once. With nobody heard the estimate coasts on at its velocity.
+    `neighbour_estimates` is one (w_ij, motion) for each neighbour, each extrapolated to this step's time. Velocity and
+    acceleration are passed on, never differentiated again: noise enters once, at the leader's pose, and is filtered
+    once. Without any the estimate coasts on at its velocity.
     """
-    total = sum(w for w, _ in heard)
+    total = sum(w for w, _ in neighbour_estimates)
     if not total:
         return LeaderMotion(own.position, own.velocity).after(dt)
-    position = implicit_step(own.after(dt).position, [(w, m.position) for w, m in heard], parameters, dt)
-    if len(heard) == 1:
-        return LeaderMotion(position, heard[0][1].velocity, heard[0][1].acceleration)
+    position = implicit_step(own.after(dt).position, [(w, m.position) for w, m in neighbour_estimates], parameters, dt)
+    if len(neighbour_estimates) == 1:
+        return LeaderMotion(position, neighbour_estimates[0][1].velocity, neighbour_estimates[0][1].acceleration)
     vx = vy = vz = ax = ay = az = 0.0
-    for w, motion in heard:
+    for w, motion in neighbour_estimates:
         share, v, a = w / total, motion.velocity, motion.acceleration
         vx, vy, vz = vx + share * v[0], vy + share * v[1], vz + share * v[2]
         ax, ay, az = ax + share * a[0], ay + share * a[1], az + share * a[2]

@@ -1,4 +1,4 @@
-"""The deadlock breaker: whoever has a body in its way turns to one side, everybody to the same one."""
+"""The deadlock breaker: a drone that a body blocks turns to one side, every drone to the same one."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The leader's scripted trajectories: position relative to the start, and its rate, as functions of mission time.
 
-For t <= 0 a trajectory rests at its start. The rate is the leader's input u_0 of (3), which no follower knows.
+For t <= 0 a trajectory stays at its start. The rate is the leader's input u_0 of (3), which no follower knows.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class Waypoints:
         return max(t, 0.0) % lap if self.loop and lap else max(t, 0.0)
 
     def _leg(self, t: float) -> tuple[float, Vector, Vector]:
-        """Return the begin, the start and the velocity of the leg flown at t; after the last one, rest at its end."""
+        """Return the begin, the start and the velocity of the leg flown at t; after the last one, a stay at its end."""
         t, begin = self._wrapped(t), 0.0
         for end, start, velocity in self._legs:
             if t < end:

@@ -1,4 +1,4 @@
-"""The time of a trajectory that waits for whoever follows it, so that its goal does not run away from one held back."""
+"""The time of a trajectory that waits for the drone that follows it: its goal does not run away from one held back."""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ class Core(Protocol):
         """Return how it is at `now`."""
 
     def retire(self, now: int) -> None:
-        """Bring down what it flies: the process is told to end."""
+        """Bring down what it flies: the process is to end."""
 
     def may_end(self, now: int) -> bool:
         """Return whether the process may end: nothing that it flies is in the air."""

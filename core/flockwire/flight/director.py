@@ -1,7 +1,7 @@
 """Conducts a flight as an operator would: take off when all are ready, start when all hold, land when time is up.
 
 It believes what it receives, not silence: an order is repeated until every pilot has confirmed it, and a flight is over
-when the telemetry of every drone says that it is down.
+when the telemetry of every drone reports that it is down.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Stage(StrEnum):
 
 
 class Director:
-    """Conducts the flight of `pilots` (by drone) for `duration` s from take-off to landing (0: until told)."""
+    """Conducts the flight of `pilots` (by drone) for `duration` s from take-off to landing (0: until ordered)."""
 
     def __init__(self, pilots: Mapping[int, str], frame: str, duration: float, now: int, formation: str = "") -> None:
         self.stage = Stage.PREPARING
@@ -45,6 +45,7 @@ class Director:
         self._duration = round(duration * BILLION)
         self._since = self._took_off = now
         self._lost_since: dict[int, int] = {}
+        self._rose: set[int] = set()  # the drones that followed the order to take off
         self._order: Mission | None = None  # the newest, its own or another operator's
         self._started: Mission | None = None  # the newest order to start
         self._sent = 0
@@ -63,7 +64,7 @@ class Director:
         return order
 
     def land(self, now: int) -> Mission | None:
-        """Return the order to land, None when nobody was told to take off (the flight is then over)."""
+        """Return the order to land, None when nobody was ordered to take off (the flight is then over)."""
         if self.stage in (Stage.PREPARING, Stage.OVER):
             self.stage = Stage.OVER
             return None
@@ -98,12 +99,13 @@ class Director:
             return self._go(Stage.FLYING, Mission(now, self._frame, "start", now + LEAD_TIME, self._formation))
         if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.FORMATION):  # the last joined a formation that flew
             self.stage, self._since = Stage.FLYING, now
-        if self.stage is Stage.FLYING:
+        if self.stage in (Stage.TAKING_OFF, Stage.FLYING):
             lost = next((drone for drone in self._pilots if self._is_lost(fleet, drone)), None)
             if lost is not None:
-                return self.abort(f"{self._pilots[lost]} left the formation: {self._how(fleet, lost)}", now)
-            if self._duration and now - self._took_off >= self._duration:
-                return self.land(now)
+                what = "left the formation" if self.stage is Stage.FLYING else "did not take off"
+                return self.abort(f"{self._pilots[lost]} {what}: {self._how(fleet, lost)}", now)
+        if self.stage is Stage.FLYING and self._duration and now - self._took_off >= self._duration:
+            return self.land(now)
         if self.stage is Stage.LANDING and not fleet.not_down(self._since) and self._settled(fleet):
             self.stage = Stage.OVER
         return None
@@ -133,9 +135,13 @@ class Director:
             self.stage, self._since = Stage.LANDING, fleet.now
 
     def _is_lost(self, fleet: Fleet, drone: int) -> bool:
-        """Return whether a drone flies no more, by its pilot's word or by its own."""
+        """Return whether a drone flies no more, by its status or telemetry; one that has not taken off yet waits."""
         silent, phase = drone not in fleet.fresh, fleet.phase(drone)
         down = fleet.states.get(drone) in (FlightState.GROUNDED, FlightState.STOPPED)
+        if phase in FLYING and not down:
+            self._rose.add(drone)
+        if self.stage is Stage.TAKING_OFF and not silent and drone not in self._rose:
+            return False
         if not (silent or down or phase not in FLYING):
             self._lost_since.pop(drone, None)
             return False

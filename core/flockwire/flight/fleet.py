@@ -10,7 +10,7 @@ from flockwire.swarm.model import uav
 from flockwire.wire.messages import FlightState, Mission, Telemetry
 from flockwire.wire.status import Status
 
-STALE = 2 * BILLION  # ns after which a status or telemetry says nothing
+STALE = 2 * BILLION  # ns after which a status or telemetry no longer counts
 IN_THE_AIR = frozenset({FlightState.FLYING, FlightState.LANDING})
 
 
@@ -50,15 +50,15 @@ class Fleet:
         return max(missions, key=lambda mission: mission.stamp, default=None)
 
     def unconfirmed(self, order: Mission) -> tuple[str, ...]:
-        """Return the pilots that have not said that they obey `order`, or a newer one."""
+        """Return the pilots that have not confirmed that they obey `order`, or a newer one."""
         return tuple(pilot for drone, pilot in self.pilots.items() if not self._obeys(drone, order))
 
     def not_down(self, since: int = 0) -> tuple[str, ...]:
-        """Return the drones that are in the air, or that have not said after `since` (Unix ns) that they are not."""
+        """Return the drones that are in the air, or have not reported after `since` (Unix ns) that they are not."""
         return tuple(uav(drone) for drone in self.pilots if not self._is_down(drone, since))
 
     def why(self, drone: int) -> str:
-        """Return what the drone's pilot says of itself."""
+        """Return what the drone's pilot reports of itself."""
         status = self._statuses.get(self.pilots[drone])
         if status is None:
             return "no status"

@@ -14,7 +14,7 @@ from flockwire.swarm.model import Swarm
 from flockwire.wire.messages import Body, BodyKind
 
 BODY_TIME_CONSTANT = 0.05  # s, of the trackers of nearby bodies
-OVERSHOOT = 1.25  # the way to the stopping point is taken this much longer: the airframe is known to about 20 %
+STOPPING_DISTANCE_FACTOR = 1.25  # a margin: the airframe is known to about 20 %
 
 
 class Guard:
@@ -29,7 +29,7 @@ class Guard:
         self._obstacle_distance = safe.obstacle_safety_distance + safe.margin
         self._rate = min(safe.barrier_rate, BARRIER_PHASE / (self._slowness + 3.0 * period))
         self._braking = limits.acceleration
-        self._delay = OVERSHOOT * self._slowness + 3.0 * period
+        self._delay = STOPPING_DISTANCE_FACTOR * self._slowness + 3.0 * period
         self._sight = safe.sensing_radius if safe.sensing == "nearby" else float("inf")
         self.speed = min(limits.speed, self._sight_speed(0.0))
         self._tracks = BodyTracks(BODY_TIME_CONSTANT)
@@ -74,8 +74,8 @@ class Guard:
         self._epoch = self._epoch or stamp
         positions = [add(motion.position, body.relative_position) for body in bodies]
         velocities = self._tracks.update(positions, (stamp - self._epoch) / BILLION)
-        own = scale(subtract(motion.stopping, motion.position), OVERSHOOT if self._slowness else 1.0)
-        horizon = OVERSHOOT * self._slowness + (now - stamp) / BILLION
+        own = scale(subtract(motion.stopping, motion.position), STOPPING_DISTANCE_FACTOR if self._slowness else 1.0)
+        horizon = STOPPING_DISTANCE_FACTOR * self._slowness + (now - stamp) / BILLION
         found = []
         for body, velocity in zip(bodies, velocities, strict=True):
             x, y, z = body.relative_position

@@ -14,8 +14,8 @@ from flockwire.nanoseconds import BILLION
 from flockwire.wire.messages import Mission, Pose
 
 NEVER = float("inf")
-TOLD_TO_END = "its process is told to end"
-LAST_HOLD = BILLION  # ns that it holds then before it lands
+SHUTDOWN = "its process is to end"
+LAST_HOLD = BILLION  # ns that it holds at a shutdown before it lands
 HOLDING_GAIN = 1.5  # 1/s, of the loop that keeps a place
 
 
@@ -45,7 +45,7 @@ class Situation(NamedTuple):
     high: bool  # at take-off height or above
 
 
-class Flight:
+class FlightPhases:
     """The phase a pilot is in, and why. `born` is when the pilot began, Unix ns."""
 
     def __init__(self, born: int) -> None:
@@ -53,7 +53,7 @@ class Flight:
         self.reason = ""
         self.mission: Mission | None = None
         self._obeyed_from = born  # a take-off needs an order given later than this
-        self._retired: int | None = None  # when the process was told to end, Unix ns
+        self._retired: int | None = None  # when its shutdown began, Unix ns
 
     def order(self, mission: Mission) -> None:
         """Take the operator's newest order."""
@@ -65,7 +65,7 @@ class Flight:
         self.phase, self.reason = Phase.STOPPED, "emergency stop"
 
     def retire(self, now: int) -> None:
-        """Hold, then land, and take off no more: the process was told to end at `now` (Unix ns)."""
+        """Hold, then land, and take off no more: the shutdown begins at `now` (Unix ns)."""
         self._retired = now if self._retired is None else self._retired
 
     def mission_time(self, now: int) -> float | None:
@@ -86,7 +86,7 @@ class Flight:
         if self._retired is None:
             return at
         landing = at.now - self._retired >= LAST_HOLD
-        return at._replace(unready=TOLD_TO_END, hold=TOLD_TO_END, land=at.land or (TOLD_TO_END if landing else ""))
+        return at._replace(unready=SHUTDOWN, hold=SHUTDOWN, land=at.land or (SHUTDOWN if landing else ""))
 
     def _next(self, at: Situation) -> tuple[Phase, str]:
         verb = self.mission.verb if self.mission is not None else ""

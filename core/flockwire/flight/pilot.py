@@ -16,7 +16,7 @@ from flockwire.flight.ladder import Inputs, all_well, hold_reason, land_reason, 
 from flockwire.flight.phases import (
     IN_FLIGHT,
     NEVER,
-    Flight,
+    FlightPhases,
     Phase,
     Situation,
     age,
@@ -50,7 +50,7 @@ class Pilot:
     def __init__(self, swarm: Swarm, number: int, now: int) -> None:
         self.pose_key = Key("pose", uav(number))
         self.born = now
-        self.flight = Flight(now)
+        self.flight = FlightPhases(now)
         self.motion: Motion | None = None
         self.bodies: Sequence[Body] = ()
         self.stamp, self.dt = now, 0.0
@@ -70,7 +70,7 @@ class Pilot:
         self._down_since = 0  # when the leader went down, Unix ns
         self.take: dict[Key, Callable[[Any], None]] = {  # what to do with a message, by its key
             self.pose_key: self._take_pose,
-            Key("nearby", uav(number)): self._surroundings.see,
+            Key("nearby", uav(number)): self._surroundings.take_nearby,
             Key("telemetry", uav(number)): self._take_telemetry,
             STOP: self._take_stop,
         }
@@ -146,7 +146,7 @@ class Pilot:
         )
 
     def retire(self, now: int) -> None:
-        """Hold, then land: the process is told to end."""
+        """Hold, then land: the process is to end."""
         self.flight.retire(now)
 
     def may_end(self, now: int) -> bool:

@@ -21,13 +21,13 @@ class Sidestepper:
     def turned(self, correction: Vector, bodies: Sequence[Body], to_go: float, now: float) -> Vector:
         """Return `correction`, m/s, turned round `bodies`; `to_go` m that become less are progress; `now` in s."""
         safe = self._avoidance
-        ways = []
+        directions = []
         for body in bodies:
             away = to_surface(body.relative_position, body.radius)
             distance = norm(away)
             drone = body.kind is BodyKind.DRONE
             gap = distance - (safe.drone_safety_distance if drone else safe.obstacle_safety_distance)
-            ways.append((scale(away, -1.0 / max(distance, 1e-9)), gap))
-        turned = sidestep(correction, ways, safe.sidestep_reach, self._impatience.side)
+            directions.append((scale(away, -1.0 / max(distance, 1e-9)), gap))
+        turned = sidestep(correction, directions, safe.sidestep_reach, self._impatience.side)
         self._impatience.update(to_go, turned != correction, now)
         return turned

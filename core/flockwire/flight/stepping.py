@@ -1,6 +1,6 @@
 """When a core steps, what it receives before, what is counted and reported of it: the same in real and virtual time.
 
-A core has no clock and no input or output. Whoever runs one (runtime/shell.py on Zenoh, the simulation on its event
+A core has no clock and no input or output. What runs one (runtime/shell.py on Zenoh, the simulation on its event
 queue) passes to a `Stepper` what has arrived and when its ticker ticks; the stepper decides the rest.
 """
 
@@ -65,7 +65,7 @@ class Deadlines:
 def next_deadline(deadline: int, now: int, period: int) -> int:
     """Return the next deadline (ns) of a periodic task whose last one was `deadline` and which is done at `now`.
 
-    A step that comes a little early or late does not shift those after it; long silence is not made up for.
+    A step that comes a little early or late does not shift those after it; missed periods are not made up for.
     """
     return deadline + period if deadline + period > now else now + period
 

@@ -24,12 +24,12 @@ class Surroundings:
         """When the bodies were seen, Unix ns; 0 when nothing is sensed."""
         return self._nearby.stamp if self._nearby is not None else 0
 
-    def see(self, nearby: Nearby) -> None:
-        """Take what the sensor sees."""
+    def take_nearby(self, nearby: Nearby) -> None:
+        """Take the newest message of the sensor."""
         self._nearby = nearby
 
     def bodies(self, pose: Pose, neighbours: Callable[[], list[Vector]]) -> Sequence[Body]:
-        """Return the bodies relative to `pose`; what was seen from an earlier place is moved by the own way since.
+        """Return the bodies relative to `pose`; what was seen from an earlier place is shifted by the own displacement.
 
         `neighbours` returns the positions known without a sensor (m, world frame).
         """
@@ -43,5 +43,5 @@ class Surroundings:
         stamp, place = self._seen_from
         if stamp != self._nearby.stamp:
             return self._nearby.bodies
-        way = subtract(place, pose.position)
-        return [Body(body.kind, add(body.relative_position, way), body.radius) for body in self._nearby.bodies]
+        displacement = subtract(place, pose.position)
+        return [Body(body.kind, add(body.relative_position, displacement), body.radius) for body in self._nearby.bodies]

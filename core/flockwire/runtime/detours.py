@@ -1,8 +1,8 @@
 """Detours: at which address a process dials a peer instead of that peer's own, when a relay stands between the two.
 
 `FLOCKWIRE_DETOURS` has them, as `gateway=127.0.0.1:40001,uav1=127.0.0.1:40002`. `flockwire up` sets it for processes
-whose links a file of faults breaks or slows. A detour takes nothing from security: whoever answers there must have a
-certificate of the swarm for that address, and may say and hear what that certificate's identity may.
+whose links a file of faults breaks or slows. A detour takes nothing from security: the process that answers there must
+have a certificate of the swarm for that address, and has the access rights of that certificate's identity.
 """
 
 from __future__ import annotations
@@ -30,5 +30,5 @@ def read_detours(environment: Mapping[str, str] = os.environ) -> dict[str, str]:
 
 
 def detour_environment(detours: Mapping[str, str]) -> dict[str, str]:
-    """Return the environment that tells a process its `detours`, nothing when it has none."""
+    """Return the environment that passes a process its `detours`, nothing when it has none."""
     return {DETOURS: ",".join(f"{identity}={address}" for identity, address in detours.items())} if detours else {}

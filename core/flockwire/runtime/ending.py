@@ -1,4 +1,4 @@
-"""When a process is told to end: by a signal, or because its parent is gone. What flies is brought down first."""
+"""When a process is to end: on a signal, or because its parent is gone. What flies is brought down first."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class Ending:
     """Watches the running process's signals and its parent, in the running loop."""
 
     def __init__(self) -> None:
-        self.told = asyncio.Event()  # the process is told to end
-        self.insisted = False  # told again: it ends at once
+        self.told = asyncio.Event()  # the process is to end
+        self.insisted = False  # a second signal: it ends at once
         self.orphaned = False  # its parent is gone
         loop = asyncio.get_running_loop()
         for number in _SIGNALS:
@@ -48,7 +48,7 @@ class Ending:
 
 
 async def finished(core: Core, plan: Plan, identity: str, session: Session, ending: Ending) -> None:
-    """Wait until the process is told to end and may: nothing that it flies is in the air.
+    """Wait until the process is to end and may: nothing that it flies is in the air.
 
     One whose parent is gone also waits for all linked processes that the process table lets end before it.
     """
@@ -56,7 +56,7 @@ async def finished(core: Core, plan: Plan, identity: str, session: Session, endi
     log, rank = logging.getLogger(identity), plan.rows[identity].rank
     core.retire(clock.now())
     if not core.may_end(clock.now()):
-        log.info("told to end: lands first (again: ends at once)")
+        log.info("shutdown: lands first (a second signal ends it at once)")
     while not ending.insisted:
         before = [other for other in session.linked() if other in plan.rows and plan.rows[other].rank < rank]
         if core.may_end(clock.now()) and not (ending.orphaned and before):

@@ -18,7 +18,7 @@ from flockwire.wire.plan import Plan
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """What a process is to run; `toml` is the swarm file's text, `out` where whoever records writes to."""
+    """What a process is to run; `toml` is the swarm file's text, `out` where a recorder writes to."""
 
     plan: Plan
     identity: str
@@ -30,7 +30,7 @@ class Job:
 
 
 def serve(job: Job) -> int:
-    """Run the process of `job` until it is told to end; returns its exit status."""
+    """Run the process of `job` until it is to end; returns its exit status."""
     logging.basicConfig(
         level=logging.INFO,
         format="%(asctime)s.%(msecs)03d %(name)s: %(message)s",

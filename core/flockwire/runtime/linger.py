@@ -1,4 +1,4 @@
-"""Keeps a silent peer from freezing this process: closing a socket must not wait for whoever is at the other end.
+"""Keeps a silent peer from freezing this process: closing a socket must not wait for the peer.
 
 Zenoh gives every TCP and TLS link a linger time of 10 s (SO_LINGER), which cannot be configured. When it gives up a
 peer that is silent, close() then waits in the kernel for as long, and with it the thread of all other messages

@@ -1,7 +1,7 @@
 """Counts the connections that this process refused.
 
-Zenoh tells of a failed handshake in its log alone, which it writes to the standard output. So that is led through a
-pipe: refusals are counted and told once for each reason, all else goes to the standard error.
+Zenoh reports a failed handshake in its log alone, which it writes to the standard output. So that is led through a
+pipe: refusals are counted and logged once for each reason, all else goes to the standard error.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Refusals:
             self.take(line.decode(errors="replace"))
 
     def take(self, line: str) -> None:
-        """Count one line of the log if it tells of a refusal, else pass it on."""
+        """Count one line of the log if it reports a refusal, else pass it on."""
         plain = _COLOUR.sub("", line)
         refusal = _REFUSAL.search(plain)
         if refusal is None:
@@ -64,4 +64,4 @@ class Refusals:
             reason = "other reasons"
         self.reasons[reason] += 1
         if self.reasons[reason] == 1:
-            self._log.warning("refused a connection: %s (told once, counted in status)", reason)
+            self._log.warning("refused a connection: %s (logged once, counted in status)", reason)

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 BURST = 16  # messages of one step that may wait for the network before the next is dropped; 16 is the most
 LARGEST_MESSAGE = 65536  # bytes
-SPARE_SESSIONS = 512  # beside one for each link: whoever has one drone's certificate must not exhaust them easily
+SPARE_SESSIONS = 512  # beside one for each link: a holder of one drone's certificate must not exhaust them easily
 ACCEPTING = 1000  # connections that may be under way at a time, and ms that each may take
 ROUTER_PATIENCE = 500  # ms that one attempt to reach the router may take
 NO_DETOURS: Mapping[str, str] = MappingProxyType({})
@@ -56,7 +56,7 @@ _PRIORITIES = {
 
 
 class EndpointInUseError(OSError):
-    """The process cannot listen where the swarm file says."""
+    """The process cannot listen at its endpoint of the swarm file."""
 
 
 class RouterAbsentError(OSError):
@@ -156,7 +156,7 @@ class Session:
     ) -> None:
         """Open the session of `identity`; `keys` is the folder of the certificates, the default one without it.
 
-        A process that is in a hurry does not have them `verified`: a bad one is then rejected in silence.
+        A process that is in a hurry does not have them `verified`: a peer then rejects a bad one silently.
 
         Raises CredentialsError, EndpointInUseError, and in router mode RouterAbsentError.
         """
@@ -211,7 +211,7 @@ class Session:
         return prompt
 
     def every(self, key: Key, capacity: int) -> Ring:
-        """Subscribe to `key` keeping up to `capacity` samples, own ones too, for one who reads them in batches."""
+        """Subscribe to `key` keeping up to `capacity` samples, own ones too, for one that reads them in batches."""
         ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(capacity)
         return self._zenoh.declare_subscriber(self._plan.text(key), ring)
 
@@ -223,7 +223,7 @@ class Session:
         return self._zenoh.declare_publisher(
             self._plan.text(key),
             priority=_PRIORITIES[ROWS[key.kind].delivery],
-            congestion_control=zenoh.CongestionControl.DROP,  # to wait for one who is silent would delay all others
+            congestion_control=zenoh.CongestionControl.DROP,  # waiting for a silent peer would delay all others
             express=ROWS[key.kind].delivery is Delivery.EVENT,
         )
 

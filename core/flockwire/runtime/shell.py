@@ -60,7 +60,7 @@ def status_publisher(plan: Plan, identity: str, session: Session, refusals: Refu
 
 
 async def run_core(job: Job) -> None:
-    """Run the core that the process table names until the process is told to end."""
+    """Run the core that the process table names until the process is to end."""
     plan, identity = job.plan, job.identity
     detours = read_detours()
     ending, refusals = Ending(), Refusals(identity)

@@ -1,4 +1,4 @@
-"""The newest sample of a key: read when a step wants it, or announced; all others are judged and counted on the way."""
+"""The newest sample of a key: read when a step wants it, or announced; all older ones are judged and counted too."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What one process shows to prove its identity, checked before it is used: a bad certificate is refused in silence."""
+"""What one process shows to prove its identity, checked before it is used: a peer refuses a bad one silently."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def load_credentials(folder: Path, identity: str, now: datetime) -> Credentials:
 
 
 def common_name(certificate: x509.Certificate) -> str:
-    """Return whom a certificate is for, empty when it does not say."""
+    """Return whom a certificate is for, empty when it names nobody."""
     names = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
     return str(names[0].value) if names else ""
 

@@ -77,7 +77,7 @@ class KeyFramesFormation(Model):
         return formation
 
 
-Formation = Annotated[
+FormationTable = Annotated[
     CircleFormation | LineFormation | GridFormation | PolygonFormation | KeyFramesFormation,
     Field(discriminator="kind"),
 ]

@@ -14,7 +14,7 @@ from pydantic import Field, field_validator
 from flockwire.control import formation as shapes
 from flockwire.control.graph import LEADER, Graph
 from flockwire.control.survey import Survey, survey
-from flockwire.swarm.formations import Formation
+from flockwire.swarm.formations import FormationTable
 from flockwire.swarm.tables import (
     Airframe,
     Avoidance,
@@ -49,8 +49,8 @@ class Swarm(Model):
     frame: str = "world"
     control: Control = Control()
     observer: Observer = Observer()
-    formation: Formation
-    formations: dict[str, Formation] = Field(default={})
+    formation: FormationTable
+    formations: dict[str, FormationTable] = Field(default={})
     avoidance: Avoidance = Avoidance()
     limits: Limits = Limits()
     checks: Checks = Checks()

@@ -105,9 +105,9 @@ def _graph(swarm: Swarm) -> Iterator[str]:
         key = f"graph.edges.{place} = [{source}, {target}]"
         problems += [f"{key}: there is no drone {end}" for end in (source, target) if end not in known]
         if target == LEADER:
-            problems.append(f"{key}: the leader listens to nobody")
+            problems.append(f"{key}: the leader has no in-neighbours")
         if source == target:
-            problems.append(f"{key}: a drone does not hear itself")
+            problems.append(f"{key}: a drone is not its own neighbour")
         if (source, target) in seen:
             problems.append(f"{key}: this edge is there twice")
         seen.add((source, target))

@@ -1,4 +1,4 @@
-"""The tables of a swarm file as frozen models; each field has its unit and its rule. config.py puts them together."""
+"""The tables of a swarm file as frozen models; each field has its unit and its rule. model.py puts them together."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class Staleness(Model):
     estimate_drop: Positive = 0.3
     estimates_hold: Positive = 1.0
     estimates_land: Positive = 5.0
-    leader_silent: Positive = 1.0  # of its status, for those that hear it: then it counts as down
+    leader_silent: Positive = 1.0  # of its status, for those that subscribe to it: then it counts as down
     leader_land: Positive = 5.0  # after it is down, who flies its formation lands
     nearby_slow: Positive = 0.1
     nearby_hold: Positive = 0.5
@@ -222,7 +222,7 @@ class Gateway(Model):
 class Network(Model):
     """Who links to whom and how; every process that listens has a port of its own, `base_port` and upwards."""
 
-    mode: Literal["peers", "router"] = "peers"  # each dials whom it must hear; or all dial one router
+    mode: Literal["peers", "router"] = "peers"  # each dials those it exchanges keys with; or all dial one router
     security: Literal["mtls", "none"] = "mtls"  # "none" is for measurements on one machine
     base_port: Annotated[int, Field(ge=1024, le=64000)] = 7450
 
@@ -234,8 +234,8 @@ class Sim(Model):
     jitter: NotNegative = 0.0  # s, at most, on top of the delay; a link keeps its order all the same
     loss: Probability = 0.0  # share of the messages that never arrive; events (orders, stops) are sent again instead
     reordering: Probability = 0.0  # share of the messages that are overtaken by those behind them
-    clock_offset: NotNegative = 0.0  # s, at most, either way, between a process's clock and the true time
-    clock_drift: NotNegative = 0.0  # s per s, at most, either way
+    clock_offset: NotNegative = 0.0  # s, at most, plus or minus, between a process's clock and the true time
+    clock_drift: NotNegative = 0.0  # s per s, at most, plus or minus
 
 
 class Host(Model):

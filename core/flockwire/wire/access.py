@@ -12,17 +12,18 @@ Rule = dict[str, object]
 
 
 def access_control(plan: Plan, identity: str) -> Rule:
-    """Return Zenoh's access control for the process of `identity`: what is not listed is denied, both ways.
+    """Return Zenoh's access control for the process of `identity`: what is not listed is denied, in both directions.
 
-    For each link: the samples that may leave and come in, and the subscriptions that call for them, which go the other
-    way. Queries, replies, liveliness and deletions are in no rule. A router subscribes at its clients in others' name.
+    For each link: the samples that may leave and come in, and the subscriptions that call for them, which go in the
+    other direction. Queries, replies, liveliness and deletions are in no rule. A router subscribes at its clients in
+    others' name.
     """
     rules, policies, subjects = [], [], []
     for other in plan.links[identity]:
         out, back = plan.passes(identity, other), plan.passes(other, identity)
         granted = (
             ("publishes", "egress", "put", out),
-            ("is asked", "ingress", "declare_subscriber", out),
+            ("accepts subscriptions", "ingress", "declare_subscriber", out),
             ("receives", "ingress", "put", back),
             ("subscribes", "egress", "declare_subscriber", back),
         )

@@ -2,7 +2,7 @@
 
 A key is `<swarm>/<owner>/<kind>` (`<swarm>/<kind>` where all drones share it), which is also a ROS 2 topic name. No
 other file knows a key's spelling, and who is linked to whom (plan.py) follows from this table, the process table and
-the graph. Whoever records subscribes to every key without being named here.
+the graph. A recorder subscribes to every key without being named here.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from flockwire.wire.status import Status
 
 
 class Key(NamedTuple):
-    """One key of a swarm: what it tells (`kind`) and of whom (`owner`, empty when of the whole swarm)."""
+    """One key of a swarm: what it carries (`kind`) and whose it is (`owner`, empty for the whole swarm)."""
 
     kind: str
     owner: str = ""
@@ -30,7 +30,7 @@ class Delivery(Enum):
     """How the network treats a key's messages."""
 
     STATE = "newest counts: sent at once, dropped rather than queued"
-    EVENT = "sent before all else; whoever needs to know that it arrived repeats it until it is confirmed"
+    EVENT = "sent before all else; a publisher that must know that it arrived repeats it until it is confirmed"
     BACKGROUND = "sent when there is time"
 
 
@@ -49,8 +49,8 @@ Who = Callable[[Roster, Owner], tuple[str, ...]]
 class KeyRow:
     """One kind of key. `owners` answers for a swarm, `publishers` and `subscribers` for one owner in it.
 
-    `rate` (messages per s) and `largest` (bytes) are the quota of one key, whoever publishes it: a multiple of what a
-    swarm at its fastest needs. What exceeds them is dropped and counted by whoever receives it.
+    `rate` (messages per s) and `largest` (bytes) are the quota of one key, over all its publishers: a multiple of what
+    a swarm at its fastest needs. What exceeds them is dropped and counted by its receivers.
     """
 
     kind: str
@@ -110,7 +110,7 @@ def _pilot(roster: Roster, owner: Owner) -> tuple[str, ...]:
 
 def _neighbours(roster: Roster, owner: Owner) -> tuple[str, ...]:
     """Name the pilots of those with an edge from the owner."""
-    return tuple(roster.pilots[i] for i in roster.swarm.topology.listeners(owner.drone or 0))
+    return tuple(roster.pilots[i] for i in roster.swarm.topology.out_neighbours(owner.drone or 0))
 
 
 def _led(roster: Roster, owner: Owner) -> tuple[str, ...]:
@@ -127,7 +127,7 @@ def _pose_source(roster: Roster, owner: Owner) -> tuple[str, ...]:
 
 
 def _pose_readers(roster: Roster, owner: Owner) -> tuple[str, ...]:
-    """Name the drone itself, and its listeners where they need it: for the leader's pose, or to avoid neighbours."""
+    """Name the drone itself, and its out-neighbours where they need it: for the leader's pose, or for avoidance."""
     pilot = () if _virtual(roster, owner) else _pilot(roster, owner)
     needed = owner.drone == LEADER or roster.swarm.avoidance.sensing == "neighbours"
     return (*pilot, *(_neighbours(roster, owner) if needed else ()))

@@ -1,7 +1,7 @@
 """The wire: every message as a named tuple with its codec beside it.
 
 The payloads are ROS 2 messages in CDR, so that a trace or a bridge needs no translation. Stamps are Unix time in
-nanoseconds and say for when the content is true. Positions are metres, velocities m/s, both in the world frame (ENU)
+nanoseconds: the time for which the content holds. Positions are metres, velocities m/s, both in the world frame (ENU)
 that `frame` names. `decode` raises MessageError for bytes of another form and for numbers that are not finite.
 """
 
@@ -24,7 +24,7 @@ class Message(Protocol):
 
     @property
     def stamp(self) -> int:
-        """Unix time in ns for which the content is true."""
+        """Unix time in ns for which the content holds."""
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
@@ -67,7 +67,7 @@ _LEADING: dict[object, Leading] = {int(state): state for state in Leading}
 class Estimate(NamedTuple):
     """flockwire_msgs/LeaderEstimate: one follower's estimate of the leader's position, velocity and acceleration.
 
-    `origin` is the time of the leader's pose on which it rests, Unix ns, after as many `hops`.
+    `origin` is the time of the leader's pose that it is based on, Unix ns, after as many `hops`.
     """
 
     stamp: int

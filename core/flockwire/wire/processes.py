@@ -3,7 +3,7 @@
 Beside it stands the key table (keys.py); who is linked to whom, with which certificate and access rules, is derived
 from the two and the graph (plan.py). A new kind of process is a row here, its keys there, and a folder with its core.
 
-The order of the rows is that of tables and reports, and says who dials: of two linked processes the one further down
+The order of the rows is that of tables and reports, and decides who dials: of two linked processes the one further down
 dials the other.
 """
 
@@ -144,6 +144,7 @@ OPERATOR = Process(
     "",
     port=0,
     link=Link.DIALS,
+    rank=5,
     witness=True,
 )
 

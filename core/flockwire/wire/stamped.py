@@ -1,4 +1,4 @@
-"""The short way for messages of the 100 Hz path: header, stamp, frame id and numbers as one compiled struct."""
+"""The fast codec for messages of the 100 Hz path: header, stamp, frame id and numbers as one compiled struct."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The status that every process tells of itself, ten times a second."""
+"""The status that every process publishes of itself, ten times a second."""
 
 from __future__ import annotations
 

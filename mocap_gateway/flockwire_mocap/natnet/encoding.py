@@ -36,7 +36,7 @@ class Section(NamedTuple):
     elements: bytes = b""
 
 
-class Surroundings(NamedTuple):
+class OtherSections(NamedTuple):
     """The sections of a frame that are not rigid bodies; a section that a version lacks is left out."""
 
     marker_sets: Section = Section()
@@ -79,9 +79,9 @@ def encode_model(bodies: Iterable[BodyDescription], version: Version) -> bytes:
     return encode(Kind.MODEL, pack("<i", len(descriptions)) + b"".join(descriptions) + END)
 
 
-def encode_frame(frame: MocapFrame, version: Version, surroundings: Surroundings | None = None) -> bytes:
+def encode_frame(frame: MocapFrame, version: Version, others: OtherSections | None = None) -> bytes:
     """Return a frame; positions are rounded to single precision."""
-    around = Surroundings() if surroundings is None else surroundings
+    around = OtherSections() if others is None else others
     bodies = Section(len(frame.bodies), b"".join(map(_body, frame.bodies)))
     sections = [around.marker_sets, around.other_markers, bodies, around.skeletons]
     if version >= COUNTED:

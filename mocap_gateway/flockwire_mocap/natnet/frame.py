@@ -21,14 +21,14 @@ from flockwire_mocap.natnet.packets import (
     Stamps,
     Version,
 )
-from flockwire_mocap.natnet.reader import MalformedError, Reader
+from flockwire_mocap.natnet.reader import MalformedError, PacketReader
 
 MARKER, LABELLED_MARKER = 12, 26  # bytes of x y z; of id, x y z, size, parameters, residual
 SECTION = 8  # bytes of a section's count and size
 _IDENTITY = Struct("<i")
 
 
-def read_frame(reader: Reader, version: Version) -> MocapFrame:
+def read_frame(reader: PacketReader, version: Version) -> MocapFrame:
     """Read the body of a frame packet; raises MalformedError."""
     number = reader.integer()
     bodies = _counted_sections(reader) if version >= COUNTED else _walked_sections(reader)
@@ -36,7 +36,7 @@ def read_frame(reader: Reader, version: Version) -> MocapFrame:
     return MocapFrame(number, bodies, stamps, parameters)
 
 
-def _counted_sections(reader: Reader) -> tuple[RigidBody, ...]:
+def _counted_sections(reader: PacketReader) -> tuple[RigidBody, ...]:
     for _ in ("marker sets", "other markers"):
         reader.section()
     bodies = _counted_bodies(*reader.section())
@@ -47,7 +47,7 @@ def _counted_sections(reader: Reader) -> tuple[RigidBody, ...]:
     return bodies
 
 
-def _counted_bodies(count: int, section: Reader) -> tuple[RigidBody, ...]:
+def _counted_bodies(count: int, section: PacketReader) -> tuple[RigidBody, ...]:
     """Read bodies that share the section evenly: fields that a later version appends to each are passed over."""
     if not count:
         return ()
@@ -57,7 +57,7 @@ def _counted_bodies(count: int, section: Reader) -> tuple[RigidBody, ...]:
     return tuple(_body(section.part(length)) for _ in range(count))
 
 
-def _walked_sections(reader: Reader) -> tuple[RigidBody, ...]:
+def _walked_sections(reader: PacketReader) -> tuple[RigidBody, ...]:
     for _ in range(reader.count(5)):  # marker sets
         reader.text()
         reader.skip_array(MARKER)
@@ -75,13 +75,13 @@ def _walked_sections(reader: Reader) -> tuple[RigidBody, ...]:
     return bodies
 
 
-def _body(reader: Reader) -> RigidBody:
+def _body(reader: PacketReader) -> RigidBody:
     identity, x, y, z, qx, qy, qz, qw, error, parameters = reader.unpack(RIGID_BODY)
     return RigidBody(identity, (x, y, z), (qx, qy, qz, qw), error, bool(parameters & TRACKING_VALID))
 
 
-def _suffix(reader: Reader, version: Version) -> tuple[Stamps, int]:
-    """Read the suffix. Whether 4.0 has the precision words is told differently: the bytes that are left decide."""
+def _suffix(reader: PacketReader, version: Version) -> tuple[Stamps, int]:
+    """Read the suffix. Sources disagree whether 4.0 has the precision fields: the bytes that are left decide."""
     precise = version >= COUNTED or (version >= ADJUSTABLE and reader.remaining >= PRECISE_SUFFIX.size)
     code, sub, timestamp, exposed, received, sent, *rest = reader.unpack(PRECISE_SUFFIX if precise else SUFFIX)
     precision = (rest[0], rest[1]) if precise else None

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from struct import Struct
 
 from flockwire_mocap.natnet.packets import ADJUSTABLE, COUNTED, TURNED, BodyDescription, ModelDefinition, Version
-from flockwire_mocap.natnet.reader import MalformedError, Reader
+from flockwire_mocap.natnet.reader import MalformedError, PacketReader
 
 RIGID_BODY_TYPE = 1
 _SIZE = Struct("<I")
@@ -19,7 +19,7 @@ _PLATE = 4 * (2 + 3 + 144 + 12 + 2)  # width, length, origin, 12 x 12 calibratio
 _CAMERA = _POSITION + _TURN
 
 
-def read_model(reader: Reader, version: Version) -> ModelDefinition:
+def read_model(reader: PacketReader, version: Version) -> ModelDefinition:
     """Read the body of a model definition; raises MalformedError where not even the count of descriptions is there."""
     bodies: list[BodyDescription] = []
     for _ in range(reader.count(8 if version >= COUNTED else 4)):
@@ -32,7 +32,7 @@ def read_model(reader: Reader, version: Version) -> ModelDefinition:
     return ModelDefinition(tuple(bodies), complete=True)
 
 
-def _read_description(reader: Reader, version: Version) -> BodyDescription | None:
+def _read_description(reader: PacketReader, version: Version) -> BodyDescription | None:
     kind = reader.integer()
     if version >= COUNTED:
         part = reader.part(reader.unpack(_SIZE)[0])
@@ -45,12 +45,12 @@ def _read_description(reader: Reader, version: Version) -> BodyDescription | Non
     return None
 
 
-def _read_body_head(reader: Reader) -> BodyDescription:
+def _read_body_head(reader: PacketReader) -> BodyDescription:
     name = reader.text()
     return BodyDescription(reader.integer(), name)
 
 
-def _read_body(reader: Reader, version: Version) -> BodyDescription:
+def _read_body(reader: PacketReader, version: Version) -> BodyDescription:
     """Read a rigid body: name, id, parent's id, offset, its markers' offsets, labels and (from 4.0) names."""
     body = _read_body_head(reader)
     reader.skip(4 + _POSITION + (_TURN if version >= TURNED else 0))
@@ -61,42 +61,42 @@ def _read_body(reader: Reader, version: Version) -> BodyDescription:
     return body
 
 
-def _skip_texts(reader: Reader, count: int) -> None:
+def _skip_texts(reader: PacketReader, count: int) -> None:
     for _ in range(count):
         reader.text()
 
 
-def _skip_marker_set(reader: Reader, version: Version) -> None:
+def _skip_marker_set(reader: PacketReader, version: Version) -> None:
     reader.text()
     _skip_texts(reader, reader.count(1))
 
 
-def _skip_skeleton(reader: Reader, version: Version) -> None:
+def _skip_skeleton(reader: PacketReader, version: Version) -> None:
     _read_body_head(reader)
     for _ in range(reader.count(25)):
         _read_body(reader, version)
 
 
-def _skip_force_plate(reader: Reader, version: Version) -> None:
+def _skip_force_plate(reader: PacketReader, version: Version) -> None:
     reader.integer()
     reader.text()
     reader.skip(_PLATE)
     _skip_texts(reader, reader.count(1))
 
 
-def _skip_device(reader: Reader, version: Version) -> None:
+def _skip_device(reader: PacketReader, version: Version) -> None:
     reader.integer()
     _skip_texts(reader, 2)
     reader.skip(8)
     _skip_texts(reader, reader.count(1))
 
 
-def _skip_camera(reader: Reader, version: Version) -> None:
+def _skip_camera(reader: PacketReader, version: Version) -> None:
     reader.text()
     reader.skip(_CAMERA)
 
 
-_PASS_OVER: dict[int, Callable[[Reader, Version], None]] = {
+_PASS_OVER: dict[int, Callable[[PacketReader, Version], None]] = {
     0: _skip_marker_set,
     2: _skip_skeleton,
     3: _skip_force_plate,

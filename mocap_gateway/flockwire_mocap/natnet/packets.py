@@ -1,7 +1,7 @@
 """The packets of NatNet as named tuples, and their numbers on the wire.
 
 Every packet is little-endian: u16 kind, u16 length of the body, body. Lengths in m or the unit that Motive is set to;
-ticks are those of the server's clock, whose frequency the server info tells.
+ticks are those of the server's clock, whose frequency the server info gives.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ HEADER = Struct("<HH")
 RIGID_BODY = Struct("<i7ffH")  # id, x y z, qx qy qz qw, mean marker error, parameters
 SERVER_INFO = Struct("<256s4B4B")
 CONNECTION = Struct("<QHB4s")  # clock frequency, data port, multicast, group
-WISH = Struct("<265xBB2x")  # a long greeting: name, versions, one option, then the version that is asked for
+REQUESTED_VERSION = Struct("<265xBB2x")  # a long greeting: name, versions, one option, then that version
 SUFFIX = Struct("<IIdQQQH")  # timecode, its subframe, timestamp, three ticks, parameters
-PRECISE_SUFFIX = Struct("<IIdQQQIIH")  # the same with two words of a precision time stamp
+PRECISE_SUFFIX = Struct("<IIdQQQIIH")  # the same with two u32 of a precision time stamp
 TRACKING_VALID = 1  # bit of a rigid body's parameters
 MODELS_CHANGED = 2  # bit of a frame's parameters
 
@@ -52,7 +52,7 @@ class Kind(IntEnum):
 
 
 class ServerInfo(NamedTuple):
-    """Who serves, in which version, and where frames go; `clock_frequency` in Hz, 0 where it is not told."""
+    """Who serves, in which version, and where frames go; `clock_frequency` in Hz, 0 where it is not given."""
 
     name: str
     application_version: tuple[int, int, int, int]
@@ -124,13 +124,13 @@ class Response(NamedTuple):
 
 
 class Other(NamedTuple):
-    """A packet that says nothing of bodies: text for the user, an unrecognized request, a kind not known."""
+    """A packet without bodies: text for the user, an unrecognized request, a kind not known."""
 
     kind: int
 
 
 class Rejected(NamedTuple):
-    """A packet that is not what it says; `reason` is for people."""
+    """A malformed packet; `reason` is for people."""
 
     reason: str
 
@@ -144,13 +144,13 @@ class Connect(NamedTuple):
     version: Version | None = None
 
 
-class Command(NamedTuple):
-    """A client's command in words, e.g. "Bitstream,3.0"."""
+class RemoteCommand(NamedTuple):
+    """A client's command as text, e.g. "Bitstream,3.0"."""
 
     text: str
 
 
-ClientPacket = Connect | Command | Other | Rejected
+ClientPacket = Connect | RemoteCommand | Other | Rejected
 
 
 def can_adjust(version: Version, multicast: bool) -> bool:

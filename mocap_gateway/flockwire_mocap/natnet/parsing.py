@@ -1,4 +1,4 @@
-"""From datagrams to packets, of a server and of a client. Nothing is raised: what is not understood is `Rejected`."""
+"""From datagrams to packets, of a server and of a client. Nothing is raised: what cannot be read is `Rejected`."""
 
 from __future__ import annotations
 
@@ -7,26 +7,26 @@ from flockwire_mocap.natnet.model import read_model
 from flockwire_mocap.natnet.packets import (
     CONNECTION,
     HEADER,
+    REQUESTED_VERSION,
     SERVER_INFO,
-    WISH,
     ClientPacket,
-    Command,
     Connect,
     Kind,
     Other,
     Packet,
     Rejected,
+    RemoteCommand,
     Response,
     ServerInfo,
     Version,
 )
-from flockwire_mocap.natnet.reader import MalformedError, Reader
+from flockwire_mocap.natnet.reader import MalformedError, PacketReader
 
 LONGEST_TEXT = 4096  # bytes of a response
 
 
 def parse(datagram: bytes, version: Version | None) -> Packet:
-    """Return what a server's datagram says; frames and models need the `version` of the stream, None if not known."""
+    """Return a server's packet; frames and models need the `version` of the stream, None if not known."""
     try:
         kind, body = _open(datagram)
         return _read(kind, body, version)
@@ -40,27 +40,27 @@ def parse_request(datagram: bytes) -> ClientPacket:
         kind, body = _open(datagram)
         if kind == Kind.CONNECT:
             return _read_greeting(body)
-        return Command(_loose_text(body)) if kind == Kind.REQUEST else Other(kind)
+        return RemoteCommand(_loose_text(body)) if kind == Kind.REQUEST else Other(kind)
     except MalformedError as error:
         return Rejected(str(error))
 
 
-def _read_greeting(body: Reader) -> Connect:
-    """Read a greeting: clients of old send "Ping" alone; one that is long enough may ask for a version, or for 0.0."""
-    if body.remaining < WISH.size:
+def _read_greeting(body: PacketReader) -> Connect:
+    """Read a greeting: old clients send "Ping" alone; one that is long enough may ask for a version, or for 0.0."""
+    if body.remaining < REQUESTED_VERSION.size:
         return Connect()
-    major, minor = body.unpack(WISH)
+    major, minor = body.unpack(REQUESTED_VERSION)
     return Connect((major, minor) if major else None)
 
 
-def _open(datagram: bytes) -> tuple[int, Reader]:
+def _open(datagram: bytes) -> tuple[int, PacketReader]:
     """Return kind and body; bytes behind the announced ones are not looked at."""
-    reader = Reader(datagram)
+    reader = PacketReader(datagram)
     kind, length = reader.unpack(HEADER)
     return kind, reader.part(length)
 
 
-def _read(kind: int, body: Reader, version: Version | None) -> Packet:
+def _read(kind: int, body: PacketReader, version: Version | None) -> Packet:
     if kind in {Kind.FRAME, Kind.MODEL}:
         if version is None:
             return Rejected("the version of the stream is not known yet")
@@ -70,7 +70,7 @@ def _read(kind: int, body: Reader, version: Version | None) -> Packet:
     return _read_response(body) if kind == Kind.RESPONSE else Other(kind)
 
 
-def _read_server_info(body: Reader) -> ServerInfo:
+def _read_server_info(body: PacketReader) -> ServerInfo:
     """Read name, versions and, from 3.0 on, clock and connection."""
     name, *versions = body.unpack(SERVER_INFO)
     frequency, port, multicast, group = 0, 0, 0, bytes(4)
@@ -82,14 +82,14 @@ def _read_server_info(body: Reader) -> ServerInfo:
     return ServerInfo(text, (a, b, c, d), (e, f, g, h), frequency, port, bool(multicast), ".".join(map(str, group)))
 
 
-def _read_response(body: Reader) -> Response:
+def _read_response(body: PacketReader) -> Response:
     if body.remaining == 4:
         return Response(None, body.integer())
     return Response(_loose_text(body), None)
 
 
-def _loose_text(body: Reader) -> str:
+def _loose_text(body: PacketReader) -> str:
     """Read text that may end with its NUL or with the packet."""
     if body.remaining > LONGEST_TEXT:
         raise MalformedError(f"a text of {body.remaining} bytes")
-    return body.rest().partition(b"\0")[0].decode(errors="replace")
+    return body.remainder().partition(b"\0")[0].decode(errors="replace")

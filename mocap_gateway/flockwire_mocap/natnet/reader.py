@@ -1,4 +1,4 @@
-"""A cursor over the bytes of a packet that never reads beyond their end."""
+"""A cursor over the bytes of a packet that never reads past their end."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ _SECTION = Struct("<II")
 
 
 class MalformedError(ValueError):
-    """The bytes are not what they should be; the text says why."""
+    """The bytes are malformed; the text gives the reason."""
 
 
-class Reader:
+class PacketReader:
     """Reads `data` from `position` up to `end` (the end of the data by default); raises MalformedError beyond it."""
 
     __slots__ = ("_data", "_end", "_position")
@@ -63,17 +63,17 @@ class Reader:
         begin = self.skip(end + 1 - self._position)
         return self._data[begin:end].decode(errors="replace")
 
-    def rest(self) -> bytes:
+    def remainder(self) -> bytes:
         """Read all bytes that are left."""
         begin = self.skip(self.remaining)
         return self._data[begin : self._end]
 
-    def part(self, size: int) -> Reader:
+    def part(self, size: int) -> PacketReader:
         """Return a reader of the next `size` bytes, and pass over them."""
         begin = self.skip(size)
-        return Reader(self._data, begin, begin + size)
+        return PacketReader(self._data, begin, begin + size)
 
-    def section(self) -> tuple[int, Reader]:
+    def section(self) -> tuple[int, PacketReader]:
         """Read a section as from 4.1 on: i32 count, u32 size in bytes; returns the count and a reader of the bytes."""
         count, size = self.unpack(_SECTION)
         return count, self.part(size)

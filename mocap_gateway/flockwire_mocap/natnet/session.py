@@ -27,19 +27,19 @@ from flockwire_mocap.natnet.parsing import parse
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose
 
 PERIOD = BILLION  # ns between two keep-alives, and between two attempts at anything else
-SILENCE = 3 * BILLION  # ns without a packet after which the server is greeted again
+SILENCE = 3 * BILLION  # ns without a packet after which the greeting is repeated
 MODEL_PAUSE = 4 * BILLION  # ns more between two model definitions; some servers mark every frame as changed
 MODEL_ATTEMPTS = 3  # a server that does not answer is not asked for ever: it may stop streaming over it
 
 
 class Options(NamedTuple):
-    """How to speak to a server.
+    """How to address a server.
 
     Attributes:
         server: its IPv4 address, from which frames come; packets of others are dropped.
         multicast: whether frames come from a group; then no keep-alive is needed, and the version cannot be chosen.
         bitstream: in unicast the version to ask for, 4.0 servers and newer. In multicast, the version that is
-            streamed; needed only where the server does not answer. None: as the server says.
+            streamed; needed only where the server does not answer. None: the one that the server reports.
         request_model: whether to ask for names. Frames do not need them.
 
     """
@@ -59,7 +59,7 @@ class Counts:
         empty: those among them without a rigid body.
         malformed: packets that could not be read.
         foreign: packets from other addresses than the server's.
-        poses_rejected: poses said to be tracked that are none: not finite, or no unit quaternion.
+        poses_rejected: poses marked as tracked that are none: not finite, or no unit quaternion.
 
     """
 
@@ -105,7 +105,7 @@ class NatNetSession:
         self.foreign: str | None = None
         self.rejected: str | None = None
         self.adjusted = False  # whether the server has agreed to `options.bitstream`
-        self._heard = 0
+        self._received_at = 0
         self._greeting, self._keep_alive, self._bitstream = _Request(), _Request(), _Request()
         self._model = _Request(wanted=options.request_model)
 
@@ -120,7 +120,7 @@ class NatNetSession:
     def requests(self, now: int) -> list[bytes]:
         """Return the datagrams to be sent to the server's command port at `now`, ns; call it every 0.1 s or so."""
         due: list[bytes] = []
-        if (self.info is None or now - self._heard > SILENCE) and self._greeting.make(now):
+        if (self.info is None or now - self._received_at > SILENCE) and self._greeting.make(now):
             due.append(encode_connect())
         if self.info is None:
             return due
@@ -143,7 +143,7 @@ class NatNetSession:
             self.counts.foreign += 1
             self.foreign = source
             return None
-        self._heard = now
+        self._received_at = now
         return self._take_in(parse(datagram, self.version))
 
     def _take_in(self, packet: Packet) -> TrackerFrame | None:

@@ -27,7 +27,7 @@ def _no_frames(session: NatNetSession, info: ServerInfo) -> str:
     if info.version < OLDEST:
         return f"{server} streams NatNet {_text(info.version)}: {_text(OLDEST)} or newer is needed, update Motive"
     if info.multicast != session.options.multicast:
-        return _other_way(info, server)
+        return _other_mode(info, server)
     return _foreign(session) or _no_stream(info)
 
 
@@ -53,7 +53,7 @@ def _no_answer(session: NatNetSession, command_port: int) -> str:
     )
 
 
-def _other_way(info: ServerInfo, server: str) -> str:
+def _other_mode(info: ServerInfo, server: str) -> str:
     if info.multicast:
         return f"{server} streams to the multicast group {info.group}:{info.data_port}: set multicast = true"
     return f"{server} streams in unicast: set multicast = false"

@@ -14,10 +14,10 @@ from flockwire_mocap.natnet.packets import (
     GROUP,
     OLDEST,
     BodyDescription,
-    Command,
     Connect,
     Kind,
     MocapFrame,
+    RemoteCommand,
     RigidBody,
     ServerInfo,
     Stamps,
@@ -38,9 +38,9 @@ class TwinOptions(NamedTuple):
     """What the server is.
 
     Attributes:
-        version: of NatNet that it speaks.
+        version: of NatNet that it implements.
         multicast: whether frames go to `group` at `data_port`, or to each client.
-        answers_model: False is a server that keeps silent when asked for the model definition.
+        answers_model: False is a server that does not answer a request for the model definition.
 
     """
 
@@ -54,15 +54,15 @@ class TwinOptions(NamedTuple):
 @dataclass(slots=True)
 class _Client:
     version: Version
-    heard: int
+    received_at: int
 
 
 class NatNetTwin:
     """Answers clients, and turns frames into the datagrams that they get. `names` are of bodies by number.
 
     A unicast client of 4.0 and newer may ask for an older bitstream, when it greets or later by a command. The answer
-    to its greeting then tells that version, so that clients that believe the answer and those that believe what they
-    have asked for read the same; which of both Motive tells is not documented.
+    to its greeting then has that version, so that clients that use the answer and those that use what they requested
+    read the same; which of both Motive sends is not documented.
     """
 
     def __init__(self, options: TwinOptions, names: Mapping[int, str]) -> None:
@@ -73,13 +73,13 @@ class NatNetTwin:
         """Take in a client's datagram at `now`, ns; returns the answer, if there is one."""
         request = parse_request(datagram)
         if isinstance(request, Connect):
-            wish = request.version
-            version = wish if wish is not None and self._speaks(wish) else self.options.version
+            wanted = request.version
+            version = wanted if wanted is not None and self._supports(wanted) else self.options.version
             self._clients[client] = _Client(version, now)
             return encode_server_info(self._info(version))
         if client in self._clients:
-            self._clients[client].heard = now
-        if isinstance(request, Command):
+            self._clients[client].received_at = now
+        if isinstance(request, RemoteCommand):
             return self._obey(request.text, client)
         if request == (Kind.REQUEST_MODEL,) and self.options.answers_model:
             bodies = [BodyDescription(identity, name) for identity, name in self.names.items()]
@@ -93,13 +93,15 @@ class NatNetTwin:
         if self.options.multicast:
             target = (self.options.group, self.options.data_port)
             return [(encode_frame(_mocap_frame(frame), self.options.version), target)]
-        self._clients = {address: known for address, known in self._clients.items() if now - known.heard < LIFETIME}
+        self._clients = {
+            address: known for address, known in self._clients.items() if now - known.received_at < LIFETIME
+        }
         datagrams = {known.version: b"" for known in self._clients.values()}
         for version in datagrams:
             datagrams[version] = encode_frame(_mocap_frame(frame), version)
         return [(datagrams[known.version], address) for address, known in self._clients.items()]
 
-    def _speaks(self, version: Version) -> bool:
+    def _supports(self, version: Version) -> bool:
         return can_adjust(*self.options[:2]) and OLDEST <= version <= self.options.version
 
     def _info(self, version: Version) -> ServerInfo:
@@ -119,7 +121,7 @@ class NatNetTwin:
         return self.options.version if known is None else known.version
 
     def _obey(self, command: str, client: Address) -> bytes:
-        """Answer a command: "Bitstream" tells the client's version, "Bitstream,3.1" changes it."""
+        """Answer a command: "Bitstream" returns the client's version, "Bitstream,3.1" changes it."""
         name, _, argument = command.partition(",")
         if name != "Bitstream":
             return encode(Kind.UNRECOGNIZED)
@@ -130,7 +132,7 @@ class NatNetTwin:
         if known is None or not (major.isdecimal() and minor.isdecimal()):
             return encode(Kind.RESPONSE, REFUSED)
         version = (int(major), int(minor))
-        if not self._speaks(version):
+        if not self._supports(version):
             return encode(Kind.RESPONSE, REFUSED)
         known.version = version
         return encode(Kind.RESPONSE, DONE)

@@ -1,4 +1,4 @@
-"""The socket of a VRPN client: it carries bytes to and from a `Connection`, and connects again when it is lost."""
+"""The socket of a VRPN client: it carries bytes to and from a `VrpnConnection`, and reconnects when it is lost."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Callable
 from flockwire import clock
 
 from flockwire_mocap.tracking import TrackerFrame
-from flockwire_mocap.vrpn.connection import Connection
+from flockwire_mocap.vrpn.connection import VrpnConnection
 from flockwire_mocap.vrpn.reports import Reports
 from flockwire_mocap.vrpn.wire import PORT
 
@@ -30,7 +30,7 @@ class VrpnClient:
     """
 
     def __init__(self, host: str, deliver: Deliver, port: int = PORT) -> None:
-        self.connection = Connection()
+        self.connection = VrpnConnection()
         self.reports = Reports()
         self.trouble: str | None = f"{host}:{port} has not been connected yet"
         self._host, self._port, self._deliver = host, port, deliver
@@ -75,7 +75,7 @@ class VrpnClient:
             await asyncio.sleep(PAUSE)
 
     async def _connect(self) -> tuple[asyncio.Transport, _Link]:
-        self.connection = Connection()
+        self.connection = VrpnConnection()
         link = _Link(self)
         transport, _ = await asyncio.get_running_loop().create_connection(lambda: link, self._host, self._port)
         return transport, link

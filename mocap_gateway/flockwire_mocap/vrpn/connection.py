@@ -14,8 +14,8 @@ from flockwire_mocap.vrpn.wire import (
     POSE,
     SENDER,
     TYPE,
-    Message,
     PoseBody,
+    VrpnMessage,
     decode_name,
     decode_pose,
     encode,
@@ -27,7 +27,7 @@ from flockwire_mocap.vrpn.wire import (
 MOST_NAMES = 2000  # senders, and types, that one side may describe; the reference implementation's limit
 
 
-class Pose(NamedTuple):
+class PoseReport(NamedTuple):
     """A pose report: `number` and `name` of the sender, which is the body; stamp in ns of the server's Unix time."""
 
     number: int
@@ -36,7 +36,7 @@ class Pose(NamedTuple):
     pose: PoseBody
 
 
-class Connection:
+class VrpnConnection:
     """The state of a connection: what the other side has described, and what this side has.
 
     Attributes:
@@ -61,12 +61,12 @@ class Connection:
         for name in (POSE, PING, PONG):
             self._number(self._own_types, TYPE, name)
 
-    def receive(self, data: bytes) -> list[Pose]:
+    def receive(self, data: bytes) -> list[PoseReport]:
         """Take in bytes as they come, cut anywhere; returns the poses that they complete, and answers pings."""
         if self.failed is not None:
             return []
         self._unread += data
-        poses: list[Pose] = []
+        poses: list[PoseReport] = []
         try:
             for message in self._messages():
                 pose = self._take_in(message)
@@ -97,7 +97,7 @@ class Connection:
 
     def _send(self, stamp: int, sender: str, kind: str, body: bytes) -> None:
         number = self.describe(sender)  # what describes it goes first
-        self._outgoing += encode(Message(stamp, number, self._own_types[kind], body))
+        self._outgoing += encode(VrpnMessage(stamp, number, self._own_types[kind], body))
 
     def _number(self, numbers: dict[str, int], kind: int, name: str) -> int:
         if name not in numbers:
@@ -105,7 +105,7 @@ class Connection:
             self._outgoing += encode_description(kind, numbers[name], name)
         return numbers[name]
 
-    def _messages(self) -> Iterator[Message]:
+    def _messages(self) -> Iterator[VrpnMessage]:
         """Yield all messages that have come; raises ValueError where the bytes are none."""
         begin = 0
         if not self._greeted:
@@ -123,7 +123,7 @@ class Connection:
         finally:
             del self._unread[:begin]
 
-    def _take_in(self, message: Message) -> Pose | None:
+    def _take_in(self, message: VrpnMessage) -> PoseReport | None:
         if message.kind < 0:
             if message.kind in {SENDER, TYPE}:
                 self._described(message)
@@ -137,7 +137,7 @@ class Connection:
             return self._pose(message, sender)
         return None
 
-    def _described(self, message: Message) -> None:
+    def _described(self, message: VrpnMessage) -> None:
         names = self.senders if message.kind == SENDER else self._types
         name = decode_name(message.body)
         if name is None or (message.sender not in names and len(names) >= MOST_NAMES):
@@ -145,12 +145,12 @@ class Connection:
         else:
             names[message.sender] = name
 
-    def _pose(self, message: Message, sender: str) -> Pose | None:
+    def _pose(self, message: VrpnMessage, sender: str) -> PoseReport | None:
         pose = decode_pose(message.body)
         if pose is None:
             self.malformed += 1
         elif not is_pose(pose.position, pose.orientation):
             self.poses_rejected += 1
         else:
-            return Pose(message.sender, sender, message.stamp, pose)
+            return PoseReport(message.sender, sender, message.stamp, pose)
         return None

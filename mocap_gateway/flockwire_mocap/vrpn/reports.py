@@ -5,7 +5,7 @@ from __future__ import annotations
 from flockwire.nanoseconds import BILLION
 
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
-from flockwire_mocap.vrpn.connection import MOST_NAMES, Pose
+from flockwire_mocap.vrpn.connection import MOST_NAMES, PoseReport
 
 RESTART = 10 * BILLION  # ns; a report that is older than that by its stamp comes from a clock that was set back
 
@@ -19,9 +19,9 @@ class Reports:
     def __init__(self) -> None:
         self.frames = self.repeated = self.late = 0
         self._identities: dict[str, int] = {}
-        self._newest: dict[int, Pose] = {}
+        self._newest: dict[int, PoseReport] = {}
 
-    def frame(self, report: Pose) -> TrackerFrame | None:
+    def frame(self, report: PoseReport) -> TrackerFrame | None:
         """Return the report as a frame of one body, if it is newer than all before of that body."""
         sensor = report.pose.sensor
         name = report.name if sensor == 0 else f"{report.name}/{sensor}"
@@ -35,7 +35,7 @@ class Reports:
         body = ReportedBody(identity, name, report.pose.position, report.pose.orientation, tracked=True)
         return TrackerFrame(self.frames, report.stamp, report.stamp, (body,))
 
-    def _is_new(self, report: Pose, newest: Pose | None) -> bool:
+    def _is_new(self, report: PoseReport, newest: PoseReport | None) -> bool:
         if newest is None or report.stamp > newest.stamp or newest.stamp - report.stamp > RESTART:
             return True
         if (report.stamp, report.pose) == (newest.stamp, newest.pose):

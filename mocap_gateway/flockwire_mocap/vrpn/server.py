@@ -7,7 +7,7 @@ import socket
 from collections.abc import Iterable
 
 from flockwire_mocap.tracking import TrackerFrame
-from flockwire_mocap.vrpn.connection import Connection
+from flockwire_mocap.vrpn.connection import VrpnConnection
 from flockwire_mocap.vrpn.wire import PORT, PoseBody
 
 BACKLOG = 1 << 20  # bytes; a client that reads so little is disconnected
@@ -52,7 +52,7 @@ class VrpnServer:
 class _Client(asyncio.Protocol):
     def __init__(self, names: Iterable[str], clients: set[_Client]) -> None:
         self._names, self._clients = names, clients
-        self._connection = Connection()
+        self._connection = VrpnConnection()
         self._transport: asyncio.WriteTransport | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:

@@ -1,8 +1,8 @@
 """VRPN's bytes: the cookie, the frame of a message, descriptions, poses. All is big-endian.
 
 A message is i32 length (header and body, without padding), i32 seconds, i32 microseconds, i32 sender, i32 type, padded
-with NUL to 24 bytes, then the body, padded to a multiple of 8. Senders and types are numbers that each side gives out
-anew on each connection, and describes before their first use.
+with NUL to 24 bytes, then the body, padded to a multiple of 8. Senders and types are numbers that each side assigns
+afresh on each connection, and describes before their first use.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _TEXT = Struct(">i")
 _POSE = Struct(">ii7d")
 
 
-class Message(NamedTuple):
+class VrpnMessage(NamedTuple):
     """A message: `stamp` in ns of the sender's Unix time, `sender` and `kind` as numbered by who sent it."""
 
     stamp: int
@@ -46,7 +46,7 @@ class PoseBody(NamedTuple):
     orientation: Quaternion
 
 
-def encode(message: Message) -> bytes:
+def encode(message: VrpnMessage) -> bytes:
     """Return the bytes of a message."""
     seconds, rest = divmod(message.stamp, BILLION)
     length = HEADER_SIZE + len(message.body)
@@ -57,7 +57,7 @@ def encode(message: Message) -> bytes:
 def encode_description(kind: int, number: int, name: str) -> bytes:
     """Return the message that gives `number` to the sender or type (`kind` is SENDER or TYPE) of that name."""
     text = name.encode() + b"\0"
-    return encode(Message(0, number, kind, _TEXT.pack(len(text)) + text))
+    return encode(VrpnMessage(0, number, kind, _TEXT.pack(len(text)) + text))
 
 
 def encode_pose(pose: PoseBody) -> bytes:
@@ -80,7 +80,7 @@ def decode_pose(body: bytes) -> PoseBody | None:
     return PoseBody(sensor, (x, y, z), (qx, qy, qz, qw))
 
 
-def take_message(data: bytes | bytearray, begin: int) -> tuple[Message | None, int]:
+def take_message(data: bytes | bytearray, begin: int) -> tuple[VrpnMessage | None, int]:
     """Return the message that begins at `begin` and where the next one does; None if it has not all come.
 
     Raises:
@@ -96,4 +96,4 @@ def take_message(data: bytes | bytearray, begin: int) -> tuple[Message | None, i
     if len(data) < end:
         return None, begin
     stamp = seconds * BILLION + micros * THOUSAND
-    return Message(stamp, sender, kind, bytes(data[begin + HEADER_SIZE : begin + length])), end
+    return VrpnMessage(stamp, sender, kind, bytes(data[begin + HEADER_SIZE : begin + length])), end

@@ -10,7 +10,7 @@ depth = 4                                    # hops from the leader, at most
 extra_edges = 2
 [grid]                                       # every combination is flown, on the same seeds
 "control.law" = ["paper", "extended"]
-[random]                                     # drawn anew for each run
+[random]                                     # drawn again for each run
 "gateway.noise" = { log_uniform = [1e-4, 1e-2] }
 "sim.delay" = { uniform = [0.0, 0.05] }
 [[faults]]                                   # as in a file of faults; values may be drawn too
@@ -33,7 +33,7 @@ from flockwire.swarm.reading import error_lines, read_toml
 from flockwire.swarm.tables import Finite, Model, Positive, Probability
 from pydantic import Field, JsonValue, ValidationError, model_validator
 
-Point = tuple[tuple[str, JsonValue], ...]  # one combination of the grid: key, value
+GridPoint = tuple[tuple[str, JsonValue], ...]  # one combination of the grid: key, value
 KINDS = ("uniform", "log_uniform", "integer", "choice")
 
 
@@ -48,7 +48,7 @@ class Starts(Model):
     centre: tuple[Finite, Finite] = (0.0, 0.0)
     spacing: Positive = 0.6
     obstacle_spacing: Positive = 0.6
-    fixed: tuple[int, ...] = ()  # drones that start where the swarm file says, such as a leader on its path, 0
+    fixed: tuple[int, ...] = ()  # drones that start where the swarm file has them, such as a leader on its path, 0
 
 
 class RandomGraph(Model):
@@ -91,8 +91,8 @@ class Draw(Model):
         return self.choice or self.uniform or self.log_uniform or self.integer or ()
 
 
-class Fault(Model):
-    """A fault that befalls a share of the runs; each value of `table` may be a Draw."""
+class RandomFault(Model):
+    """A fault that is injected into a share of the runs; each value of `table` may be a Draw."""
 
     probability: Probability = 1.0
     table: dict[str, Annotated[Draw | JsonValue, Field(union_mode="left_to_right")]]
@@ -108,7 +108,7 @@ class Study(Model):
     graph: RandomGraph | None = None
     grid: dict[str, Annotated[tuple[JsonValue, ...], Field(min_length=1)]] = Field(default={})
     random: dict[str, Draw] = Field(default={})
-    faults: tuple[Fault, ...] = ()
+    faults: tuple[RandomFault, ...] = ()
 
     @model_validator(mode="after")
     def _once(self) -> Study:
@@ -118,7 +118,7 @@ class Study(Model):
         return self
 
     @property
-    def points(self) -> tuple[Point, ...]:
+    def points(self) -> tuple[GridPoint, ...]:
         """Every combination of the grid; one empty combination when there is no grid."""
         return tuple(tuple(zip(self.grid, values, strict=True)) for values in product(*self.grid.values()))
 

@@ -13,12 +13,12 @@ from flockwire.swarm.model import Swarm
 from pydantic import JsonValue
 
 from flockwire_sim.study.confidence import wilson
-from flockwire_sim.study.file import Point, Study, StudyError
+from flockwire_sim.study.file import GridPoint, Study, StudyError
 from flockwire_sim.study.flight import Result
 from flockwire_sim.study.percentiles import Spread, spread
 from flockwire_sim.study.variation import Table, vary
 
-WORST = 5  # runs that are told
+WORST = 5  # runs that are listed
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ QUANTITIES = (
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class GridPointFigures:
     """What came of one grid point: `low` and `high` hold the true success rate with 95 % confidence (Wilson)."""
 
     point: dict[str, JsonValue]
@@ -61,7 +61,7 @@ class Findings:
 
     swarm: str
     plan: Study
-    rows: tuple[Row, ...]
+    rows: tuple[GridPointFigures, ...]
     results: tuple[Result, ...]
     worst: tuple[Result, ...]
 
@@ -93,7 +93,7 @@ class Findings:
 
 
 def find(swarm: Swarm, plan: Study, results: Sequence[Result]) -> Findings:
-    """Return what the runs of the plan say, in whatever order they were flown; runs beyond `plan.runs` do not count."""
+    """Return what the runs of the plan show, flown in any order; runs beyond `plan.runs` do not count."""
     counted = sorted((r for r in results if r.run < plan.runs), key=lambda r: (r.point, r.run))
     rows = []
     for number, point in enumerate(plan.points):
@@ -122,7 +122,7 @@ def write_worst(findings: Findings, table: Table, out: Path) -> None:
             (folder / f"{stem}.faults.toml").write_text(tomli_w.dumps(varied.fault_table), encoding="utf-8")
 
 
-def _row(point: Point, results: list[Result]) -> Row:
+def _row(point: GridPoint, results: list[Result]) -> GridPointFigures:
     successes = sum(result.ok for result in results)
     low, high = wilson(successes, len(results))
     failed = Counter(name for result in results for name in result.failed)
@@ -131,7 +131,9 @@ def _row(point: Point, results: list[Result]) -> Row:
         for quantity in QUANTITIES
     }
     rate = successes / len(results)
-    return Row(dict(point), len(results), successes, rate, low, high, dict(sorted(failed.items())), figures)
+    return GridPointFigures(
+        dict(point), len(results), successes, rate, low, high, dict(sorted(failed.items())), figures
+    )
 
 
 def _goodness(result: Result) -> tuple[bool, float, float, int, int]:

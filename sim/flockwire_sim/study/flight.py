@@ -1,4 +1,4 @@
-"""One flight of a study, flown wherever there is a worker; what comes back is small and says nothing of the machine."""
+"""One flight of a study, flown wherever there is a worker; the result is small and does not depend on the machine."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from flockwire.swarm.model import Swarm
 from flockwire_recorder.rendering import render
 
-from flockwire_sim.study.findings import QUANTITIES, Findings, Row
+from flockwire_sim.study.findings import QUANTITIES, Findings, GridPointFigures
 from flockwire_sim.study.labels import label, quantity
 
 
@@ -39,7 +39,7 @@ def page(findings: Findings, pictures: Sequence[Path]) -> str:
     )
 
 
-def _success(row: Row) -> tuple[str, ...]:
+def _success(row: GridPointFigures) -> tuple[str, ...]:
     failed = ", ".join(f"{count} x {name}" for name, count in row.failed.items())
     interval = f"{100 * row.low:.2f} to {100 * row.high:.2f} %"
     return label(row.point), str(row.runs), f"{100 * row.rate:.2f} %", interval, failed or "none"

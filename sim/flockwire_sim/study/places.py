@@ -10,7 +10,7 @@ from flockwire.swarm.model import Swarm
 
 from flockwire_sim.study.file import Starts, StudyError
 
-TRIES = 2000  # for one drone, until all begin anew
+TRIES = 2000  # for one drone, until all are drawn again
 BEGINNINGS = 20
 
 

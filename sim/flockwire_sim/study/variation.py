@@ -15,7 +15,7 @@ from flockwire.wire.plan import Plan
 from pydantic import JsonValue
 
 from flockwire_sim.fault_injection import refusal
-from flockwire_sim.study.file import Draw, Point, Study, StudyError
+from flockwire_sim.study.file import Draw, GridPoint, Study, StudyError
 from flockwire_sim.study.places import random_starts
 from flockwire_sim.study.trees import random_edges
 
@@ -33,7 +33,7 @@ class Variation:
     drawn: dict[str, JsonValue]
 
 
-def vary(plan: Study, table: Table, point: Point, seed: int) -> Variation:
+def vary(plan: Study, table: Table, point: GridPoint, seed: int) -> Variation:
     """Return the run of `seed` at a grid point; raises StudyError when what was drawn cannot be flown."""
     drawn = {key: draw.value(_chance(seed, key)) for key, draw in plan.random.items()}
     return _build(plan, table, [*point, *drawn.items()], seed, drawn)

@@ -22,7 +22,7 @@ AHEAD = 3  # runs in the queue for each worker
 
 
 class WorkersLostError(RuntimeError):
-    """The workers cannot fly any more; the text says why."""
+    """The workers cannot fly any more; the text gives the reason."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,7 @@ def cluster(address: str) -> Iterator[Workers]:
     except ImportError:
         raise StudyError(f"--scheduler = {address}: needs the extra flockwire[study] (distributed)") from None
     for name in ("distributed.client", "distributed.core", "distributed.comm"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)  # what goes wrong is told in one line
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # what goes wrong is reported in one line
     try:
         client = Client(  # type: ignore[no-untyped-call]
             address, timeout=PATIENCE, set_as_default=False
@@ -91,7 +91,7 @@ def conduct(tasks: Iterable[Task], workers: Workers) -> Iterator[Result]:
 
 
 def _serve() -> None:
-    """Make this a good worker: Ctrl-C is its parent's matter, and it ends when its parent is gone."""
+    """Make this a good worker: its parent handles Ctrl-C, and it ends when its parent is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     if parent is not None:

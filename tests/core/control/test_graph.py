@@ -13,8 +13,8 @@ def test_neighbours_are_those_heard():
 
 
 def test_listeners_are_those_who_hear():
-    assert TREE.listeners(1) == (2, 3)
-    assert TREE.listeners(4) == ()
+    assert TREE.out_neighbours(1) == (2, 3)
+    assert TREE.out_neighbours(4) == ()
 
 
 def test_depths_count_the_fewest_hops():
@@ -34,8 +34,8 @@ def test_followers_without_a_path_from_the_leader_are_named():
         ((1, 1), (), "ids must differ"),
         ((0, 1), (), "ids must differ"),
         ((1,), ((0, 2, 1.0),), "edge 0 -> 2: both ends"),
-        ((1,), ((1, 0, 1.0),), "edge 1 -> 0: the leader hears nobody"),
-        ((1,), ((1, 1, 1.0),), "edge 1 -> 1: nobody hears itself"),
+        ((1,), ((1, 0, 1.0),), "edge 1 -> 0: the leader has no in-neighbours"),
+        ((1,), ((1, 1, 1.0),), "edge 1 -> 1: nobody is a neighbour of itself"),
         ((1,), ((0, 1, 1.0), (0, 1, 2.0)), "edge 0 -> 1: listed twice"),
         ((1,), ((0, 1, 0.0),), r"edge 0 -> 1: weight = 0\.0 must be positive"),
         ((1,), ((0, 1, float("nan")),), "weight = nan must be positive"),

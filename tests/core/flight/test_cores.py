@@ -3,8 +3,10 @@
 from random import Random
 
 import pytest
-from flockwire.flight.cores import Start, make_core
+from flockwire.flight.cores import Ground, Start, make_core
 from flockwire.nanoseconds import BILLION
+from flockwire.wire.keys import Key
+from flockwire.wire.messages import Pose
 from flockwire_agent.core import AgentCore
 from flockwire_leader.core import FlyingLeader, VirtualLeader
 from flockwire_mocap.core import GatewayCore
@@ -54,3 +56,21 @@ def test_a_start_knows_its_drone(make_plan):
     assert start(plan, "leader").drone == 0
     with pytest.raises(ValueError, match="gateway serves no drone"):
         _ = start(plan, "gateway").drone
+
+
+@pytest.mark.parametrize("changes", [None, VIRTUAL])
+def test_on_the_ground_every_process_may_end_when_it_is_told(make_plan, changes):
+    plan = make_plan(changes)
+    for identity in plan.started:
+        core, later = make_core(start(plan, identity)), NOW + 2 * BILLION
+        core.step(later)
+        core.retire(later)
+        assert core.may_end(later), identity
+
+
+def test_what_flies_nothing_takes_nothing_in_and_publishes_nothing():
+    ground = Ground()
+    ground.receive(Key("pose", "uav1"), Pose(NOW, "world", (0.0, 0.0, 1.0)), NOW)
+    assert (ground.triggers, ground.prompt, ground.due(Key("pose", "uav1")), ground.step(NOW)) == (
+        frozenset(), frozenset(), False, ()
+    )  # fmt: skip

@@ -424,6 +424,20 @@ def test_on_the_ground_patience_ends_with_what_is_waited_for(tower):
     assert tower.failure == "still preparing after 30 s (uav1: waits for its own pose; uav2: no status)"
 
 
+@pytest.mark.parametrize("phase", [Phase.LANDING, Phase.READY, Phase.GROUNDED, None])
+def test_a_drone_that_is_lost_during_take_off_ends_it(tower, phase):
+    tower.all(Phase.READY)
+    tower.step(0.5)  # the order is on its way: nobody is lost
+    assert tower.stage is Stage.TAKING_OFF
+    tower.all(Phase.TAKEOFF)
+    uav2 = tower.pilots["uav2"]
+    if phase is None:
+        uav2.died = tower.now
+    lost = (phase or Phase.TAKEOFF, "own pose lost for 1 s")
+    assert "land" in tower.step(4.0, leader=Phase.HOLD, uav1=Phase.HOLD, uav2=lost)
+    assert tower.failure == f"uav2 did not take off: {'own pose lost for 1 s' if phase else 'silent'}"
+
+
 def test_in_the_air_patience_ends_with_a_landing(tower):
     tower.all(Phase.READY)
     tower.step(leader=Phase.HOLD, uav1=Phase.HOLD, uav2=(Phase.TAKEOFF, "slow"))

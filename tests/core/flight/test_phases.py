@@ -3,7 +3,8 @@ from math import hypot
 import pytest
 from flockwire.flight.phases import (
     NEVER,
-    Flight,
+    TOLD_TO_END,
+    FlightPhases,
     Phase,
     Situation,
     age,
@@ -28,7 +29,7 @@ class Pilot:
     """A flight and the situation it is in; every update comes a second after the last."""
 
     def __init__(self):
-        self.flight, self.now = Flight(BORN), BORN
+        self.flight, self.now = FlightPhases(BORN), BORN
         self.unready = self.hold = self.land = ""
         self.airborne = self.high = False
 
@@ -158,6 +159,31 @@ def test_mission_time_counts_from_the_start_and_is_none_before_one(pilot):
     assert pilot.flight.mission_time(BORN + 5 * BILLION) == 3.0
     pilot.order("hold")
     assert pilot.flight.mission_time(BORN) is None
+
+
+def test_told_to_end_it_holds_for_a_second_and_lands(flyer):
+    flyer.flight.retire(flyer.now + BILLION)
+    assert flyer.update() is Phase.HOLD
+    assert flyer.flight.reason == TOLD_TO_END
+    flyer.flight.retire(flyer.now + 9 * BILLION)  # told again: counted from the first time
+    assert flyer.update() is Phase.LANDING
+    assert flyer.update(airborne=False, high=False) is Phase.GROUNDED
+    assert flyer.flight.reason == TOLD_TO_END
+    assert flyer.order("takeoff") is Phase.GROUNDED
+
+
+def test_told_to_end_during_take_off_it_lands(pilot):
+    pilot.update()
+    pilot.order("takeoff")
+    pilot.update(airborne=True)
+    pilot.flight.retire(pilot.now)
+    assert pilot.update() is Phase.LANDING
+
+
+def test_told_to_end_another_reason_to_land_comes_first(flyer):
+    flyer.flight.retire(flyer.now)
+    assert flyer.update(land="battery at 9%") is Phase.LANDING
+    assert flyer.flight.reason == "battery at 9%"
 
 
 @given(vectors, vectors, st.floats(0.1, 2.0))

@@ -63,8 +63,8 @@ def test_each_reason_is_told_once(refusals, caplog):
         for told in (UNKNOWN, expired(1), UNKNOWN, expired(2), UNKNOWN):
             refusals.take(told)
     assert [record.getMessage() for record in caplog.records] == [
-        "refused a connection: invalid peer certificate: UnknownIssuer (told once, counted in status)",
-        "refused a connection: invalid peer certificate: certificate expired (told once, counted in status)",
+        "refused a connection: invalid peer certificate: UnknownIssuer (logged once, counted in status)",
+        "refused a connection: invalid peer certificate: certificate expired (logged once, counted in status)",
     ]
 
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from flockwire.runtime.session import BURST, SPARE_SESSIONS, configuration
-from flockwire.security.files import Credentials
+from flockwire.runtime.session import BURST, SPARE_SESSIONS, Session, configuration
+from flockwire.security.files import Credentials, CredentialsError
 from flockwire.wire.access import access_control
 
 FILES = Credentials(Path("ca.crt"), Path("own.crt"), Path("own.key"))
@@ -72,3 +72,25 @@ def test_without_security_nothing_is_encrypted_and_sizes_stay_bounded(make_plan,
         assert "tls" not in config["transport"]["link"]
         zenoh.Config.from_json5(json.dumps(config))
         assert config["transport"]["link"]["rx"]["max_message_size"] == 65536
+
+
+class OpenedError(Exception):
+    """Zenoh would be opened now."""
+
+
+def test_an_order_in_flight_does_not_wait_until_its_certificate_is_verified(make_plan, monkeypatch, tmp_path):
+    def opened(_):
+        raise OpenedError
+
+    monkeypatch.setattr(zenoh, "open", opened)
+    for name in ("ca.crt", "operator.crt", "operator.key"):
+        (tmp_path / name).write_text("junk")
+    with pytest.raises(CredentialsError):
+        Session(make_plan(), "operator", tmp_path)
+    with pytest.raises(OpenedError):
+        Session(make_plan(), "operator", tmp_path, verified=False)
+
+
+def test_an_order_in_flight_without_a_certificate_is_refused_with_the_reason(make_plan, tmp_path):
+    with pytest.raises(CredentialsError, match="there is no such keys folder"):
+        Session(make_plan(), "operator", tmp_path / "nowhere", verified=False)

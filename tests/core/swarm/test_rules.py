@@ -17,8 +17,8 @@ WRONG = [
     ({"hosts.a.address": "nowhere"}, "hosts.a.address = 'nowhere': must be an IP address"),
     # graph
     ({"graph.edges.1": [1, 7]}, "graph.edges.1 = [1, 7]: there is no drone 7"),
-    ({"graph.edges.0": [0, 0]}, "graph.edges.0 = [0, 0]: the leader listens to nobody"),
-    ({"graph.edges.2": [2, 2]}, "graph.edges.2 = [2, 2]: a drone does not hear itself"),
+    ({"graph.edges.0": [0, 0]}, "graph.edges.0 = [0, 0]: the leader has no in-neighbours"),
+    ({"graph.edges.2": [2, 2]}, "graph.edges.2 = [2, 2]: a drone is not its own neighbour"),
     ({"graph.edges.2": [1, 2]}, "graph.edges.2 = [1, 2]: this edge is there twice"),
     ({"graph.edges.1": [4, 3]}, "graph.edges: no spanning tree from the leader: it does not reach uav2, uav3, uav4"),
     ({"graph.edges": []}, "graph.edges: no spanning tree from the leader: it does not reach uav1, uav2, uav3, uav4"),

@@ -9,12 +9,12 @@ from flockwire_mocap.natnet.encoding import (
 )
 from flockwire_mocap.natnet.packets import (
     BodyDescription,
-    Command,
     Connect,
     Kind,
     MocapFrame,
     ModelDefinition,
     Other,
+    RemoteCommand,
     RigidBody,
     ServerInfo,
     Stamps,
@@ -58,7 +58,7 @@ def test_server_info_survives_the_wire():
 
 def test_requests_survive_the_wire():
     assert parse_request(encode_connect()) == Connect()
-    assert parse_request(encode_command("Bitstream,3.1")) == Command("Bitstream,3.1")
+    assert parse_request(encode_command("Bitstream,3.1")) == RemoteCommand("Bitstream,3.1")
     assert parse_request(encode(Kind.KEEP_ALIVE)) == Other(Kind.KEEP_ALIVE)
     assert parse_request(encode(Kind.REQUEST_MODEL) + b"\0") == Other(Kind.REQUEST_MODEL)
 

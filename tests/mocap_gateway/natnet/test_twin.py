@@ -48,7 +48,7 @@ def long_greeting(*version):
 
 
 @pytest.mark.parametrize(
-    ("wish", "own", "granted"),
+    ("wanted", "own", "granted"),
     [
         ((4, 1), (4, 5), (4, 1)),
         ((3, 0), (4, 0), (3, 0)),
@@ -57,17 +57,17 @@ def long_greeting(*version):
         ((), (4, 2), (4, 2)),
     ],
 )
-def test_a_greeting_may_ask_for_a_bitstream(wish, own, granted):
+def test_a_greeting_may_ask_for_a_bitstream(wanted, own, granted):
     twin = NatNetTwin(TwinOptions(own), NAMES)
-    assert parse(twin.receive(long_greeting(*wish), ALICE, 0), None).version == granted
+    assert parse(twin.receive(long_greeting(*wanted), ALICE, 0), None).version == granted
     assert len(parse(twin.datagrams(FRAME, 0)[0][0], granted).bodies) == 2
 
 
-@pytest.mark.parametrize("wish", ["Bitstream,4.5", "Bitstream,2.9", "Bitstream,x", "Bitstream,3", "Bitstream,3.0.0"])
-def test_a_bitstream_that_it_cannot_speak_is_refused(wish):
+@pytest.mark.parametrize("wanted", ["Bitstream,4.5", "Bitstream,2.9", "Bitstream,x", "Bitstream,3", "Bitstream,3.0.0"])
+def test_a_bitstream_that_it_cannot_speak_is_refused(wanted):
     twin = NatNetTwin(TwinOptions((4, 1)), NAMES)
     twin.receive(encode_connect(), ALICE, 0)
-    assert parse(twin.receive(encode_command(wish), ALICE, 0), None) == Response(None, 1)
+    assert parse(twin.receive(encode_command(wanted), ALICE, 0), None) == Response(None, 1)
 
 
 @pytest.mark.parametrize("options", [TwinOptions((3, 1)), TwinOptions((4, 1), multicast=True)])

@@ -2,9 +2,18 @@ from random import Random
 from struct import pack
 
 import pytest
-from flockwire_mocap.vrpn.connection import MOST_NAMES, Connection
+from flockwire_mocap.vrpn.connection import MOST_NAMES, VrpnConnection
 from flockwire_mocap.vrpn.reports import Reports
-from flockwire_mocap.vrpn.wire import COOKIE, SENDER, TYPE, Message, PoseBody, encode, encode_description, encode_pose
+from flockwire_mocap.vrpn.wire import (
+    COOKIE,
+    SENDER,
+    TYPE,
+    PoseBody,
+    VrpnMessage,
+    encode,
+    encode_description,
+    encode_pose,
+)
 
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 POSE = PoseBody(0, (1.0, 2.0, 3.0), UPRIGHT)
@@ -13,14 +22,14 @@ STAMP = 1_700_000_000_000_000_000
 
 def reports(count=20):
     """The bytes of a server that reports two bodies by turns."""
-    server = Connection()
+    server = VrpnConnection()
     for k in range(count):
         server.send_pose(f"uav{k % 2}", STAMP + k * 1000, PoseBody(0, (float(k), 0.0, 0.0), UPRIGHT))
     return server.outgoing()
 
 
 def test_poses_with_names():
-    poses = Connection().receive(reports())
+    poses = VrpnConnection().receive(reports())
     assert [pose.name for pose in poses] == ["uav0", "uav1"] * 10
     assert [pose.pose.position[0] for pose in poses] == [float(k) for k in range(20)]
     assert [pose.stamp for pose in poses] == [STAMP + k * 1000 for k in range(20)]
@@ -28,7 +37,7 @@ def test_poses_with_names():
 
 @pytest.mark.parametrize("seed", range(5))
 def test_bytes_may_be_cut_anywhere(seed):
-    data, dice, connection, poses = reports(), Random(seed), Connection(), []
+    data, dice, connection, poses = reports(), Random(seed), VrpnConnection(), []
     while data:
         size = dice.choice([1, 7, 24, 100])
         poses += connection.receive(data[:size])
@@ -37,75 +46,75 @@ def test_bytes_may_be_cut_anywhere(seed):
 
 
 def test_numbers_are_those_of_the_other_side():
-    connection = Connection()
+    connection = VrpnConnection()
     connection.receive(COOKIE + encode_description(TYPE, 40, "vrpn_Tracker Pos_Quat"))
     connection.receive(encode_description(SENDER, 17, "wand"))
-    (pose,) = connection.receive(encode(Message(STAMP, 17, 40, encode_pose(POSE))))
+    (pose,) = connection.receive(encode(VrpnMessage(STAMP, 17, 40, encode_pose(POSE))))
     assert (pose.number, pose.name, pose.pose) == (17, "wand", POSE)
 
 
 def test_what_was_never_described_is_counted():
-    connection = Connection()
-    connection.receive(COOKIE + encode(Message(STAMP, 17, 40, encode_pose(POSE))))
+    connection = VrpnConnection()
+    connection.receive(COOKIE + encode(VrpnMessage(STAMP, 17, 40, encode_pose(POSE))))
     assert connection.undescribed == 1
 
 
 def test_a_ping_is_answered_with_a_pong_of_the_same_sender():
-    client, server = Connection(), Connection()
+    client, server = VrpnConnection(), VrpnConnection()
     server.receive(client.outgoing())
     client.receive(server.outgoing())
     client.ping("uav1")
     server.receive(client.outgoing())
     answer = server.outgoing()
     assert encode_description(SENDER, 0, "uav1") in answer
-    assert answer.endswith(encode(Message(0, 0, 2, b"")))  # 2: the third type that a side describes, the pong
+    assert answer.endswith(encode(VrpnMessage(0, 0, 2, b"")))  # 2: the third type that a side describes, the pong
     client.receive(answer)
     assert (client.undescribed, client.failed) == (0, None)
 
 
 @pytest.mark.parametrize("greeting", [b"HTTP/1.1 400 Bad Request", b"vrpn: ver. 06.10  0".ljust(24, b"\0")])
 def test_another_protocol_or_major_version_fails(greeting):
-    connection = Connection()
+    connection = VrpnConnection()
     assert connection.receive(greeting) == []
     assert "not VRPN 7" in connection.failed
     assert connection.receive(reports()) == []
 
 
 def test_another_minor_version_does_not():
-    connection = Connection()
+    connection = VrpnConnection()
     assert len(connection.receive(b"vrpn: ver. 07.33  0".ljust(24, b"\0") + reports()[24:])) == 20
 
 
 def test_after_nonsense_all_before_it_counts():
-    connection = Connection()
+    connection = VrpnConnection()
     assert len(connection.receive(reports() + b"\xff" * 24)) == 20
     assert connection.failed == "a message of 4294967295 bytes"
 
 
 @pytest.mark.parametrize("orientation", [(0.0, 0.0, 0.0, 0.0), (float("nan"), 0.0, 0.0, 1.0)])
 def test_what_cannot_be_a_pose_is_counted(orientation):
-    server, client = Connection(), Connection()
+    server, client = VrpnConnection(), VrpnConnection()
     server.send_pose("uav1", STAMP, PoseBody(0, (1.0, 2.0, 3.0), orientation))
     assert client.receive(server.outgoing()) == []
     assert client.poses_rejected == 1
 
 
 def test_names_are_limited():
-    connection = Connection()
+    connection = VrpnConnection()
     connection.receive(COOKIE + b"".join(encode_description(SENDER, k, f"s{k}") for k in range(MOST_NAMES + 5)))
     assert (len(connection.senders), connection.malformed) == (MOST_NAMES, 5)
 
 
 def test_short_bodies_are_counted():
-    connection = Connection()
+    connection = VrpnConnection()
     connection.receive(reports(1))
-    connection.receive(encode(Message(STAMP, 0, 0, pack(">i", 1))) + encode(Message(0, 9, SENDER, b"")))
+    connection.receive(encode(VrpnMessage(STAMP, 0, 0, pack(">i", 1))) + encode(VrpnMessage(0, 9, SENDER, b"")))
     assert connection.malformed == 2
 
 
 def test_reports_become_frames_of_one_body():
     gathered = Reports()
-    frames = [gathered.frame(pose) for pose in Connection().receive(reports(4))]
+    frames = [gathered.frame(pose) for pose in VrpnConnection().receive(reports(4))]
     assert [(frame.number, frame.captured, frame.bodies[0].identity, frame.bodies[0].name) for frame in frames] == [
         (k + 1, STAMP + k * 1000, k % 2, f"uav{k % 2}") for k in range(4)
     ]
@@ -113,7 +122,7 @@ def test_reports_become_frames_of_one_body():
 
 def test_repeated_and_late_reports_are_dropped_and_counted():
     gathered = Reports()
-    first, second, third, fourth = Connection().receive(reports(4))
+    first, second, third, fourth = VrpnConnection().receive(reports(4))
     order = [third, third, first, fourth, second, fourth]
     assert [gathered.frame(pose) is not None for pose in order] == [True, False, False, True, False, False]
     assert (gathered.frames, gathered.repeated, gathered.late) == (2, 2, 2)
@@ -121,7 +130,7 @@ def test_repeated_and_late_reports_are_dropped_and_counted():
 
 def test_a_clock_set_back_begins_again_and_sensors_are_bodies_of_their_own():
     gathered = Reports()
-    pose = Connection().receive(reports(1))[0]
+    pose = VrpnConnection().receive(reports(1))[0]
     assert gathered.frame(pose) is not None
     assert gathered.frame(pose._replace(stamp=STAMP - 11_000_000_000)) is not None
     other = gathered.frame(pose._replace(pose=POSE._replace(sensor=3)))

@@ -8,8 +8,8 @@ from flockwire_mocap.vrpn.wire import (
     POSE,
     SENDER,
     TYPE,
-    Message,
     PoseBody,
+    VrpnMessage,
     decode_name,
     decode_pose,
     encode,
@@ -39,7 +39,7 @@ def test_a_pose():
     message, end = take_message(POSE_MESSAGE, 0)
     assert (message.stamp, message.sender, message.kind, end) == (STAMP, 1, 0, 88)
     assert decode_pose(message.body) == TRACKED
-    assert encode(Message(STAMP, 1, 0, encode_pose(TRACKED))) == POSE_MESSAGE
+    assert encode(VrpnMessage(STAMP, 1, 0, encode_pose(TRACKED))) == POSE_MESSAGE
 
 
 def test_a_description_is_padded_and_its_length_is_not():
@@ -75,7 +75,7 @@ def test_a_pose_that_is_too_short():
     st.integers(0, 2**32 - 1), st.integers(0, 999_999), st.integers(-5, 5), st.integers(-5, 9), st.binary(max_size=100)
 )
 def test_messages_survive_the_wire(seconds, micros, sender, kind, body):
-    message = Message(seconds * 1_000_000_000 + micros * 1000, sender, kind, body)
+    message = VrpnMessage(seconds * 1_000_000_000 + micros * 1000, sender, kind, body)
     data = encode(message)
     assert len(data) % 8 == 0
     assert take_message(data, 0) == (message, len(data))

@@ -1,4 +1,4 @@
-"""One direction of a link, and the bytes of one connection that go that way: held, delayed, let out in order.
+"""One direction of a link, and the bytes of one connection in that direction: held, delayed, passed on in order.
 
 Time is an argument: `now`, s of a clock that does not go back.
 """
@@ -10,11 +10,11 @@ from collections.abc import Callable
 from random import Random
 
 MOST_HELD = 262_144  # bytes of one connection and direction; beyond, no more are read and TCP makes the sender wait
-END = b""  # stands for the end of what a connection says
+END = b""  # stands for the end of a connection's bytes
 
 
-class Way:
-    """One direction of a link; tells `changed` whenever a fault begins or ends."""
+class Direction:
+    """One direction of a link; calls `changed` whenever a fault begins or ends."""
 
     def __init__(self, name: str, changed: Callable[[], None]) -> None:
         self._cuts = 0
@@ -54,10 +54,10 @@ class Way:
 
 
 class Stream:
-    """What one connection says in one direction and has not yet let out."""
+    """The bytes of one connection in one direction that have not been passed on yet."""
 
-    def __init__(self, way: Way) -> None:
-        self._way = way
+    def __init__(self, direction: Direction) -> None:
+        self._direction = direction
         self.size = 0  # bytes
         self._held: deque[tuple[float, bytes]] = deque()  # with the time of arrival
         self._last = 0.0
@@ -68,19 +68,19 @@ class Stream:
         return self.size >= MOST_HELD
 
     def take(self, data: bytes, now: float) -> None:
-        """Take in what was said at `now`, or END."""
-        self._last = self._way.arrival(now, self._last)
+        """Take in bytes that were received at `now`, or END."""
+        self._last = self._direction.arrival(now, self._last)
         self._held.append((self._last, data))
         self.size += len(data)
 
     def due(self, now: float) -> list[bytes]:
         """Return what arrives by `now`, in order, and hold it no longer."""
         arrived: list[bytes] = []
-        while self._way.passable and self._held and self._held[0][0] <= now:
+        while self._direction.passable and self._held and self._held[0][0] <= now:
             arrived.append(self._held.popleft()[1])
             self.size -= len(arrived[-1])
         return arrived
 
     def next_arrival(self) -> float | None:
-        """Return when there will be something due, None when nobody can tell."""
-        return self._held[0][0] if self._held and self._way.passable else None
+        """Return when there will be something due, None when that is not known."""
+        return self._held[0][0] if self._held and self._direction.passable else None

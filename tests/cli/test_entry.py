@@ -1,0 +1,36 @@
+"""An order in flight does not wait for what only other commands need; every command is there all the same."""
+
+import subprocess
+import sys
+
+import pytest
+from flockwire_cli.entry import URGENT
+
+HEAVY = {"flockwire_cli.main", "flockwire_cli.up", "flockwire_recorder", "matplotlib", "cryptography"}
+LOADED = """
+import contextlib, os, sys
+sys.argv = ["flockwire", {verb!r}, {argument!r}]
+from flockwire_cli.entry import main
+with contextlib.suppress(SystemExit), open(os.devnull, "w") as nowhere, contextlib.redirect_stdout(nowhere):
+    main()
+print(*sys.modules)
+"""
+
+
+def loaded(verb, argument="--help"):
+    """Return the modules that a command has loaded when it ends."""
+    text = LOADED.format(verb=verb, argument=argument)
+    return set(subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True).stdout.split())
+
+
+@pytest.mark.parametrize("verb", URGENT)
+def test_an_urgent_order_loads_little(verb):
+    assert not loaded(verb) & HEAVY
+
+
+def test_any_other_command_is_found():
+    done = subprocess.run(
+        [sys.executable, "-m", "flockwire_cli", "--help"], capture_output=True, text=True, check=True
+    )  # fmt: skip
+    for verb in (*URGENT, "up", "start", "formation", "check", "sim", "keys"):
+        assert verb in done.stdout

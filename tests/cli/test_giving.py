@@ -1,0 +1,202 @@
+"""Orders go out at once to whoever is there; the answer names who confirmed and who did not."""
+
+import asyncio
+
+import pytest
+from flockwire.flight import director
+from flockwire.flight.phases import Phase
+from flockwire.nanoseconds import BILLION
+from flockwire.runtime.session import RouterAbsentError
+from flockwire.wire.messages import Stop
+from flockwire_cli import giving
+from flockwire_cli.giving import Answer
+from flockwire_cli.orders import app
+from simulated_pilots import SimulatedSwarm, started
+from typer.testing import CliRunner
+
+PILOTS = ("leader", "uav1", "uav2", "uav3", "uav4")
+CHANGES = {"formations.wide": {"kind": "circle", "radius": 4.0}}
+
+
+@pytest.fixture
+def swarm(make_plan, monkeypatch):
+    """Return a swarm to give orders to; who does not answer costs 0.3 s."""
+    found = SimulatedSwarm(make_plan(CHANGES))
+    found.opened = []
+
+    def session(plan, identity, keys, *, verified):
+        found.opened.append((identity, verified))
+        return found
+
+    monkeypatch.setattr(giving, "Session", session)
+    monkeypatch.setattr(giving, "ANSWER_TIME", 0.3)
+    monkeypatch.setattr(giving, "LOOK_TIME", 0.1)
+    return found
+
+
+def give(swarm, verb, formation=""):
+    return asyncio.run(giving.give(swarm.plan, None, verb, formation))
+
+
+@pytest.mark.parametrize("verb", ["hold", "land"])
+def test_an_order_that_all_confirm_is_over_at_once(swarm, verb):
+    swarm.all(Phase.FORMATION, started())
+    assert give(swarm, verb) == Answer(PILOTS)
+    assert len(swarm.published) == 1
+    assert swarm.opened == [("operator", False)]
+
+
+@pytest.mark.parametrize("verb", ["hold", "land"])
+def test_an_order_waits_for_nobody_and_is_repeated_for_who_has_not_confirmed(swarm, verb):
+    swarm.all(Phase.FORMATION, started())
+    swarm["leader"].silent, swarm["uav3"].deaf = True, True
+    assert give(swarm, verb) == Answer(("uav1", "uav2", "uav4"), ("leader", "uav3"))
+    assert len(swarm.published) > 5
+    assert len(set(swarm.published)) == 1  # with one stamp: to who has it already it is no news
+    assert swarm["leader"].mission.verb == verb  # it may well be obeyed by who cannot answer
+
+
+def test_an_order_goes_out_before_anybody_was_heard(swarm):
+    swarm.all(Phase.FORMATION, started())
+    for pilot in swarm.pilots.values():
+        pilot.silent = True
+    assert give(swarm, "land") == Answer((), PILOTS)
+    assert {pilot.mission.verb for pilot in swarm.pilots.values()} == {"land"}
+
+
+def test_a_stop_is_confirmed_by_the_drivers_telemetry(swarm):
+    swarm.all(Phase.FORMATION, started())
+    assert give(swarm, "stop") == Answer(("uav0", "uav1", "uav2", "uav3", "uav4"))
+    assert {type(order) for order in swarm.published} == {Stop}
+    assert swarm.opened == [("operator", False)]
+
+
+def test_a_stop_is_repeated_while_one_driver_flies_or_is_silent(swarm):
+    swarm.all(Phase.FORMATION, started())
+    swarm["leader"].silent, swarm["uav3"].deaf = True, True
+    assert give(swarm, "stop") == Answer(("uav1", "uav2", "uav4"), ("uav0", "uav3"))
+    assert len(swarm.published) > 5
+    assert len({order.stamp for order in swarm.published}) == len(swarm.published)  # or it would soon be too old
+
+
+def test_a_start_from_the_ground_takes_off_and_starts(swarm):
+    assert give(swarm, "start", "wide") == Answer(PILOTS)
+    assert swarm.orders == ["takeoff", "start"]
+    assert swarm.published[-1].formation == "wide"
+    assert swarm.opened == [("operator", True)]
+
+
+def test_a_start_of_what_flies_already_orders_nothing(swarm):
+    swarm.all(Phase.FORMATION, started("wide"))
+    assert give(swarm, "start", "wide") == Answer(PILOTS)
+    assert swarm.published == []
+
+
+def test_a_start_of_another_formation_changes_it_and_its_time_goes_on(swarm):
+    running = started()
+    swarm.all(Phase.FORMATION, running)
+    assert give(swarm, "start", "wide") == Answer(PILOTS)
+    (order,) = set(swarm.published)
+    assert (order.start, order.formation) == (running.start, "wide")
+
+
+def test_a_start_brings_back_who_is_on_the_ground_and_restarts_nobody(swarm):
+    running = started("wide")
+    swarm.all(Phase.FORMATION, running)
+    swarm["uav4"].phase, swarm["uav4"].mission = Phase.READY, None
+    assert give(swarm, "start", "wide") == Answer(PILOTS)
+    assert {(order.verb, order.start, order.formation) for order in swarm.published} == {
+        ("start", running.start, "wide")
+    }
+
+
+def test_a_start_that_cannot_be_says_who_is_not_ready(swarm, monkeypatch):
+    monkeypatch.setattr(director, "PATIENCE", BILLION // 5)
+    swarm["uav2"].phase, swarm["uav2"].detail = Phase.GROUNDED, "waits for its own pose"
+    answer = give(swarm, "start")
+    assert "uav2: waits for its own pose" in answer.refusal
+    assert swarm.published == []
+
+
+def test_a_start_names_who_does_not_come_into_the_formation(swarm, monkeypatch):
+    monkeypatch.setattr(giving, "LEAD_TIME", BILLION)
+    swarm.all(Phase.HOLD)
+    swarm["uav2"].deaf = True
+    assert give(swarm, "start") == Answer(("leader", "uav1", "uav3", "uav4"), ("uav2",))
+
+
+def test_a_change_of_formation_keeps_its_time(swarm):
+    running = started()
+    swarm.all(Phase.FORMATION, running)
+    assert give(swarm, "formation", "wide") == Answer(PILOTS)
+    (order,) = set(swarm.published)
+    assert (order.verb, order.start, order.formation) == ("start", running.start, "wide")
+    assert order.stamp > running.stamp
+
+
+@pytest.mark.parametrize("phase", [Phase.READY, Phase.HOLD, Phase.LANDING])
+def test_a_formation_that_nobody_flies_is_not_changed(swarm, phase):
+    swarm.all(phase, started() if phase is Phase.READY else None)
+    for pilot in swarm.pilots.values():
+        pilot.stays = True
+    answer = give(swarm, "formation", "wide")
+    assert answer.refusal.startswith("nobody flies a formation")
+    assert (answer.confirmed, answer.missing, swarm.published) == ((), (), [])
+
+
+def test_a_formation_is_changed_though_one_is_silent(swarm):
+    swarm.all(Phase.FORMATION, started())
+    swarm["uav3"].silent = True
+    assert give(swarm, "formation", "wide") == Answer(("leader", "uav1", "uav2", "uav4"), ("uav3",))
+
+
+def test_a_router_that_is_not_there_is_told_at_once(make_plan, monkeypatch):
+    def absent(*_, **__):
+        raise RouterAbsentError
+
+    monkeypatch.setattr(giving, "Session", absent)
+    answer = asyncio.run(giving.give(make_plan({"network.mode": "router"}), None, "stop"))
+    assert answer.refusal == "the router at 127.0.0.1:7454 does not answer"
+
+
+# What the command prints.
+
+
+@pytest.fixture
+def command(monkeypatch):
+    """Return what runs a command whose answer is given."""
+
+    def run(answer, *arguments):
+        async def given(*_):
+            return answer
+
+        monkeypatch.setattr(giving, "give", given)
+        return CliRunner().invoke(app, arguments)
+
+    return run
+
+
+PAPER = "swarms/paper_simulation.toml"
+
+
+@pytest.fixture(autouse=True)
+def at_the_root(monkeypatch, request):
+    monkeypatch.chdir(request.config.rootpath)
+
+
+@pytest.mark.parametrize("verb", ["hold", "land", "stop", "start"])
+def test_who_confirmed_is_named(command, verb):
+    done = command(Answer(("uav1", "uav2")), verb, PAPER)
+    assert (done.exit_code, done.stdout) == (0, f"flockwire: {verb}: confirmed by uav1, uav2\n")
+
+
+def test_who_did_not_confirm_is_a_failure_with_its_name(command):
+    done = command(Answer(("uav1",), ("uav2", "uav3")), "land", PAPER)
+    assert (done.exit_code, done.stdout) == (1, "flockwire: land: confirmed by uav1\n")
+    assert done.stderr == "flockwire: land failed: sent, but not confirmed by uav2, uav3\n"
+
+
+def test_a_refusal_is_a_failure_with_its_reason(command):
+    done = command(Answer(refusal="nobody flies"), "start", PAPER)
+    assert (done.exit_code, done.stdout) == (1, "")
+    assert done.stderr == "flockwire: start failed: nobody flies\n"

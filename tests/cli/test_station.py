@@ -1,0 +1,264 @@
+"""`up` while it flies: stages, keys, interrupts, processes that die, statuses that are waited for, and its lock."""
+
+import asyncio
+from types import SimpleNamespace
+
+import pytest
+from flockwire.flight import director
+from flockwire.flight.director import Stage
+from flockwire.flight.phases import Phase
+from flockwire.nanoseconds import BILLION
+from flockwire.wire.messages import Mission, Stop
+from flockwire_cli import up
+from flockwire_cli.interrupts import Interrupts
+from flockwire_cli.operator import Operator
+from flockwire_cli.processes import PortInUseError
+from flockwire_cli.up import LEFT, MOST_RESTARTS, Station, UpOptions
+from simulated_pilots import SimulatedSwarm
+
+TICK = 0.005  # s between two looks of these tests' stations
+
+
+class Processes:
+    """The children, all of which live but those named in `dead`."""
+
+    def __init__(self):
+        self.dead, self.took_off, self.started = [], None, []
+
+    def ended(self):
+        return tuple(self.dead)
+
+    def died(self):
+        return f"{self.dead[0]} ended by itself (signal SIGKILL)" if self.dead else ""
+
+    def kill(self, identity):
+        self.dead.remove(identity)  # its exit is expected
+
+    async def start(self, identity):
+        self.started.append(identity)
+
+    restart = start
+
+
+class Scene:
+    """A station with its swarm; `at` says what happens when a stage has begun."""
+
+    def __init__(self, plan, host="localhost", duration=0.2):
+        self.swarm, self.children, self.interrupted = SimulatedSwarm(plan), Processes(), Interrupts()
+        self.injected = []
+        options = UpOptions(plan, None, host, duration, None, None, True)
+        injector = SimpleNamespace(step=self.injected.append)
+        self.station = Station(options, self.children, Operator(plan, self.swarm), injector)
+        self.at = {}
+
+    @property
+    def director(self):
+        return self.station._director
+
+    def conduct(self):
+        """Fly; returns why the flight failed."""
+
+        async def run():
+            task = asyncio.create_task(self.station.conduct(self.interrupted))
+            happens = asyncio.create_task(self._happens())
+            async with asyncio.timeout(10):
+                failure = await task
+            happens.cancel()
+            return failure
+
+        return asyncio.run(run())
+
+    async def _happens(self):
+        for stage, act in self.at.items():
+            while self.director.stage is not stage:  # noqa: ASYNC110
+                await asyncio.sleep(TICK)
+            await asyncio.sleep(4 * TICK)
+            act()
+
+
+@pytest.fixture
+def scene(make_plan, monkeypatch):
+    """Return the builder of a scene."""
+    monkeypatch.setattr(up, "POLL_PERIOD", TICK)
+    monkeypatch.setattr(director, "LEAD_TIME", BILLION // 50)
+    plan = make_plan()
+    return lambda **more: Scene(plan, plan.hosts["recorder"], **more)
+
+
+def interrupt(scene):
+    def act():
+        scene.interrupted.count += 1
+
+    return act
+
+
+def test_a_flight_from_take_off_to_landing(scene, capsys):
+    flight = scene()
+    assert flight.conduct() == ""
+    assert flight.swarm.orders == ["takeoff", "start", "land"]
+    assert flight.children.took_off == flight.swarm.published[0].stamp
+    assert flight.injected[0] >= 0
+    stages = [line.split("s  ")[-1] for line in capsys.readouterr().out.splitlines() if "s  " in line]
+    assert [stage for stage in stages if stage != "preparing"] == ["taking off", "in formation", "landing", "over"]
+
+
+def test_the_first_interrupt_lands(scene):
+    flight = scene(duration=0.0)
+    flight.at = {Stage.FLYING: interrupt(flight)}
+    assert flight.conduct() == ""
+    assert flight.swarm.orders[-1] == "land"
+
+
+def test_at_the_second_it_leaves_and_is_not_well(scene):
+    flight = scene(duration=0.0)
+
+    def interrupt_with_one_that_stays_up():
+        flight.swarm["uav3"].stays = True
+        interrupt(flight)()
+
+    flight.at = {Stage.FLYING: interrupt_with_one_that_stays_up, Stage.LANDING: interrupt(flight)}
+    assert flight.conduct() == LEFT
+
+
+def test_a_dead_process_lands_the_others_and_is_the_failure(scene):
+    flight = scene(duration=0.0)
+
+    flight.at = {Stage.FLYING: lambda: flight.children.dead.append("uav2")}
+    assert flight.conduct() == "uav2 ended by itself (signal SIGKILL)"
+    assert flight.swarm.orders[-1] == "land"
+
+
+def test_a_dead_recorder_is_started_again_and_ends_no_flight(scene):
+    flight = scene(duration=0.5)
+    flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
+    assert flight.conduct() == ""
+    assert flight.children.started == ["recorder"]
+
+
+def test_a_recorder_that_dies_again_and_again_lands_the_drones_at_last(scene):
+    flight = scene(duration=0.0)
+
+    async def restart(identity):
+        flight.children.started.append(identity)
+        flight.children.dead.append(identity)
+
+    flight.children.restart = restart
+    flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
+    assert flight.conduct() == "recorder ended by itself (signal SIGKILL)"
+    assert flight.children.started == ["recorder"] * MOST_RESTARTS
+
+
+def test_it_is_over_only_when_telemetry_says_so(scene, monkeypatch):
+    monkeypatch.setattr(director, "PATIENCE", BILLION)
+    flight = scene(duration=0.2)
+
+    def cut_off():
+        flight.swarm["uav3"].stays = True
+
+    flight.at = {Stage.FLYING: cut_off}
+    assert flight.conduct().endswith("(not known to be down: uav3)")
+
+
+def press(flight, *verbs):
+    def act():
+        for verb in verbs:
+            flight.station._order(verb)
+
+    return act
+
+
+def test_keys_give_orders_in_flight(scene):
+    flight = scene(duration=0.0)
+    flight.at = {Stage.FLYING: press(flight, "hold", "formation", "land")}
+    assert flight.conduct() == ""
+    assert flight.swarm.orders == ["takeoff", "start", "hold", "start", "land"]
+    starts = {order.start for order in flight.swarm.published if isinstance(order, Mission) and order.verb == "start"}
+    assert len(starts) == 1  # the formation's time goes on
+
+
+def test_a_stop_by_key_is_repeated_until_the_motors_are_off(scene):
+    flight = scene(duration=0.0)
+
+    def stop():
+        flight.swarm["uav3"].deaf = True
+        press(flight, "stop")()
+        asyncio.get_running_loop().call_later(0.2, setattr, flight.swarm["uav3"], "deaf", False)
+
+    flight.at = {Stage.FLYING: stop}
+    assert flight.conduct() == "emergency stop"
+    stops = [order for order in flight.swarm.published if isinstance(order, Stop)]
+    assert len({order.stamp for order in stops}) > 10
+    assert {pilot.phase for pilot in flight.swarm.pilots.values()} == {Phase.STOPPED}
+
+
+def test_another_operators_landing_is_no_failure(scene):
+    flight = scene(duration=0.0)
+
+    def land():
+        order = Mission(flight.director._order.stamp + 1, "world", "land")
+        flight.swarm.publish([(None, order)])
+
+    flight.at = {Stage.FLYING: land}
+    assert flight.conduct() == ""
+
+
+def test_a_host_that_does_not_conduct_gives_no_orders(make_plan, monkeypatch):
+    monkeypatch.setattr(up, "POLL_PERIOD", TICK)
+    hosts = {"ground": {"address": "127.0.0.1"}, "air": {"address": "127.0.0.1", "processes": ["leader"]}}
+    flight = Scene(make_plan({"hosts": hosts, "network.base_port": 29000}), "air")
+    flight.at = {Stage.PREPARING: interrupt(flight)}
+    assert flight.conduct() == ""
+    assert flight.swarm.published == []
+
+
+@pytest.fixture
+def starting(make_plan, monkeypatch):
+    """Return what starts a swarm's processes and returns them in their order; `lives`: who reports in the end."""
+
+    def start(changes=None, lives=lambda _: True, interrupts=0):
+        plan, children, interrupted = make_plan(changes), Processes(), Interrupts()
+        interrupted.count = interrupts
+        swarm = SimulatedSwarm(plan)
+        message = swarm.message
+        swarm.message = lambda key, now: (
+            message(key, now) if key.kind != "status" or (key.owner in children.started and lives(key.owner)) else None
+        )
+
+        async def connect(*_):
+            return swarm
+
+        monkeypatch.setattr(up, "connect", connect)
+        options = UpOptions(plan, None, plan.hosts["recorder"], 1.0, None, None, True)
+        asyncio.run(up._start(options, children, plan.processes_on(plan.hosts["recorder"]), interrupted))
+        return children.started
+
+    monkeypatch.setattr(up, "POLL_PERIOD", TICK)
+    monkeypatch.setattr(up, "START_TIME", 0.1)
+    return start
+
+
+def test_nobody_starts_before_those_that_it_waits_for_have_reported(starting):
+    assert starting()[0] == "recorder"
+    assert starting({"network.mode": "router"})[:2] == ["router", "recorder"]
+
+
+def test_who_does_not_report_in_time_is_waited_for_no_more(starting):
+    assert sorted(starting(lives=lambda name: name != "recorder")) == sorted(starting())
+
+
+def test_interrupted_it_starts_nobody_any_more(starting):
+    assert starting(interrupts=1) == []
+
+
+def test_two_stations_of_one_swarm_exclude_each_other(make_plan, tmp_path):
+    options = UpOptions(make_plan(), None, "localhost", 1.0, None, tmp_path, True)
+    refused = pytest.raises(PortInUseError, match="another `flockwire up` flies with these keys")
+    with up._alone(options), refused, up._alone(options):
+        pass
+    with up._alone(options):  # the lock is gone with its holder
+        pass
+
+
+def test_without_a_folder_of_keys_there_is_no_lock(make_plan, tmp_path):
+    with up._alone(UpOptions(make_plan(), None, "localhost", 1.0, None, tmp_path / "none", True)):
+        pass

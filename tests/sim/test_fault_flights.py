@@ -1,0 +1,57 @@
+"""The first flights of bench/fault_flights.py: faults of every kind, drawn by seed, harm nobody."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+BENCH = Path(__file__).parents[2] / "bench" / "fault_flights.py"
+FLIGHTS = 20
+
+
+@pytest.fixture(scope="module")
+def bench() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("fault_flights", BENCH)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["fault_flights"] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def flown(bench: ModuleType) -> list:
+    return [bench.fly(seed) for seed in range(FLIGHTS)]
+
+
+def test_nobody_collides_and_all_are_down_at_the_end(flown: list) -> None:
+    assert [(result.seed, result.bad) for result in flown if result.bad] == []
+
+
+def test_they_reach_rungs_of_drivers_and_of_pilots(bench: ModuleType, flown: list) -> None:
+    reached = {rung for result in flown for rung in result.rungs}
+    assert reached <= set(bench.RUNGS)
+    assert {"own pose: zero", "own pose: land", "neighbour: dropped", "driver: zero", "driver: land"} <= reached
+
+
+def test_a_seed_draws_the_same_flight_again(bench: ModuleType, flown: list) -> None:
+    assert bench.fly(7) == flown[7]
+
+
+def test_every_kind_of_fault_is_drawn(bench: ModuleType) -> None:
+    kinds = {fault["kind"] for seed in range(150) for fault in bench.drawn(seed).faults}
+    assert kinds == set(bench.KINDS)
+
+
+def test_a_collision_would_be_seen(bench: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bench, "COLLISION", 5.0)
+    assert any("collision of uav" in what for what in bench.fly(1).bad)
+
+
+def test_a_touch_down_in_flight_would_be_seen(bench: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bench, "HARD", -0.5)
+    assert any("touched down at 0." in what for what in bench.fly(1).bad)
