@@ -21,7 +21,27 @@ settings.load_profile("flockwire")
 
 STARTS = ((0.0, 0.0), (-0.7, 2.6), (2.9, -0.8), (0.6, -2.3), (-2.8, 0.9))
 Changes = Mapping[str, object]
+HERE = Path(__file__).parent
 DOCS = Path(__file__).parents[1] / "docs"
+
+
+FLIGHTS = {"integration/test_new_kind", "integration/test_two_worlds", "integration/test_up"}  # fly with `up`
+GROUPS = ("flights", "fleets")  # the order of the groups that begin first, for they take longest
+
+
+@pytest.hookimpl(tryfirst=True)  # xdist reads the groups afterwards
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Group the tests for pytest-xdist: at most two swarms fly side by side; each other module is a group by itself."""
+
+    def group(item: pytest.Item) -> str:
+        module = str(item.path.relative_to(HERE).with_suffix(""))
+        if not module.startswith("integration/"):
+            return module
+        return "flights" if module in FLIGHTS else "fleets"
+
+    items.sort(key=lambda item: GROUPS.index(name) if (name := group(item)) in GROUPS else len(GROUPS))
+    for item in items:
+        item.add_marker(pytest.mark.xdist_group(group(item)))
 
 
 def laid_out(page: str, language: str) -> str:

@@ -71,6 +71,7 @@ def _max_speed(trace: Trace, number: int, span: Span) -> float | None:
     stamps, places = series.stamps[within], series.values[within]
     after = np.searchsorted(stamps, stamps + SPEED_WINDOW)
     first = np.flatnonzero(after < len(stamps))
+    first = first[stamps[after[first]] - stamps[first] < 4 * SPEED_WINDOW]  # across a gap nobody knows
     if not len(first):
         return None
     moved = np.sqrt(np.sum((places[after[first]] - places[first]) ** 2, axis=1))

@@ -35,13 +35,21 @@ class ErrorFigures:
 
 
 def interpolated(series: Series, stamps: Integers) -> Floats:
-    """Return the first three columns of `series`, linear between its stamps, at `stamps` (Unix ns); NaN outside."""
+    """Return the first three columns of `series`, linear between its stamps, at `stamps` (Unix ns).
+
+    NaN outside, and where nothing was recorded for SILENCE: nobody knows what was between.
+    """
     if not len(series):
         return np.full((len(stamps), 3), np.nan)
     base = series.stamps[0]
     known, wanted = (series.stamps - base) / BILLION, (stamps - base) / BILLION
     columns = [np.interp(wanted, known, series.values[:, axis], np.nan, np.nan) for axis in range(3)]
-    return np.stack(columns, axis=1)
+    result = np.stack(columns, axis=1)
+    after = np.clip(np.searchsorted(series.stamps, stamps), 1, len(series) - 1) if len(series) > 1 else None
+    if after is not None:
+        gaps = series.stamps[after] - series.stamps[after - 1] > SILENCE
+        result[gaps & ~np.isin(stamps, series.stamps)] = np.nan
+    return result
 
 
 def observation_errors(trace: Trace) -> dict[int, Errors]:

@@ -49,7 +49,7 @@ def test_lag_and_dead_time_known_to_a_fifth_are_enough(
 
     known = SimulatedAirframe.__init__
     monkeypatch.setattr(SimulatedAirframe, "__init__", real)
-    flown = watch_swarm(extended("paper_flight", leader={"trajectory": CIRCLING}, sim={"delay": 0.01}), 15.0)
+    flown = watch_swarm(extended("paper_flight", leader={"trajectory": CIRCLING}, sim={"delay": 0.01}), 10.0)
     assert flown.error <= 0.015
 
 
@@ -63,7 +63,7 @@ def test_noise_does_not_grow_along_a_chain_of_twenty(watch_swarm: Callable[..., 
         "limits": {"fence": {"min": [-20.0, -20.0, -0.5], "max": [20.0, 20.0, 3.0]}},
         "gateway": {"noise": 0.001}, "sim": {"delay": 0.03},
     }  # fmt: skip
-    flown = watch_swarm(parse_swarm(table, "test"), 12.0)
+    flown = watch_swarm(parse_swarm(table, "test"), 9.0)
     assert flown.observations["uav20"] <= 3.0 * flown.observations["uav1"]
     assert flown.observations["uav20"] <= 0.010
 

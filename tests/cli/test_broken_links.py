@@ -77,8 +77,8 @@ def test_links_break_and_mend_when_the_faults_say(make_plan):
     seen = []
     for tenths in (4, 5, 14, 15, 20, 30, 40):
         injector.step(tenths * 10**8)
-        cut = {ends for ends, way in relays._ways.items() if not way.passable}
-        slow = {ends for ends, way in relays._ways.items() if way.arrival(0.0, 0.0) > 0.0}
+        cut = {ends for ends, direction in relays._directions.items() if not direction.passable}
+        slow = {ends for ends, direction in relays._directions.items() if direction.arrival(0.0, 0.0) > 0.0}
         seen.append((cut, slow))
     parted = set(directions(faults[2], plan))
     assert seen == [

@@ -208,6 +208,7 @@ def within_quota(fleet: Fleet, insider: str) -> Iterator[str]:
             left[key] -= 1
 
 
+@pytest.mark.long
 def test_a_hundred_thousand_payloads_end_no_process_and_delay_no_step(flight: Flight) -> None:
     fleet, tower = flight
     genuine: dict[str, bytes] = {}

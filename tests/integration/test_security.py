@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from fleet import Fleet, Tower, flockwire, free_ports
 
 MakeSwarm = Callable[..., Path]
@@ -71,6 +72,7 @@ def small_swarm(folder: Path, mode: str) -> Path:
     return path
 
 
+@pytest.mark.long
 def test_the_probe_names_a_rule_that_was_widened_and_one_that_was_removed(
     make_fleet: MakeFleet, make_tower: MakeTower, tmp_path: Path
 ) -> None:
@@ -94,6 +96,7 @@ def test_the_probe_names_a_rule_that_was_widened_and_one_that_was_removed(
     assert results["leaks"][0] in printed
 
 
+@pytest.mark.long
 def test_router_mode_keeps_to_the_same_graph(tmp_path: Path) -> None:
     swarm = small_swarm(tmp_path, "router")
     process = flockwire("probe", swarm, "--out", str(tmp_path / "probe"))

@@ -5,11 +5,13 @@ from __future__ import annotations
 import resource
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import cos, exp, hypot, sin
 from pathlib import Path
 from random import Random
 
 import pytest
+from flockwire.control.formation import Formation
 from flockwire.loading import parse_swarm
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm, uav
@@ -67,13 +69,18 @@ class Flight:
     unrecorded: tuple[float, float] = (0.0, 0.0)  # from, to
     second_start: float | None = None  # the formation "row" is ordered, half a second ahead
 
+    @cached_property
+    def formation(self) -> Formation:
+        """Return the formation flown first."""
+        return self.swarm.build_formation()
+
     def leader(self, t: float) -> tuple[float, float]:
         """Return x_0."""
         return (0.1 * max(t, 0.0), 0.1 * max(t, 0.0))
 
     def start_error(self, i: int) -> tuple[float, float]:
         """Return x_i - h_i - x_0 at mission time 0, without the bias."""
-        hx, hy, _ = self.swarm.build_formation().offset(i - 1, 0.0)
+        hx, hy, _ = self.formation.offset(i - 1, 0.0)
         return (STARTS[i][0] - hx, STARTS[i][1] - hy)
 
     def height(self, i: int, t: float) -> float:
@@ -114,7 +121,7 @@ class Flight:
             return (x, y, height)
         if t < 0.0 or not self.started:
             return (STARTS[i][0] + self.place_bias, STARTS[i][1], height)
-        hx, hy, _ = self.swarm.build_formation().offset(i - 1, t)
+        hx, hy, _ = self.formation.offset(i - 1, t)
         ex, ey = self.start_error(i)
         left = exp(-t / self.decay)
         return (*self.pushed(x + hx + ex * left + self.place_bias, y + hy + ey * left), height)
@@ -250,6 +257,14 @@ def fly(tmp_path: Path) -> Callable[..., Path]:
         return path
 
     return write
+
+
+@pytest.fixture(scope="session")
+def good_flight(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the trace of a flight with which nothing is wrong, to be read only."""
+    path = tmp_path_factory.mktemp("good") / "trace.mcap"
+    record(path, begin=-2.0, end=10.0)
+    return path
 
 
 @pytest.fixture(scope="session", name="swarm_of")

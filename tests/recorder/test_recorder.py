@@ -133,12 +133,12 @@ def test_a_process_whose_disk_is_full_ends_with_exit_status_1(monkeypatch, swarm
     assert caplog.messages == ["a/trace.mcap: the trace takes no more: No space left on device"]
 
 
-def test_a_report_that_cannot_be_written_fails_the_flight_in_a_sentence(fly, monkeypatch, capsys):
+def test_a_report_that_cannot_be_written_fails_the_flight_in_a_sentence(good_flight, monkeypatch, capsys):
     def full(*_):
         raise OSError(ENOSPC, "No space left on device")
 
     monkeypatch.setattr(report, "write_files", full)
-    path = fly(begin=-2.0, end=10.0)
+    path = good_flight
     assert conclude("", path.parent) == 1
     said = capsys.readouterr()
     assert "ok   separation" in said.out

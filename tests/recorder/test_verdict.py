@@ -31,9 +31,8 @@ def test_an_estimate_that_is_15_m_off(failures):
     assert found["observation tail"].endswith("m, must be at most 0.1 m in the last 30 % of each phase")
 
 
-def test_followers_that_leave_their_places_after_they_had_settled(fly):
-    path = fly(begin=-2.0, end=10.0)
-    trace = read_trace(path)
+def test_followers_that_leave_their_places_after_they_had_settled(good_flight):
+    trace = read_trace(good_flight)
     for number in trace.swarm.followers:
         positions = trace.positions(number)
         late = positions.stamps > trace.missions[-1].stamp - BILLION

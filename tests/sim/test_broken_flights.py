@@ -14,7 +14,7 @@ import pytest
 from flockwire.control.vector import Vector
 from flockwire.flight.cores import Core, Start, make_core
 from flockwire.flight.director import Director, Stage
-from flockwire.flight.phases import TOLD_TO_END
+from flockwire.flight.phases import SHUTDOWN
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import uav
 from flockwire.wire.messages import FlightState, Mission, Telemetry
@@ -278,9 +278,9 @@ def test_told_to_end_all_hold_then_land_apart(retired: Any) -> None:
     flown, _ = retired
     for pilot in ("leader", "uav1", "uav2", "uav3", "uav4"):
         told = [(phase, why) for _, phase, why in flown.phases(pilot, 4.0)]
-        assert ("hold", TOLD_TO_END) in told
-        assert ("landing", TOLD_TO_END) in told
-        assert told[-1] == ("grounded", TOLD_TO_END)
+        assert ("hold", SHUTDOWN) in told
+        assert ("landing", SHUTDOWN) in told
+        assert told[-1] == ("grounded", SHUTDOWN)
     assert closest(flown, 4.0) >= flown.world.swarm.avoidance.drone_safety_distance
     assert all(is_down(flown, owner) for owner in DRONES)
 

@@ -3,7 +3,7 @@ from math import hypot
 import pytest
 from flockwire.flight.phases import (
     NEVER,
-    TOLD_TO_END,
+    SHUTDOWN,
     FlightPhases,
     Phase,
     Situation,
@@ -164,11 +164,11 @@ def test_mission_time_counts_from_the_start_and_is_none_before_one(pilot):
 def test_told_to_end_it_holds_for_a_second_and_lands(flyer):
     flyer.flight.retire(flyer.now + BILLION)
     assert flyer.update() is Phase.HOLD
-    assert flyer.flight.reason == TOLD_TO_END
+    assert flyer.flight.reason == SHUTDOWN
     flyer.flight.retire(flyer.now + 9 * BILLION)  # told again: counted from the first time
     assert flyer.update() is Phase.LANDING
     assert flyer.update(airborne=False, high=False) is Phase.GROUNDED
-    assert flyer.flight.reason == TOLD_TO_END
+    assert flyer.flight.reason == SHUTDOWN
     assert flyer.order("takeoff") is Phase.GROUNDED
 
 
