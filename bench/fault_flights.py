@@ -29,7 +29,7 @@ from typing import Any
 
 from flockwire.control.vector import Vector
 from flockwire.flight.faults import Fault, parse_faults
-from flockwire.flight.phases import IN_FLIGHT, TOLD_TO_END, Phase, outside
+from flockwire.flight.phases import IN_FLIGHT, SHUTDOWN, Phase, outside
 from flockwire.loading import parse_swarm
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm, uav
@@ -412,7 +412,7 @@ class Judge:
 def _told(phase: str, detail: str) -> Iterator[str]:
     """Yield the rungs that a pilot's reason tells of."""
     yield from (rung for text, rung in REASONS.items() if detail.startswith(text))
-    if detail == TOLD_TO_END and phase in (Phase.HOLD, Phase.LANDING):
+    if detail == SHUTDOWN and phase in (Phase.HOLD, Phase.LANDING):
         yield "told to end: hold" if phase == Phase.HOLD else "told to end: land"
     elif detail.startswith("battery"):
         yield "battery: land" if phase == Phase.LANDING else "battery: refuses"
