@@ -304,12 +304,14 @@ class Judge:
             self.result.world_ended = True
             self._later(WORLD_ENDED, self.world.scheduler.stop)
 
-    def _end_when_down(self) -> None:
-        """End the flight that has no operator any more once all are down."""
-        if all(place[2] <= DOWN for place in self._frame.values()) or not any(one.alive for one in self._drivers):
-            self._later(1.0, self.world.scheduler.stop)
+    def _end_when_down(self, looks: int = 0) -> None:
+        """End the flight that has no operator any more once all have been down for a second, or the world is gone."""
+        down = all(place[2] <= 0.0 for place in self._frame.values()) or not any(one.alive for one in self._drivers)
+        looks = looks + 1 if down else 0
+        if looks > 10:
+            self.world.scheduler.stop()
         else:
-            self._later(0.25, self._end_when_down)
+            self._later(0.1, lambda: self._end_when_down(looks))
 
     def _later(self, seconds: float, action: Callable[[], None]) -> None:
         scheduler = self.world.scheduler

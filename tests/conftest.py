@@ -15,33 +15,43 @@ from flockwire.loading import parse_swarm
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
 from hypothesis import settings
+from xdist.scheduler import LoadScopeScheduling
 
 settings.register_profile("flockwire", derandomize=True, deadline=None, max_examples=100)
 settings.load_profile("flockwire")
 
 STARTS = ((0.0, 0.0), (-0.7, 2.6), (2.9, -0.8), (0.6, -2.3), (-2.8, 0.9))
 Changes = Mapping[str, object]
-HERE = Path(__file__).parent
 DOCS = Path(__file__).parents[1] / "docs"
 
 
-FLIGHTS = {"integration/test_new_kind", "integration/test_two_worlds", "integration/test_up"}  # fly with `up`
-GROUPS = ("flights", "fleets")  # the order of the groups that begin first, for they take longest
+FLIGHTS = {"test_new_kind", "test_two_worlds", "test_up"}  # fly with `up`
 
 
-@pytest.hookimpl(tryfirst=True)  # xdist reads the groups afterwards
+def group(module: Path) -> str:
+    """Return which tests run in one process, one after the other, beside those of a module: at most two swarms fly."""
+    if module.parent.name != "integration":
+        return str(module)
+    return "flights" if module.stem in FLIGHTS else "fleets"
+
+
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Group the tests for pytest-xdist: at most two swarms fly side by side; each other module is a group by itself."""
+    """Let the groups that take longest begin first."""
+    first = {"flights": 0, "fleets": 1}
+    items.sort(key=lambda item: first.get(group(item.path), 2))
 
-    def group(item: pytest.Item) -> str:
-        module = str(item.path.relative_to(HERE).with_suffix(""))
-        if not module.startswith("integration/"):
-            return module
-        return "flights" if module in FLIGHTS else "fleets"
 
-    items.sort(key=lambda item: GROUPS.index(name) if (name := group(item)) in GROUPS else len(GROUPS))
-    for item in items:
-        item.add_marker(pytest.mark.xdist_group(group(item)))
+class Groups(LoadScopeScheduling):
+    """Hands each group of tests to one process of pytest-xdist."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        return group(Path(nodeid.partition("::")[0]))
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> Groups:
+    """Return the scheduler of the tests that run in several processes."""
+    return Groups(config, log)
 
 
 def laid_out(page: str, language: str) -> str:

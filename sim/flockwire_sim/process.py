@@ -122,7 +122,7 @@ class VirtualProcess:
         self._waiting = {}
 
     def retire(self, _: object = None) -> None:
-        """Tell it to end (SIGTERM): it does at a tick at which its core may, and not while it stands still."""
+        """Let it end (SIGTERM): it does at a tick at which its core may, and not while it stands still."""
         self._told = True
 
     def freeze(self, _: object = None) -> None:

@@ -54,7 +54,7 @@ class KinematicsCore:
             case Stop():
                 for drone in self._drones.values():
                     drone.airframe.stop()
-                self._telemetry_deadline = 0  # the operator waits to hear that the motors are off
+                self._telemetry_deadline = 0  # the operator waits for a report that the motors are off
 
     def due(self, key: Key) -> bool:
         """Return False: the airframes move at a rate of their own."""

@@ -136,7 +136,7 @@ def test_a_partition_parts_both_ways(fly: Fly) -> None:
     missed = [t for t, published, _ in flown.published if published.key == ("command", "uav4") and 4.2 < t < 4.5]
     assert missed  # it still speaks
     ages = [message.command_age for _, message in flown.of("telemetry", "uav4", 4.4, 4.6)]
-    assert max(ages) > 0.3  # but is not heard
+    assert max(ages) > 0.3  # but is not received
 
 
 def test_a_slow_link_makes_estimates_old(fly: Fly) -> None:
@@ -238,7 +238,7 @@ def test_a_drone_whose_law_raises_in_flight_holds_its_place_and_says_why(
     assert flown.outcome.failure == ""
 
 
-def test_what_is_heard_is_what_was_said_bit_by_bit(fly: Fly) -> None:
+def test_what_is_received_is_what_was_published_bit_by_bit(fly: Fly) -> None:
     flown = fly(duration=4.0)
     for _, published, message in flown.published:
         if isinstance(message, Pose | Estimate):

@@ -7,7 +7,7 @@ from flockwire.control.graph import LEADER, Graph
 TREE = Graph((1, 2, 3, 4), ((0, 1, 1.0), (1, 2, 1.0), (1, 3, 0.5), (2, 4, 1.0), (3, 4, 2.0)))
 
 
-def test_neighbours_are_those_heard():
+def test_neighbours_are_the_sources_of_edges():
     assert TREE.neighbours(1) == {LEADER: 1.0}
     assert TREE.neighbours(4) == {2: 1.0, 3: 2.0}
 

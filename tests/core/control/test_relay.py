@@ -24,8 +24,8 @@ def test_bringing_forward_twice_is_bringing_forward_once(first: float, second: f
 
 
 def test_an_estimate_that_is_near_takes_over_what_it_hears() -> None:
-    heard = LeaderMotion((1.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.2, 0.0))
-    assert relay_step(LeaderMotion((0.99, 0.0, 0.0)), [(2.0, heard)], OBSERVER, 0.01) == heard
+    neighbour = LeaderMotion((1.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.2, 0.0))
+    assert relay_step(LeaderMotion((0.99, 0.0, 0.0)), [(2.0, neighbour)], OBSERVER, 0.01) == neighbour
 
 
 def test_several_neighbours_are_averaged_by_weight() -> None:
@@ -34,7 +34,7 @@ def test_several_neighbours_are_averaged_by_weight() -> None:
     assert stepped.velocity == pytest.approx((0.75, 0.0, 0.0))
 
 
-def test_with_nobody_heard_it_coasts() -> None:
+def test_without_neighbours_it_coasts() -> None:
     own = LeaderMotion((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (9.0, 9.0, 9.0))
     assert relay_step(own, [], OBSERVER, 0.1).position == pytest.approx((0.1, 0.0, 0.0))
 
