@@ -86,7 +86,8 @@ class KinematicsCore:
 
     def may_end(self, now: int) -> bool:
         """Return whether every drone has stood on the ground for a second."""
-        return now - self._flew >= SETTLED
+        flying = any(drone.in_the_air for drone in self._drones.values())  # this process may have stood still since
+        return not flying and now - self._flew >= SETTLED
 
     def report(self, now: int) -> Report:
         """Return how the drones are."""

@@ -108,6 +108,16 @@ def test_without_commands_it_hovers_then_lands(flying):
     assert flying.position == pytest.approx((hovering[0], hovering[1], 0.0))
 
 
+def test_a_process_that_stood_still_may_not_end_while_a_drone_flies(flying):
+    flying.now += 5 * BILLION
+    flying.core.retire(flying.now)
+    assert not flying.core.may_end(flying.now)
+    flying.velocity = None
+    flying.run(5.0)
+    assert flying.telemetry.state is FlightState.GROUNDED
+    assert flying.core.may_end(flying.now)
+
+
 def test_it_goes_on_when_commands_come_again(flying):
     flying.velocity = None
     flying.run(1.5)

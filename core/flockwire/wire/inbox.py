@@ -16,7 +16,6 @@ CANARY = b"flockwire canary"  # what the conformance probe publishes in place of
 OVER_QUOTA = "over quota"  # the reason under which a message is counted that is too large, or one too many
 MOST_MISSED = 1_000_000  # a larger gap is forged, and must not overflow a counter
 BURST = 4  # s of its quota that a key may use at once: so much a receiver finds after it stood still
-AHEAD = BILLION // 10  # ns by which a stamp may lie in the future: a bound on the offset between two machines' clocks
 
 
 def attachment(sequence: int, sent: int, publisher: bytes) -> bytes:
@@ -99,6 +98,7 @@ class Inbox:
         self.sent = self.missed = 0
         self._row = row
         self._maximum_age = None if row.maximum_age is None else round(row.maximum_age * BILLION)
+        self._ahead = round(row.ahead * BILLION)
         self._newest = 0
         self._publisher = b""
         self._sequence = -1
@@ -128,13 +128,13 @@ class Inbox:
             return self._reject("malformed")
         message, sequence, sent, publisher = opened
         stamp, known = message.stamp, publisher == self._publisher
-        if self._newest > now + AHEAD:  # this machine's clock was set back
+        if self._newest > now + self._ahead:  # this machine's clock was set back
             self._newest = 0
         if known and sequence <= self._sequence:
             return self._reject("repeated")
         if stamp < self._newest:
             return self._reject("older than the last")
-        if stamp > now + AHEAD:
+        if stamp > now + self._ahead:
             return self._reject("ahead of time")
         if self._maximum_age is not None and stamp < now - self._maximum_age:
             return self._reject("expired")

@@ -62,6 +62,7 @@ class KeyRow:
     largest: int
     delivery: Delivery = Delivery.STATE
     maximum_age: float | None = 1.0  # s; None: a message holds until a newer one comes
+    ahead: float = 0.1  # s by which a stamp may lie in the future: a bound on the offset between two machines' clocks
 
 
 def _drones(which: Callable[[Swarm], tuple[int, ...]]) -> Owners:
@@ -146,7 +147,11 @@ TABLE = (
         "mission", Mission, _everybody, _all(OPERATOR, GATEWAY), _all(GATEWAY, LEADING, AGENT), 40, 1024,
         Delivery.EVENT, None,
     ),
-    KeyRow("stop", Stop, _everybody, _all(OPERATOR), _all(KINEMATICS, LEADING, AGENT), 400, 1024, Delivery.EVENT),
+    KeyRow(
+        # Clocks that are far apart must not keep a stop from anybody.
+        "stop", Stop, _everybody, _all(OPERATOR), _all(KINEMATICS, LEADING, AGENT), 400, 1024, Delivery.EVENT,
+        maximum_age=5.0, ahead=5.0,
+    ),
 )  # fmt: skip
 
 ROWS = {row.kind: row for row in TABLE}

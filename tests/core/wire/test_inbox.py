@@ -2,7 +2,7 @@ import tracemalloc
 
 import pytest
 from flockwire.nanoseconds import BILLION
-from flockwire.wire.inbox import AHEAD, ATTACHMENT, CANARY, Inbox, attachment
+from flockwire.wire.inbox import ATTACHMENT, CANARY, Inbox, attachment
 from flockwire.wire.keys import MISSION, ROWS, STOP, Key
 from flockwire.wire.messages import Mission, Pose, Stop
 from hypothesis import given
@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 NOW = 1_790_000_000 * BILLION
 US, OTHER = b"a" * 16, b"b" * 16
 POSE = Key("pose", "uav1")
+AHEAD = round(ROWS["pose"].ahead * BILLION)
 
 
 def pose(stamp=NOW):
@@ -62,6 +63,12 @@ def test_a_message_past_its_maximum_age_is_expired():
 def test_a_stop_expires_too():
     inbox = inbox_of(STOP)
     assert inbox.accept(Stop(NOW, "world", "").encode(), attachment(0, NOW, US), NOW + 6 * BILLION) is None
+
+
+@pytest.mark.parametrize("offset", [-4, 4])
+def test_clocks_that_are_seconds_apart_keep_no_stop_out(offset):
+    inbox = inbox_of(STOP)
+    assert inbox.accept(Stop(NOW, "world", "").encode(), attachment(0, NOW, US), NOW + offset * BILLION)
 
 
 def test_a_mission_never_expires():
