@@ -70,8 +70,13 @@ async def fly(flight: UpOptions) -> str:
 
 @contextmanager
 def _alone(flight: UpOptions) -> Iterator[None]:
-    """Hold the swarm's lock; raises PortInUseError where another `up` of it has it."""
-    lock = os.open(flight.keys, os.O_RDONLY) if flight.keys.exists() else -1
+    """Hold this host's lock of the swarm; raises PortInUseError where another `up` has it.
+
+    It is on a key of a process of this host: whoever makes keys, or flies as another host, locks something else.
+    """
+    first = next(iter(flight.plan.processes_on(flight.host)), "")
+    held = flight.keys / f"{first}.key"
+    lock = os.open(held, os.O_RDONLY) if held.exists() else -1
     try:
         if lock >= 0:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -36,14 +36,18 @@ PORTS_NEEDED = SINGLE_PORTS + 5 * DRONE_PORTS  # of a swarm of up to five drones
 FIRST_PORT, PLACES = 20000, 330  # so many swarms fit in below the ports that the system gives to whoever dials
 
 _bases = iter(FIRST_PORT + (os.getpid() * 47 + k) % PLACES * PORTS_NEEDED for k in range(PLACES))
+_claims: list[socket.socket] = []  # one for each range that this run has, held until it ends
 
 
 def free_ports() -> int:
-    """Return a base port with free ports above it, another one at each call; parallel runs begin far apart."""
+    """Return a base port with free ports above it, another one at each call and for each run on this machine."""
     for base in _bases:
         with contextlib.ExitStack() as stack, contextlib.suppress(OSError):
+            claim = socket.socket()
+            claim.bind(("127.0.0.3", base))  # where no swarm listens
             for port in range(base, base + PORTS_NEEDED):
                 stack.enter_context(socket.socket()).bind(("127.0.0.1", port))
+            _claims.append(claim)
             return base
     raise RuntimeError("no free ports")
 

@@ -30,23 +30,21 @@ TABLE = (
 CORE = '''
 """A weather station without clock, input or output."""
 
+from flockwire.flight.cores import Ground
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Command
 from flockwire.wire.status import Report
 
 
-class WeatherCore:
+class WeatherCore(Ground):
     period = 1.0
 
     def __init__(self, frame):
-        self.triggers = self.prompt = frozenset()
+        super().__init__()
         self._frame = frame
 
     def receive(self, key, message, now):
         raise AssertionError(key)
-
-    def due(self, key):
-        return False
 
     def step(self, now):
         return [(Key("wind", "weather"), Command(now, self._frame, (1.0, 2.0, 0.0)))]
@@ -114,6 +112,7 @@ def test_a_row_and_a_core_make_a_new_kind_of_process(
     flockwire("up", swarm, "--headless", "--duration", 5, "--out", tmp_path / "real", "--keys", keys, judged=False)
     assert (keys / "weather.crt").exists()
     flockwire("sim", swarm, "--duration", 5, "--out", tmp_path / "virtual", judged=False)  # short: may not settle
+    assert "Traceback" not in (tmp_path / "real/logs/weather.log").read_text()
     for world in ("real", "virtual"):
         counts, statuses = counted(tmp_path / world / "trace.mcap")
         assert 5 <= counts["/paper/weather/wind"] <= 40, world

@@ -74,6 +74,25 @@ def test_ctrl_c_lands_and_leaves_a_report(make_swarm: Callable[..., Path], tmp_p
     assert process.returncode == 0
 
 
+def test_a_second_up_of_a_swarm_that_flies_is_refused_at_once(make_swarm: Callable[..., Path], tmp_path: Path) -> None:
+    swarm, out = make_swarm(), tmp_path / "out"
+    first = flockwire("up", swarm, "--headless", "--duration", "0", "--out", out)
+    for line in first.stdout:
+        if "taking off" in line:
+            break
+    second = flockwire("up", swarm, "--headless", "--out", tmp_path / "second")
+    _, errors = second.communicate(timeout=20)
+    keys = flockwire("keys", swarm)
+    output, _ = keys.communicate(timeout=20)
+    first.send_signal(signal.SIGINT)
+    _, first_errors = first.communicate(timeout=60)
+    assert (second.returncode, len(errors.strip().splitlines())) == (2, 1)
+    assert "another `flockwire up` flies with these keys" in errors
+    assert not (tmp_path / "second").exists()
+    assert (keys.returncode, "nothing to do" in output) == (0, True)
+    assert "ended by itself" not in first_errors
+
+
 def test_a_killed_parent_leaves_no_process_once_the_drones_have_landed(
     make_swarm: Callable[..., Path], tmp_path: Path
 ) -> None:
