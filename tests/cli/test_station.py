@@ -251,7 +251,9 @@ def test_interrupted_it_starts_nobody_any_more(starting):
 
 
 def test_two_stations_of_one_swarm_exclude_each_other(make_plan, tmp_path):
-    options = UpOptions(make_plan(), None, "localhost", 1.0, None, tmp_path, True)
+    plan = make_plan()
+    (tmp_path / f"{plan.started[0]}.key").touch()
+    options = UpOptions(plan, None, "local", 1.0, None, tmp_path, True)
     refused = pytest.raises(PortInUseError, match="another `flockwire up` flies with these keys")
     with up._alone(options), refused, up._alone(options):
         pass
