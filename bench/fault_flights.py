@@ -29,7 +29,7 @@ from typing import Any
 
 from flockwire.control.vector import Vector
 from flockwire.flight.faults import Fault, parse_faults
-from flockwire.flight.phases import IN_FLIGHT, SHUTDOWN, Phase, outside
+from flockwire.flight.phases import IN_FLIGHT, SHUTDOWN, Phase
 from flockwire.loading import parse_swarm
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm, uav
@@ -348,8 +348,7 @@ class Judge:
         for owner, place in frame.items():
             last = self._last.get(owner, place)
             if place[2] > 0.0:
-                fence = self._limits.fence
-                if outside(place, fence.min, fence.max) > 0.0:
+                if self._limits.fence.room().outside(place) > 0.0:
                     self._reached("fence: inwards", now)
                 x, y, z = (a - b for a, b in zip(place, last, strict=True))
                 self._speeds[owner] = (x / dt, y / dt, z / dt)

@@ -1,6 +1,7 @@
 """Real flights with faults: kill -9 and freezes of each kind of process, and of `flockwire up` itself.
 
-    bench/faults.py [--repeats 5] [--jobs 2] [--laws extended,paper] [--only KIND] [--out FOLDER]
+    bench/faults.py [--repeats 5] [--jobs 2] [--laws extended,paper] [--only KIND] [--faults kill] [--out FOLDER]
+    bench/faults.py --swarm swarms/paper_flight.toml --laws extended --faults kill     (Tellos, each with a driver)
 
 Each flight is started by `flockwire up`; once all fly the formation, the fault happens. Judged is what an independent
 reader of the trace finds: the smallest distance between two drones in the air, every drone's height when the last
@@ -10,33 +11,43 @@ process ended, how long each pilot took to leave the formation, whether the trac
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import random
+import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 import time
+import tomllib
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
-from itertools import combinations, count
+from itertools import combinations, cycle
 from math import dist
 from pathlib import Path
 from typing import Any
 
 import psutil
+import tomli_w
+from flockwire.loading import load_swarm
 from flockwire.wire.messages import Pose, Telemetry
+from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 from flockwire_recorder.records import WholeRecords
 from mcap.records import Channel, Message
 
 SWARM = Path(__file__).parents[1] / "swarms/paper_simulation.toml"
-KINDS = ("agent", "leader", "gateway", "kinematics", "recorder", "up")
 FAULTS = ("kill", "freeze 0.3", "freeze 2", "freeze 8")
 COLLISION = 0.2  # m between two centres, in the air
 IN_THE_AIR = 0.15  # m
-PORTS = count(20000, 80)
+JUDGED = {"truth": Pose, "telemetry": Telemetry, "status": Status}
+PORTS = cycle(range(20000, 32000, 80))  # below those that the kernel gives to outgoing connections
+
+
+class OverBeforeError(Exception):
+    """A flight ended before its fault: an overloaded machine."""
 
 
 @dataclass
@@ -49,6 +60,7 @@ class Outcome:
     exit_status: int | None = None
     verdict: str = ""
     closest: float = float("inf")
+    silent: float = 0.0  # longest pause of a drone's telemetry: how long a driver that is started again takes
     highest_at_end: float = 0.0
     left_running: int = 0
     readable: bool = True
@@ -69,12 +81,19 @@ class Outcome:
         return ", ".join(found)
 
 
-def flight(law: str, kind: str, fault: str, seed: int, folder: Path) -> Outcome:
+def kinds(swarm_file: Path) -> tuple[str, ...]:
+    """Return the kinds of process that a flight of the swarm starts, and `up` itself."""
+    plan = Plan(load_swarm(swarm_file))
+    return (*dict.fromkeys(plan.rows[identity].kind for identity in plan.started), "up")
+
+
+def flight(swarm_file: Path, law: str, kind: str, fault: str, seed: int, folder: Path) -> Outcome:
     """Fly once, with the fault in formation."""
     outcome, chance = Outcome(law, kind, fault), random.Random(f"{law} {kind} {fault} {seed}")
     swarm = folder / "swarm.toml"
-    text = SWARM.read_text().replace('law = "paper"', f'law = "{law}"')
-    swarm.write_text(text + f"\n[network]\nbase_port = {next(PORTS)}\n")
+    table = tomllib.loads(swarm_file.read_text())
+    table["control"]["law"], table["network"] = law, {"base_port": next(PORTS)}
+    swarm.write_text(tomli_w.dumps(table))
     keys, out = folder / "keys", folder / "out"
     line = [sys.executable, "-m", "flockwire_cli", "up", swarm, "--headless", "--duration", "9", "--out", out]
     up = subprocess.Popen([*map(str, line), "--keys", str(keys)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
@@ -86,7 +105,11 @@ def flight(law: str, kind: str, fault: str, seed: int, folder: Path) -> Outcome:
         if "in formation" in said:
             break
     time.sleep(1.0 + 2.0 * chance.random())
-    at = _inject(kind, fault, swarm, up, chance)
+    try:
+        at = _inject(kind, fault, swarm, up, chance)
+    except OverBeforeError:
+        up.communicate()
+        raise
     heard.append(up.stdout.read())
     outcome.exit_status = up.wait()
     lines = [row for row in "".join(heard).splitlines() if row]
@@ -119,6 +142,8 @@ def _inject(kind: str, fault: str, swarm: Path, up: subprocess.Popen[str], chanc
         victim = psutil.Process(up.pid)
     else:
         candidates = [process for process in processes(swarm) if kind in process.cmdline()]
+        if not candidates:
+            raise OverBeforeError
         victim = chance.choice(sorted(candidates, key=lambda process: process.cmdline()))
     at = time.time_ns()
     if fault == "kill":
@@ -134,27 +159,29 @@ def judge(outcome: Outcome, traces: list[Path], at: int) -> None:
     """Read what happened from the trace, without the project's own reader."""
     places: dict[str, tuple[float, float, float]] = {}
     states: dict[str, int] = {}
+    told: dict[str, int] = {}  # when a drone's telemetry came last
     phases: dict[str, str] = {}
-    for topic, data in messages(outcome, traces):
-        _, owner, kind = topic.rsplit("/", 2)
-        if kind == "truth":
-            places[owner] = Pose.decode(data).position
-            aloft = [place for place in places.values() if place[2] > IN_THE_AIR]
-            outcome.closest = min([outcome.closest, *(dist(a, b) for a, b in combinations(aloft, 2))])
-        elif kind == "telemetry":
-            states[owner] = Telemetry.decode(data).state
-        elif kind == "status":
-            status = Status.decode(data)
-            phase = status.report.phase
-            if phases.get(owner) != phase and status.stamp > at and owner in phases:
-                outcome.rungs.setdefault(owner, []).append(((status.stamp - at) / 1e9, phase))
-            phases[owner] = phase
+    for owner, message in messages(outcome, traces):
+        match message:
+            case Pose():
+                places[owner] = message.position
+                aloft = [place for place in places.values() if place[2] > IN_THE_AIR]
+                outcome.closest = min([outcome.closest, *(dist(a, b) for a, b in combinations(aloft, 2))])
+            case Telemetry():
+                if owner in told and told[owner] > at - 10**9:
+                    outcome.silent = max(outcome.silent, (message.stamp - told[owner]) / 1e9)
+                states[owner], told[owner] = message.state, message.stamp
+            case Status():
+                phase = message.report.phase
+                if phases.get(owner) != phase and message.stamp > at and owner in phases:
+                    outcome.rungs.setdefault(owner, []).append(((message.stamp - at) / 1e9, phase))
+                phases[owner] = phase
     outcome.highest_at_end = max((place[2] for place in places.values()), default=0.0)
     outcome.readable = outcome.readable and bool(places)
 
 
-def messages(outcome: Outcome, traces: list[Path]) -> Iterator[tuple[str, bytes]]:
-    """Yield topic and payload of every message."""
+def messages(outcome: Outcome, traces: list[Path]) -> Iterator[tuple[str, Pose | Telemetry | Status]]:
+    """Yield owner and message of what is judged; keeps a trace that cannot be read."""
     for trace in traces:
         topics: dict[int, str] = {}
         try:
@@ -162,9 +189,12 @@ def messages(outcome: Outcome, traces: list[Path]) -> Iterator[tuple[str, bytes]
                 if isinstance(record, Channel):
                     topics[record.id] = record.topic
                 elif isinstance(record, Message) and topics[record.channel_id].count("/") == 3:
-                    yield topics[record.channel_id], record.data
+                    _, owner, kind = topics[record.channel_id].rsplit("/", 2)
+                    if kind in JUDGED:
+                        yield owner, JUDGED[kind].decode(record.data)
         except (OSError, ValueError):
             outcome.readable = False
+            shutil.copy(trace, Path(tempfile.gettempdir()) / f"unreadable-{trace.stat().st_mtime_ns}.mcap")
 
 
 def main() -> None:
@@ -174,28 +204,33 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--laws", default="extended,paper")
     parser.add_argument("--only", default="")
+    parser.add_argument("--faults", default=",".join(FAULTS))
+    parser.add_argument("--swarm", type=Path, default=SWARM)
     parser.add_argument("--out", type=Path, default=Path("runs/faults"))
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     cases = [
         (law, kind, fault, seed)
         for law in options.laws.split(",")
-        for kind in KINDS
+        for kind in kinds(options.swarm)
         if options.only in ("", kind)
-        for fault in FAULTS
+        for fault in options.faults.split(",")
         for seed in range(options.repeats)
     ]
     results: list[dict[str, Any]] = []
 
     def fly(case: tuple[str, str, str, int]) -> Outcome:
-        with tempfile.TemporaryDirectory() as folder:
-            return flight(*case, Path(folder))
+        while True:
+            with tempfile.TemporaryDirectory() as folder, contextlib.suppress(OverBeforeError):
+                return flight(options.swarm, *case, Path(folder))
+            print(f"{' '.join(map(str, case))}: the flight was over before the fault; again", flush=True)
 
     with ThreadPoolExecutor(options.jobs) as pool:
         for case, outcome in zip(cases, pool.map(fly, cases), strict=True):
             results.append(asdict(outcome) | {"seed": case[3], "bad": outcome.bad})
             print(f"{outcome.law:9}{outcome.kind:11}{outcome.fault:11}{outcome.closest:6.2f} m  "
-                  f"end {outcome.highest_at_end:5.2f} m  exit {outcome.exit_status}  {outcome.bad or 'ok'}  "
+                  f"silent {outcome.silent:4.1f} s  end {outcome.highest_at_end:5.2f} m  "
+                  f"exit {outcome.exit_status}  {outcome.bad or 'ok'}  "
                   f"{outcome.verdict[:90]}", flush=True)  # fmt: skip
             (options.out / "faults.json").write_text(json.dumps(results, indent=1) + "\n")
     bad = [result for result in results if result["bad"]]

@@ -112,7 +112,7 @@ def real(seconds: float) -> bool:
     samples: Samples = defaultdict(list)
     with tempfile.TemporaryDirectory() as folder:
         swarm, out = Path(folder) / "soak.toml", Path(folder) / "out"
-        swarm.write_text(tomli_w.dumps(swarm_table(4.0 * seconds) | {"network": {"base_port": 20400}}))
+        swarm.write_text(tomli_w.dumps(swarm_table(4.0 * seconds) | {"network": {"base_port": 19000}}))
         line = [sys.executable, "-m", "flockwire_cli", "up", str(swarm), "--headless", "--duration", str(seconds),
                 "--out", str(out), "--keys", str(Path(folder) / "keys")]  # fmt: skip
         up = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
@@ -142,13 +142,16 @@ def print_memory(samples: Samples) -> bool:
     """Print each process's memory; returns whether all stayed flat after SETTLED."""
     longest = max(t for listed in samples.values() for t, _ in listed)
     settled = min(SETTLED, longest / 4.0)
-    print(f"{'process':14}{f'MB at {settled:.0f} s':>14}{'most after':>12}{'at the end':>12}{'growth':>9}")
+    columns = f"{f'MB at {settled:.0f} s':>14}{'most after':>12}{'at the end':>12}{'growth':>9}"
+    print(f"{'process':14}{columns}   every {SETTLED:.0f} s")
     flat = True
     for name, listed in sorted(samples.items()):
         later = [size for t, size in listed if t >= settled] or [listed[-1][1]]
         growth = later[-1] - later[0]
         flat = flat and growth <= FLAT
-        print(f"{name:14}{later[0]:14.1f}{max(later):12.1f}{later[-1]:12.1f}{growth:9.1f}")
+        marks = [next(size for t, size in listed if t >= mark) for mark in range(0, int(listed[-1][0]), int(SETTLED))]
+        series = " ".join(f"{size:.1f}" for size in marks)
+        print(f"{name:14}{later[0]:14.1f}{max(later):12.1f}{later[-1]:12.1f}{growth:9.1f}   {series}")
     return flat
 
 

@@ -20,7 +20,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from itertools import count
+from itertools import cycle
 from pathlib import Path
 
 import psutil
@@ -38,7 +38,7 @@ from flockwire_cli.operator import Operator
 from flockwire_cli.processes import command
 
 SWARM = Path(__file__).parents[1] / "swarms/paper_simulation.toml"
-PORTS = count(26000, 80)
+PORTS = cycle(range(20000, 32000, 80))  # below those that the kernel gives to outgoing connections
 FOREIGN = 80
 VICTIMS = ("uav2", "leader", "gateway", "recorder")
 
@@ -143,7 +143,7 @@ def _spin() -> None:
 @contextlib.contextmanager
 def foreign(swarm: Bench) -> Iterator[None]:
     """Open FOREIGN sessions with one drone's certificate to every process."""
-    targets = [f"tls/{endpoint}" for endpoint in swarm.plan.endpoints.values()]
+    targets = [swarm.plan.locator(endpoint) for endpoint in swarm.plan.endpoints.values()]
     attacker = Attacker("uav2", files_of(swarm.keys, "uav2"), "peer")
     with contextlib.ExitStack() as stack:
         for _ in range(FOREIGN):
@@ -156,7 +156,7 @@ def foreign(swarm: Bench) -> Iterator[None]:
 @contextlib.contextmanager
 def flood(swarm: Bench) -> Iterator[None]:
     """Publish rubbish on a drone's own keys to the driver as fast as it goes, with its certificate."""
-    targets = [f"tls/{swarm.plan.endpoints[other]}" for other in swarm.plan.dials["uav1"]]
+    targets = [swarm.plan.locator(swarm.plan.endpoints[other]) for other in swarm.plan.dials["uav1"]]
     attacker = Attacker("uav1", files_of(swarm.keys, "uav1"), "peer")
     script = (
         "import sys, zenoh\n"

@@ -124,7 +124,7 @@ async def vrpn(case: Case, port: int, seen: Seen, bodies: int) -> AsyncIterator[
     """Connect a VRPN client; yields whether it is ready."""
     client = VrpnClient(HOME, seen.deliver, port)
     client.open()
-    yield lambda: len(client.connection.senders) == bodies
+    yield lambda: len(client.session.connection.senders) == bodies
     await client.close()
 
 

@@ -17,11 +17,12 @@ ROOT = Path(__file__).parents[1]
 TABLE = "core/flockwire/wire/processes.py"
 HOMONYMS = {  # words that mean something else there
     ("core/flockwire/swarm/model.py", "uav"),  # the name of a drone
-    ("core/flockwire/swarm/model.py", "kinematics"),  # an airframe
-    ("core/flockwire/swarm/tables.py", "kinematics"),
+    ("core/flockwire/swarm/model.py", "gateway"),  # a table of the swarm file
+    ("core/flockwire/swarm/drones.py", "kinematics"),  # an airframe
     ("core/flockwire/swarm/tables.py", "router"),  # a mode of the network
     ("core/flockwire/swarm/reading.py", "leader"),  # a table of the swarm file
-    ("core/flockwire/runtime/session.py", "router"),  # Zenoh's own modes
+    ("cli/flockwire_cli/initial.py", "leader"),
+    ("core/flockwire/runtime/configuration.py", "router"),  # Zenoh's own modes
     ("cli/flockwire_cli/attackers.py", "router"),
 }
 OWN_FOLDERS = {

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import dist
+from math import dist, isfinite
 from typing import Any
 
 from flockwire.control.vector import add
 from flockwire.flight.cores import Start
+from flockwire.flight.flown_formation import flown_formation, is_known
 from flockwire.flight.ladder import shown
 from flockwire.flight.phases import Phase
 from flockwire.flight.pilot import Pilot
-from flockwire.law import Decision, Law, Observation, Reference, check_decision
-from flockwire.loading import load_law
+from flockwire.law import Decision, Observation, Reference
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Estimate, Leading, Message, Mission
 from flockwire.wire.status import Report, Status
 
+from flockwire_agent.guarded_law import GuardedLaw
 from flockwire_agent.neighbourhood import Neighbourhood
 
 
@@ -32,13 +33,10 @@ class AgentCore:
         self._swarm, self._number, self._frame = swarm, number, swarm.frame
         self._estimate_key = Key("estimate", uav(number))
         self._index = swarm.followers.index(number)
-        self._make_law = load_law(swarm.control.law)
-        self._law: Law = self._make_law(swarm, number)
-        self._fault = ""  # what the law raised
-        self._formations = {name: swarm.build_formation(name) for name in ("", *swarm.formations)}
+        self._law = GuardedLaw(swarm, number)
+        self._formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
         neighbours = swarm.topology.neighbours(number)
-        self._neighbours = len(neighbours)
-        self._neighbourhood = Neighbourhood(neighbours, swarm.limits.staleness, swarm.leader.kind == "virtual")
+        self._neighbourhood = Neighbourhood(neighbours, swarm.limits.staleness, swarm.leader.kind)
         self._reference: Reference | None = None  # the place to fly in the formation, None in any other phase
         self._flown: Mission | None = None  # the order that it comes from
         self._judged: tuple[Observation, Decision] | None = None  # what the error is of
@@ -65,21 +63,22 @@ class AgentCore:
         """Observe, decide, command: what to publish at `now`."""
         pilot, neighbourhood = self._pilot, self._neighbourhood
         estimates = neighbourhood.fresh(now)
-        missing = () if len(estimates) == self._neighbours else neighbourhood.missing(now)
+        missing = () if len(estimates) == len(neighbourhood) else neighbourhood.missing(now)
         silence = neighbourhood.silence(now, pilot.born)
         leader_down = neighbourhood.leading is Leading.IS_DOWN
-        self._refer(pilot.observe(now, silence, missing, self._fault, neighbourhood.positions, leader_down))
+        self._refer(pilot.observe(now, silence, missing, self._law.fault, neighbourhood.positions, leader_down))
         observation = Observation(pilot.dt, pilot.stamp, pilot.motion, estimates, pilot.bodies, self._reference)
         decision = self._obey(observation, now)
-        command = pilot.command(decision.velocity, now)
+        messages = pilot.command(decision.velocity, now)
         estimate = decision.estimate
         if estimate is None:
-            return [command]
+            return messages
         own = Estimate(
             decision.stamp or now, self._frame, estimate.position, estimate.velocity, estimate.acceleration,
             neighbourhood.origin, neighbourhood.hops, neighbourhood.leading,
         )  # fmt: skip
-        return [command, (self._estimate_key, own)]
+        messages.append((self._estimate_key, own))
+        return messages
 
     def retire(self, now: int) -> None:
         """Hold, then land: the process is to end."""
@@ -100,18 +99,13 @@ class AgentCore:
             self._reference = None
         elif self._reference is None or mission is not self._flown:
             self._flown = mission
-            self._reference = Reference(self._formations[mission.formation], self._index, mission.start)
+            self._reference = Reference(flown_formation(self._formations, mission), self._index, mission.start)
 
     def _obey(self, observation: Observation, now: int) -> Decision:
         """Return what the law decides; one that raises is not called again before the next order."""
         self._judged = None
-        if self._fault:
-            return Decision()
-        try:
-            decision = self._law.step(observation, now)
-            check_decision(decision)
-        except Exception as error:
-            self._fault = f"the law failed: {type(error).__name__}: {error}"
+        decision = self._law.step(observation, now)
+        if decision is None:
             return Decision()
         self._judged = observation, decision
         return decision
@@ -123,18 +117,21 @@ class AgentCore:
         observation, decision = self._judged
         if decision.estimate is None or observation.motion is None or observation.reference is None:
             return -1.0
-        return dist(
+        error = dist(
             observation.motion.position,
             add(observation.reference.offset(observation.stamp), decision.estimate.position),
         )
+        return error if isfinite(error) else -1.0
 
     def _take_mission(self, mission: Mission) -> None:
         """Take an order of a formation that is known; it restarts a law that failed."""
-        if mission.formation not in self._formations:
+        if not is_known(self._formations, mission):
             return
-        self._pilot.flight.order(mission)
-        if self._fault:
-            self._fault, self._law = "", self._make_law(self._swarm, self._number)
+        flight = self._pilot.flight
+        flight.order(mission)
+        if flight.mission is not None:
+            self._neighbourhood.leave_out(flight.mission.without)
+        self._law.restart()
 
 
 def make_core(start: Start) -> AgentCore:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from dataclasses import dataclass
 
 from flockwire.control.graph import LEADER
@@ -32,22 +32,33 @@ class Neighbour:
 
 
 class Neighbourhood:
-    """The in-neighbours N_i of one follower, by their weights; `virtual`: the leader has no airframe."""
+    """The in-neighbours N_i of one follower, by their weights; `leader` is the kind of the leader.
 
-    def __init__(self, weights: dict[int, float], limits: Staleness, virtual: bool = False) -> None:
-        self._neighbours = {j: Neighbour(weight) for j, weight in weights.items()}
+    One without an airframe leads in any phase: a virtual one while its status comes, a tracked one while its pose does.
+    """
+
+    def __init__(self, weights: dict[int, float], limits: Staleness, leader: str = "trajectory") -> None:
+        self._every = {j: Neighbour(weight) for j, weight in weights.items()}
+        self._neighbours = self._every  # those that are not left out
         self._drop_after = round(limits.estimate_drop * BILLION)  # ns
         self._origin_limit = round(limits.estimates_hold * BILLION)
         self._leader_limit = round(limits.leader_silent * BILLION)
-        self._virtual = virtual
+        self._virtual, self._carried = leader == "virtual", leader == "tracked"
         self._leader_stamp = 0  # of the leader's own status
         self.origin = 0  # of the newest data of the leader that ever came
         self.hops = 0
         self.leading = Leading.UNKNOWN
 
+    def __len__(self) -> int:
+        return len(self._neighbours)
+
+    def leave_out(self, drones: Container[int]) -> None:
+        """Neither wait for `drones` nor count them, until called again."""
+        self._neighbours = {j: neighbour for j, neighbour in self._every.items() if j not in drones}
+
     def take_estimate(self, j: int) -> Callable[[Estimate], None]:
         """Return what takes neighbour j's estimates of the leader."""
-        neighbour = self._neighbours[j]
+        neighbour = self._every[j]
 
         def take(message: Estimate) -> None:
             stamp, _, position, velocity, acceleration, origin, hops, leading = message
@@ -59,7 +70,7 @@ class Neighbourhood:
 
     def take_pose(self, j: int) -> Callable[[Pose], None]:
         """Return what takes neighbour j's poses; the leader's is also its estimate of itself (eta_0 = x_0)."""
-        neighbour = self._neighbours[j]
+        neighbour = self._every[j]
 
         def take(message: Pose) -> None:
             neighbour.position = message.position
@@ -73,7 +84,7 @@ class Neighbourhood:
         """Take the leader's own status: whether it leads."""
         self._leader_stamp = message.stamp
         leads = self._virtual or message.report.phase in LEADING_PHASES
-        self._neighbours[LEADER].leading = Leading.LEADS if leads else Leading.IS_DOWN
+        self._every[LEADER].leading = Leading.LEADS if leads else Leading.IS_DOWN
 
     def fresh(self, now: int) -> list[NeighbourEstimate]:
         """Return the estimates of the neighbours that count; the weight of a stale one leaves the sum.
@@ -95,10 +106,17 @@ class Neighbourhood:
 
     def _leading(self, now: int) -> Leading:
         """Return what the leader's own status reports; without a fresh one the leader counts as down."""
+        if self._carried:
+            return self._by_pose(self._neighbours[LEADER].stamp, now)
         if not self._leader_stamp:
             return Leading.UNKNOWN
         silent = now - self._leader_stamp > self._leader_limit
         return Leading.IS_DOWN if silent else self._neighbours[LEADER].leading
+
+    def _by_pose(self, stamp: int, now: int) -> Leading:
+        if not stamp:
+            return Leading.UNKNOWN
+        return Leading.IS_DOWN if now - stamp > self._leader_limit else Leading.LEADS
 
     def silence(self, now: int, since: int) -> float:
         """Return the age, s, of the newest data of the leader; counted from `since` before there was any."""

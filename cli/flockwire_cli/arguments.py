@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import sys
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -17,18 +19,60 @@ from flockwire.wire.processes import OPERATOR
 if TYPE_CHECKING:
     from flockwire.flight.faults import Fault
 
+ADDRESSES = "FLOCKWIRE_BY_NAME"  # set where each process has a host, or container, of its own that has its name
 SwarmFile = Annotated[Path, typer.Argument(metavar="SWARM", help="The swarm file (TOML).")]
 Keys = Annotated[
-    Path | None, typer.Option(envvar="FLOCKWIRE_KEYS", help="Folder of the certificates [.flockwire/NAME/keys].")
+    Path | None,
+    typer.Option(envvar="FLOCKWIRE_KEYS", help="Folder of the certificates [.flockwire/NAME/keys beside SWARM]."),
 ]
 FaultsFile = Annotated[Path | None, typer.Option(help="What is to go wrong, and when (TOML).")]
+Without = Annotated[
+    list[int] | None, typer.Option(metavar="ID", help="A drone to leave on the ground; may be given again.")
+]
 Number = Annotated[int, typer.Argument(metavar="ID", help="The drone's id.")]
+
+
+def application() -> typer.Typer:
+    """Return a command line without commands; its help and its errors are plain text."""
+    return typer.Typer(
+        help="Distributed edge runtime for formation flight: one process per drone, on Zenoh.",
+        no_args_is_help=True,
+        context_settings={"help_option_names": ["-h", "--help"]},
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+    )
 
 
 def refuse(reason: str) -> NoReturn:
     """End with exit status 2; each line of `reason` names what is wrong."""
     print("\n".join(f"flockwire: {line}" for line in reason.split("\n")), file=sys.stderr)
     raise typer.Exit(2)
+
+
+def this_host(swarm: Swarm, host: str | None) -> str:
+    """Return which of [hosts] this machine is, the first unless --host names one; refuses a name that is not there."""
+    if host is not None and host not in swarm.hosts:
+        refuse(f"--host = {host!r}: must be one of {sorted(swarm.hosts)} ([hosts])")
+    return host or next(iter(swarm.hosts))
+
+
+def refuse_endless(duration: float) -> None:
+    """Refuse a --duration that is no number of seconds."""
+    if not isfinite(duration):
+        refuse(f"--duration = {duration}: must be a number of seconds; 0 flies until Ctrl-C")
+
+
+def left_out(plan: Plan, without: list[int] | None) -> tuple[int, ...]:
+    """Return the drones to leave on the ground and print what that changes, or refuse what the graph does not allow."""
+    from flockwire.flight.absence import consequences, refusal  # noqa: PLC0415  (numpy)
+
+    absent = tuple(sorted(set(without or ())))
+    if cannot := refusal(plan.swarm, absent):
+        refuse(cannot)
+    for line in consequences(plan.swarm, absent):
+        print(f"flockwire: {line}")
+    return absent
 
 
 def refuse_a_second_trace(out: Path) -> None:
@@ -40,7 +84,7 @@ def refuse_a_second_trace(out: Path) -> None:
 def load(path: Path, checked: bool = True) -> Plan:
     """Return the plan of a file's swarm, or refuse the file; an order does not wait for the rules to be `checked`."""
     try:
-        return Plan(load_swarm(path) if checked else read_swarm(path))
+        return Plan(load_swarm(path) if checked else read_swarm(path), by_name=ADDRESSES in os.environ)
     except SwarmFileError as error:
         refuse(str(error))
 
@@ -64,13 +108,18 @@ def warn_of(swarm: Swarm) -> None:
         )
 
 
-def made_keys(plan: Plan, keys: Path | None, host: str) -> Path:
+def keys_folder(file: Path, plan: Plan, keys: Path | None) -> Path:
+    """Return the folder of the certificates: `keys`, or that of the swarm beside its `file`."""
+    return keys or default_folder(plan.swarm.name, file.parent)
+
+
+def made_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
     """Return the folder of the certificates, after making what it lacks where the authority's key is or may be here."""
     from flockwire.security.credentials import load_credentials  # noqa: PLC0415
     from flockwire.security.pki import make_keys  # noqa: PLC0415
 
     swarm = plan.swarm
-    folder = keys or default_folder(swarm.name)
+    folder = keys_folder(file, plan, keys)
     warn_of(swarm)
     first = next(iter(swarm.hosts)) == host  # another host's keys come from the first one
     here = (first and not (folder / "ca.crt").exists()) or (folder / "authority" / "ca.key").exists()
@@ -80,7 +129,7 @@ def made_keys(plan: Plan, keys: Path | None, host: str) -> Path:
         try:
             for identity in (*plan.processes_on(host), OPERATOR.kind):
                 if identity in plan.certified:
-                    load_credentials(folder, identity, clock.utc())
+                    load_credentials(folder, identity, clock.utc(), plan.issuer(identity), plan.authorities)
         except CredentialsError as error:
             refuse(str(error))
     return folder

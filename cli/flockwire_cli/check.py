@@ -7,32 +7,48 @@ from math import inf, sqrt
 
 from flockwire.control.convergence import convergence, smallest_observer_gain
 from flockwire.control.depth import motion_error, noise_gain
+from flockwire.control.graph import LEADER
 from flockwire.control.leader_track import leader_time_constant
 from flockwire.control.stability import critical_gain, smallest_smoothing
 from flockwire.flight.guard import Guard
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.plan import Plan
 
+from flockwire_cli.foresight import foreseen
+
 DEPTH_HORIZON = 40.0  # s of the leader's trajectory that are looked at
+FULL_STICK = 100  # of a Tello
 DEEP = 6  # hops beyond which noise and delay add up
 
 
-def describe(plan: Plan) -> str:
-    """Return the description that `check` prints."""
+def describe(plan: Plan, duration: float = 40.0) -> str:
+    """Return the description that `check` prints; `duration` is that of the flight, s."""
     swarm = plan.swarm
     parts = (_graph(plan), ("",), _lemma(swarm), _depth(swarm), ("",), _formations(swarm), ("",), _links(plan))
-    return "\n".join(line for part in (*parts, _warned(swarm)) for line in part)
+    return "\n".join(line for part in (*parts, _warned(swarm, duration)) for line in part)
 
 
 def _graph(plan: Plan) -> Iterator[str]:
     swarm = plan.swarm
     graph, depths = swarm.topology, swarm.topology.depths()
     yield f"swarm {swarm.name}: {len(swarm.followers)} followers, leader {swarm.leader.kind}, law {swarm.control.law}"
+    yield from _carried(swarm)
     yield ""
     yield "who hears whom (weight)                     hops from the leader"
     for i in swarm.followers:
         neighbours = ", ".join(f"{plan.pilot[j]} ({weight:g})" for j, weight in graph.neighbours(i).items())
         yield f"  {uav(i):<7} hears {neighbours:<36} {depths[i]}"
+
+
+def _carried(swarm: Swarm) -> Iterator[str]:
+    if swarm.leader.kind != "tracked":
+        return
+    height = swarm.drone(LEADER).start[2]
+    yield f"  {uav(LEADER)} is what the tracker calls {swarm.body(LEADER)!r}: a person carries it. It never flies,"
+    yield "  takes no order, and nobody waits for it. The others fly round it, at the height of their places above or"
+    yield f"  below it ({height:.2f} m at first), and keep {swarm.person_clearance:.2f} m from the person's middle"
+    if swarm.walking:
+        yield "  simulated: from the order to start the person walks [leader.trajectory], and stands on any other order"
 
 
 def _lemma(swarm: Swarm) -> Iterator[str]:
@@ -53,7 +69,7 @@ def _depth(swarm: Swarm) -> Iterator[str]:
     age = swarm.gateway.latency + depths[deepest] * (swarm.sim.delay + 1.0 / swarm.control.rate_hz)
     period = 1.0 / swarm.gateway.rate_hz
     noise = 1e3 * swarm.gateway.noise * noise_gain(constant, age, period)
-    moving = 1e3 * motion_error(swarm.leader.trajectory.build(), constant, age, period, DEPTH_HORIZON)
+    moving = 1e3 * motion_error(swarm.leader.course(), constant, age, period, DEPTH_HORIZON)
     yield (
         f"  deepest: {uav(deepest)}, {depths[deepest]} hops, data up to {1e3 * age:.0f} ms old; its estimate errs by "
         f"{noise:.2f} mm per axis from noise (standard deviation), {moving:.2f} mm at most from the leader's turns"
@@ -62,14 +78,17 @@ def _depth(swarm: Swarm) -> Iterator[str]:
 
 def _formations(swarm: Swarm) -> Iterator[str]:
     safe, limits = swarm.avoidance.drone_safety_distance, swarm.limits
-    for name in ("", *swarm.formations):
-        kind = (swarm.formations[name] if name else swarm.formation).kind
+    fence = f"{list(limits.fence.low)} to {list(limits.fence.high)}"
+    if limits.fence.polygon:
+        fence += f", polygon of {len(limits.fence.polygon)} corners"
+    for name in swarm.formation_names:
+        kind = swarm.formation_table(name).kind
         shape = swarm.survey(name)
         reach = ", ".join(f"{x:.2f}" for x in shape.extent)
         yield f"formation {name or '(default)'}: {kind}"
         yield f"  fastest  {shape.max_speed:6.2f} m/s  limit {limits.speed:.2f} m/s"
         yield f"  tightest {min(shape.min_distance, shape.min_distance_leader):6.2f} m    limit {safe:.2f} m"
-        yield f"  reaches  [{reach}] m from the leader; fence {list(limits.fence.min)} to {list(limits.fence.max)}"
+        yield f"  reaches  [{reach}] m from the leader; fence {fence}"
 
 
 def _links(plan: Plan) -> Iterator[str]:
@@ -78,10 +97,13 @@ def _links(plan: Plan) -> Iterator[str]:
         links = plan.links[identity]
         everybody = len(links) == len(plan.certified) - 1
         yield f"  {identity:<11} {endpoint:<21} {'everybody' if everybody else ', '.join(links)}"
+    if plan.reserved:
+        ports = [int(endpoint.rpartition(":")[2]) for endpoint in plan.reserved.values()]
+        yield f"  persons dial ports of their own: {min(ports)} to {max(ports)}"
 
 
-def _warned(swarm: Swarm) -> Iterator[str]:
-    found = list(warnings(swarm))
+def _warned(swarm: Swarm, duration: float) -> Iterator[str]:
+    found = [*warnings(swarm), *foreseen(swarm, duration)]
     if found:
         yield ""
     yield from (f"warning: {line}" for line in found)
@@ -96,6 +118,7 @@ def warnings(swarm: Swarm) -> Iterator[str]:
             yield from _oscillation(swarm, number)
     if swarm.control.filtered:
         yield from _sight_warnings(swarm)
+    yield from _stick_warnings(swarm)
 
 
 def _observer_warnings(swarm: Swarm) -> Iterator[str]:
@@ -137,6 +160,19 @@ def _sight_warnings(swarm: Swarm) -> Iterator[str]:
             yield (
                 f"avoidance.sensing_radius = {swarm.avoidance.sensing_radius:g} m lets airframe {name} fly {speed:.2f} "
                 f"m/s and stop in time, the formation needs {needed:.2f} m/s"
+            )
+
+
+def _stick_warnings(swarm: Swarm) -> Iterator[str]:
+    """Predict that a Tello's sticks end before the speed that the formation needs."""
+    needed = swarm.survey().max_speed
+    for name in sorted({swarm.drone(number).airframe for number in swarm.tellos}):
+        gains = swarm.airframes[name].stick_gains
+        fastest = FULL_STICK * min(gains.right, gains.forward)
+        if fastest < needed:
+            yield (
+                f"airframes.{name}.stick_gains let it fly {fastest:.2f} m/s at full stick, the formation needs "
+                f"{needed:.2f} m/s; `flockwire identify` measures them"
             )
 
 

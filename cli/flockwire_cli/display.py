@@ -9,6 +9,7 @@ from pathlib import Path
 from flockwire import clock
 from flockwire.flight.director import Director
 from flockwire.nanoseconds import BILLION
+from flockwire.wire.plan import Plan
 from rich.console import Console
 from rich.live import Live
 
@@ -18,10 +19,10 @@ from flockwire_cli.table import Rates, draw
 
 
 class Display:
-    """Shows the processes `order` of the swarm called `name`; a terminal that is gone is no error."""
+    """Shows the processes `order` of a swarm; a terminal that is gone is no error."""
 
-    def __init__(self, name: str, order: tuple[str, ...], director: Director, headless: bool) -> None:
-        self._name, self._order, self._director = name, order, director
+    def __init__(self, plan: Plan, order: tuple[str, ...], director: Director, headless: bool) -> None:
+        self._plan, self._name, self._order, self._director = plan, plan.swarm.name, order, director
         self._rates = Rates()
         self._console = Console()
         self._headless = headless or not self._console.is_terminal
@@ -44,13 +45,21 @@ class Display:
         with contextlib.suppress(OSError), Live(console=self._console, refresh_per_second=4) as self._live:
             yield
 
+    def note(self, event: str, now: int) -> None:
+        """Print a line about an `event` at `now`, above the table while that shows."""
+        with contextlib.suppress(OSError):
+            self._console.print(self._line(event, now), highlight=False, markup=False, soft_wrap=True)
+
     def update(self, operator: Operator, now: int) -> None:
         """Show what is known at `now`."""
-        seconds, stage = (now - self._began) / BILLION, self._director.stage
+        stage = self._director.stage
         with contextlib.suppress(OSError):
             if self._live is not None:
-                title = f"{self._name}: {stage}, {seconds:.0f} s   ({HINT})"
-                self._live.update(draw(title, self._order, operator.statuses, self._rates, now))
+                title = f"{self._name}: {stage}, {(now - self._began) / BILLION:.0f} s   ({HINT})"
+                self._live.update(draw(title, self._plan, self._order, operator.statuses, self._rates, now))
             elif self._stage != stage:
-                print(f"flockwire: {seconds:5.1f} s  {stage}", flush=True)
+                print(self._line(stage, now), flush=True)
         self._stage = stage
+
+    def _line(self, event: str, now: int) -> str:
+        return f"flockwire: {(now - self._began) / BILLION:5.1f} s  {event}"

@@ -17,26 +17,46 @@ from flockwire_cli.relay.links import LinkFault, Relays
 
 
 def refusal(faults: tuple[Fault, ...], plan: Plan, host: str) -> str:
-    """Return a line about the first fault that a flight seen from `host` cannot have; empty when it can have all."""
+    """Return a line about the first fault that `up` on `host` cannot inject; empty when it can inject all."""
     for place, fault in enumerate(faults):
         if fault.kind in SIM_ONLY:
             return f"faults.{place}.kind = {fault.kind!r}: only `flockwire sim` can do this; a real flight cannot"
         if isinstance(fault, LinkFault) and (line := links.refusal(place, fault, plan, host)):
             return line
+        if line := _elsewhere(f"faults.{place}", fault, plan, host):
+            return line
+    return ""
+
+
+def _elsewhere(key: str, fault: Fault, plan: Plan, host: str) -> str:
+    """Return a line about what keeps `fault` from being injected by this host, though another could; or empty."""
+    if isinstance(fault, Kill | Restart | Freeze):
+        named, processes = f"{key}.process = {fault.process!r}", [fault.process]
+    else:
+        named = f"{key}.kind = {fault.kind!r}"
+        processes = [identity for identity in plan.started if fault.kind in plan.rows[identity].faults]
+    far = next((identity for identity in processes if plan.hosts[identity] != host), None)
+    if far is not None:
+        return f"{named}: {far} runs on host {plan.hosts[far]!r}, this is {host!r}; only its own host can do this to it"
+    if isinstance(fault, LinkFault | Kill | Restart | Freeze) and not plan.conducts(host):
+        conductor = next(name for name in plan.swarm.hosts if plan.conducts(name))
+        return f"{named}: only {conductor!r}, the recorder's host, knows when; give --faults there, this is {host!r}"
     return ""
 
 
 class FaultInjector:
     """The `faults` of links and of the processes `here`, among `children`; times count from the order to take off."""
 
-    def __init__(self, faults: tuple[Fault, ...], here: tuple[str, ...], children: Children, relays: Relays) -> None:
+    def __init__(
+        self, faults: tuple[Fault, ...], plan: Plan, here: tuple[str, ...], children: Children, relays: Relays
+    ) -> None:
         self._due = [
             f
             for f in faults
             if isinstance(f, LinkFault) or (isinstance(f, Kill | Restart | Freeze) and f.process in here)
         ]
         self._ends: list[tuple[float, Callable[[], None]]] = []
-        self._children, self._relays = children, relays
+        self._plan, self._children, self._relays = plan, children, relays
         self._restarts: set[asyncio.Task[None]] = set()
 
     def step(self, since_takeoff: int) -> None:
@@ -54,6 +74,8 @@ class FaultInjector:
 
     def _inject(self, fault: Kill | Restart | Freeze | LinkFault) -> None:
         match fault:
+            case Kill() if self._plan.rows[fault.process].restarts:
+                self._children.signal(fault.process, signal.SIGKILL)  # the station finds it dead, and starts it again
             case Kill():
                 self._children.kill(fault.process)
             case Freeze():

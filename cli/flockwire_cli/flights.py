@@ -1,44 +1,79 @@
-"""Commands that fly, or look at what would: `check`, `up`, `sim`, `study`, `probe`."""
+"""Commands that fly, or look at what would: `check`, `up`, `conduct`, `sim`, `study`, `probe`."""
 
 from __future__ import annotations
 
 import asyncio
 import os
 import sys
-from math import isfinite
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from flockwire import clock
 from flockwire.loading import SwarmFileError
-from flockwire.security.files import CredentialsError, default_folder
+from flockwire.security.files import CredentialsError
+from flockwire.swarm.model import Swarm
+from flockwire.wire.plan import Plan
 
 from flockwire_cli.arguments import (
     FaultsFile,
     Keys,
     SwarmFile,
+    Without,
     faults_of,
+    keys_folder,
+    left_out,
     load,
     made_keys,
     refuse,
     refuse_a_second_trace,
+    refuse_endless,
+    this_host,
+    warn_of,
 )
 
 app = typer.Typer()
 
 
 @app.command()
-def check(swarm: SwarmFile, keys: Keys = None) -> None:
-    """Validate a swarm file; print its graph, observer bounds, formations, links and warnings."""
+def check(
+    swarm: SwarmFile,
+    duration: Annotated[float, typer.Option(min=0.0, help="Seconds of flight to look ahead.")] = 40.0,
+    live: Annotated[
+        bool, typer.Option("--live", help="Instead: look at the running swarm, whether it may take off.")
+    ] = False,
+    keys: Keys = None,
+) -> None:
+    """Validate a swarm file; print its graph, observer bounds, formations, links, and what will go wrong in flight."""
     from flockwire.security.pki import expiring  # noqa: PLC0415
 
     from flockwire_cli.check import describe  # noqa: PLC0415  (numpy)
 
     plan = load(swarm)
-    print(describe(plan))
-    for line in expiring(plan, keys or default_folder(plan.swarm.name), clock.utc()):
+    if live:
+        raise typer.Exit(_check_live(plan, keys_folder(swarm, plan, keys)))
+    print(describe(plan, duration))
+    for line in expiring(plan, keys_folder(swarm, plan, keys), clock.utc()):
         print(f"warning: {line}")
+
+
+def _check_live(plan: Plan, keys: Path) -> int:
+    """Print how the running swarm is; returns the exit status."""
+    from flockwire.runtime.session import RouterAbsentError  # noqa: PLC0415  (zenoh)
+
+    from flockwire_cli.live_check import findings, look, table  # noqa: PLC0415
+
+    try:
+        found = list(findings(plan, asyncio.run(look(plan, keys))))
+    except CredentialsError as error:
+        refuse(str(error))
+    except RouterAbsentError:
+        refuse(f"the router at {plan.endpoints[plan.routers[0]]} does not answer")
+    print("\n".join(table(found)))
+    failed = [line for line in found if line.remedy]
+    if failed:
+        print(f"flockwire: not ready: {len(failed)} of {len(found)} checks failed", file=sys.stderr)
+    return 1 if failed else 0
 
 
 @app.command()
@@ -50,6 +85,7 @@ def up(
     keys: Keys = None,
     host: Annotated[str | None, typer.Option(help="Which of [hosts] this is [the first].")] = None,
     faults: FaultsFile = None,
+    without: Without = None,
 ) -> None:
     """Start all processes of this host, fly, land, report."""
     from flockwire_cli.fault_injection import refusal  # noqa: PLC0415
@@ -57,19 +93,21 @@ def up(
     from flockwire_cli.up import UpOptions, fly  # noqa: PLC0415
     from flockwire_cli.verdict import conclude  # noqa: PLC0415
 
-    if not isfinite(duration):
-        refuse(f"--duration = {duration}: must be a number of seconds; 0 flies until Ctrl-C")
+    refuse_endless(duration)
     plan = load(swarm)
     loaded = plan.swarm
     wrong = faults_of(faults, plan)
-    if host is not None and host not in loaded.hosts:
-        refuse(f"--host = {host!r}: must be one of {sorted(loaded.hosts)} ([hosts])")
-    here = host or next(iter(loaded.hosts))
+    here = this_host(loaded, host)
     if cannot := refusal(wrong, plan, here):
         refuse(f"{faults}: {cannot}")
+    if without and not plan.conducts(here):
+        refuse(f"--without: host {here!r} gives no orders; name it where the recorder runs")
+    absent = left_out(plan, without)
     folder = out or Path("runs") / f"{loaded.name}-{clock.local():%Y%m%d-%H%M%S}"
     refuse_a_second_trace(folder)
-    flight = UpOptions(plan, swarm, here, duration, folder, made_keys(plan, keys, here), headless, wrong, faults)
+    credentials = made_keys(swarm, plan, keys, here)
+    flight = UpOptions(plan, swarm, here, duration, folder, credentials, headless, wrong, faults, absent)
+    _foretell(loaded, duration)
     try:
         failure = asyncio.run(fly(flight))
     except (PortInUseError, CredentialsError) as error:
@@ -80,6 +118,35 @@ def up(
 
 
 @app.command()
+def conduct(
+    swarm: SwarmFile,
+    duration: Annotated[float, typer.Option(min=0.0, help="Seconds from take-off to landing; 0: until Ctrl-C.")] = 40.0,
+    out: Annotated[
+        Path | None, typer.Option(help="Where the recorder has its dated folders: the newest gets the report.")
+    ] = None,
+    headless: Annotated[bool, typer.Option("--headless", help="No live table.")] = False,
+    keys: Keys = None,
+) -> None:
+    """Fly a swarm whose processes run already (containers, services): take off, formation, land, report."""
+    from flockwire_recorder.folders import newest_folder  # noqa: PLC0415
+
+    from flockwire_cli.conduct import conduct as fly  # noqa: PLC0415
+    from flockwire_cli.verdict import conclude, verdict  # noqa: PLC0415
+
+    refuse_endless(duration)
+    plan = load(swarm)
+    warn_of(plan.swarm)
+    try:
+        failure = asyncio.run(fly(plan, keys_folder(swarm, plan, keys), duration, out, headless))
+    except CredentialsError as error:
+        refuse(str(error))
+    folder = newest_folder(out) if out is not None else None
+    if folder is None:
+        raise typer.Exit(verdict(filter(None, (failure, "there is no trace" if out is not None else ""))))
+    raise typer.Exit(conclude(failure, folder))
+
+
+@app.command()
 def sim(
     swarm: SwarmFile,
     seed: Annotated[int, typer.Option(min=0, help="Of all that is left to chance; equal seeds, equal flights.")] = 0,
@@ -87,25 +154,29 @@ def sim(
     out: Annotated[Path | None, typer.Option(help="Folder for trace and report [runs/NAME-sim-SEED-TIME].")] = None,
     faults: FaultsFile = None,
     no_trace: Annotated[bool, typer.Option("--no-trace", help="Write nothing, only print the figures.")] = False,
+    without: Without = None,
 ) -> None:
     """Fly the same swarm in virtual time, many times faster; report."""
     from flockwire_sim.fault_injection import refusal  # noqa: PLC0415
 
     from flockwire_cli.sim import simulate, simulate_in_memory  # noqa: PLC0415
 
-    plan = load(swarm)
+    plan = Plan(load(swarm).swarm.in_simulation())
     loaded = plan.swarm
     wrong = faults_of(faults, plan)
     if cannot := refusal(wrong, plan):
         refuse(f"{faults}: {cannot}")
+    absent = left_out(plan, without)
+    _foretell(loaded, duration)
     if no_trace:
         if out is not None:
             refuse(f"--out = {out}: with --no-trace nothing is written")
-        raise typer.Exit(simulate_in_memory(loaded, seed, duration, wrong))
+        raise typer.Exit(simulate_in_memory(loaded, seed, duration, wrong, absent))
     folder = out or Path("runs") / f"{loaded.name}-sim-{seed}-{clock.local():%Y%m%d-%H%M%S}"
     refuse_a_second_trace(folder)
     try:
-        status = simulate(loaded, swarm.read_text(encoding="utf-8"), seed, duration, wrong, folder)
+        toml = swarm.read_text(encoding="utf-8")
+        status = simulate(loaded, toml, seed, duration, wrong, folder, absent)
     except OSError as error:
         refuse(f"--out = {folder}: cannot write there: {error.strerror}")
     raise typer.Exit(status)
@@ -156,9 +227,17 @@ def probe(
     if plan.swarm.network.security == "none":
         refuse("network.security = 'none': there is nothing to prove; anybody who reaches a port reads and writes all")
     try:
-        found = asyncio.run(run(plan, swarm, made_keys(plan, keys, next(iter(plan.swarm.hosts))), out))
+        found = asyncio.run(run(plan, swarm, made_keys(swarm, plan, keys, next(iter(plan.swarm.hosts))), out))
     except (PortInUseError, CredentialsError, FileNotFoundError) as error:
         refuse(str(error))
     if found:
         print(f"flockwire: the wire does not conform to the graph: {found[0].sentence()}", file=sys.stderr)
         raise typer.Exit(1)
+
+
+def _foretell(swarm: Swarm, duration: float) -> None:
+    """Print what will go wrong in a flight of `duration` s, as far as that can be known (0: for a minute)."""
+    from flockwire_cli.foresight import foreseen  # noqa: PLC0415
+
+    for line in foreseen(swarm, duration or 60.0):
+        print(f"flockwire: warning: {line}", flush=True)

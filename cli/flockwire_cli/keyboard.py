@@ -9,6 +9,7 @@ import sys
 import termios
 import tty
 from collections.abc import Callable, Iterator
+from typing import Protocol
 
 from flockwire import clock
 from flockwire.nanoseconds import BILLION
@@ -35,8 +36,15 @@ class Keyboard:
             self._order(VERBS[key])
 
 
+class Keys(Protocol):
+    """Takes the keys that are pressed."""
+
+    def press(self, key: str, now: int) -> None:
+        """Take one key that was pressed at `now` (ns of a clock that does not go back)."""
+
+
 @contextlib.contextmanager
-def keys_pressed(keyboard: Keyboard) -> Iterator[None]:
+def keys_pressed(keyboard: Keys) -> Iterator[None]:
     """Read keys from the terminal in the running loop for as long as the context lasts; without one do nothing."""
     if not sys.stdin.isatty():
         yield

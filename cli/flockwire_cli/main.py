@@ -5,16 +5,30 @@ Exit status: 0 all well; 1 a flight failed, its reason on the last line; 2 bad u
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import typer
 
-from flockwire_cli import flights, kinds, orders, tello_sim, traces
+from flockwire_cli import airframes, deploying, files, flights, kinds, orders, tello_sim, traces, tracker
+from flockwire_cli.arguments import application
 
-app = typer.Typer(
-    help="Distributed edge runtime for formation flight: one process per drone, on Zenoh.",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-)
-for part in (flights, orders, kinds, traces, tello_sim):
+app = application()
+for part in (files, flights, orders, deploying, kinds, airframes, traces, tello_sim, tracker):
     app.add_typer(part.app)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version  # noqa: PLC0415
+
+        print(f"flockwire {version('flockwire')}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    wanted: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """Take what stands before the command."""

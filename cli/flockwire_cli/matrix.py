@@ -133,7 +133,12 @@ def _insiders(plan: Plan) -> tuple[str, ...]:
 
 def _flows(plan: Plan, key: Key, alive: frozenset[str]) -> bool:
     """Return whether a process that is alive publishes `key` all the time."""
-    return ROWS[key.kind].delivery is not Delivery.EVENT and any(key in plan.publishes[identity] for identity in alive)
+    row = ROWS[key.kind]
+    return (
+        row.delivery is not Delivery.EVENT
+        and not row.occasional
+        and any(key in plan.publishes[identity] for identity in alive)
+    )
 
 
 def _cell(observations: list[AttackResult], key: Key) -> str:

@@ -9,56 +9,150 @@ from typing import Annotated
 
 import typer
 from flockwire import clock
-from flockwire.security.files import CredentialsError, default_folder
+from flockwire.security.files import CredentialsError
 from flockwire.wire.plan import Plan
 
-from flockwire_cli.arguments import Keys, SwarmFile, load, refuse, warn_of, written
+from flockwire_cli.arguments import (
+    Keys,
+    SwarmFile,
+    Without,
+    application,
+    keys_folder,
+    left_out,
+    load,
+    refuse,
+    warn_of,
+    written,
+)
+from flockwire_cli.order import Order
 
-app = typer.Typer()
+app = application()
 
 
 @app.command()
 def start(
     swarm: SwarmFile,
     formation: Annotated[str, typer.Option(help="A name from [formations] [the first formation].")] = "",
+    without: Without = None,
     keys: Keys = None,
 ) -> None:
     """Take off where need be, and fly the formation."""
     plan = load(swarm)
     _known(plan, "--formation", formation)
-    _give(plan, keys, "start", formation)
+    absent = left_out(plan, without)
+    _give(swarm, plan, keys, Order("start", formation, without=absent))
 
 
 @app.command()
 def hold(swarm: SwarmFile, keys: Keys = None) -> None:
     """Leave the formation and hover on the spot."""
-    _give(load(swarm, checked=False), keys, "hold")
+    _give(swarm, load(swarm, checked=False), keys, Order("hold"))
 
 
 @app.command()
 def land(swarm: SwarmFile, keys: Keys = None) -> None:
     """Land all drones where they are."""
-    _give(load(swarm, checked=False), keys, "land")
+    _give(swarm, load(swarm, checked=False), keys, Order("land"))
 
 
 @app.command()
 def stop(swarm: SwarmFile, keys: Keys = None) -> None:
     """Emergency: motors off, at once; what flies falls."""
-    _give(load(swarm, checked=False), keys, "stop")
+    _give(swarm, load(swarm, checked=False), keys, Order("stop"))
 
 
 @app.command()
-def formation(swarm: SwarmFile, name: Annotated[str, typer.Argument(metavar="NAME")], keys: Keys = None) -> None:
-    """Change to the formation NAME of [formations]; its time goes on."""
+def formation(
+    swarm: SwarmFile,
+    name: Annotated[str, typer.Argument(metavar="NAME", help="A name from [formations]; '' is the first formation.")],
+    duration: Annotated[
+        float | None, typer.Option(help="Seconds that the change takes [the fewest that keep to all limits].")
+    ] = None,
+    keys: Keys = None,
+) -> None:
+    """Change to the formation NAME in flight; its time goes on."""
     plan = load(swarm)
     _known(plan, "NAME", name)
-    _give(plan, keys, "formation", name)
+    _give(swarm, plan, keys, Order("formation", name, duration))
+
+
+@app.command()
+def status(
+    swarm: SwarmFile,
+    once: Annotated[bool, typer.Option("--once", help="Print it once; status 1 where a process has none.")] = False,
+    keys: Keys = None,
+) -> None:
+    """Show every drone and process of a swarm that runs: phase, position, battery, errors."""
+    from flockwire_cli.watching import watch  # noqa: PLC0415
+
+    plan = load(swarm, checked=False)
+    try:
+        missing = asyncio.run(watch(plan, keys_folder(swarm, plan, keys), once))
+    except CredentialsError as error:
+        refuse(str(error))
+    if missing:
+        print(f"flockwire: no status of {', '.join(missing)}", file=sys.stderr)
+        raise typer.Exit(1)
+
+
+@app.command()
+def teleop(swarm: SwarmFile, keys: Keys = None) -> None:
+    """Steer a teleoperated leader by a gamepad that is plugged in, and by the keys of this terminal."""
+    from flockwire_cli.gamepad import plugged_in  # noqa: PLC0415
+    from flockwire_cli.teleop import steer  # noqa: PLC0415  (zenoh)
+
+    plan = load(swarm)
+    if plan.swarm.leader.kind != "teleoperated":
+        refuse(f"leader.kind = {plan.swarm.leader.kind!r}: only a 'teleoperated' leader can be steered")
+    gamepad, note = plugged_in(plan.swarm.leader.speed)
+    if note:
+        print(f"flockwire: {note}", file=sys.stderr)
+    if gamepad is None and not sys.stdin.isatty():
+        refuse("there is no terminal to take keys from, and no gamepad")
+    warn_of(plan.swarm)
+    try:
+        asyncio.run(steer(plan, keys_folder(swarm, plan, keys), gamepad))
+    except CredentialsError as error:
+        refuse(str(error))
+
+
+@app.command()
+def console(
+    swarm: SwarmFile,
+    address: Annotated[
+        str, typer.Option(help="IP address to listen at; any but loopback shows the page to others.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=1, max=65535, help="Port to listen at.")] = 8420,
+    foxglove: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            max=65535,
+            metavar="PORT",
+            help="Serve Foxglove and Lichtblick too, at this port (theirs is 8765); needs flockwire[foxglove].",
+        ),
+    ] = None,
+    keys: Keys = None,
+) -> None:
+    """Serve a live page of a swarm that runs: map, table, orders, stop. The printed link holds the token for orders."""
+    from flockwire_cli.console.command import serve  # noqa: PLC0415  (aiohttp)
+    from flockwire_cli.console.foxglove_server import FoxgloveError  # noqa: PLC0415
+
+    plan = load(swarm, checked=False)
+    try:
+        asyncio.run(serve(plan, keys_folder(swarm, plan, keys), address, port, foxglove))
+    except (CredentialsError, FoxgloveError) as error:
+        refuse(str(error))
+    except OSError as error:
+        refuse(f"--port = {port}: cannot listen at {address}:{port}: {error.strerror}")
 
 
 @app.command()
 def keys(
     swarm: SwarmFile,
-    out: Annotated[Path | None, typer.Option(help="Folder of the certificates [.flockwire/NAME/keys].")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the certificates [.flockwire/NAME/keys beside SWARM].")
+    ] = None,
     rotate: Annotated[
         bool, typer.Option("--rotate", help="A new authority: all keys made before are rejected.")
     ] = False,
@@ -67,7 +161,7 @@ def keys(
     from flockwire.security.pki import make_keys  # noqa: PLC0415
 
     plan = load(swarm)
-    folder = out or default_folder(plan.swarm.name)
+    folder = keys_folder(swarm, plan, out)
     made = written(folder, lambda: make_keys(plan, folder, clock.utc(), rotate))
     print(f"flockwire: {folder}: {', '.join(made) + ' made' if made else 'all good, nothing to do'}")
 
@@ -78,17 +172,18 @@ def _known(plan: Plan, argument: str, formation: str) -> None:
         refuse(f"{argument} = {formation!r}: must be one of {sorted(known)} ([formations])")
 
 
-def _give(plan: Plan, keys: Path | None, verb: str, formation: str = "") -> None:
+def _give(file: Path, plan: Plan, keys: Path | None, order: Order) -> None:
     from flockwire_cli.giving import give  # noqa: PLC0415
 
     warn_of(plan.swarm)
     try:
-        answer = asyncio.run(give(plan, keys, verb, formation))
+        answer = asyncio.run(give(plan, keys_folder(file, plan, keys), order))
     except CredentialsError as error:
         refuse(str(error))
     if answer.confirmed:
-        print(f"flockwire: {verb}: confirmed by {', '.join(answer.confirmed)}")
+        note = f"; {answer.note}" if answer.note else ""
+        print(f"flockwire: {order.verb}: confirmed by {', '.join(answer.confirmed)}{note}")
     if answer.refusal or answer.missing:
         reason = answer.refusal or f"sent, but not confirmed by {', '.join(answer.missing)}"
-        print(f"flockwire: {verb} failed: {reason}", file=sys.stderr)
+        print(f"flockwire: {order.verb} failed: {reason}", file=sys.stderr)
         raise typer.Exit(1)

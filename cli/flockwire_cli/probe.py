@@ -98,6 +98,7 @@ async def run(plan: Plan, swarm_file: Path, keys: Path, out: Path) -> list[Findi
         session = await connect(plan, OPERATOR.kind, keys, asyncio.Event())
         assert session is not None  # noqa: S101  (only the event that nobody sets would make it so)
         operator = Operator(plan, session)
+        operator.poll()  # its clock is corrected in this loop, not in those of threads
         for line in await asyncio.to_thread(_await_all, plan, operator):
             print(f"flockwire: note: {line}")
         if children is not None:  # an order that means nothing on the ground, for the gateway to repeat
@@ -121,6 +122,7 @@ async def _runs(plan: Plan, keys: Path) -> bool:
         return False
     with session:
         operator = Operator(plan, session)
+        operator.poll()
         await asyncio.to_thread(_watch, operator, ANSWER_TIME)
         return bool(operator.statuses)
 

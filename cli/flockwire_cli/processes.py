@@ -18,11 +18,13 @@ from flockwire.runtime.detours import detour_environment
 from flockwire.runtime.ending import LIFELINE
 from flockwire.wire.plan import Plan
 
+from flockwire_cli.command_lines import Place, arguments
 from flockwire_cli.interrupts import Interrupts
 
 GRACE = 2.5  # s between the signal to end and SIGKILL
 LANDING_TIME = 60.0  # s that those may take which have something in the air
 POLL = 0.02  # s
+REFUSED = 2  # exit status of a process that cannot run as it is set up
 
 
 class PortInUseError(OSError):
@@ -40,16 +42,12 @@ def command(
 ) -> list[str]:
     """Return the command line that runs `identity`.
 
-    `faults` goes to those whose cores inject faults themselves, with when these count from (Unix ns) where it is known.
+    `faults` goes to the recorder and to those whose cores inject faults themselves, with when they count
+    from (Unix ns) where it is known.
     """
-    row, member = plan.rows[identity], plan.members[identity]
-    line = [sys.executable, "-m", "flockwire_cli", row.kind, str(swarm_file)]
-    if row.numbered:
-        line.append(str(member.drone))
-    line += ["--keys", str(keys)]
-    if row.records:
-        line += ["--out", str(out)]
-    if row.faults and faults is not None:
+    row, place = plan.rows[identity], Place(str(swarm_file), str(keys), str(out))
+    line = [sys.executable, "-m", "flockwire_cli", *arguments(plan, identity, place)]
+    if (row.faults or row.records) and faults is not None:
         line += ["--faults", str(faults)]
         if took_off is not None:
             line += ["--took-off", str(took_off)]
@@ -58,11 +56,16 @@ def command(
 
 def busy_endpoint(plan: Plan, identities: Iterable[str]) -> str:
     """Return a line about the first of the endpoints that cannot be listened at, empty when all can."""
-    for identity in (identity for identity in identities if identity in plan.endpoints):
-        address, _, port = plan.endpoints[identity].rpartition(":")
+    listening = [
+        (name, where[name]) for name in identities for where in (plan.endpoints, plan.reserved) if name in where
+    ]
+    kind = socket.SOCK_DGRAM if plan.locator("").startswith("quic") else socket.SOCK_STREAM
+    for identity, endpoint in listening:
+        address, _, port = endpoint.rpartition(":")
         family = socket.AF_INET6 if address.startswith("[") else socket.AF_INET
-        with socket.socket(family, socket.SOCK_STREAM) as probe:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        with socket.socket(family, kind) as probe:
+            if kind is socket.SOCK_STREAM:
+                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             try:
                 probe.bind((address.strip("[]"), int(port)))
             except OSError as error:
@@ -107,7 +110,7 @@ class Children:
                 stdout=log,
                 stderr=log,
                 pass_fds=(self._read_end,),
-                env={**os.environ, LIFELINE: str(self._read_end), **detours},
+                env={**os.environ, LIFELINE: str(self._read_end), **clock.epoch_environment(), **detours},
                 start_new_session=True,  # the terminal's Ctrl-C is ours to handle
             )
 
@@ -142,13 +145,19 @@ class Children:
             if process.returncode is not None and identity not in self._expected_exits
         )
 
+    def refused(self, identity: str) -> bool:
+        """Return whether a process ended because it cannot run as it is set up: it would do so again."""
+        return self._running[identity].returncode == REFUSED
+
     def died(self) -> str:
         """Return a line about a process that ended by itself, empty when all run."""
-        for identity in self.ended():
-            lines = self.log(identity).read_text(errors="replace").strip().splitlines()
-            how = _how(self._running[identity].returncode or 0)
-            return f"{identity} ended by itself ({how}){': ' + lines[-1] if lines else ''}"
-        return ""
+        return next((self.how(identity) for identity in self.ended()), "")
+
+    def how(self, identity: str) -> str:
+        """Return a line about how a process ended by itself, with what it said last."""
+        lines = self.log(identity).read_text(errors="replace").strip().splitlines()
+        how = _how(self._running[identity].returncode or 0)
+        return f"{identity} ended by itself ({how}){': ' + lines[-1] if lines else ''}"
 
     async def end(self, interrupted: Interrupts | None = None) -> None:
         """End all processes, in the order of their ranks, and wait for them; what flies lands first.

@@ -14,21 +14,31 @@ from flockwire_sim.world import Outcome, World
 from flockwire_cli.verdict import conclude, print_figures, verdict
 
 
-def simulate(swarm: Swarm, toml: str, seed: int, duration: float, faults: tuple[Fault, ...], out: Path) -> int:
-    """Fly into the folder `out`, print figures and verdict; returns the exit status. Raises OSError."""
+def simulate(
+    swarm: Swarm,
+    toml: str,
+    seed: int,
+    duration: float,
+    faults: tuple[Fault, ...],
+    out: Path,
+    without: tuple[int, ...] = (),
+) -> int:
+    """Fly `without` some drones into folder `out`, print figures, verdict; return the exit status. Raises OSError."""
     out.mkdir(parents=True, exist_ok=True)
-    trace = TraceFile(out / "trace.mcap", swarm, toml, seed)
+    trace = TraceFile(out / "trace.mcap", swarm, toml, seed, faults)
     print(f"flockwire: {swarm.name} in virtual time, seed {seed}, into {out}", flush=True)
-    outcome = _fly(World(swarm, seed, duration, faults, trace.take))
+    outcome = _fly(World(swarm, seed, duration, faults, trace.take, without))
     trace.close()
     return conclude(outcome.failure, out)
 
 
-def simulate_in_memory(swarm: Swarm, seed: int, duration: float, faults: tuple[Fault, ...]) -> int:
-    """Fly, write nothing, print figures and verdict; returns the exit status."""
-    trace = TraceInMemory(swarm, seed)
+def simulate_in_memory(
+    swarm: Swarm, seed: int, duration: float, faults: tuple[Fault, ...], without: tuple[int, ...] = ()
+) -> int:
+    """Fly `without` some drones, write nothing, print figures and verdict; returns the exit status."""
+    trace = TraceInMemory(swarm, seed, faults)
     print(f"flockwire: {swarm.name} in virtual time, seed {seed}", flush=True)
-    outcome = _fly(World(swarm, seed, duration, faults, trace.take))
+    outcome = _fly(World(swarm, seed, duration, faults, trace.take, without))
     failures = [outcome.failure] if outcome.failure else []
     failures += print_figures(summarise(trace.trace()))
     return verdict(failures)

@@ -1,8 +1,9 @@
-"""Commands that read a trace: `report`, `recover`."""
+"""Commands that read traces: `report`, `recover`, `export`, `compare`."""
 
 from __future__ import annotations
 
 import sys
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,10 +14,18 @@ from flockwire_cli.arguments import refuse
 app = typer.Typer()
 
 
+class Form(StrEnum):
+    """What tables are written as."""
+
+    CSV = "csv"
+    PARQUET = "parquet"
+
+
 @app.command()
 def report(
     trace: Annotated[Path, typer.Argument(metavar="TRACE", help="A trace.mcap.")],
     out: Annotated[Path | None, typer.Option(help="Folder for the report [the trace's].")] = None,
+    pdf: Annotated[bool, typer.Option("--pdf", help="Write each figure as PDF too.")] = False,
 ) -> None:
     """Draw the figures of a trace; write report.html and summary.json."""
     from flockwire_recorder.report import write_report  # noqa: PLC0415
@@ -24,7 +33,7 @@ def report(
     from flockwire_cli.verdict import print_summary  # noqa: PLC0415
 
     folder = out or trace.parent
-    failures = print_summary(_trace(lambda: write_report(trace, folder)), folder)
+    failures = print_summary(_trace(lambda: write_report(trace, folder, pdf)), folder)
     if failures:
         print(f"flockwire: {'; '.join(failures)}", file=sys.stderr)
         raise typer.Exit(1)
@@ -43,6 +52,48 @@ def recover(
         refuse(f"--out = {target}: exists; name a new file")
     found = _trace(lambda: make_whole(trace, target))
     print(f"flockwire: {found.messages} messages recovered into {target}")
+
+
+@app.command()
+def export(
+    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="A trace.mcap.")],
+    out: Annotated[Path | None, typer.Option(help="Folder for the tables [tables, beside the trace].")] = None,
+    form: Annotated[Form, typer.Option("--format", help="Parquet needs flockwire[parquet].")] = Form.CSV,
+) -> None:
+    """Write a trace as tables: poses, estimates, commands, telemetry, errors, events."""
+    from flockwire_recorder.export import write_csv, write_parquet  # noqa: PLC0415  (numpy)
+    from flockwire_recorder.reading import read_trace  # noqa: PLC0415
+
+    write = write_csv if form is Form.CSV else write_parquet
+    for path in _trace(lambda: write(read_trace(trace), out or trace.parent / "tables")):
+        print(path)
+
+
+@app.command()
+def compare(
+    first: Annotated[Path, typer.Argument(metavar="TRACE", help="A trace.mcap.")],
+    second: Annotated[Path, typer.Argument(metavar="TRACE", help="Another one.")],
+    out: Annotated[Path, typer.Option(help="Folder for the figures.")] = Path("runs/comparison"),
+) -> None:
+    """Draw two flights over each other, and print their figures side by side."""
+    from flockwire_recorder.comparison import compare as draw  # noqa: PLC0415  (matplotlib)
+    from flockwire_recorder.reading import read_trace  # noqa: PLC0415
+    from flockwire_recorder.summary import summarise  # noqa: PLC0415
+
+    from flockwire_cli.verdict import beside  # noqa: PLC0415
+
+    traces = _trace(lambda: (read_trace(first), read_trace(second)))
+    names = _names(first, second)
+    print(beside(names, tuple(summarise(trace) for trace in traces)))
+    out.mkdir(parents=True, exist_ok=True)
+    for path in _trace(lambda: draw(traces, names, out)):
+        print(path)
+
+
+def _names(first: Path, second: Path) -> tuple[str, str]:
+    """Return what tells two traces apart: the folders that they lie in, or else their own names."""
+    folders = first.resolve().parent.name, second.resolve().parent.name
+    return folders if folders[0] != folders[1] else (first.stem, second.stem)
 
 
 def _trace(work: Any) -> Any:  # noqa: ANN401  (it passes through whatever `work` returns)

@@ -9,14 +9,16 @@ from __future__ import annotations
 import asyncio
 import fcntl
 import os
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from flockwire import clock
-from flockwire.flight.director import POLL_PERIOD, Director, Stage
+from flockwire.flight.director import POLL_PERIOD, STOP_FOR, Director, Stage
 from flockwire.flight.faults import Fault
+from flockwire.flight.preflight import Preflight
 from flockwire.nanoseconds import BILLION
 from flockwire.runtime.session import Session, connect
 from flockwire.wire.messages import Stop
@@ -33,14 +35,13 @@ from flockwire_cli.relay.links import Relays
 from flockwire_cli.verdict import disk_full
 
 START_TIME = 10.0  # s that a process may take to be there before those that wait for it are started all the same
-MOST_RESTARTS = 5  # of recorders in one flight
-STOP_FOR = 2 * BILLION  # ns for which an emergency stop is repeated
+MOST_RESTARTS = 5  # of one process in one flight
 LEFT = "left before the drones were known to be down: they land by themselves, the recorder ends last"
 
 
 @dataclass(frozen=True, slots=True)
 class UpOptions:
-    """What to fly: the swarm's plan and file, this host's name, s of flight, the output folder, faults."""
+    """What to fly: the swarm's plan and file, this host's name, s of flight, the folder, faults, who stays down."""
 
     plan: Plan
     swarm_file: Path
@@ -51,6 +52,7 @@ class UpOptions:
     headless: bool
     faults: tuple[Fault, ...] = ()
     faults_file: Path | None = None
+    without: tuple[int, ...] = ()
 
     @property
     def conducts(self) -> bool:
@@ -60,7 +62,7 @@ class UpOptions:
 
 async def fly(flight: UpOptions) -> str:
     """Fly; returns why the flight failed, empty when it did not. Raises PortInUseError before anything starts."""
-    with _alone(flight):
+    with alone(flight):
         busy = busy_endpoint(flight.plan, flight.plan.processes_on(flight.host))
         if busy:
             raise PortInUseError(busy)
@@ -69,7 +71,7 @@ async def fly(flight: UpOptions) -> str:
 
 
 @contextmanager
-def _alone(flight: UpOptions) -> Iterator[None]:
+def alone(flight: UpOptions) -> Iterator[None]:
     """Hold this host's lock of the swarm; raises PortInUseError where another `up` has it.
 
     It is on a key of a process of this host: whoever makes keys, or flies as another host, locks something else.
@@ -93,9 +95,9 @@ async def _fly(flight: UpOptions, relays: Relays) -> str:
     children = Children(flight.plan, flight.swarm_file, flight.out, flight.keys, flight.faults_file, relays.detours)
     with interrupts() as interrupted:
         try:
-            session = await _start(flight, children, here, interrupted)
+            session = await start_processes(flight, children, here, interrupted)
             with session:
-                injector = FaultInjector(flight.faults, here, children, relays)
+                injector = FaultInjector(flight.faults, flight.plan, here, children, relays)
                 station = Station(flight, children, Operator(flight.plan, session), injector)
                 try:
                     return await station.conduct(interrupted)
@@ -106,7 +108,9 @@ async def _fly(flight: UpOptions, relays: Relays) -> str:
             await children.end(interrupted)
 
 
-async def _start(flight: UpOptions, children: Children, here: tuple[str, ...], interrupted: Interrupts) -> Session:
+async def start_processes(
+    flight: UpOptions, children: Children, here: tuple[str, ...], interrupted: Interrupts
+) -> Session:
     """Start the processes of this host, each after those it waits for; returns the operator's session."""
     plan = flight.plan
     for router in plan.routers:
@@ -139,9 +143,17 @@ class Station:
     def __init__(self, flight: UpOptions, children: Children, operator: Operator, injector: FaultInjector) -> None:
         plan = flight.plan
         self._flight, self._children, self._operator, self._injector = flight, children, operator, injector
-        self._director = Director(plan.pilots, plan.swarm.frame, flight.duration, clock.now())
-        self._display = Display(plan.swarm.name, plan.processes_on(flight.host), self._director, flight.headless)
+        self._director = Director(
+            plan.pilots,
+            plan.swarm.frame,
+            flight.duration,
+            clock.now(),
+            preflight=Preflight.of(plan.swarm),
+            without=flight.without,
+        )
+        self._display = Display(plan, plan.processes_on(flight.host), self._director, flight.headless)
         self._restarts: list[asyncio.Task[None]] = []
+        self._counts: Counter[str] = Counter()  # of restarts, by identity
         self._stop_until = 0  # an emergency stop is repeated until then, Unix ns
 
     async def conduct(self, interrupted: Interrupts) -> str:
@@ -151,7 +163,7 @@ class Station:
         with self._display.shown(), keys_pressed(Keyboard(self._order)):
             while director.stage is not Stage.OVER:
                 now = self._operator.poll()
-                self._restart_recorders()
+                self._restart_dead()
                 died = died or self._children.died()
                 if not self._flight.conducts and (died or interrupted.count):
                     return died
@@ -171,10 +183,13 @@ class Station:
         """Wait for what is under way."""
         await asyncio.gather(*self._restarts)
 
-    def _restart_recorders(self) -> None:
-        """Start a recorder that died again: no flight ends for want of a logger. The report shows the gap."""
+    def _restart_dead(self) -> None:
+        """Start what died again, where the process table has it so; not what refused to run."""
         for identity in self._children.ended():
-            if identity in self._flight.plan.recorders and len(self._restarts) < MOST_RESTARTS:
+            again = self._flight.plan.rows[identity].restarts and not self._children.refused(identity)
+            if again and self._counts[identity] < MOST_RESTARTS:
+                self._counts[identity] += 1
+                self._display.note(f"{self._children.how(identity)}; started again", clock.now())
                 self._children.kill(identity)  # its exit is then expected
                 self._restarts.append(asyncio.create_task(self._children.restart(identity)))
 

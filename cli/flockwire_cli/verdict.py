@@ -81,11 +81,36 @@ def print_figures(summary: Summary) -> tuple[str, ...]:
     latency = summary.latency_ms["pose_to_command"]
     if latency.p50 is not None and latency.p99 is not None:
         print(f"  {'pose to command':<22}{latency.p50:.2f} ms p50, {latency.p99:.2f} ms p99")
+    if summary.left_out:
+        print(f"  {'left out':<22}{', '.join(summary.left_out)}")
     for check in summary.checks:
         print(f"  {'ok  ' if check.ok else 'FAIL'} {check.sentence()}")
     for sentence in summary.missing:
         print(f"  missing: {sentence}")
     return summary.failures()
+
+
+def beside(names: tuple[str, ...], summaries: tuple[Summary, ...]) -> str:
+    """Return the key figures of several flights as a table, a column for each."""
+    rows: dict[str, list[float | None]] = {
+        "formation error, tail, mm": [_times(1e3, s.formation_error_m.max_tail) for s in summaries],
+        "observation error, tail, mm": [_times(1e3, s.observation_error_m.max_tail) for s in summaries],
+        "settled after, s": [s.formation_error_m.settled_s for s in summaries],
+        "smallest distance, m": [s.min_distance_uav_m for s in summaries],
+        "to an obstacle, m": [s.min_distance_obstacle_m for s in summaries],
+        "highest speed, m/s": [s.max_speed_m_s for s in summaries],
+        "pose to command, p99, ms": [s.latency_ms["pose_to_command"].p99 for s in summaries],
+        "failed checks": [float(len(s.failures())) for s in summaries],
+    }
+    width = max(12, *(len(name) + 2 for name in names))
+    lines = [f"{'':<30}" + "".join(f"{name:>{width}}" for name in names)]
+    for what, values in rows.items():
+        lines.append(f"{what:<30}" + "".join(f"{'unknown' if v is None else f'{v:.4g}':>{width}}" for v in values))
+    return "\n".join(lines)
+
+
+def _times(factor: float, value: float | None) -> float | None:
+    return None if value is None else factor * value
 
 
 def _millimetres(metres: float | None) -> str:

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from flockwire.swarm.model import Swarm
 
 
+FAILED = "the law failed"  # what the status of a drone begins with whose law raised
+
+
 class NeighbourEstimate(NamedTuple):
     """What one in-neighbour published of the leader; of the leader itself, `number` 0, only the position is known."""
 

@@ -7,20 +7,28 @@ from __future__ import annotations
 
 import importlib
 import json
+import traceback
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from pydantic import ValidationError
 
-from flockwire.swarm import rules
-from flockwire.swarm.model import Swarm
-from flockwire.swarm.reading import error_lines, read_toml
+from flockwire.swarm import gateway_rules, rules
+from flockwire.swarm.mending import mended, validated
+from flockwire.swarm.model import Swarm, uav
+from flockwire.swarm.reading import error_lines, faults, read_toml
+from flockwire.swarm.rule import broken, needs
+from flockwire.swarm.tables import Model
 from flockwire.wire import rules as wire_rules
 from flockwire.wire.plan import Plan
 
 if TYPE_CHECKING:
     from flockwire.law import Law
+
+
+class NoParameters(Model):
+    """The parameters of a law that names no model of its own."""
 
 
 class SwarmFileError(ValueError):
@@ -45,9 +53,9 @@ def read_swarm(path: Path) -> Swarm:
     Raises SwarmFileError where it is no swarm file.
     """
     try:
-        return Swarm.model_validate_json(json.dumps(load_table(path), default=str))
+        return validated(load_table(path))
     except ValidationError as error:
-        raise SwarmFileError("\n".join(f"{path}: {line}" for line in error_lines(error))) from None
+        raise SwarmFileError("\n".join(f"{path}: {line}" for line in error_lines(error, Swarm))) from None
 
 
 def load_table(path: Path) -> dict[str, object]:
@@ -62,35 +70,32 @@ def load_table(path: Path) -> dict[str, object]:
 def parse_swarm(table: dict[str, object], origin: str) -> Swarm:
     """Check the swarm file's content `table`, which came from `origin`; raises SwarmFileError."""
     try:
-        swarm = Swarm.model_validate_json(json.dumps(table, default=str))
+        swarm: Swarm | None = validated(table)
+        lines: list[str] = []
+        wrong: set[str] = set()
     except ValidationError as error:
-        found = error_lines(error)
-    else:
-        found = list(problems(swarm))
-        if not found:
+        found = list(faults(error, Swarm))
+        lines, wrong = [fault.line for fault in found], {key for fault in found for key in fault.taints}
+        swarm = mended(table)
+    if swarm is not None:
+        lines += problems(swarm, wrong=wrong)
+        if not lines:
             return swarm
-    raise SwarmFileError("\n".join(f"{origin}: {line}" for line in found))
+    raise SwarmFileError("\n".join(f"{origin}: {line}" for line in dict.fromkeys(lines)))
 
 
-def problems(swarm: Swarm, to_fly: bool = True) -> Iterator[str]:
-    """Yield one line per problem, `key = value: rule`; later groups of rules need the earlier ones to be kept.
+def problems(swarm: Swarm, to_fly: bool = True, wrong: set[str] | None = None) -> Iterator[str]:
+    """Yield one line per problem, `key = value: rule`; a rule that leans on what is `wrong` already is left out.
 
     A swarm that is not `to_fly`, because it has flown, may name a law that cannot be had here; none is imported.
     """
-    groups = (
-        lambda: rules.basic_problems(swarm),
-        lambda: rules.problems(swarm),
-        lambda: (
-            *wire_rules.problems(Plan(swarm)),
-            *(_law_problems(swarm) if to_fly else ()),
-            *rules.place_problems(swarm),
-        ),
-    )
-    for group in groups:
-        found = list(group())
-        yield from found
-        if found:
-            return
+    every = (*rules.RULES, *gateway_rules.RULES, _addresses, *((_law_problems, _law_constructor) if to_fly else ()))
+    yield from broken(swarm, every, wrong if wrong is not None else set())
+
+
+@needs("hosts", "drones.id", "drones.host", "drones.address", "network", "leader.kind", "graph", "avoidance")
+def _addresses(swarm: Swarm) -> Iterator[str]:
+    yield from wire_rules.problems(Plan(swarm))
 
 
 def load_law(name: str) -> type[Law]:
@@ -110,11 +115,37 @@ def load_object(path: str) -> Any:  # noqa: ANN401  (whatever it names)
     return getattr(importlib.import_module(module), attribute)
 
 
+def make_law(swarm: Swarm, number: int) -> Law:
+    """Return the law of follower `number`, its parameters checked; raises LawError, and what its constructor raises."""
+    return load_law(swarm.control.law)(swarm, number)
+
+
+@needs("control.law", "control.parameters")
 def _law_problems(swarm: Swarm) -> Iterator[str]:
     try:
-        load_law(swarm.control.law)
+        law = load_law(swarm.control.law)
     except LawError as error:
         yield str(error)
+        return
+    model = getattr(law, "Parameters", NoParameters)
+    try:
+        model.model_validate_json(json.dumps(swarm.control.parameters))
+    except ValidationError as error:
+        yield from (f"control.parameters.{line}" for line in error_lines(error, model))
+
+
+def _law_constructor(swarm: Swarm) -> Iterator[str]:
+    """Make the law of every follower once: what it needs of the swarm should be found before a flight."""
+    if swarm.control.law in rules.BUILT_IN:
+        return
+    for number in swarm.followers:
+        try:
+            make_law(swarm, number)
+        except Exception as error:  # a user's class may raise anything
+            frame = traceback.extract_tb(error.__traceback__)[-1]
+            raised = f"{type(error).__name__}: {error} ({frame.filename}:{frame.lineno})"
+            yield f"control.law = {swarm.control.law!r}: cannot be made for {uav(number)}: {raised}"
+            return
 
 
 def _tables(table: dict[str, object], key: str) -> list[tuple[str, object]]:

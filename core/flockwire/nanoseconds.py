@@ -5,3 +5,4 @@ from __future__ import annotations
 from typing import Final
 
 BILLION: Final = 1_000_000_000  # ns in a second
+THOUSAND: Final = 1000  # ns in a microsecond

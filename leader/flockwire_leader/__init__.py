@@ -1,1 +1,1 @@
-"""The leader: a drone on a scripted trajectory, or a virtual point."""
+"""The leader: a drone that a trajectory or a person steers, a body that a person carries, or a virtual point."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from flockwire.control.graph import LEADER
-from flockwire.control.vector import Vector, add, subtract
-from flockwire.flight.phases import FlightPhases, Phase
+from flockwire.flight.moving_point import MovingPoint
+from flockwire.flight.phases import Phase
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Message, Mission, Pose
@@ -18,19 +18,13 @@ class VirtualLeader:
         self.triggers: frozenset[Key] = frozenset()
         self.prompt: frozenset[Key] = frozenset()
         self.period = 1.0 / swarm.control.rate_hz
-        self._swarm = swarm
-        self._trajectory = swarm.leader.trajectory.build()
-        self._flight = FlightPhases(now)
-        self._position: Vector = swarm.leader.start
-        self._origin: Vector = swarm.leader.start  # where the trajectory begins
+        self._frame = swarm.frame
+        self._point = MovingPoint(swarm.leader.trajectory.build(), swarm.leader.start, now)
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Take in a message."""
         if isinstance(message, Mission):
-            self._flight.order(message)
-            t = self._flight.mission_time(now)
-            if t is not None and self._flight.mission is message:
-                self._origin = subtract(self._position, self._trajectory.position(t))
+            self._point.order(message, now)
 
     def due(self, key: Key) -> bool:
         """Return False: a point moves at its own rate."""
@@ -38,10 +32,7 @@ class VirtualLeader:
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Publish where the point is at `now`."""
-        t = self._flight.mission_time(now)
-        if t is not None:
-            self._position = add(self._origin, self._trajectory.position(t))
-        return [(Key("pose", uav(LEADER)), Pose(now, self._swarm.frame, self._position))]
+        return [(Key("pose", uav(LEADER)), Pose(now, self._frame, self._point.advance(now)))]
 
     def retire(self, now: int) -> None:
         """Do nothing: a point flies nothing."""
@@ -52,5 +43,6 @@ class VirtualLeader:
 
     def report(self, now: int) -> Report:
         """Return how the leader is."""
-        moving = (self._flight.mission_time(now) or 0.0) > 0.0
-        return Report(Phase.FORMATION if moving else Phase.READY, mission=self._flight.mission)
+        point = self._point
+        phase = Phase.FORMATION if point.moves(now) else Phase.READY
+        return Report(phase, mission=point.mission, position=point.position)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from flockwire.control.vector import ZERO, Vector, add
+from flockwire.control.vector import ZERO, Vector, add, subtract
 
 from flockwire_mocap.quaternion import IDENTITY, Quaternion, product, rotate
-from flockwire_mocap.tracking import TrackerFrame
+from flockwire_mocap.tracking import ReportedBody
 
 METRES = {"m": 1.0, "mm": 0.001}
 
@@ -48,11 +48,17 @@ class Coordinates:
             y, z = -z, y
         return product(self.rotation, (x, y, z, w))
 
-    def frame(self, frame: TrackerFrame) -> TrackerFrame:
-        """Return the frame with the pose of every body on the field."""
-        return frame._replace(
-            bodies=tuple(
-                body._replace(position=self.position(body.position), orientation=self.orientation(body.orientation))
-                for body in frame.bodies
-            )
-        )
+    def body(self, body: ReportedBody) -> ReportedBody:
+        """Return the body with its pose on the field."""
+        identity, name, position, orientation, tracked = body
+        return ReportedBody(identity, name, self.position(position), self.orientation(orientation), tracked)
+
+    def to_tracker(self, body: ReportedBody) -> ReportedBody:
+        """Return a body on the field as the tracker has it: the inverse of `body`."""
+        back: Quaternion = (-self.rotation[0], -self.rotation[1], -self.rotation[2], self.rotation[3])
+        x, y, z = rotate(back, subtract(body.position, self.offset))
+        qx, qy, qz, qw = product(back, body.orientation)
+        if self.up_axis == "y":
+            y, z, qy, qz = z, -y, qz, -qy
+        per_metre = 1.0 / METRES[self.unit]
+        return body._replace(position=(x * per_metre, y * per_metre, z * per_metre), orientation=(qx, qy, qz, qw))

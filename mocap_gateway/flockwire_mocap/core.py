@@ -5,66 +5,92 @@ It also repeats the operator's newest order twice a second, unchanged, for those
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Mapping
-from math import dist
+from statistics import median
 
-from flockwire.control.obstacle import to_axis
-from flockwire.control.vector import Vector, norm, subtract
 from flockwire.flight.cores import Start
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Body, BodyKind, Message, Mission, Nearby, Pose
-from flockwire.wire.status import Report
+from flockwire.wire.messages import IdentityDoubt, Message, Mission, Nearby, Pose
+from flockwire.wire.status import Report, counted
 
 from flockwire_mocap import simulated
+from flockwire_mocap.identities import Claim, Identities
+from flockwire_mocap.natnet import source as natnet
+from flockwire_mocap.owners import Owners
+from flockwire_mocap.qualisys import source as qualisys
+from flockwire_mocap.replay import source as replay
+from flockwire_mocap.scene import Scene
 from flockwire_mocap.source import Source
-from flockwire_mocap.vicinity import Vicinity
+from flockwire_mocap.tracking import ReportedBody
+from flockwire_mocap.vicon import source as vicon
+from flockwire_mocap.vrpn import source as vrpn
 
 REPEAT = BILLION // 2  # ns between two repetitions of the newest order
-FEW = 30  # drones up to which each looks at all others
-FORGET = BILLION  # ns after which a body that is no longer seen is no longer near anybody
-SOURCES: Mapping[str, Callable[[Start], Source]] = {"simulated": simulated.make_source}  # by gateway.source
+TOLERANCE = 0.1  # m by which a body may be elsewhere than where it can have flown
+SPEED_MARGIN = 2.0  # times limits.speed: what falls is faster
+LATENCIES = 500  # poses of which the median is reported
+SOURCES: Mapping[str, Callable[[Start], Source]] = {  # by gateway.source
+    "simulated": simulated.make_source,
+    "natnet": natnet.make_source,
+    "vrpn": vrpn.make_source,
+    "qualisys": qualisys.make_source,
+    "vicon": vicon.make_source,
+    "replay": replay.make_source,
+}
 
 
 class GatewayCore:
     """Poses and nearby bodies of `swarm`, as `source` tracks them."""
 
     def __init__(self, swarm: Swarm, source: Source) -> None:
+        self.source = source
         self.triggers = source.triggers
         self.prompt = frozenset({MISSION})
         self.period = 1.0 / swarm.gateway.rate_hz
-        self._swarm, self._source = swarm, source
-        self._seen: dict[int, tuple[int, Vector]] = {}
+        self._swarm = swarm
+        self._owners = Owners(swarm)
+        self._seen: dict[int, int] = {}  # when each drone was seen last, Unix ns
         self._sensing = frozenset(swarm.flying) if swarm.avoidance.sensing == "nearby" else frozenset()
-        self._recent: dict[int, Vector] = {}
         self._nearby_keys = {i: Key("nearby", uav(i)) for i in swarm.flying}
-        self._pose_keys = {i: Key("pose", uav(i)) for i in swarm.flying}
+        self._pose_keys = {i: Key("pose", uav(i)) for i in swarm.tracked}
+        self._scene = Scene(swarm)
+        self._identities = Identities(SPEED_MARGIN * swarm.limits.speed, TOLERANCE)
+        self._doubt_keys = {i: Key("doubt", uav(i)) for i in swarm.tracked}
+        self._latencies: deque[int] = deque(maxlen=LATENCIES)  # ns
         self._mission: Mission | None = None
         self._repeat_at = 0
-        self._last_frame = 0
+        self._first_frame = self._last_frame = 0  # Unix ns
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Take in a message."""
-        self._source.receive(key, message, now)
+        self.source.receive(key, message, now)
         if isinstance(message, Mission) and (self._mission is None or message.stamp > self._mission.stamp):
             self._mission, self._repeat_at = message, now + REPEAT
 
     def due(self, key: Key) -> bool:
         """Return whether the message that was just received completed a frame."""
-        return self._source.complete()
+        return self.source.complete()
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Publish what was tracked; for each drone what is near it first, then its pose."""
         frame, messages = self._swarm.frame, list[tuple[Key, Message]]()
-        tracked = self._source.take(now)
+        tracked, held = self._identities.judge(self._claims(now))
         for stamp, drone, position, _ in tracked:
-            self._seen[drone] = (stamp, position)
-            self._last_frame = stamp
-        vicinity = self._vicinity(now) if tracked else None
-        for stamp, drone, position, orientation in sorted(tracked):
+            self._seen[drone] = stamp
+            self._scene.see_drone(drone, stamp, position)
+            self._latencies.append(now - stamp)
+        for drone, doubt in self._identities.doubts.items():  # before the pose that makes the pilot step
+            messages.append((self._doubt_keys[drone], IdentityDoubt(now, frame, doubt.since)))
+        for stamp, drone, position, _ in held:  # whosever it is, it is there
+            self._scene.see_held(drone, stamp, position)
+        if tracked and self._sensing:
+            self._scene.arrange(now)
+        for stamp, drone, position, orientation in tracked:
             if drone in self._sensing:
-                bodies = self._near(drone, position, vicinity)
+                bodies = self._scene.near(drone, position)
                 messages.append((self._nearby_keys[drone], Nearby(stamp, frame, bodies)))
             messages.append((self._pose_keys[drone], Pose(stamp, frame, position, orientation)))
         if self._mission is not None and now >= self._repeat_at:
@@ -80,30 +106,52 @@ class GatewayCore:
         return True
 
     def report(self, now: int) -> Report:
-        """Return how the gateway is."""
+        """Return how the gateway is: what is wrong first, then what it does not see."""
+        link = self.source.link(now)
+        lost = [i for i in self._swarm.tracked if now - self._seen.get(i, 0) > BILLION]
         if now - self._last_frame > BILLION:
-            return Report("waiting", f"waits for {self._source.waits_for}")
-        lost = [uav(i) for i in self._swarm.flying if now - self._seen.get(i, (0, None))[0] > BILLION]
-        return Report("tracking", f"does not see {', '.join(lost)}" if lost else "")
+            phase, detail = "waiting", link.trouble or "no frames come any more: is the tracker still streaming?"
+        else:
+            phase, detail = "tracking" if len(lost) < len(self._swarm.tracked) else "waiting", self._unseen(lost, now)
+        jumps, swaps = self._identities.jumps, self._identities.swaps
+        counts = counted(("jumps held back", jumps.jumps), ("jumps confirmed", jumps.confirmed), ("swaps", swaps))
+        latency = median(self._latencies) / BILLION if self._latencies else -1.0
+        return Report(phase, detail, latency=latency, counts=(*link.counts, *counts))
 
-    def _vicinity(self, now: int) -> Vicinity | None:
-        """Return where all are who have been seen lately; None when so few that there is no need to sort them."""
-        self._recent = {drone: place for drone, (stamp, place) in self._seen.items() if now - stamp < FORGET}
-        return Vicinity(self._recent, self._swarm.avoidance.sensing_radius) if len(self._recent) > FEW else None
+    def _unseen(self, lost: list[int], now: int) -> str:
+        never = [i for i in lost if i not in self._seen]
+        if never and self._scene.others and now - self._first_frame > BILLION:  # names may come after bodies
+            names = ", ".join(repr(self._swarm.body(i)) for i in never)
+            there = ", ".join(map(repr, sorted(self._scene.others)))
+            return f"the tracker has no body {names}, but {there}: rename there, or set `body` of [[drones]]"
+        doubted = ", ".join(map(uav, self._identities.doubts))
+        lines = (
+            f"does not see {', '.join(map(uav, lost))}" if lost else "",
+            f"the tracker has mixed up {doubted}: land, name the bodies right" if doubted else "",
+        )
+        return "; ".join(filter(None, lines))
 
-    def _near(self, drone: int, position: Vector, vicinity: Vicinity | None) -> tuple[Body, ...]:
-        reach = self._swarm.avoidance.sensing_radius
-        others = vicinity.round(position) if vicinity is not None else self._recent
-        bodies = [
-            Body(BodyKind.DRONE, subtract(place, position), 0.0)
-            for other in others
-            if other != drone and dist(place := self._recent[other], position) < reach
-        ]
-        for obstacle in self._swarm.obstacles:
-            relative = to_axis(position, obstacle.center, obstacle.height)
-            if norm(relative) - obstacle.radius < reach:
-                bodies.append(Body(BodyKind.OBSTACLE, relative, obstacle.radius))
-        return tuple(bodies)
+    def _claims(self, now: int) -> list[Claim]:
+        """Return what the source has seen since the last call that bears a drone's name, in the order of time."""
+        claims = []
+        for frame in self.source.take(now):
+            self._first_frame = self._first_frame or now
+            self._last_frame = now
+            for body in frame.bodies:
+                if not body.tracked:
+                    continue
+                drone = self._owners.drone(body.identity, body.name)
+                if drone is not None:
+                    claims.append(Claim(frame.captured, drone, body.position, body.orientation))
+                    self._scene.forget_other(unnamed(body))
+                else:
+                    self._scene.see_other(body.name or unnamed(body), frame.captured, body.position)
+        return sorted(claims)
+
+
+def unnamed(body: ReportedBody) -> str:
+    """Return what a body is called until the tracker has sent its name: it may turn out to be a drone's."""
+    return f"number {body.identity}"
 
 
 def make_core(start: Start) -> GatewayCore:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import deque
 from enum import Enum, auto
 
+from flockwire.wire.status import Counts
+
 WINDOW = (
     32  # frames that one may come late: networks reorder by few; a recording that is played in a loop jumps by more
 )
@@ -30,6 +32,16 @@ class FrameSequence:
         self._last: int | None = None
         self._restart: int | None = None  # the newest number far behind, with which a stream may have restarted
         self._recent: deque[int] = deque(maxlen=2 * WINDOW)
+
+    @property
+    def counts(self) -> Counts:
+        """What it has counted, by name."""
+        return (
+            ("frames missing", self.missing),
+            ("frames repeated", self.repeated),
+            ("frames late", self.late),
+            ("stream restarts", self.restarts),
+        )
 
     def arrived(self, number: int) -> Arrival:
         """Count the frame `number`; only one that is NEXT is newer than all before."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from flockwire.control.vector import Vector, distance
@@ -46,10 +47,32 @@ class JumpFilter:
         """Return whether the body `identity` can be believed to be at `position` (m) at `stamp` (ns)."""
         seen, last = Sighting(stamp, position), self._last.get(identity)
         if last is None or self._reaches(last, seen) or self._confirms(identity, seen):
-            self._last[identity] = seen
-            self._candidates.pop(identity, None)
+            self.accept(identity, stamp, position)
             return True
         return False
+
+    def accept(self, identity: int, stamp: int, position: Vector) -> None:
+        """Believe the body `identity` to be at `position` (m) at `stamp` (ns)."""
+        self._last[identity] = Sighting(stamp, position)
+        if self._candidates:
+            self._candidates.pop(identity, None)
+
+    def reaches(self, identity: int, stamp: int, position: Vector) -> bool:
+        """Return whether the body `identity`, which was seen before, can have flown to `position` (m) by `stamp`."""
+        return self._reaches(self._last[identity], Sighting(stamp, position))
+
+    def last(self, identity: int) -> Sighting | None:
+        """Return where the body `identity` was believed to be last, None before the first time."""
+        return self._last.get(identity)
+
+    def stamp(self, identity: int) -> int:
+        """Return when the body `identity` was last believed to be somewhere, ns; 0 before the first time."""
+        last = self._last.get(identity)
+        return last.stamp if last is not None else 0
+
+    def known(self) -> Iterable[int]:
+        """Return the bodies that were believed to be somewhere."""
+        return self._last
 
     def forget(self, identity: int) -> None:
         """Take the next position of the body `identity` as it comes."""

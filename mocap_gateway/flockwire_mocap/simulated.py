@@ -5,16 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterable
 from math import hypot
 
-from flockwire.control.vector import Vector
+from flockwire.control.vector import Vector, add, scale
 from flockwire.flight.cores import Randomness, Start
-from flockwire.flight.faults import Fault, NoiseBurst, TrackerLoss
+from flockwire.flight.faults import Fault, NameSwap, NoiseBurst, TrackerLoss, Visitor
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Message, Mission, Pose
 
 from flockwire_mocap.completeness import Completeness
-from flockwire_mocap.source import TrackedBody
+from flockwire_mocap.quaternion import IDENTITY
+from flockwire_mocap.source import Link
+from flockwire_mocap.tracking import ReportedBody, TrackerFrame, framed
+
+CameraFault = TrackerLoss | NoiseBurst | NameSwap | Visitor
+VISITORS = 10_000  # the number of the first body that is no drone's
+Measured = tuple[int, ReportedBody]  # when it was there, Unix ns, and where
 
 
 class SimulatedSource:
@@ -28,19 +34,24 @@ class SimulatedSource:
         self, swarm: Swarm, randomness: Randomness, faults: Iterable[Fault] = (), took_off: int | None = None
     ) -> None:
         parameters = swarm.gateway
-        self._drones = {Key("truth", uav(i)): i for i in swarm.flying}
+        self._drones = {Key("truth", uav(i)): i for i in swarm.tracked}
         self.triggers = frozenset(self._drones)
-        self.waits_for = "the kinematics' truth"
+        self._names = {i: swarm.body(i) for i in swarm.tracked}
+        self._frames = 0
         self._noise, self._dropout = parameters.noise, parameters.dropout
         self._latency = round(parameters.latency * BILLION)
         self._randomness = randomness
-        self._faults = tuple(fault for fault in faults if isinstance(fault, TrackerLoss | NoiseBurst))
+        self._faults = tuple(fault for fault in faults if isinstance(fault, CameraFault))
+        visitors = dict.fromkeys(fault.body for fault in self._faults if isinstance(fault, Visitor))
+        self._visitors = {body: VISITORS + k for k, body in enumerate(visitors)}
         self._took_off = took_off
-        self._completeness = Completeness(swarm.flying, 1.0 / parameters.rate_hz)
+        self._completeness = Completeness(swarm.tracked, 1.0 / parameters.rate_hz)
         self._complete = False
         self._truths: dict[int, Pose] = {}  # the newest, of those not measured yet
-        self._order = swarm.flying[-1:] + swarm.flying[:-1]  # of random draws: another would change every seed's flight
-        self._measured: list[TrackedBody] = []
+        self._order = (
+            swarm.tracked[-1:] + swarm.tracked[:-1]
+        )  # of random draws: another would change every seed's flight
+        self._measured: list[Measured] = []
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Take in a truth, or the order to take off."""
@@ -52,35 +63,64 @@ class SimulatedSource:
             case Mission() if message.verb == "takeoff" and message.stamp > (self._took_off or 0):
                 self._took_off = message.stamp
 
+    def took_off(self, stamp: int) -> None:
+        """Count faults from `stamp` (Unix ns), unless they count already."""
+        self._took_off = self._took_off or stamp
+
+    @property
+    def visitors(self) -> tuple[tuple[int, str], ...]:
+        """Number and name of the bodies that are no drone's."""
+        return tuple((number, name) for name, number in self._visitors.items())
+
     def complete(self) -> bool:
         """Return whether the truth that was just received completed a frame."""
         return self._complete
 
-    def take(self, now: int) -> list[TrackedBody]:
+    def take(self, now: int) -> list[TrackerFrame]:
         """Measure what was received since the last call; return what is available by `now` (Unix ns)."""
         truths, self._truths = self._truths, {}
         for drone in self._order:
             if drone in truths:
                 self._measure(drone, truths[drone])
+        if truths:
+            self._measure_visitors(max(truth.stamp for truth in truths.values()))
         due = now - self._latency
-        available = [body for body in self._measured if body.stamp <= due]
-        self._measured = [body for body in self._measured if body.stamp > due]
-        return available
+        frames = framed([measured for measured in self._measured if measured[0] <= due], self._frames, now)
+        self._measured = [measured for measured in self._measured if measured[0] > due]
+        self._frames += len(frames)
+        return frames
+
+    def link(self, now: int) -> Link:
+        """Return what is missing when no frames come."""
+        return Link("waits for the kinematics' truth")
 
     def _measure(self, drone: int, truth: Pose) -> None:
         """Measure the position of `drone`, or fail to."""
         if self._dropout and self._randomness.random() < self._dropout:
             return
-        noise = self._noise
+        noise, called = self._noise, drone
         for fault in self._active_faults(truth.stamp):
             if isinstance(fault, NoiseBurst):
                 noise = hypot(noise, fault.noise)
-            elif fault.drone == drone:
+            elif isinstance(fault, NameSwap):
+                called = sum(fault.drones) - called if called in fault.drones else called
+            elif isinstance(fault, TrackerLoss) and fault.drone == drone:
                 return
         position = self._noisy(truth.position, noise) if noise else truth.position
-        self._measured.append(TrackedBody(truth.stamp, drone, position, truth.orientation))
+        name = self._names[called]
+        number, text = (called, name) if isinstance(name, str) else (name, None)
+        self._measured.append((truth.stamp, ReportedBody(number, text, position, truth.orientation, tracked=True)))
 
-    def _active_faults(self, stamp: int) -> list[TrackerLoss | NoiseBurst]:
+    def _measure_visitors(self, stamp: int) -> None:
+        """Measure what moves through the field beside the drones."""
+        for fault in self._active_faults(stamp):
+            if isinstance(fault, Visitor):
+                t = (stamp - (self._took_off or 0)) / BILLION - fault.at
+                place = self._noisy(add(fault.start, scale(fault.velocity, t)), self._noise)
+                body = ReportedBody(self._visitors[fault.body], fault.body, place, IDENTITY, tracked=True)
+                self._measured.append((stamp, body))
+
+    def _active_faults(self, stamp: int) -> list[CameraFault]:
         if not self._faults or self._took_off is None:
             return []
         t = (stamp - self._took_off) / BILLION

@@ -4,24 +4,22 @@ from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
-from flockwire.control.vector import Vector
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Message
+from flockwire.wire.status import Counts
 
-Orientation = tuple[float, float, float, float]
+from flockwire_mocap.tracking import TrackerFrame
 
 
-class TrackedBody(NamedTuple):
-    """One drone in one frame, as it was measured. A body that was not seen is not in the frame."""
+class Link(NamedTuple):
+    """How the connection to a tracking system is: what it lacks, and what it has counted."""
 
-    stamp: int  # when it was there, Unix ns on the gateway's clock; those of one frame need not be equal
-    drone: int
-    position: Vector  # m, world frame
-    orientation: Orientation  # quaternion x y z w, body to world frame
+    trouble: str = ""  # why no frames come, and what to do; empty while they come
+    counts: Counts = ()  # of frames and packets that were not as they should be, by what was wrong
 
 
 class Source(Protocol):
-    """A tracking system; its units, axes, clock, names of bodies and faults are internal to it.
+    """A tracking system; its units, axes, clock and faults are internal to it.
 
     A source decides when a frame is complete: one that receives whole frames (NatNet, Qualisys, Vicon, a replay) with
     each message, one that receives body by body (VRPN, the simulated one) by the rules of completeness.py.
@@ -31,15 +29,17 @@ class Source(Protocol):
     def triggers(self) -> frozenset[Key]:
         """The keys whose messages may complete a frame."""
 
-    @property
-    def waits_for(self) -> str:
-        """What is missing when no frames come, for the status."""
-
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Take in any message that the gateway received at `now` (Unix ns); what it does not need it ignores."""
 
     def complete(self) -> bool:
-        """Return whether the message that was just received completed a frame."""
+        """Return whether what was just received completed a frame."""
 
-    def take(self, now: int) -> list[TrackedBody]:
-        """Return what has been measured since the last call and is available by `now` (Unix ns), complete or not."""
+    def take(self, now: int) -> list[TrackerFrame]:
+        """Return what was measured since the last call and is available by `now` (Unix ns), complete or not.
+
+        Of each body only the newest measurement: on the field (ENU, m), stamped by the gateway's clock.
+        """
+
+    def link(self, now: int) -> Link:
+        """Return how the connection is at `now` (Unix ns)."""

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable
 from math import isfinite
 from typing import NamedTuple
 
 from flockwire.control.vector import Vector
 
-from flockwire_mocap.quaternion import Quaternion
+from flockwire_mocap.quaternion import IDENTITY, Quaternion
 
 UNIT_TOLERANCE = 0.02  # of the squared norm: single precision and a tracker's rounding stay far below
+LOST = (0.0, 0.0, 0.0)  # where a tracker says that a body is that it does not see
 
 
 class ReportedBody(NamedTuple):
@@ -32,6 +33,11 @@ class ReportedBody(NamedTuple):
     tracked: bool
 
 
+def unseen(identity: int, name: str | None) -> ReportedBody:
+    """Return a body that the tracker does not see."""
+    return ReportedBody(identity, name, LOST, IDENTITY, tracked=False)
+
+
 class TrackerFrame(NamedTuple):
     """All bodies of one exposure, or of one report where a protocol reports each body alone.
 
@@ -49,15 +55,19 @@ class TrackerFrame(NamedTuple):
     bodies: tuple[ReportedBody, ...]
 
 
+def framed(measured: Iterable[tuple[int, ReportedBody]], first: int, now: int) -> list[TrackerFrame]:
+    """Return bodies as frames, a frame for each time (ns) at which some were captured, the earliest first.
+
+    `first` is the number of the first frame, `now` when all of them count as transmitted (ns).
+    """
+    frames: dict[int, list[ReportedBody]] = {}
+    for captured, body in measured:
+        frames.setdefault(captured, []).append(body)
+    return [TrackerFrame(number, at, now, tuple(frames[at])) for number, at in enumerate(sorted(frames), first)]
+
+
 def is_pose(position: Vector, orientation: Quaternion) -> bool:
     """Return whether these can be a measured pose: finite numbers, a quaternion of unit length."""
     x, y, z, w = orientation
     length = x * x + y * y + z * z + w * w  # NaN and infinity fail the comparison
     return abs(length - 1.0) < UNIT_TOLERANCE and isfinite(sum(position))
-
-
-def renamed(frame: TrackerFrame, names: Mapping[int, str]) -> TrackerFrame:
-    """Return the frame with each body's name taken from `names` by its identity; others keep theirs."""
-    return frame._replace(
-        bodies=tuple(body._replace(name=names.get(body.identity, body.name)) for body in frame.bodies)
-    )

@@ -52,11 +52,13 @@ class Measured:
 
     no_places: str
     no_formation: str
+    drones: int
     min_distance_uav: float | None
     min_distance_obstacle: float | None
     max_speed: float | None
     stops: tuple[str, ...]
     settled: float | None
+    failed_laws: tuple[str, ...]
     unsettled: str  # which phase did not settle
     formation_tail: float | None
     observation_tail: float | None
@@ -72,7 +74,12 @@ class Measured:
 def checks(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
     """Judge what was measured."""
     found = [*_in_flight(swarm, measured), *_formation(swarm, measured), *_drones(swarm, measured)]
-    idle = {"obstacle clearance": not swarm.obstacles, "separation": len(swarm.flying) < 2}
+    alone = not swarm.obstacles and measured.min_distance_obstacle is None
+    idle = {
+        "laws that failed": not measured.failed_laws,
+        "obstacle clearance": alone,
+        "separation": measured.drones < 2,
+    }
     return tuple(check for check in (*found, *_record(swarm, measured)) if not idle.get(check.name))
 
 
@@ -88,6 +95,7 @@ def _in_flight(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
             "" if measured.max_speed is not None else nowhere,
         ),
         _none("emergency stop", measured.stops),
+        _none("laws that failed", measured.failed_laws),
     )  # fmt: skip
 
 

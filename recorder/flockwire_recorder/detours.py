@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 from flockwire.nanoseconds import BILLION
-from numpy.typing import NDArray
 
 from flockwire_recorder.phases import offsets
-from flockwire_recorder.reading import Integers, Trace
+from flockwire_recorder.recorded import Trace
 from flockwire_recorder.separation import surface_distance
+from flockwire_recorder.series import Booleans, Integers
 from flockwire_recorder.tracking import Errors, interpolated
 
 RECOVERY = 4 * BILLION  # ns after which a follower must be back at its place
@@ -26,7 +26,7 @@ def undisturbed(trace: Trace, errors: dict[int, Errors]) -> dict[int, Errors]:
     }
 
 
-def _disturbed(trace: Trace, number: int, stamps: Integers) -> NDArray[np.bool_]:
+def _disturbed(trace: Trace, number: int, stamps: Integers) -> Booleans:
     """Return at which of `stamps` (Unix ns, ascending) the place of follower `number` is in reach, or just was."""
     if not trace.swarm.obstacles or not len(stamps):
         return np.zeros(len(stamps), np.bool_)

@@ -1,10 +1,15 @@
-"""What all figures share: colours that the colour-blind can distinguish, one look, thinning of long series."""
+"""What all figures share: colours that the colour-blind can distinguish, one look, one time axis, one column's width.
+
+A figure is drawn at the width of a paper's column, in type that is legible there, as PNG and as PDF. Names stand above
+the axes, where no curve is.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from flockwire.control.graph import LEADER
@@ -13,42 +18,77 @@ from flockwire.swarm.model import uav
 from matplotlib import colormaps, rc_context
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
+from flockwire_recorder.events import Event, events
 from flockwire_recorder.phases import Span, airborne, formation_phases
-from flockwire_recorder.reading import Floats, Integers, Trace
+from flockwire_recorder.recorded import Trace
+from flockwire_recorder.series import Floats, Integers
+from flockwire_recorder.tracking import Errors, formation_errors, observation_errors
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
 INK, MUTED, GRID, DANGER = "#1b1f27", "#69707d", "#e6e8ec", "#b3261e"
 OKABE_ITO = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
-MOST_POINTS = 4000  # of one line
+COLUMN = 3.5  # inches: the width of one of two columns
+DPI = 320
+MOST_POINTS = 1500  # of one line
 ENVELOPE = 400
+MOST_IN_A_ROW = 6
+MOST_NAMED = 12  # drones in a legend
+NAME_SIZE = 6.5  # points, of the names of events
+NAME_ROWS = 3  # of them
+LETTER = 0.56 * NAME_SIZE  # points that a letter takes
+AXES_WIDTH = 0.82 * COLUMN * 72  # points, about
 
 STYLE: dict[Any, Any] = {
-    "font.family": "DejaVu Sans", "font.size": 10.5, "text.color": INK, "axes.labelcolor": INK,
-    "axes.edgecolor": "#b9bec7", "axes.linewidth": 0.8, "axes.spines.top": False, "axes.spines.right": False,
-    "axes.grid": True, "axes.axisbelow": True, "grid.color": GRID, "grid.linewidth": 0.8,
-    "xtick.color": MUTED, "ytick.color": MUTED, "xtick.labelsize": 9.5, "ytick.labelsize": 9.5,
-    "xtick.major.size": 0, "ytick.major.size": 0, "ytick.minor.size": 0,
-    "legend.frameon": False, "legend.fontsize": 9.5, "lines.solid_capstyle": "round", "lines.linewidth": 1.4,
+    "font.family": "DejaVu Sans", "font.size": 7.5, "text.color": INK, "axes.labelcolor": INK,
+    "axes.edgecolor": "#b9bec7", "axes.linewidth": 0.6, "axes.spines.top": False, "axes.spines.right": False,
+    "axes.grid": True, "axes.axisbelow": True, "grid.color": GRID, "grid.linewidth": 0.5, "axes.labelpad": 2.5,
+    "xtick.color": MUTED, "ytick.color": MUTED, "xtick.labelsize": 7, "ytick.labelsize": 7,
+    "xtick.major.size": 0, "ytick.major.size": 0, "ytick.minor.size": 0, "xtick.major.pad": 2, "ytick.major.pad": 2,
+    "legend.frameon": False, "legend.fontsize": 7, "lines.solid_capstyle": "round", "lines.linewidth": 1.0,
+    "axes.titlesize": 8.5, "figure.constrained_layout.h_pad": 0.02, "figure.constrained_layout.w_pad": 0.02,
+    "pdf.fonttype": 42,
 }  # fmt: skip
 
 
 class Canvas:
-    """What the figures of one trace have in common: colours, the origin of time, the spans to mark."""
+    """What the figures of one trace have in common: colours, the origin of time, the window, events to mark."""
 
-    def __init__(self, trace: Trace, out: Path) -> None:
-        self.trace, self.out = trace, out
+    def __init__(self, trace: Trace, out: Path, vector: bool = True) -> None:
+        self.trace, self.out, self._vector = trace, out, vector
         self.phases = formation_phases(trace)
         self.phase: Span | None = self.phases[0].span if self.phases else None
         self.flight = airborne(trace)
         self.origin = self.phase.begin if self.phase is not None else trace.begin
+        self.events = events(trace)
         self.time_label = "mission time, s" if self.phase is not None else "time since the trace's begin, s"
+
+    @cached_property
+    def formation_errors(self) -> dict[int, Errors]:
+        """What `tracking.formation_errors` returns: several figures need it."""
+        return formation_errors(self.trace)
+
+    @cached_property
+    def observation_errors(self) -> dict[int, Errors]:
+        """What `tracking.observation_errors` returns: several figures need it."""
+        return observation_errors(self.trace)
 
     def seconds(self, stamps: Integers) -> Floats:
         """Return `stamps` (Unix ns) as s of mission time."""
         return np.asarray((stamps - self.origin) / BILLION)
+
+    def second(self, stamp: int) -> float:
+        """Return `stamp` (Unix ns) as s of mission time."""
+        return (stamp - self.origin) / BILLION
+
+    def times(self) -> Integers:
+        """Return instants of the flight for a curve, Unix ns."""
+        return self.flight.instants(MOST_POINTS)
 
     def colour(self, number: int) -> str:
         """Return the colour of drone `number`, the same in every figure; the leader is black."""
@@ -60,45 +100,114 @@ class Canvas:
             return OKABE_ITO[place]
         return str(to_hex(colormaps["viridis"](0.95 * place / (len(followers) - 1))))
 
-    def panel(self, width: float = 9.0, height: float = 3.9) -> tuple[Figure, Axes]:
-        """Return a figure of `width` by `height` inches and its axes."""
+    def panels(self, rows: int = 1, height: float = 2.3) -> tuple[Figure, list[Axes]]:
+        """Return a figure of `rows` axes above each other with one time axis, `height` inches in all."""
         with rc_context(STYLE):
-            figure = Figure(figsize=(width, height), layout="constrained")
-            return figure, figure.add_subplot()
+            figure = Figure(figsize=(COLUMN, height), layout="constrained")
+            return figure, list(np.atleast_1d(figure.subplots(rows, 1, sharex=True)))
 
-    def save(self, figure: Figure, name: str, dpi: int = 150) -> Path:
-        """Write the figure as PNG; returns its path."""
-        path = self.out / name
+    def save(self, figure: Figure, name: str) -> Path:
+        """Write the figure as NAME.png and NAME.pdf; returns the path of the first."""
+        path = self.out / f"{name}.png"
         with rc_context(STYLE):
-            figure.savefig(path, dpi=dpi, facecolor="white")
+            figure.savefig(path, dpi=DPI, facecolor="white")
+            if self._vector:
+                figure.savefig(path.with_suffix(".pdf"), metadata={"CreationDate": None})
         return path
 
-    def legend(self, axes: Axes, numbers: Iterable[int]) -> None:
-        """Name the drones above the axes."""
+    def names(self, numbers: Iterable[int]) -> list[Artist]:
+        """Return the drones as entries of a legend, none where they are too many to tell apart."""
         drones = list(numbers)
-        if len(drones) > 12:
-            return
-        lines = [axes.plot([], [], color=self.colour(i), linewidth=2.4, label=uav(i))[0] for i in drones]
+        named = drones if len(drones) <= MOST_NAMED else []
+        return [Line2D([], [], color=self.colour(i), linewidth=1.8, label=uav(i)) for i in named]
+
+    def over_time(self, axes: Sequence[Axes], tails: bool = False) -> int:
+        """Give the axes the flight's time axis, with a line for each event and its name above; shade the `tails`.
+
+        Returns how many rows the names take.
+        """
+        shown = self.flight
+        begin, end = self.second(shown.begin), self.second(shown.end)
+        marked = [event for event in self.events if shown.begin <= event.stamp <= shown.end]
+        for one in axes:
+            for event in marked:
+                one.axvline(self.second(event.stamp), color=MUTED, linewidth=0.6, linestyle=(0, (1, 2.5)), zorder=1.5)
+            for phase in self.phases if tails else ():
+                tail = phase.span.tail()
+                left, right = self.second(tail.begin), self.second(tail.end)
+                one.axvspan(left, right, color=OKABE_ITO[0], alpha=0.07, linewidth=0, zorder=0)
+            one.set_xlim(begin, max(end, begin + 0.1))
+        axes[-1].set_xlabel(self.time_label)
+        places = [(self.second(event.stamp) - begin) / max(end - begin, 0.1) for event in marked]
+        rows = rows_of(marked, places)
+        for event, place, row in zip(marked, places, rows, strict=True):
+            if row is not None:
+                _name(axes[0], event.text, place, row)
+        return max((1 + row for row in rows if row is not None), default=0)
+
+
+def rows_of(marked: Sequence[Event], places: Sequence[float]) -> list[int | None]:
+    """Return for each event the row in which its name overlaps no other, None where there is no room left.
+
+    `places` are shares of the axes' width, ascending.
+    """
+    ends = [-1.0] * NAME_ROWS
+    rows: list[int | None] = []
+    for event, place in zip(marked, places, strict=True):
+        width = (len(event.text) + 1.5) * LETTER / AXES_WIDTH
+        left = min(place, 1.0 - width)
+        free = [row for row, end in enumerate(ends) if end <= left]
+        if free:
+            ends[free[0]] = left + width
+        rows.append(free[0] if free else None)
+    return rows
+
+
+def _name(axes: Axes, text: str, place: float, row: int) -> None:
+    """Write the name of an event above the axes, in a row of its own where it would overlap another."""
+    over = place > 1.0 - (len(text) + 1.5) * LETTER / AXES_WIDTH
+    axes.annotate(
+        text, (1.0 if over else place, 1.0), (0 if over else 1, 1.5 + (NAME_SIZE + 1.5) * row),
+        xycoords="axes fraction", textcoords="offset points", va="bottom", ha="right" if over else "left",
+        color=MUTED, fontsize=NAME_SIZE,
+    )  # fmt: skip
+
+
+def legend(axes: Axes, drones: Sequence[Artist], others: Sequence[Artist] = (), rows: int = 0) -> None:
+    """Name the drones above the axes and their `rows` of events, and above them what else is drawn."""
+    if others:
+        figure = axes.figure.get_figure(root=True)
+        figure.legend(handles=list(others), loc="outside upper left", ncols=len(others), borderaxespad=0.1, **_LEGEND)
+    if drones:
+        room = (1.5 + (NAME_SIZE + 1.5) * rows) / STYLE["legend.fontsize"]
         axes.legend(
-            handles=lines, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(drones), handlelength=1.1,
-            columnspacing=1.3, borderaxespad=0.2,
+            handles=list(drones), loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=MOST_IN_A_ROW, borderaxespad=room,
+            **_LEGEND,
         )  # fmt: skip
 
-    def mark_phases(self, axes: Axes, begin: float, end: float) -> None:
-        """Draw what the operator ordered as lines at their times, and shade the tail of the formation phase."""
-        for row, mission in enumerate(self.trace.missions):
-            when = mission.start if mission.verb == "start" else mission.stamp
-            at = (when - self.origin) / BILLION
-            if begin <= at <= end:
-                axes.axvline(at, color=MUTED, linewidth=0.9, linestyle=(0, (1, 2.5)), zorder=1.5)
-                _name(axes, f"{mission.verb} {mission.formation}".strip(), at, "left", row % 2)
-        for phase in self.phases:
-            tail = phase.span.tail()
-            left, right = ((edge - self.origin) / BILLION for edge in (tail.begin, tail.end))
-            axes.axvspan(left, right, color="#0072b2", alpha=0.06, linewidth=0, zorder=0)
-            _name(axes, "tail", right, "right")
-        axes.set_xlim(begin, max(end, begin + 0.1))
-        axes.set_xlabel(self.time_label)
+
+def line(text: str, colour: str = MUTED, style: Any = "-", width: float = 1.0) -> Artist:  # noqa: ANN401
+    """Return an entry of a legend for a line."""
+    return Line2D([], [], color=colour, linestyle=style, linewidth=width, label=text)
+
+
+def dot(text: str) -> Artist:
+    """Return an entry of a legend for a marked point."""
+    return Line2D([], [], linestyle="", label=text, **MARK)
+
+
+def area(text: str) -> Artist:
+    """Return an entry of a legend for the shaded tails."""
+    return Patch(color=OKABE_ITO[0], alpha=0.12, linewidth=0, label=text)
+
+
+_LEGEND: dict[str, Any] = {
+    "handlelength": 1.2, "columnspacing": 1.0, "handletextpad": 0.5, "borderpad": 0.1, "labelspacing": 0.3,
+}  # fmt: skip
+MARK: dict[str, Any] = {
+    "marker": "o", "markersize": 3.6, "markerfacecolor": "white", "markeredgecolor": INK, "markeredgewidth": 0.9,
+    "zorder": 6,
+}  # fmt: skip
 
 
 def thinned(times: Floats, values: Floats) -> tuple[Floats, Floats]:
@@ -120,16 +229,3 @@ def envelope(times: Floats, values: Floats) -> tuple[Floats, Floats]:
     block = max(1, len(times) // ENVELOPE)
     whole = len(times) // block * block
     return times[:whole:block], values[:whole].reshape(-1, block).max(axis=1)
-
-
-def _name(axes: Axes, text: str, at: float, side: Literal["left", "right"], row: int = 0) -> None:
-    """Write beside the vertical line at `at`, in the given row under the upper edge."""
-    axes.annotate(
-        text, (at, 1.0), (3 if side == "left" else -4, -3 - 12 * row), xycoords=("data", "axes fraction"),
-        va="top", ha=side, textcoords="offset points", color=MUTED, fontsize=8.5,
-    )  # fmt: skip
-
-
-def title(axes: Axes, text: str) -> None:
-    """Put a title above the axes, flush left."""
-    axes.set_title(text, loc="left", fontsize=12, fontweight="bold", color=INK, pad=9)

@@ -9,7 +9,8 @@ from flockwire.nanoseconds import BILLION
 from flockwire.wire.keys import ROWS, Delivery, Key
 
 from flockwire_recorder.phases import Span
-from flockwire_recorder.reading import Floats, Series, Trace
+from flockwire_recorder.recorded import Trace
+from flockwire_recorder.series import Floats, Series
 
 
 @dataclass(frozen=True, slots=True)

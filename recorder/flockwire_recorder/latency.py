@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flockwire_recorder.reading import Floats, Series, Trace
+from flockwire_recorder.recorded import Trace
+from flockwire_recorder.series import Floats, Series
 
-HOPS = ("truth_to_pose", "pose_to_estimate", "pose_to_command")
+CAPTURE = "capture"  # when the cameras saw it: the stamp of a pose
+HOPS = (f"{CAPTURE}_to_pose", "pose_to_estimate", "pose_to_command")
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,11 +24,19 @@ class Percentiles:
 def latencies(trace: Trace, hop: str) -> Floats:
     """Return the delays of all drones over `hop` (of HOPS) in ms.
 
-    A delay runs from the publication of a message to that of the first answer with the same stamp.
+    A delay runs from the publication of a message to that of the first answer with the same stamp; that of a pose from
+    the stamp itself, which is that of its exposure.
     """
     cause, answer = hop.split("_to_")
-    numbers = sorted({0, *trace.swarm.flying})
+    if cause == CAPTURE:
+        return np.concatenate([_ages(trace.of(answer, number)) for number in trace.flying])
+    numbers = sorted({0, *trace.flying})
     return np.concatenate([_delays(trace.of(cause, number), trace.of(answer, number)) for number in numbers])
+
+
+def _ages(series: Series) -> Floats:
+    """Return ms from the stamp of each message to its publication."""
+    return np.asarray((series.published - series.stamps) / 1e6, np.float64)
 
 
 def percentiles(delays: Floats) -> Percentiles:

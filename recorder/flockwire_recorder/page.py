@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
+from flockwire.wire.status import Status
+
 from flockwire_recorder.graph_picture import graph_picture
-from flockwire_recorder.reading import ProcessRecord, Trace
+from flockwire_recorder.recorded import ProcessRecord, Trace
 from flockwire_recorder.rendering import render
 from flockwire_recorder.summary import DeadlineFigures, Summary
 
 if TYPE_CHECKING:
-    from flockwire_recorder.figures import Picture
+    from flockwire_recorder.picture import Picture
 
 UNKNOWN = "\N{EN DASH}"
 
@@ -36,6 +38,7 @@ def page(trace: Trace, summary: Summary, pictures: Sequence[Picture], probe: dic
         processes=_processes(trace, summary),
         messages=summary.messages,
         rejected=[(key, f"{count:,}") for key, count in summary.messages.rejected_by_key.items()],
+        tracker=[(name, f"{count:,}") for name, count in summary.tracker.items()],
         probe=probe,
         attackers=_attackers(probe) if probe else (),
         toml=trace.metadata.get("toml", ""),
@@ -95,8 +98,15 @@ def _process(vitals: ProcessRecord, rate: float | None) -> tuple[str, ...]:
         last.identity, last.report.phase, UNKNOWN if rate is None else f"{100 * rate:.1f} %",
         f"{last.steps:,}", f"{last.late_1ms:,}", f"{last.late_5ms:,}", f"{last.skipped:,}",
         f"{100 * vitals.cpu:.1f} %", f"{last.resident / 2**20:.0f} MB",
-        f"{sum(count for _, count in last.rejected):,}", f"{last.refused:,}", ", ".join(vitals.links),
+        f"{sum(count for _, count in last.rejected):,}", f"{last.refused:,}", _clock(last), ", ".join(vitals.links),
     )  # fmt: skip
+
+
+def _clock(status: Status) -> str:
+    """Return by how much the process's clock was corrected, and by how much that may be wrong."""
+    if status.clock_bound < 0.0:
+        return "not known"
+    return f"{1e3 * status.clock_offset:+.1f} \u00b1 {1e3 * status.clock_bound:.1f}" if status.clock_bound else "shared"
 
 
 def _attackers(probe: dict[str, Any]) -> list[tuple[str, ...]]:

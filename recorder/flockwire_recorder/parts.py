@@ -1,4 +1,4 @@
-"""The parts of a flight's trace: a recorder that is restarted in flight goes on in a file of its own beside the first.
+"""The parts of a flight's trace: a recorder that is started again in flight goes on in a file beside the first.
 
     trace.mcap, trace-2.mcap, trace-3.mcap, ...
 
@@ -8,10 +8,18 @@ Nothing is appended to a file that was cut off: each part is read as far as it g
 from __future__ import annotations
 
 from collections.abc import Iterator
+from datetime import datetime
 from itertools import chain, count, takewhile
 from pathlib import Path
 
+from flockwire.swarm.model import Swarm
+from mcap.records import Metadata
+
+from flockwire_recorder.records import WholeRecords
+from flockwire_recorder.trace import METADATA
+
 FIRST = "trace.mcap"
+SAME_FLIGHT = 600.0  # s after the last record within which a recorder that is started again goes on with the flight
 
 
 def parts(trace: Path) -> tuple[Path, ...]:
@@ -23,6 +31,18 @@ def next_part(folder: Path) -> Path:
     """Return the file that the next recorder of the flight in `folder` writes."""
     first = folder / FIRST
     return next(path for path in chain((first,), _further(first)) if not path.exists())
+
+
+def same_flight(folder: Path, swarm: Swarm, now: datetime) -> bool:
+    """Return whether the trace in `folder` is of `swarm` and was written to a short while before `now`."""
+    try:
+        written = max(part.stat().st_mtime for part in parts(folder / FIRST))
+        described = next((record for record in WholeRecords(folder / FIRST) if isinstance(record, Metadata)), None)
+    except (OSError, ValueError):
+        return False
+    if described is None or described.name != METADATA or now.timestamp() - written > SAME_FLIGHT:
+        return False
+    return described.metadata.get("swarm") == swarm.model_dump_json()
 
 
 def _further(trace: Path) -> Iterator[Path]:

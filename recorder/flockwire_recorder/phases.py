@@ -7,10 +7,12 @@ from itertools import zip_longest
 
 import numpy as np
 from flockwire.control.formation import Formation
+from flockwire.flight.flown_formation import flown_formation, is_known
 from flockwire.nanoseconds import BILLION
 from flockwire.wire.messages import Mission
 
-from flockwire_recorder.reading import Floats, Integers, Trace
+from flockwire_recorder.recorded import Trace
+from flockwire_recorder.series import Booleans, Floats, Integers
 
 TAIL = 0.3  # share of the formation phase at its end by which tracking is judged
 
@@ -31,7 +33,11 @@ class Span:
         """Return the last part, by which tracking is judged."""
         return Span(self.end - int(TAIL * (self.end - self.begin)), self.end)
 
-    def holds(self, stamps: Integers) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    def instants(self, count: int) -> Integers:
+        """Return `count` instants from begin to end, Unix ns."""
+        return np.linspace(self.begin, self.end, count).astype(np.int64)
+
+    def holds(self, stamps: Integers) -> Booleans:
         """Return which stamps (Unix ns) lie within."""
         return np.asarray((stamps >= self.begin) & (stamps <= self.end))
 
@@ -64,7 +70,7 @@ def formation_phases(trace: Trace) -> tuple[FormationPhase, ...]:
         end = _end(trace, mission.stamp)
         if following is not None:
             end = min(end, following.stamp)
-        if mission.verb == "start" and begin < end:
+        if mission.in_formation and begin < end:
             found.append(FormationPhase(mission.formation, Span(begin, end)))
     return tuple(found)
 
@@ -87,7 +93,7 @@ def offsets(trace: Trace, number: int, stamps: Integers) -> Floats:
     """
     index = trace.swarm.followers.index(number)
     result = np.full((len(stamps), 3), np.nan)
-    starts = [mission for mission in trace.missions if mission.verb == "start"]
+    starts = [mission for mission in trace.missions if mission.in_formation]
     for place, mission in enumerate(starts):
         formation = formation_of(trace, mission)
         if formation is None:
@@ -100,7 +106,7 @@ def offsets(trace: Trace, number: int, stamps: Integers) -> Floats:
 
 
 def formation_of(trace: Trace, mission: Mission) -> Formation | None:
-    """Return the formation that a start names, None when the swarm has none of that name."""
-    if mission.formation and mission.formation not in trace.swarm.formations:
-        return None
-    return trace.swarm.build_formation(mission.formation)
+    """Return the formation that an order has flown, None when the swarm does not know it."""
+    named = {mission.formation} if mission.change is None else {mission.formation, mission.change.before}
+    formations = {name: trace.swarm.build_formation(name) for name in named.intersection(trace.swarm.formation_names)}
+    return flown_formation(formations, mission) if is_known(formations, mission) else None

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from mcap.records import Attachment, Channel, Header, McapRecord, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
+from flockwire_recorder.parts import parts
 from flockwire_recorder.records import WholeRecords
 
 
@@ -21,25 +23,36 @@ class Recovered:
 
 
 def recover(trace: Path, out: Path) -> Recovered:
-    """Copy every whole record of the MCAP file `trace` to the new file `out`, with an index and a proper end.
+    """Copy every whole record of the MCAP file `trace` and its further parts to the new file `out`, with an index.
 
-    Payloads, times, sequence numbers, schemas, channels and metadata are kept. Raises ValueError when `trace` is no
-    MCAP file or `out` is the same file, OSError when one cannot be read or written.
+    Payloads, times, sequence numbers, schemas, channels and the first part's metadata are kept. Raises ValueError when
+    `trace` is no MCAP file or `out` is the same file, OSError when one cannot be read or written.
     """
     if out.exists() and out.samefile(trace):
         raise ValueError(f"{out}: is the trace itself; recover into another file")
-    records = WholeRecords(trace)
-    walk = iter(records)
+    files = [WholeRecords(part) for part in parts(trace)]
+    walk = iter(files[0])
     first = next(walk, None)
     with out.open("wb") as stream:
         writer = Writer(stream, compression=CompressionType.ZSTD)
         header = first if isinstance(first, Header) else Header("", "")
         writer.start(header.profile, header.library)
-        copier = _Copier(writer)
-        for record in walk:
-            copier.copy(record)
+        messages = _copy(writer, walk) + sum(_copy(writer, _undescribed(records)) for records in files[1:])
         writer.finish()  # type: ignore[no-untyped-call]
-    return Recovered(copier.messages, records.lost_bytes, records.closed)
+    return Recovered(messages, sum(records.lost_bytes for records in files), all(records.closed for records in files))
+
+
+def _copy(writer: Writer, records: Iterator[McapRecord]) -> int:
+    """Copy what is in one part; returns how many messages there were."""
+    copier = _Copier(writer)
+    for record in records:
+        copier.copy(record)
+    return copier.messages
+
+
+def _undescribed(records: WholeRecords) -> Iterator[McapRecord]:
+    """Yield the records of a further part without its metadata, which are those of the first."""
+    return (record for record in records if not isinstance(record, Metadata))
 
 
 class _Copier:

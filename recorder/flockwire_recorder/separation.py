@@ -9,7 +9,8 @@ from flockwire.nanoseconds import BILLION
 from flockwire.swarm.tables import Obstacle
 
 from flockwire_recorder.phases import Span
-from flockwire_recorder.reading import Floats, Integers, Trace
+from flockwire_recorder.recorded import Trace
+from flockwire_recorder.series import Floats, Integers, Series
 from flockwire_recorder.tracking import interpolated
 
 GRID = BILLION // 100  # ns between the instants at which distances are taken
@@ -23,20 +24,28 @@ def common_times(span: Span) -> Integers:
 
 def pair_distances(trace: Trace, times: Integers) -> dict[tuple[int, int], Floats]:
     """Return |x_i - x_j| in m of any two airframes at `times` (Unix ns), NaN where one is unknown."""
-    places = {number: interpolated(trace.positions(number), times) for number in trace.swarm.flying}
-    return {
-        (i, j): np.sqrt(np.sum((places[i] - places[j]) ** 2, axis=1)) for i, j in combinations(trace.swarm.flying, 2)
-    }
+    places = {number: interpolated(trace.positions(number), times) for number in trace.flying}
+    return {(i, j): np.sqrt(np.sum((places[i] - places[j]) ** 2, axis=1)) for i, j in combinations(trace.flying, 2)}
 
 
 def obstacle_distances(trace: Trace, times: Integers) -> dict[int, Floats]:
     """Return each airframe's distance in m to the nearest obstacle's surface at `times`, NaN where it is unknown."""
     result = {}
-    for number in trace.swarm.flying:
+    for number in trace.flying:
         places = interpolated(trace.positions(number), times)
         each = [surface_distance(places, obstacle) for obstacle in trace.swarm.obstacles]
         result[number] = np.min(each, axis=0)
     return result
+
+
+def mover_distances(trace: Trace, span: Span) -> dict[int, Floats]:
+    """Return each airframe's distances in m to the nearest body that moves and is no drone, as it was published."""
+    return {number: _within(trace.of("nearby", number), span) for number in trace.flying}
+
+
+def _within(series: Series, span: Span) -> Floats:
+    found: Floats = series.values[span.holds(series.stamps), 0]
+    return found
 
 
 def surface_distance(places: Floats, obstacle: Obstacle) -> Floats:
@@ -55,7 +64,7 @@ def surface_distance(places: Floats, obstacle: Obstacle) -> Floats:
 
 def max_speed(trace: Trace, span: Span) -> float | None:
     """Return the highest speed of any airframe within `span`, m/s, from displacements over about 50 ms."""
-    speeds = [_max_speed(trace, number, span) for number in trace.swarm.flying]
+    speeds = [_max_speed(trace, number, span) for number in trace.flying]
     return max((speed for speed in speeds if speed is not None), default=None)
 
 

@@ -14,7 +14,7 @@ from flockwire_recorder.checks import Check, Measured, checks
 from flockwire_recorder.detours import undisturbed
 from flockwire_recorder.latency import HOPS, Percentiles, latencies, percentiles
 from flockwire_recorder.phases import FormationPhase, airborne, formation_of, formation_phases
-from flockwire_recorder.reading import Trace
+from flockwire_recorder.recorded import Trace
 from flockwire_recorder.tracking import SETTLED_FOR, ErrorFigures
 
 
@@ -58,12 +58,14 @@ class Summary:
     """What summary.json holds; lengths in m, speeds in m/s, None for what cannot be known.
 
     Of several formation phases, the errors are those of the worst. `rate` is each agent's share of the steps that the
-    control rate asks for in all of them; `missing` has a sentence for whatever the trace lacks.
+    control rate asks for in all of them; `tracker` counts what was not as it should be of the tracker's frames;
+    `left_out` are the drones that stayed on the ground by order; `missing` has a sentence for whatever the trace lacks.
     """
 
     duration_s: float
     mission_start_ns: int | None
     drones: int
+    left_out: tuple[str, ...]
     observation_error_m: ErrorFigures
     formation_error_m: ErrorFigures
     min_distance_uav_m: float | None
@@ -72,6 +74,7 @@ class Summary:
     latency_ms: dict[str, Percentiles]
     deadlines: DeadlineFigures
     messages: Messages
+    tracker: dict[str, int]
     rate: dict[str, float | None]
     missing: tuple[str, ...]
     phases: tuple[PhaseFigures, ...]
@@ -102,19 +105,21 @@ def summarise(trace: Trace) -> Summary:
     formation = tracking.worst([phase.formation_error_m for phase in judged])
     distances = _distances(trace) if not lacking.placeless else _Distances()
     spans = [phase.span for phase in phases]
-    rate = {trace.plan.pilot[i]: gaps.control_rate(trace, i, spans) for i in trace.swarm.followers}
+    rate = {trace.plan.pilot[i]: gaps.control_rate(trace, i, spans) for i in trace.followers}
     gap = gaps.longest_gap(trace)
     measured = Measured(
-        lacking.places, lacking.formation, distances.between_drones, distances.to_obstacles, distances.speed,
-        tuple(dict.fromkeys(stop.reason for stop in trace.stops)), formation.settled_s, _unsettled(judged),
-        tracking.largest([phase.judged_tail_m for phase in judged]), observation.max_tail,
+        lacking.places, lacking.formation, len(trace.flying),
+        distances.between_drones, distances.to_obstacles, distances.speed,
+        tuple(dict.fromkeys(stop.reason for stop in trace.stops)), formation.settled_s, trace.failed_laws,
+        _unsettled(judged), tracking.largest([phase.judged_tail_m for phase in judged]), observation.max_tail,
         whereabouts.grounded(trace, phases), whereabouts.lost(trace), whereabouts.landing(trace),
         rate, gap, gaps.where(trace, gap), trace.lost,
     )  # fmt: skip
     return Summary(
         duration_s=(trace.end - trace.begin) / 1e9,
         mission_start_ns=spans[0].begin if spans else None,
-        drones=len(trace.swarm.flying),
+        drones=len(trace.flying),
+        left_out=tuple(map(uav, trace.left_out)),
         observation_error_m=observation,
         formation_error_m=formation,
         min_distance_uav_m=distances.between_drones,
@@ -123,6 +128,7 @@ def summarise(trace: Trace) -> Summary:
         latency_ms={hop: percentiles(latencies(trace, hop)) for hop in HOPS},
         deadlines=_deadlines(trace),
         messages=_messages(trace),
+        tracker={name: count for vitals in trace.vitals for name, count in vitals.last.report.counts},
         rate=rate,
         missing=tuple(lacking.sentences),
         phases=figures,
@@ -168,9 +174,10 @@ def _distances(trace: Trace) -> _Distances:
     flight = airborne(trace)
     times = separation.common_times(flight)
     obstacles = separation.obstacle_distances(trace, times) if trace.swarm.obstacles else {}
+    movers = separation.mover_distances(trace, flight)
     return _Distances(
         separation.smallest(list(separation.pair_distances(trace, times).values())),
-        separation.smallest(list(obstacles.values())),
+        separation.smallest([*obstacles.values(), *movers.values()]),
         separation.max_speed(trace, flight),
     )
 
@@ -179,15 +186,13 @@ class _Lacking:
     """What the trace lacks: `sentences`, and the reasons why positions or the formation cannot be judged."""
 
     def __init__(self, trace: Trace, phases: tuple[FormationPhase, ...]) -> None:
-        flying = trace.swarm.flying
+        flying = trace.flying
         self.placeless = [uav(number) for number in flying if not len(trace.positions(number))]
         self.places = f"no position of {', '.join(self.placeless)} was recorded" if self.placeless else ""
         self.formation = self._formation(trace, bool(phases)) or self.places
-        unknown = [uav(number) for number in trace.swarm.followers if not len(trace.of("estimate", number))]
+        unknown = [uav(number) for number in trace.followers if not len(trace.of("estimate", number))]
         reporting = {vitals.last.identity for vitals in trace.vitals}
-        unreported = [
-            name for name in map(trace.plan.pilot.__getitem__, trace.swarm.followers) if name not in reporting
-        ]
+        unreported = [name for name in map(trace.plan.pilot.__getitem__, trace.followers) if name not in reporting]
         sentences = {
             "the trace was not closed: its recorder did not end properly": not trace.closed,
             f"{trace.lost_bytes} bytes of the trace are incomplete": trace.lost_bytes,
@@ -201,7 +206,7 @@ class _Lacking:
 
     @staticmethod
     def _formation(trace: Trace, begun: bool) -> str:
-        starts = [mission for mission in trace.missions if mission.verb == "start"]
+        starts = [mission for mission in trace.missions if mission.in_formation]
         unknown = next((m.formation for m in starts if formation_of(trace, m) is None), None)
         if not starts:
             return "no mission `start` was recorded, so there was no formation to judge"
@@ -213,7 +218,7 @@ class _Lacking:
 
 
 def _deadlines(trace: Trace) -> DeadlineFigures:
-    agents = {trace.plan.pilot[number] for number in trace.swarm.followers}
+    agents = {trace.plan.pilot[number] for number in trace.followers}
     last = [vitals.last for vitals in trace.vitals if vitals.last.identity in agents]
     return DeadlineFigures(
         sum(status.steps for status in last),

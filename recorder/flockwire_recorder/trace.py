@@ -7,6 +7,7 @@ ROS 2 tool reads the file.
 from __future__ import annotations
 
 import contextlib
+import json
 import platform
 from collections import Counter
 from datetime import UTC, datetime
@@ -15,13 +16,17 @@ from pathlib import Path
 from tempfile import SpooledTemporaryFile
 from typing import TYPE_CHECKING
 
+from flockwire.flight.faults import told
+from flockwire.nanoseconds import BILLION
 from flockwire.wire.schemas import schema_text
 
 from flockwire_recorder.chunked import ChunkedWriter
 
 if TYPE_CHECKING:
+    from flockwire.flight.faults import Fault
     from flockwire.swarm.model import Swarm
 
+FAULTS = "faults"  # of the metadata
 METADATA = "flockwire"
 PUBLISHER = "publisher"  # in a channel's metadata: who publishes this topic, in hexadecimal
 PROFILE = "ros2"
@@ -39,33 +44,32 @@ class TraceFullError(OSError):
         return f"{self.filename}: {self.strerror}"
 
 
-def describe(swarm: Swarm, toml: str, seed: int, started: int) -> dict[str, str]:
-    """Return the metadata of a trace.
+def describe(
+    swarm: Swarm, toml: str, seed: int, started: int, faults: tuple[Fault, ...] = (), virtual: bool = False
+) -> dict[str, str]:
+    """Return the metadata of a trace; that of a `virtual` flight has nothing that differs between machines.
 
-    `toml` is the swarm file's text, `seed` that of the run, `started` the Unix time in ns at which it begins.
+    `toml` is the swarm file's text, `seed` that of the run, `started` the Unix time in ns at which it begins, `faults`
+    what is injected.
     """
     return {
         "swarm": swarm.model_dump_json(),
         "toml": toml,
         "version": version("flockwire"),
-        "zenoh": version("eclipse-zenoh"),
-        "python": platform.python_version(),
-        "host": platform.node(),
+        **({"world": "virtual"} if virtual else _machine()),
         "seed": str(seed),
-        "started": datetime.fromtimestamp(started // 1_000_000_000, UTC).isoformat(),
+        "started": datetime.fromtimestamp(started // BILLION, UTC).isoformat(),
+        **_injected(faults),
     }
 
 
-def describe_virtual(swarm: Swarm, toml: str, seed: int, started: int) -> dict[str, str]:
-    """Return the metadata of a trace from virtual time: as `describe`, without what differs between machines."""
-    return {
-        "swarm": swarm.model_dump_json(),
-        "toml": toml,
-        "version": version("flockwire"),
-        "world": "virtual",
-        "seed": str(seed),
-        "started": datetime.fromtimestamp(started // 1_000_000_000, UTC).isoformat(),
-    }
+def _machine() -> dict[str, str]:
+    return {"zenoh": version("eclipse-zenoh"), "python": platform.python_version(), "host": platform.node()}
+
+
+def _injected(faults: tuple[Fault, ...]) -> dict[str, str]:
+    """Return the entry of what is injected, none where nothing is: s after the order to take off, and what."""
+    return {FAULTS: json.dumps([[fault.at, told(fault)] for fault in faults])} if faults else {}
 
 
 class TraceWriter:

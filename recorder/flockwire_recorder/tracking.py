@@ -10,7 +10,8 @@ import numpy as np
 from flockwire.nanoseconds import BILLION
 
 from flockwire_recorder.phases import Span, offsets
-from flockwire_recorder.reading import Floats, Integers, Series, Trace
+from flockwire_recorder.recorded import Trace
+from flockwire_recorder.series import Floats, Integers, Series
 
 SETTLED_BELOW = 0.1  # m
 SETTLED_FOR = 2 * BILLION  # ns
@@ -45,10 +46,10 @@ def interpolated(series: Series, stamps: Integers) -> Floats:
     known, wanted = (series.stamps - base) / BILLION, (stamps - base) / BILLION
     columns = [np.interp(wanted, known, series.values[:, axis], np.nan, np.nan) for axis in range(3)]
     result = np.stack(columns, axis=1)
-    after = np.clip(np.searchsorted(series.stamps, stamps), 1, len(series) - 1) if len(series) > 1 else None
-    if after is not None:
-        gaps = series.stamps[after] - series.stamps[after - 1] > SILENCE
-        result[gaps & ~np.isin(stamps, series.stamps)] = np.nan
+    if len(series) > 1:
+        after = np.clip(np.searchsorted(series.stamps, stamps), 1, len(series) - 1)
+        gaps = np.flatnonzero(series.stamps[after] - series.stamps[after - 1] > SILENCE)
+        result[gaps[~np.isin(stamps[gaps], series.stamps)]] = np.nan
     return result
 
 
@@ -56,7 +57,7 @@ def observation_errors(trace: Trace) -> dict[int, Errors]:
     """Return |eta_i - x_0| of each follower at the stamps of its estimates, where the leader's position is known."""
     leader = trace.positions(0)
     result = {}
-    for number in trace.swarm.followers:
+    for number in trace.followers:
         estimates = trace.of("estimate", number)
         error = estimates.values[:, :3] - interpolated(leader, estimates.stamps)
         result[number] = _errors(estimates.stamps, error)
@@ -67,7 +68,7 @@ def formation_errors(trace: Trace) -> dict[int, Errors]:
     """Return |x_i - h_i - x_0| of each follower at the stamps of its positions, from the formation's time 0."""
     leader = trace.positions(0)
     result = {}
-    for number in trace.swarm.followers:
+    for number in trace.followers:
         places = trace.positions(number)
         error = places.values - offsets(trace, number, places.stamps) - interpolated(leader, places.stamps)
         result[number] = _errors(places.stamps, error)

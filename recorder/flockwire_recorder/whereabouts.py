@@ -13,7 +13,8 @@ from flockwire.wire.keys import Key
 from flockwire.wire.messages import FlightState
 
 from flockwire_recorder.phases import FormationPhase
-from flockwire_recorder.reading import Series, Trace
+from flockwire_recorder.recorded import Trace
+from flockwire_recorder.series import Series
 from flockwire_recorder.tracking import interpolated
 
 SILENCE = 2 * BILLION  # ns before the flight's end by which a drone's telemetry, or its pilot's status, may have ended
@@ -34,15 +35,15 @@ class LandingFigures:
 
 def lost(trace: Trace) -> tuple[str, ...]:
     """Return a sentence for each drone whose messages ended, or whose motors stopped without an order."""
-    ends = [series.logged[-1] for i in trace.swarm.flying for _, series in _reports(trace, i) if len(series)]
+    ends = [series.logged[-1] for i in trace.flying for _, series in _reports(trace, i) if len(series)]
     end = max(ends, default=trace.end)
-    return tuple(sentence for i in trace.swarm.flying for sentence in _losses(trace, i, int(end)))
+    return tuple(sentence for i in trace.flying for sentence in _losses(trace, i, int(end)))
 
 
 def grounded(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[str, ...]:
     """Return a sentence for each drone that was on the ground within a formation phase, whatever its pilot reported."""
     found = []
-    for i in trace.swarm.flying:
+    for i in trace.flying:
         telemetry = trace.of("telemetry", i)
         down = telemetry.values[:, 0] == FlightState.GROUNDED
         stamps = [telemetry.stamps[phase.span.holds(telemetry.stamps) & down] for phase in phases]
@@ -53,10 +54,10 @@ def grounded(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[str, ...
 
 def landing(trace: Trace) -> LandingFigures:
     """Return how the drones came down; after an emergency stop that is no measure."""
-    up = tuple(sentence for i in trace.swarm.flying for sentence in _up(trace, i))
+    up = tuple(sentence for i in trace.flying for sentence in _up(trace, i))
     if len(up) > 1 and not any(mission.verb == "land" for mission in trace.missions):
         up = (f"the recording ends without an order to land, {len(up)} drones in the air",)
-    distances = {i: d for i in trace.swarm.flying if (d := _landing_distance(trace, i)) is not None}
+    distances = {i: d for i in trace.flying if (d := _landing_distance(trace, i)) is not None}
     farthest = max(distances, key=lambda i: distances[i], default=None)
     return LandingFigures(up) if farthest is None else LandingFigures(up, distances[farthest], uav(farthest))
 

@@ -25,7 +25,11 @@ def refusal(faults: tuple[Fault, ...], plan: Plan) -> str:
 
 
 class FaultInjector:
-    """The `faults` of one flight, counted from `begin`."""
+    """The `faults` of one flight, counted from `begin`.
+
+    Nothing parts the processes `untouched` from the others; those `restarted` are started again when they die, as the
+    station of a real flight does.
+    """
 
     def __init__(
         self,
@@ -34,10 +38,11 @@ class FaultInjector:
         processes: Mapping[str, VirtualProcess],
         links: Mapping[tuple[str, str], VirtualLink],
         untouched: frozenset[str],
+        restarted: frozenset[str] = frozenset(),
     ) -> None:
         self.took_off: int | None = None  # Unix ns
         self._faults, self._scheduler, self._processes, self._links = faults, scheduler, processes, links
-        self._untouched = untouched
+        self._untouched, self._restarted = untouched, restarted
 
     def begin(self) -> None:
         """Take the present for time 0."""
@@ -47,9 +52,9 @@ class FaultInjector:
 
     def _inject(self, fault: Fault) -> None:
         match fault:
-            case Kill():
+            case Kill() if fault.process not in self._restarted:
                 self._processes[fault.process].kill()
-            case Restart():
+            case Kill() | Restart():
                 process = self._processes[fault.process]
                 process.kill()
                 self._after(RESTART_TIME, process.start)

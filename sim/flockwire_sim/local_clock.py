@@ -6,15 +6,20 @@ from flockwire.nanoseconds import BILLION
 
 
 class LocalClock:
-    """Shows local = true + offset + drift (true - epoch), in ns; `drift` is in ns per s."""
+    """Shows local = true + offset + correction + drift (true - epoch), in ns; `drift` is in ns per s."""
 
     def __init__(self, epoch: int, offset: int = 0, drift: int = 0) -> None:
         self._epoch, self._offset, self._drift = epoch, offset, drift
+        self._correction = 0
 
     def read(self, true: int) -> int:
         """Return what it shows at the time `true` (Unix ns)."""
         drift = self._drift
-        return true + self._offset + (drift * (true - self._epoch) // BILLION if drift else 0)
+        return true + self._offset + self._correction + (drift * (true - self._epoch) // BILLION if drift else 0)
+
+    def correct(self, correction: int) -> None:
+        """Add `correction` ns to what it would show: how far it is behind the swarm's."""
+        self._correction = correction
 
     def step(self, by: int) -> None:
         """Set it forward by `by` ns (back when negative)."""

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from flockwire.flight.cores import Ground
-from flockwire.flight.director import POLL_PERIOD, Director, Stage
-from flockwire.nanoseconds import BILLION
+from flockwire.flight.director import POLL_PERIOD, STOP_FOR, Director, Stage
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import MISSION, STOP, Key
 from flockwire.wire.messages import Message, Mission, Stop, Telemetry
@@ -18,7 +17,6 @@ class OperatorCore(Ground):
     """Receives how all are and gives the director's orders; calls `ordered` with each, `over` at the end."""
 
     period = POLL_PERIOD
-    stop_for = 2 * BILLION  # ns for which an emergency stop is repeated
 
     def __init__(
         self, plan: Plan, director: Director, ordered: Callable[[Mission], None], over: Callable[[], None]
@@ -60,7 +58,7 @@ class OperatorCore(Ground):
         if self._stop is None:
             return []
         if not self._stop_until:
-            self._stop_until = now + self.stop_for
+            self._stop_until = now + STOP_FOR
             self._director.stop(now)
         return [(STOP, Stop(now, self._frame, self._stop))] if now < self._stop_until else []
 

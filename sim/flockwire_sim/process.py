@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterable
 from hashlib import blake2b
 from typing import NamedTuple
 
-from flockwire.flight.cores import Core
+from flockwire.flight.cores import Core, Datagram, Networked
 from flockwire.flight.stepping import StatusPublisher, Stepper, at_once, tick_period
+from flockwire.flight.timekeeping import Timekeeping
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm
-from flockwire.wire.inbox import ATTACHMENT, Inbox
+from flockwire.wire.inbox import ATTACHMENT, Inbox, publisher_of
 from flockwire.wire.keys import ROWS, Key, KeyRow, key_text
 from flockwire.wire.messages import Message
 
+from flockwire_sim.datagrams import DatagramNetwork
 from flockwire_sim.local_clock import LocalClock
 from flockwire_sim.network import VirtualLink
 from flockwire_sim.sample import Parcel, Sample, Slot
 from flockwire_sim.scheduler import Scheduler
+
+UNREAD = 256  # datagrams that a socket keeps for a process that stands still
 
 
 class Published(NamedTuple):
@@ -33,6 +38,7 @@ class Published(NamedTuple):
 
 
 Tap = Callable[[Published], None]
+MakeTimekeeping = Callable[[Callable[[int], None]], Timekeeping]  # from what corrects the own clock
 MakeCore = Callable[[int, int], Core]  # from the own clock's time (Unix ns) and how often it was started before
 
 
@@ -42,7 +48,7 @@ class Outlet:
     def __init__(self, swarm: Swarm, key: Key) -> None:
         self.row: KeyRow = ROWS[key.kind]
         self.topic = f"/{key_text(swarm, key)}"
-        self.sequence = 0
+        self.sequence, self.publisher = 0, b""
         self.readers: list[tuple[VirtualLink, int]] = []
 
 
@@ -74,18 +80,23 @@ class VirtualProcess:
         swarm: Swarm,
         identity: str,
         make_core: MakeCore,
+        make_timekeeping: MakeTimekeeping,
         subscribed: tuple[Key, ...],
         clock: LocalClock,
         scheduler: Scheduler,
         seed: int,
         tap: Tap | None,
         reports: bool,
+        network: DatagramNetwork,
     ) -> None:
         self.identity, self.subscribed, self.clock = identity, subscribed, clock
         self.outlets: dict[Key, Outlet] = {}
         self.alive = False
         self._swarm, self._make_core, self._scheduler, self._seed, self._tap = swarm, make_core, scheduler, seed, tap
-        self._starts, self._reports = 0, reports
+        self._make_timekeeping = make_timekeeping
+        self._starts, self._reports, self._network = 0, reports, network
+        self._networked: Networked | None = None
+        self._unread: deque[Datagram] = deque(maxlen=UNREAD)
         self._frozen = False
         self._told = self._retired = False
         self._slots: list[Slot] = []
@@ -97,22 +108,26 @@ class VirtualProcess:
         """Start, or after a `kill` restart, with nothing known."""
         if self.alive:
             return
+        self.clock.correct(0)
         self._now = self.clock.read(self._scheduler.now)
         core = self._core = self._make_core(self._now, self._starts)
         self._starts += 1
         self.alive, self._frozen, self._missed = True, False, 0
         self._told = self._retired = False
-        self._publisher = blake2b(f"{self._seed} {self.identity} {self._starts}".encode(), digest_size=16).digest()
-        prompt = at_once(core)
+        session = blake2b(f"{self._seed} {self.identity} {self._starts}".encode(), digest_size=16).digest()
+        self._bind(core)
+        timekeeping = self._make_timekeeping(self.clock.correct)
+        prompt = at_once(core, timekeeping)
         self._slots = [Slot(Inbox(key, ROWS[key.kind]), key in prompt) for key in self.subscribed]
         self._waiting = {}
-        for outlet in self.outlets.values():
-            outlet.sequence = 0
-        status = StatusPublisher(self._swarm, self.identity, self._publish, NoResources(), _log_nothing)
+        for key, outlet in self.outlets.items():
+            outlet.sequence, outlet.publisher = 0, publisher_of(session, key)
+        status = StatusPublisher(self._swarm, self.identity, self._publish, NoResources(), timekeeping, _log_nothing)
         buffered = [slot for slot in self._slots if not slot.prompt]
         self._stepper = Stepper(
-            core, self._swarm, buffered, self._slots, self._publish, status if self._reports else None
-        )
+            core, self._swarm, buffered, self._slots, self._publish, timekeeping, status if self._reports else None,
+            None if self._networked is None else self._flush,
+        )  # fmt: skip
         self._period = self.clock.true_length(round(tick_period(core) * BILLION))
         self._scheduler.at(self._scheduler.now + self._period, self._tick, self._starts)
 
@@ -120,6 +135,7 @@ class VirtualProcess:
         """End at once."""
         self.alive = False
         self._waiting = {}
+        self._unread.clear()
 
     def retire(self, _: object = None) -> None:
         """Let it end (SIGTERM): it does at a tick at which its core may, and not while it stands still."""
@@ -135,6 +151,9 @@ class VirtualProcess:
         waiting, self._waiting = self._waiting, {}
         for slot in waiting.values():
             self._arrived(slot)
+        unread, self._unread = self._unread, deque(maxlen=UNREAD)
+        for datagram in unread:
+            self._take_datagram(datagram)
 
     def deliver(self, load: list[Parcel]) -> None:
         """Take in what has arrived together."""
@@ -148,6 +167,29 @@ class VirtualProcess:
                     self._waiting[place] = slot
                 else:
                     self._arrived(slot)
+
+    def _bind(self, core: Core) -> None:
+        """Have its addresses, where it has any."""
+        self._networked = core if isinstance(core, Networked) else None
+        if self._networked is not None:
+            for address in self._networked.sockets:
+                self._network.bind(address, self._take_datagram)
+
+    def _take_datagram(self, datagram: Datagram) -> None:
+        """Take a datagram in; one that stands still finds it in its socket later."""
+        if not self.alive or self._networked is None:
+            return
+        if self._frozen:
+            self._unread.append(datagram)
+            return
+        now = self._now = self.clock.read(self._scheduler.now)
+        self._networked.datagram(datagram.data, datagram.source, datagram.target, now)
+        self._flush(now)
+
+    def _flush(self, now: int) -> None:
+        assert self._networked is not None  # noqa: S101  (only one that is networked is given this)
+        for datagram in self._networked.outgoing(now):
+            self._network.send(datagram)
 
     def _arrived(self, slot: Slot) -> None:
         now = self._now = self.clock.read(self._scheduler.now)
@@ -178,10 +220,10 @@ class VirtualProcess:
         return self._core.may_end(now)
 
     def _publish(self, messages: Iterable[tuple[Key, Message]]) -> None:
-        now, publisher, loaded, tap = self._now, self._publisher, self._loaded, self._tap
+        now, loaded, tap = self._now, self._loaded, self._tap
         for key, message in messages:
             outlet = self.outlets[key]
-            sequence = outlet.sequence
+            sequence, publisher = outlet.sequence, outlet.publisher
             outlet.sequence = sequence + 1
             sample = Sample(outlet.row, message.encode(), ATTACHMENT.pack(sequence, now, 16, publisher))
             for link, place in outlet.readers:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from flockwire.flight.faults import Fault
 from flockwire.swarm.model import Swarm
 from flockwire.wire.schemas import ROS_TYPES
-from flockwire_recorder.reading import Collector, Trace
-from flockwire_recorder.trace import TraceWriter, describe_virtual
+from flockwire_recorder.collecting import Collector
+from flockwire_recorder.recorded import Trace
+from flockwire_recorder.trace import TraceWriter, describe
 
 from flockwire_sim.process import Published
 from flockwire_sim.world import EPOCH
@@ -16,8 +18,8 @@ from flockwire_sim.world import EPOCH
 class TraceFile:
     """Writes the trace `path`, the same bytes for the same flight. Raises OSError where the disk does not take it."""
 
-    def __init__(self, path: Path, swarm: Swarm, toml: str, seed: int) -> None:
-        self._writer = TraceWriter(path, describe_virtual(swarm, toml, seed, EPOCH))
+    def __init__(self, path: Path, swarm: Swarm, toml: str, seed: int, faults: tuple[Fault, ...] = ()) -> None:
+        self._writer = TraceWriter(path, describe(swarm, toml, seed, EPOCH, faults, virtual=True))
 
     def take(self, published: Published) -> None:
         """Write one message."""
@@ -40,8 +42,8 @@ class TraceFile:
 class TraceInMemory:
     """Collects what is published into a trace without a file."""
 
-    def __init__(self, swarm: Swarm, seed: int) -> None:
-        self._collector = Collector(swarm, describe_virtual(swarm, "", seed, EPOCH))
+    def __init__(self, swarm: Swarm, seed: int, faults: tuple[Fault, ...] = ()) -> None:
+        self._collector = Collector(swarm, describe(swarm, "", seed, EPOCH, faults, virtual=True))
 
     def take(self, published: Published) -> None:
         """Collect one message."""

@@ -3,25 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from random import Random
 
 from flockwire.flight.cores import Core, Start, make_core
 from flockwire.flight.director import Director, Stage
 from flockwire.flight.faults import Fault, of_core
+from flockwire.flight.preflight import Preflight
+from flockwire.flight.timekeeping import timekeeping
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Mission
 from flockwire.wire.plan import Plan
+from flockwire.wire.processes import OPERATOR, TELEOP
 
+from flockwire_sim.datagrams import DatagramNetwork
 from flockwire_sim.fault_injection import FaultInjector
 from flockwire_sim.local_clock import LocalClock
 from flockwire_sim.network import Conditions, VirtualLink
 from flockwire_sim.operator import OperatorCore
 from flockwire_sim.process import MakeCore, Outlet, Tap, VirtualProcess
 from flockwire_sim.scheduler import Scheduler
+from flockwire_sim.steersman import Script, Steersman, nobody
 
 EPOCH = 1_790_000_000 * BILLION  # when every virtual flight begins, Unix ns
+PRESENT = (OPERATOR.kind, TELEOP.kind)  # of the persons: who conducts, and who steers
 STARTED_WITHIN = 0.2  # s in which the processes start, each at a moment of its own
 LINGER = BILLION // 10  # ns after the flight is over until the recording ends
 LONGEST = 3600.0  # s that a flight without an end of its own may take
@@ -38,23 +45,34 @@ class Outcome:
 class World:
     """The processes of `swarm`, flown for `duration` s from take-off to landing; equal seeds give equal flights.
 
-    `tap` is called with every message as it is published (what is received may differ).
+    The drones `without` stay on the ground. `tap` is called with every message as it is published (what is received
+    may differ).
     """
 
     def __init__(
-        self, swarm: Swarm, seed: int, duration: float, faults: tuple[Fault, ...] = (), tap: Tap | None = None
+        self,
+        swarm: Swarm,
+        seed: int,
+        duration: float,
+        faults: tuple[Fault, ...] = (),
+        tap: Tap | None = None,
+        without: tuple[int, ...] = (),
     ) -> None:
+        swarm = swarm.in_simulation()
         self.swarm, self.plan = swarm, Plan(swarm)
         self.scheduler = Scheduler(EPOCH)
-        self.director = Director(self.plan.pilots, swarm.frame, duration, EPOCH)
-        self.conduct(self.director)
+        ready = Preflight.of(swarm)
+        self.conduct(Director(self.plan.pilots, swarm.frame, duration, EPOCH, preflight=ready, without=without))
+        self._script: Script = nobody
         self.links: dict[tuple[str, str], VirtualLink] = {}
         self._seed, self._faults, self._tap = seed, faults, tap
         self._persons = frozenset(self.plan.identities).difference(self.plan.started)
         self._limit = EPOCH + round((duration + LONGEST) * BILLION)
+        self._network = DatagramNetwork(swarm.sim, seed, self.scheduler)
         self.processes = self._processes()
         self._connect()
-        self._faulty = FaultInjector(faults, self.scheduler, self.processes, self.links, self._persons)
+        again = frozenset(identity for identity, row in self.plan.rows.items() if row.restarts)
+        self._faulty = FaultInjector(faults, self.scheduler, self.processes, self.links, self._persons, again)
         for identity, process in self.processes.items():
             recorder = identity in self.plan.recorders
             begin = 0.0 if recorder else self._chance(f"begin {identity}").random() * STARTED_WITHIN
@@ -75,6 +93,10 @@ class World:
         self.director = director
         self._operator = OperatorCore(self.plan, director, self._ordered, self.scheduler.stop)
 
+    def steer(self, script: Script) -> None:
+        """Have the leader steered as `script` says."""
+        self._script = script
+
     def stop(self, reason: str) -> None:
         """Order an emergency stop, as the operator does."""
         self._operator.stop(reason)
@@ -82,21 +104,24 @@ class World:
     def _processes(self) -> dict[str, VirtualProcess]:
         return {
             identity: VirtualProcess(
-                self.swarm, identity, self._maker(identity), self._subscribed(identity), self._clock(identity),
-                self.scheduler, self._seed, self._tap, identity not in self._persons,
+                self.swarm, identity, self._maker(identity), partial(timekeeping, self.plan, identity),
+                self._subscribed(identity), self._clock(identity), self.scheduler, self._seed, self._tap,
+                identity not in self._persons, self._network,
             )
             for identity in self.plan.identities
-            if identity not in self.plan.routers
+            if identity not in self.plan.routers and (identity in self.plan.started or identity in PRESENT)
         }  # fmt: skip
 
     def _subscribed(self, identity: str) -> tuple[Key, ...]:
         if identity in self.plan.recorders:  # the recorder tap receives everything
-            return ()
+            return tuple(timekeeping(self.plan, identity, lambda _: None).keys)
         return self.plan.subscribes[identity]
 
     def _maker(self, identity: str) -> MakeCore:
-        if identity in self._persons:
+        if identity == OPERATOR.kind:
             return lambda _, __: self._operator
+        if identity in self._persons:
+            return lambda _, __: Steersman(self.swarm.frame, self._script)
 
         def make(now: int, starts: int) -> Core:
             chance = Random(f"{self.swarm.gateway.seed} {self._seed} {identity} {starts}")  # noqa: S311  (noise)
@@ -106,7 +131,8 @@ class World:
         return make
 
     def _clock(self, identity: str) -> LocalClock:
-        table, chance = self.swarm.sim, self._chance(f"clock {identity}")
+        owner = identity if len(self.swarm.hosts) == 1 else self.plan.hosts[identity]  # a host's processes share its
+        table, chance = self.swarm.sim, self._chance(f"clock {owner}")
         if identity in self._persons:
             return LocalClock(EPOCH)
         offset, drift = chance.uniform(-1.0, 1.0) * table.clock_offset, chance.uniform(-1.0, 1.0) * table.clock_drift

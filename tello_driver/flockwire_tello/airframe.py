@@ -12,7 +12,7 @@ from collections import deque
 
 from flockwire.control.vector import ZERO, Vector, add, scale
 from flockwire.nanoseconds import BILLION
-from flockwire.swarm.tables import Airframe
+from flockwire.swarm.drones import Airframe
 from flockwire.wire.messages import FlightState
 
 from flockwire_tello.first_order_lag import lagged

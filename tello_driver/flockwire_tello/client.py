@@ -23,8 +23,7 @@ from flockwire_tello.state_string import TelloState, parse_states
 LONGEST_COMMAND = 256  # characters
 LONGEST_QUEUE = 16  # commands
 MOST_OWED = 32  # datagrams
-EMERGENCIES = 3  # times that `emergency` is sent, unasked: it has no reply
-EMERGENCY_SPACING = BILLION // 50
+EMERGENCIES = 3  # times that `emergency` is sent, at once: it has no reply
 
 
 class CommandOutcome(Enum):
@@ -71,6 +70,7 @@ class _InFlight:
 
     @property
     def deadline(self) -> int:
+        """When its reply is overdue, ns of the client's clock."""
         return self.sent_at + round(self.rule.timeout * BILLION)
 
 
@@ -90,7 +90,7 @@ class TelloClient:
         self._flight: _InFlight | None = None
         self._owed: deque[_Owed] = deque(maxlen=MOST_OWED)
         self._sticks: str | None = None
-        self._emergencies: deque[int] = deque()
+        self._emergencies = 0  # that the next `poll` sends
         self._finished: list[Finished] = []
         self._given = 0  # when something was given to send
 
@@ -107,12 +107,19 @@ class TelloClient:
         elif name == "emergency":
             self._sticks = None
             self._supersede(now)
-            self._emergencies = deque(now + k * EMERGENCY_SPACING for k in range(EMERGENCIES))
+            self._emergencies = EMERGENCIES
         elif not rule(command).urgent:
             self._wait(command)
         elif command not in self._queue and (self._flight is None or self._flight.command != command):
             self._supersede(now)
             self._queue.append(command)
+
+    def give_up(self, command: str, now: int) -> None:
+        """End `command`, and expect no reply to it: the state shows that its datagram was lost."""
+        self._queue = deque(waiting for waiting in self._queue if waiting != command)
+        self._owed = deque((owed for owed in self._owed if owed.flight.command != command), MOST_OWED)
+        if self._flight is not None and self._flight.command == command:
+            self._end(CommandOutcome.TIMED_OUT, "", now)
 
     def receive(self, datagram: bytes, now: int) -> None:
         """Take in a datagram from the drone's command port."""
@@ -136,10 +143,8 @@ class TelloClient:
 
     def poll(self, now: int) -> Poll:
         """Return what is to be sent at `now`, and which commands have ended since the last call."""
-        datagrams: list[str] = []
-        while self._emergencies and self._emergencies[0] <= now:
-            self._emergencies.popleft()
-            datagrams.append("emergency")
+        datagrams = ["emergency"] * self._emergencies
+        self._emergencies = 0
         if self._sticks is not None:
             datagrams.append(self._sticks)
             self._sticks = None
@@ -149,9 +154,9 @@ class TelloClient:
 
     def next_deadline(self) -> int | None:
         """Return when to call `poll` next, None where nothing is under way; a time that is past means at once."""
-        if self._sticks is not None or self._finished:
+        if self._sticks is not None or self._finished or self._emergencies:
             return self._given
-        times = [*list(self._emergencies)[:1]]
+        times: list[int] = []
         if self._flight is not None:
             times.append(self._flight.deadline)
         elif self._queue:

@@ -75,8 +75,10 @@ class SimulatedFlight:
         self.airframe.cut(now)
 
     def sticks(self, sticks: Sticks, now: int) -> None:
-        """Set the sticks; they count while nothing is flown by itself."""
+        """Set the sticks; they count, from now on, while nothing is flown by itself."""
         self._sticks, self._sticks_at = sticks, now
+        if self.manoeuvre is None and self.airframe.motors:
+            self._command(self._by_sticks(now), now)
 
     def next_cycle(self) -> int:
         """Return when `cycle` is due, ns."""
@@ -139,10 +141,13 @@ class SimulatedFlight:
             if isinstance(manoeuvre, Landing):
                 self.cut(now)
                 return True
+        self._command(setpoint, now)
+        return done
+
+    def _command(self, setpoint: Setpoint, now: int) -> None:
         if setpoint != self._last:
             self.airframe.command(setpoint.velocity, setpoint.yaw_rate, now)
             self._last = setpoint
-        return done
 
     def _by_sticks(self, now: int) -> Setpoint:
         if Quirk.STICKS_STAY not in self._parameters.quirks and now - self._sticks_at > STICKS_CENTRE:

@@ -110,6 +110,19 @@ class SimulatedTello:
         """Return where it is at `now`, to which `advance` has come: the truth that a tracker would see."""
         return self._drone.flight.motion(now)
 
+    @property
+    def flying(self) -> bool:
+        """Whether it is in the air, or about to be."""
+        return self._drone.flight.flying
+
+    def fail(self, now: int) -> None:
+        """Let the motors stop at `now`."""
+        self._drone.flight.cut(now)
+
+    def respond(self, lag: float, dead_time: float) -> None:
+        """Let the airframe answer from now on with this lag and this dead time, s."""
+        self._drone.flight.airframe.respond(lag, dead_time)
+
     def _enter(self, sender: Address, now: int) -> None:
         """Enter SDK mode for `sender`."""
         if self._client is None:

@@ -59,7 +59,12 @@ def to_world(velocity: Vector, yaw: float) -> Vector:
 
 
 def to_sticks(velocity: Vector, yaw_rate: float, gains: StickGains) -> Sticks:
-    """Return the sticks for a body velocity (FLU, m/s) and a yaw rate (rad/s, ccw).
+    """Return the sticks for a body velocity (FLU, m/s) and a yaw rate (rad/s, ccw); see `stick_values`."""
+    return Sticks(*map(round, stick_values(velocity, yaw_rate, gains)))
+
+
+def stick_values(velocity: Vector, yaw_rate: float, gains: StickGains) -> tuple[float, float, float, float]:
+    """Return the stick values, not rounded, for a body velocity (FLU, m/s) and a yaw rate (rad/s, ccw).
 
     Where a stick would be over 100, the velocity is scaled down as a whole: its direction stays; yaw is clipped alone.
     Raises ValueError where a number is not finite.
@@ -69,8 +74,8 @@ def to_sticks(velocity: Vector, yaw_rate: float, gains: StickGains) -> Sticks:
     if not all(map(isfinite, (*wanted, turn))):
         raise ValueError(f"velocity {velocity}, yaw rate {yaw_rate}: must be finite")
     scale = FULL / max(FULL, *map(abs, wanted))
-    right, forward, up = (round(value * scale) for value in wanted)
-    return Sticks(right, forward, up, round(max(-FULL, min(FULL, turn))))
+    right, forward, up = (value * scale for value in wanted)
+    return (right, forward, up, max(-FULL, min(FULL, turn)))
 
 
 def to_velocity(sticks: Sticks, gains: StickGains) -> tuple[Vector, float]:

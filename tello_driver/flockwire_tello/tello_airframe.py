@@ -9,6 +9,7 @@ grid of their own and end where a command takes effect: the flight does not depe
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import replace
 from math import atan2, cos, pi, sin
 from typing import NamedTuple
 
@@ -68,6 +69,10 @@ class TelloAirframe:
         if self._coming and self._coming[-1][0] == due:
             self._coming.pop()
         self._coming.append((due, velocity, yaw_rate))
+
+    def respond(self, lag: float, dead_time: float) -> None:
+        """Answer from now on with this lag and this dead time, s."""
+        self._parameters = replace(self._parameters, lag=lag, dead_time=dead_time)
 
     def start(self, now: int) -> None:
         """Turn the motors on at `now`."""

@@ -93,9 +93,13 @@ class Cockpit:
         self.now += TICK
         self.tell()
         messages = dict(self.core.step(self.now))
-        command, estimate = messages[Key("command", uav(self.number))], messages.get(Key("estimate", uav(self.number)))
-        assert isinstance(command, Command)
+        command, estimate = (
+            messages.get(Key("command", uav(self.number))),
+            messages.get(Key("estimate", uav(self.number))),
+        )
         self.command, self.estimate = command, estimate
+        if command is None:
+            return
         if command.velocity[2] > 0.0 and self.state is FlightState.GROUNDED:
             self.state = FlightState.FLYING
         if self.state is FlightState.FLYING and not self.holds_still:
@@ -245,7 +249,7 @@ def _look(watched: Watched, swarm: Swarm, poses: dict[str, Pose], before: dict[s
             gap = hypot(x - obstacle.center[0], y - obstacle.center[1]) - obstacle.radius
             watched.obstacle = min(watched.obstacle, gap)
         fence = swarm.limits.fence
-        for p, low, high in zip(places[one], fence.min, fence.max, strict=True):
+        for p, low, high in zip(places[one], fence.low, fence.high, strict=True):
             watched.outside = max(watched.outside, low - p, p - high)
         if one in before:
             dt = (poses[one].stamp - before[one].stamp) / BILLION

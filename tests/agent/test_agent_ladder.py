@@ -5,8 +5,8 @@ from math import hypot
 import pytest
 from flockwire.flight.phases import SHUTDOWN, Phase
 from flockwire.flight.pilot import DRIVER_LOST
-from flockwire.wire.keys import MISSION
-from flockwire.wire.messages import FlightState, Leading
+from flockwire.wire.keys import MISSION, Key
+from flockwire.wire.messages import FlightState, IdentityDoubt, Leading
 
 TWO = {"graph.edges": [[0, 1], [0, 2], [1, 2], [2, 3], [3, 4]]}
 STILL = (0.0, 0.0, 0.0)
@@ -39,6 +39,25 @@ def test_without_its_pose_it_stops_at_once_and_lands_after_a_second(flyer):
     flyer.run(0.02)
     assert (flyer.phase, flyer.velocity) == (Phase.LANDING, (0.0, 0.0, -0.7))
     assert flyer.report.detail.startswith("own pose lost")
+
+
+def test_when_the_tracker_mistakes_its_body_it_holds_at_once_then_lands(flyer):
+    doubt, began = Key("doubt", "uav2"), flyer.now
+    for _ in range(490):
+        flyer.core.receive(doubt, IdentityDoubt(flyer.now, "world", began), flyer.now)
+        flyer.step()
+        assert flyer.phase is Phase.HOLD
+    assert "mistakes its body" in flyer.report.detail
+    flyer.run(0.2)
+    assert flyer.phase is Phase.LANDING
+
+
+def test_when_its_name_is_right_again_it_goes_on(flyer):
+    flyer.core.receive(Key("doubt", "uav2"), IdentityDoubt(flyer.now, "world", flyer.now), flyer.now)
+    flyer.run(0.25)
+    assert flyer.phase is Phase.HOLD
+    flyer.run(0.1)
+    assert flyer.phase is Phase.FORMATION
 
 
 def test_when_its_pose_comes_back_in_time_it_goes_on(flyer):
@@ -221,11 +240,12 @@ def test_beyond_the_fences_margin_it_lands(flyer):
     assert (flyer.phase, flyer.report.detail) == (Phase.LANDING, "0.6 m outside the fence")
 
 
-def test_a_stop_ends_everything(flyer):
+def test_a_stop_ends_everything_and_its_driver_gets_no_command_to_hover_by(flyer):
     flyer.stop()
     flyer.order("start", flyer.now)
     flyer.run(0.1)
-    assert (flyer.phase, flyer.velocity) == (Phase.STOPPED, STILL)
+    assert (flyer.phase, flyer.command) == (Phase.STOPPED, None)
+    assert flyer.estimate is not None  # others still fly by it
 
 
 def test_landed_by_a_failure_it_stays_until_a_new_order(flyer):

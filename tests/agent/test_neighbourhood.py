@@ -159,8 +159,19 @@ def test_the_leaders_own_status_counts_more_than_what_others_say_of_it():
 
 
 def test_a_virtual_leader_leads_in_whatever_phase_until_it_is_silent():
-    found = Neighbourhood({0: 1.0}, LIMITS, virtual=True)
+    found = Neighbourhood({0: 1.0}, LIMITS, "virtual")
     found.take_status(status(T, Phase.READY))
+    found.fresh(T)
+    assert found.leading is Leading.LEADS
+    found.fresh(T + 2 * BILLION)
+    assert found.leading is Leading.IS_DOWN
+
+
+def test_a_tracked_leader_leads_while_its_pose_comes_whatever_its_process_reports():
+    found = Neighbourhood({0: 1.0}, LIMITS, "tracked")
+    found.fresh(T)
+    assert found.leading is Leading.UNKNOWN
+    found.take_pose(0)(Pose(T, "world", (0.0, 0.0, 1.2)))
     found.fresh(T)
     assert found.leading is Leading.LEADS
     found.fresh(T + 2 * BILLION)

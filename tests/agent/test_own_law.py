@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from flockwire.control.relay import LeaderMotion
 from flockwire.law import Decision, Observation
-from flockwire.loading import SwarmFileError
+from flockwire.loading import SwarmFileError, make_law
 from flockwire.swarm.model import Swarm
 
 STARTS = [[0.0, 0.0], [1.6, 0.3], [-1.4, 0.2]]
@@ -29,6 +29,14 @@ class Failing:
         return Decision((0.0, 0.0, 0.0), LeaderMotion((0.0, 0.0, 1.0)))
 
 
+class Unready(Failing):
+    """Cannot be made for the second follower."""
+
+    def __init__(self, swarm: Swarm, number: int) -> None:
+        if number == 2:
+            raise KeyError("no map of the hall")
+
+
 class NotFinite(Failing):
     """Wants what cannot be flown."""
 
@@ -39,7 +47,7 @@ class NotFinite(Failing):
 def test_the_example_of_the_page_flies(
     documented_law: str, example: Callable[[str, str], str], fly_flock: Callable[..., Any]
 ) -> None:
-    assert len([line for line in example("own_law", "python").splitlines() if line.strip()]) <= 30
+    assert len([line for line in example("own_law", "python").splitlines() if line.strip()]) <= 34
     flown = fly_flock(STARTS, PLACES, {"control.law": documented_law}, 10.0)
     assert flown.failure == ""
     assert flown.error < 0.03
@@ -56,7 +64,7 @@ def fly_law(fly_flock: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> C
 
 def test_a_law_that_fails_makes_its_drone_hold_and_report_why(fly_law: Callable[[str], Any]) -> None:
     flown = fly_law("Failing")
-    assert any("the law failed: ArithmeticError: no way" in detail for detail in flown.details)
+    assert any("the law failed: ArithmeticError: no way (test_own_law.py:" in detail for detail in flown.details)
     assert flown.closest > 1.0
     assert flown.lowest > 0.9
 
@@ -81,3 +89,46 @@ def test_a_law_that_fails_on_the_ground_keeps_its_drone_there_and_reports_why(fl
 def test_a_law_that_cannot_be_had_is_refused_by_name(law: str, line: str, make_swarm: Callable[..., Swarm]) -> None:
     with pytest.raises(SwarmFileError, match=re.escape(f"control.law = '{law}': {line}")):
         make_swarm({"control.law": law})
+
+
+@pytest.mark.parametrize(
+    ("parameters", "line"),
+    [
+        ({"gian": 2.0}, "control.parameters.gian = 2.0: unknown key; did you mean gain?"),
+        ({"gain": -1}, "control.parameters.gain = -1: must be a number above 0"),
+        ({"gain": "high"}, "control.parameters.gain = 'high': must be a number above 0"),
+    ],
+)
+def test_parameters_are_held_against_the_model_that_the_law_names(
+    documented_law: str, make_swarm: Callable[..., Swarm], parameters: dict[str, object], line: str
+) -> None:
+    with pytest.raises(SwarmFileError, match=re.escape(line)):
+        make_swarm({"control.law": documented_law, "control.parameters": parameters})
+
+
+def test_a_law_without_a_model_takes_no_parameters(make_swarm: Callable[..., Swarm]) -> None:
+    with pytest.raises(SwarmFileError, match=r"control\.parameters\.gain = 2.0: unknown key"):
+        make_swarm({"control.parameters": {"gain": 2.0}})
+
+
+def test_parameters_reach_the_law(documented_law: str, make_swarm: Callable[..., Swarm]) -> None:
+    given = {"control.law": documented_law, "control.parameters.gain": 2}
+    assert vars(make_law(make_swarm(given), 1))["gain"] == 2.0
+    assert vars(make_law(make_swarm({"control.law": documented_law}), 1))["gain"] == 3.0
+
+
+def test_a_law_whose_constructor_fails_is_refused_with_its_line(
+    make_swarm: Callable[..., Swarm], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "my_failing_law", sys.modules[__name__])
+    with pytest.raises(
+        SwarmFileError, match=r"cannot be made for uav2: KeyError: 'no map of the hall' \(.*test_own_law"
+    ):
+        make_swarm({"control.law": "my_failing_law:Unready"})
+
+
+def test_the_traceback_is_in_the_log(fly_law: Callable[[str], Any], caplog: pytest.LogCaptureFixture) -> None:
+    fly_law("Failing")
+    record = next(record for record in caplog.records if record.name == "uav1")
+    assert "Traceback" in record.getMessage()
+    assert 'raise ArithmeticError("no way")' in record.getMessage()

@@ -8,7 +8,7 @@ from math import inf
 from typing import Any
 
 import pytest
-from flockwire.control import barrier
+from flockwire.control import barrier, fence
 from flockwire.control.barrier import sight_speed
 from flockwire.control.safety_filter import nearest_velocity
 from flockwire.control.vector import ZERO
@@ -119,6 +119,6 @@ def test_without_the_clause_it_goes_wrong(
     flown = fly_flock(clause.starts, clause.offsets, clause.changes, clause.duration)
     assert clause.holds(flown), flown
     for attribute, replacement in clause.out.items():
-        monkeypatch.setattr(guard, attribute, replacement)
+        monkeypatch.setattr(fence if attribute == "keep_inside" else guard, attribute, replacement)
     flown = fly_flock(clause.starts, clause.offsets, {**clause.changes, **clause.without}, clause.duration)
     assert not clause.holds(flown), flown

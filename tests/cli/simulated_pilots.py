@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 from flockwire import clock
 from flockwire.flight.phases import Phase
+from flockwire.runtime.subscriptions import Wakeup
 from flockwire.swarm.model import uav
 from flockwire.wire.inbox import Inbox
 from flockwire.wire.keys import ROWS, Key
-from flockwire.wire.messages import FlightState, Mission, Stop, Telemetry
+from flockwire.wire.messages import FlightState, Message, Mission, Stop, Telemetry
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report, Status
 
@@ -40,16 +41,17 @@ class SimulatedPilot:
         if isinstance(order, Stop):
             self.phase = Phase.STOPPED
         elif self.mission is None or order.stamp > self.mission.stamp:
-            self.mission = order
+            without = self.mission.without if self.mission is not None and order.verb == "land" else order.without
+            self.mission = order._replace(without=without)
 
     def fly(self, now: int) -> None:
         """Be where the order leads, without taking time."""
         order = self.mission
         if order is None or self.stays or self.phase is Phase.STOPPED:
             return
-        if order.verb == "land":
+        if order.verb in ("land", "prepare"):
             self.phase = Phase.READY
-        elif order.verb == "start" and now >= order.start:
+        elif order.in_formation and now >= order.start:
             self.phase = Phase.FORMATION
         else:
             self.phase = Phase.HOLD
@@ -91,8 +93,12 @@ class SimulatedSwarm:
     def newest(self, key: Key) -> Source:
         return Source(self, key)
 
-    def publish(self, messages: list[tuple[Key, Mission | Stop]]) -> None:
-        for _, order in messages:
+    def prompt(self, key: Key, wakeup: Wakeup) -> None:
+        """Nobody answers who asks for the time."""
+
+    def publish(self, messages: list[tuple[Key, Message]]) -> None:
+        orders = [order for _, order in messages if isinstance(order, Mission | Stop)]
+        for order in orders:
             self.published.append(order)
             for pilot in self.pilots.values():
                 pilot.take(order)

@@ -10,6 +10,8 @@ from flockwire_cli.relay.links import Relays, directions
 CUT = {"at": 1.0, "kind": "cut", "from": "uav1", "to": "uav2", "duration": 1.0}
 SLOW = {"at": 2.0, "kind": "link", "from": "gateway", "to": "uav1", "duration": 1.0, "delay": 0.1, "jitter": 0.02}
 PART = {"at": 3.0, "kind": "partition", "processes": ["uav3", "uav4"], "duration": 1.0}
+KILL = {"at": 1.0, "kind": "kill", "process": "uav2"}
+BLIND = {"at": 1.0, "kind": "tracker", "drone": 2, "duration": 0.5}
 TWO_HOSTS = {"hosts": {"ground": {}, "air": {"address": "10.0.0.2"}}, "drones.2.host": "air"}
 
 
@@ -29,7 +31,12 @@ def test_a_flight_takes_what_tcp_can_do(make_plan):
         (None, SLOW | {"reordering": 0.01}, "faults.0.reordering = 0.01: must be 0 in a real flight, whose links are"),
         ({"network.mode": "router"}, CUT, "faults.0.kind = 'cut': all links go to the router; a real flight needs "),
         ({"network.mode": "router"}, PART, "faults.0.kind = 'partition': all links go to the router; a real "),
-        (TWO_HOSTS, CUT, "faults.0.kind = 'cut': uav2, who dials uav1, must run on the recorder's host, 'ground', "),
+        (
+            {"network.link": "quic"},
+            CUT,
+            "faults.0.kind = 'cut': links are QUIC; a real flight needs network.link = 'tls'",
+        ),
+        (TWO_HOSTS, CUT, "faults.0.kind = 'cut': uav2, who dials uav1, must run on this host, 'ground', in a real"),
         (None, {"at": 1, "kind": "clock", "process": "uav1", "step": 1.0}, "faults.0.kind = 'clock': only `flockwire"),
     ],
 )
@@ -41,9 +48,29 @@ def test_what_a_real_flight_cannot_have_is_refused_in_one_line(make_plan, change
     assert "\n" not in said
 
 
-def test_a_host_that_does_not_conduct_leaves_links_to_the_one_that_does(make_plan):
+@pytest.mark.parametrize(
+    ("host", "fault", "line"),
+    [
+        (
+            "air",
+            CUT,
+            "faults.0.kind = 'cut': only 'ground', the recorder's host, knows when; give --faults there, this",
+        ),
+        ("ground", KILL, "faults.0.process = 'uav2': uav2 runs on host 'air', this is 'ground'; only its own host can"),
+        ("air", KILL, "faults.0.process = 'uav2': only 'ground', the recorder's host, knows when; give --faults there"),
+        ("ground", KILL | {"process": "uav1"}, ""),
+        (
+            "air",
+            BLIND,
+            "faults.0.kind = 'tracker': gateway runs on host 'ground', this is 'air'; only its own host can",
+        ),
+        ("ground", BLIND, ""),
+    ],
+)
+def test_of_several_hosts_each_injects_what_it_can_and_refuses_the_rest(make_plan, host, fault, line):
     plan = make_plan(TWO_HOSTS)
-    assert refusal(read(plan, CUT), plan, "air") == ""
+    said = refusal(read(plan, fault), plan, host)
+    assert said.startswith(line) if line else said == ""
 
 
 def test_a_partition_parts_both_ways_and_nobody_from_recorder_and_operator(make_plan):
@@ -73,7 +100,7 @@ def test_only_links_that_a_fault_names_have_a_relay(make_plan):
 def test_links_break_and_mend_when_the_faults_say(make_plan):
     plan = make_plan()
     relays = Relays(faults := read(plan, CUT | {"at": 0.5}, SLOW, PART), plan)
-    injector = FaultInjector(faults, (), None, relays)
+    injector = FaultInjector(faults, plan, (), None, relays)
     seen = []
     for tenths in (4, 5, 14, 15, 20, 30, 40):
         injector.step(tenths * 10**8)

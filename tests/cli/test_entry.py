@@ -1,12 +1,12 @@
-"""An order in flight does not wait for what only other commands need; every command is there all the same."""
+"""Orders in flight and processes started again do not wait for other commands; every command is there all the same."""
 
 import subprocess
 import sys
 
 import pytest
-from flockwire_cli.entry import URGENT
+from flockwire_cli.entry import ORDERS
 
-HEAVY = {"flockwire_cli.main", "flockwire_cli.up", "flockwire_recorder", "matplotlib", "cryptography"}
+HEAVY = {"flockwire_cli.main", "flockwire_cli.up", "flockwire_recorder", "jinja2", "matplotlib", "cryptography"}
 LOADED = """
 import contextlib, os, sys
 sys.argv = ["flockwire", {verb!r}, {argument!r}]
@@ -23,8 +23,8 @@ def loaded(verb, argument="--help"):
     return set(subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True).stdout.split())
 
 
-@pytest.mark.parametrize("verb", URGENT)
-def test_an_urgent_order_loads_little(verb):
+@pytest.mark.parametrize("verb", [*ORDERS, "agent", "driver", "kinematics"])
+def test_an_urgent_order_and_a_process_load_little(verb):
     assert not loaded(verb) & HEAVY
 
 
@@ -32,5 +32,5 @@ def test_any_other_command_is_found():
     done = subprocess.run(
         [sys.executable, "-m", "flockwire_cli", "--help"], capture_output=True, text=True, check=True
     )  # fmt: skip
-    for verb in (*URGENT, "up", "start", "formation", "check", "sim", "keys"):
+    for verb in (*ORDERS, "up", "start", "formation", "check", "sim", "keys"):
         assert verb in done.stdout

@@ -1,15 +1,18 @@
 """Orders go out at once to whoever is there; the answer names who confirmed and who did not."""
 
 import asyncio
+import re
 
 import pytest
-from flockwire.flight import director
+from flockwire import clock
+from flockwire.flight import formation_planning
 from flockwire.flight.phases import Phase
 from flockwire.nanoseconds import BILLION
 from flockwire.runtime.session import RouterAbsentError
-from flockwire.wire.messages import Stop
+from flockwire.wire.messages import Change, Mission, Stop
 from flockwire_cli import giving
 from flockwire_cli.giving import Answer
+from flockwire_cli.order import Order
 from flockwire_cli.orders import app
 from simulated_pilots import SimulatedSwarm, started
 from typer.testing import CliRunner
@@ -35,7 +38,7 @@ def swarm(make_plan, monkeypatch):
 
 
 def give(swarm, verb, formation=""):
-    return asyncio.run(giving.give(swarm.plan, None, verb, formation))
+    return asyncio.run(giving.give(swarm.plan, None, Order(verb, formation)))
 
 
 @pytest.mark.parametrize("verb", ["hold", "land"])
@@ -95,9 +98,10 @@ def test_a_start_of_what_flies_already_orders_nothing(swarm):
 def test_a_start_of_another_formation_changes_it_and_its_time_goes_on(swarm):
     running = started()
     swarm.all(Phase.FORMATION, running)
-    assert give(swarm, "start", "wide") == Answer(PILOTS)
+    answer = give(swarm, "start", "wide")
+    assert (answer.confirmed, answer.missing, answer.refusal) == (PILOTS, (), "")
     (order,) = set(swarm.published)
-    assert (order.start, order.formation) == (running.start, "wide")
+    assert (order.verb, order.start, order.formation) == ("formation", running.start, "wide")
 
 
 def test_a_start_brings_back_who_is_on_the_ground_and_restarts_nobody(swarm):
@@ -110,11 +114,36 @@ def test_a_start_brings_back_who_is_on_the_ground_and_restarts_nobody(swarm):
     }
 
 
-def test_a_start_that_cannot_be_says_who_is_not_ready(swarm, monkeypatch):
-    monkeypatch.setattr(director, "PATIENCE", BILLION // 5)
+def test_one_start_brings_in_who_was_restarted_on_the_ground_while_the_others_took_off(swarm):
+    swarm.all(Phase.HOLD, started()._replace(verb="takeoff"))
+    swarm["uav4"].phase, swarm["uav4"].mission = Phase.READY, None
+    assert give(swarm, "start") == Answer(PILOTS)
+    assert swarm.orders == ["takeoff", "start"]
+
+
+def test_a_start_is_refused_with_the_list_of_who_is_not_ready_and_why(swarm, monkeypatch):
+    monkeypatch.setattr(giving, "READY_TIME", 0.2)
     swarm["uav2"].phase, swarm["uav2"].detail = Phase.GROUNDED, "waits for its own pose"
-    answer = give(swarm, "start")
-    assert "uav2: waits for its own pose" in answer.refusal
+    swarm["uav3"].silent = True
+    assert give(swarm, "start").refusal == (
+        "not ready: uav2: waits for its own pose; uav3: no status (`--without ID` flies without a drone)"
+    )
+    assert swarm.published == []
+
+
+def test_a_start_without_a_drone_flies_the_others_and_waits_only_for_them(swarm):
+    swarm["uav3"].silent = True
+    answer = asyncio.run(giving.give(swarm.plan, None, Order("start", without=(3,))))
+    assert answer == Answer(("leader", "uav1", "uav2", "uav4"))
+    assert swarm.orders == ["prepare", "takeoff", "start"]
+    assert {order.without for order in swarm.published} == {(3,)}
+    assert give(swarm, "land") == Answer(("leader", "uav1", "uav2", "uav4"))  # nor does a landing
+
+
+def test_a_drone_in_the_air_is_not_left_out(swarm):
+    swarm.all(Phase.HOLD)
+    answer = asyncio.run(giving.give(swarm.plan, None, Order("start", without=(3,))))
+    assert answer.refusal == "uav3 cannot be left out in the air; land first"
     assert swarm.published == []
 
 
@@ -128,10 +157,53 @@ def test_a_start_names_who_does_not_come_into_the_formation(swarm, monkeypatch):
 def test_a_change_of_formation_keeps_its_time(swarm):
     running = started()
     swarm.all(Phase.FORMATION, running)
+    answer = give(swarm, "formation", "wide")
+    (order,) = set(swarm.published)
+    change = order.change
+    assert answer == Answer(PILOTS, note=f"the change takes {change.duration:.1f} s")
+    assert (order.verb, order.start, order.formation) == ("formation", running.start, "wide")
+    assert change.before == ""
+    assert formation_planning.LEAD_TIME // 2 <= change.begin - order.stamp <= formation_planning.LEAD_TIME
+    assert order.stamp > running.stamp
+
+
+def test_a_change_after_a_hold_begins_from_the_formation_that_was_interrupted(swarm):
+    running = started("wide")
+    swarm.all(Phase.HOLD, running._replace(stamp=running.stamp + 1, verb="hold"))
+    swarm["uav2"].mission = Mission(running.stamp + 1, "world", "hold")  # restarted since, and knows of none
+    for pilot in swarm.pilots.values():
+        pilot.stays = True
+    assert give(swarm, "formation", "").confirmed == PILOTS
+    (order,) = set(swarm.published)
+    assert (order.verb, order.start, order.formation, order.change.before) == ("formation", running.start, "", "wide")
+
+
+def test_a_formation_of_drones_that_hold_since_they_took_off_begins_at_once(swarm):
+    now = clock.now()
+    swarm.all(Phase.HOLD, Mission(now - BILLION, "world", "takeoff"))
     assert give(swarm, "formation", "wide") == Answer(PILOTS)
     (order,) = set(swarm.published)
-    assert (order.verb, order.start, order.formation) == ("start", running.start, "wide")
-    assert order.stamp > running.stamp
+    assert (order.verb, order.formation, order.change) == ("formation", "wide", None)
+    assert order.start > order.stamp
+
+
+def test_a_change_that_cannot_be_flown_is_refused_with_drone_time_and_limit(swarm):
+    swarm.all(Phase.FORMATION, started())
+    answer = asyncio.run(giving.give(swarm.plan, None, Order("formation", "wide", 0.5)))
+    assert re.fullmatch(
+        r"uav\d would be commanded \d+\.\d\d m/s 0\.\d s into the change, limits.speed = 3 m/s .*", answer.refusal
+    )
+    assert swarm.published == []
+
+
+def test_a_change_that_is_under_way_is_not_changed(swarm):
+    running = started()
+    change = Change(clock.now() - BILLION, 5.0, "wide", (0, 1, 2, 3), (0, 1, 2, 3))
+    swarm.all(Phase.FORMATION, running._replace(change=change))
+    assert re.fullmatch(
+        r"the change to formation '' takes another [34]\.\d s", give(swarm, "formation", "wide").refusal
+    )
+    assert swarm.published == []
 
 
 @pytest.mark.parametrize("phase", [Phase.READY, Phase.HOLD, Phase.LANDING])
@@ -147,7 +219,8 @@ def test_a_formation_that_nobody_flies_is_not_changed(swarm, phase):
 def test_a_formation_is_changed_though_one_is_silent(swarm):
     swarm.all(Phase.FORMATION, started())
     swarm["uav3"].silent = True
-    assert give(swarm, "formation", "wide") == Answer(("leader", "uav1", "uav2", "uav4"), ("uav3",))
+    answer = give(swarm, "formation", "wide")
+    assert (answer.confirmed, answer.missing) == (("leader", "uav1", "uav2", "uav4"), ("uav3",))
 
 
 def test_a_router_that_is_not_there_is_told_at_once(make_plan, monkeypatch):
@@ -155,7 +228,7 @@ def test_a_router_that_is_not_there_is_told_at_once(make_plan, monkeypatch):
         raise RouterAbsentError
 
     monkeypatch.setattr(giving, "Session", absent)
-    answer = asyncio.run(giving.give(make_plan({"network.mode": "router"}), None, "stop"))
+    answer = asyncio.run(giving.give(make_plan({"network.mode": "router"}), None, Order("stop")))
     assert answer.refusal == "the router at 127.0.0.1:7454 does not answer"
 
 

@@ -1,5 +1,6 @@
 """The exit status, as a user's script sees it."""
 
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -31,9 +32,9 @@ def test_a_sound_swarm_is_described_and_all_is_well_in_an_interpreter_of_its_own
 @pytest.mark.parametrize(
     ("old", "new", "line"),
     [
-        ("rate_hz = 100", "rate_hz = '100'", "control.rate_hz = '100': input should be a valid integer"),
+        ("rate_hz = 100", "rate_hz = '100'", "control.rate_hz = '100': must be a whole number from 10 to 500"),
         ("[2, 3]", "[4, 3]", "graph.edges: no spanning tree from the leader: it does not reach uav3, uav4"),
-        ("speed = 3.0", "sped = 3.0", "limits.sped = 3.0: unknown key"),
+        ("speed = 3.0", "sped = 3.0", "limits.sped = 3.0: unknown key; did you mean limits.speed?"),
     ],
 )
 def test_a_bad_swarm_file_is_refused_in_one_line(flockwire, broken, old, new, line):
@@ -81,3 +82,22 @@ def test_a_flight_of_endless_duration_is_refused_before_anything_starts(flockwir
     done = flockwire("up", path, "--duration", "inf", "--headless", "--out", tmp_path / "out")
     assert "--duration" in refused_usage(done)
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("command", [(), ("check",), ("land",), ("agent",)])
+def test_h_helps_everywhere(flockwire, command):
+    done = flockwire(*command, "-h")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "Usage: flockwire" in done.stdout
+
+
+def test_the_version_is_that_of_the_distribution(flockwire):
+    assert flockwire("--version").stdout == f"flockwire {version('flockwire')}\n"
+
+
+def test_keys_lie_beside_the_swarm_file_whatever_the_working_directory(flockwire, broken, tmp_path, monkeypatch):
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    assert flockwire("keys", broken("speed = 3.0", "speed = 3.5")).returncode == 0
+    assert (tmp_path / ".flockwire" / "paper" / "keys" / "ca.crt").exists()
+    assert not list((tmp_path / "elsewhere").iterdir())

@@ -35,7 +35,7 @@ class Wire:
 
     def put(self, owner, message, kind="status"):
         waiting = self.waiting[Key(kind, owner)]
-        waiting.append((message.encode(), attachment(len(waiting), clock.now(), b"p" * 16)))
+        waiting.append((message.encode(), attachment(len(waiting), clock.now(), b"p" * 16, Key(kind, owner))))
 
 
 class Source:
@@ -99,12 +99,12 @@ def test_nobody_reports_how_another_is(make_plan, wire, name):
         "\x1b[2J",
     ],
 )  # fmt: skip
-def test_whatever_a_process_says_of_itself_the_table_is_drawn(text):
+def test_whatever_a_process_says_of_itself_the_table_is_drawn(text, make_plan):
     now = 1_790_000_000 * BILLION
     for report in (Report(text), Report("hold", f"waits {text}")):
         paper = StringIO()
         Console(file=paper, width=200).print(
-            draw_table("t", ("uav1",), {"uav1": status("uav1", report, now)}, Rates(), now)
+            draw_table("t", make_plan(), ("uav1",), {"uav1": status("uav1", report, now)}, Rates(), now)
         )
         assert "uav1" in paper.getvalue()
         assert "\x1b" not in paper.getvalue()

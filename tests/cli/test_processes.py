@@ -20,6 +20,14 @@ def test_an_endpoint_in_use_is_told_with_its_process_and_key(make_plan, taken):
     assert line.startswith(f"network.base_port = {taken}: gateway listens at 127.0.0.1:{taken}, which is in use")
 
 
+def test_over_quic_it_is_the_udp_port_that_must_be_free(make_plan, taken):
+    changes = {"network.base_port": taken, "network.link": "quic"}
+    assert busy_endpoint(make_plan(changes), ["gateway"]) == ""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", taken))
+        assert f"127.0.0.1:{taken}, which is in use" in busy_endpoint(make_plan(changes), ["gateway"])
+
+
 def test_the_address_of_another_machine_is_told(make_plan):
     plan = make_plan({"hosts.far.address": "192.0.2.1"})
     assert "cannot assign requested address" in busy_endpoint(plan, ["gateway"])
@@ -60,4 +68,4 @@ def test_faults_go_to_those_whose_cores_inject_them_with_the_time_of_take_off_wh
     for took_off, more in ((None, []), (17, ["--took-off", "17"])):
         lines = {i: command(plan, i, Path("s"), Path("o"), Path("k"), Path("f"), took_off) for i in plan.started}
         longer = {identity: line[len(plain[identity]) :] for identity, line in lines.items() if line != plain[identity]}
-        assert longer == {identity: ["--faults", "f", *more] for identity in ("gateway", "kinematics")}
+        assert longer == {identity: ["--faults", "f", *more] for identity in ("gateway", "kinematics", "recorder")}

@@ -77,3 +77,14 @@ def test_bad_faults_are_refused_in_one_line_and_nothing_is_written(tmp_path: Pat
     assert said in result.stderr
     assert len(result.stderr.splitlines()) == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_in_virtual_time_simulated_cameras_stand_for_any_tracker(tmp_path: Path) -> None:
+    tracked, faults = tmp_path / "tracked.toml", tmp_path / "faults.toml"
+    tracked.write_text(SWARM.read_text() + '\n[gateway]\nsource = "natnet"\n[gateway.twin]\n')
+    faults.write_text('[[faults]]\nat = 1.0\nkind = "kill"\nprocess = "tracker-sim"\n')
+    line = ["sim", str(tracked), "--no-trace", "--duration", "8"]
+    assert "formation error" in CliRunner().invoke(app, line).output
+    refused = CliRunner().invoke(app, [*line, "--faults", str(faults)])
+    assert refused.exit_code == 2
+    assert "'tracker-sim': there is no such process" in refused.output

@@ -24,12 +24,19 @@ class Processes:
 
     def __init__(self):
         self.dead, self.took_off, self.started = [], None, []
+        self.refusing = False
+
+    def refused(self, identity):
+        return self.refusing
 
     def ended(self):
         return tuple(self.dead)
 
     def died(self):
-        return f"{self.dead[0]} ended by itself (signal SIGKILL)" if self.dead else ""
+        return self.how(self.dead[0]) if self.dead else ""
+
+    def how(self, identity):
+        return f"{identity} ended by itself (signal SIGKILL)"
 
     def kill(self, identity):
         self.dead.remove(identity)  # its exit is expected
@@ -128,11 +135,12 @@ def test_a_dead_process_lands_the_others_and_is_the_failure(scene):
     assert flight.swarm.orders[-1] == "land"
 
 
-def test_a_dead_recorder_is_started_again_and_ends_no_flight(scene):
+def test_a_dead_recorder_is_started_again_which_is_said_and_ends_no_flight(scene, capsys):
     flight = scene(duration=0.5)
     flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
     assert flight.conduct() == ""
     assert flight.children.started == ["recorder"]
+    assert "recorder ended by itself (signal SIGKILL); started again\n" in capsys.readouterr().out
 
 
 def test_a_recorder_that_dies_again_and_again_lands_the_drones_at_last(scene):
@@ -146,6 +154,14 @@ def test_a_recorder_that_dies_again_and_again_lands_the_drones_at_last(scene):
     flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
     assert flight.conduct() == "recorder ended by itself (signal SIGKILL)"
     assert flight.children.started == ["recorder"] * MOST_RESTARTS
+
+
+def test_what_refuses_to_run_is_not_started_again(scene):
+    flight = scene(duration=0.0)
+    flight.children.refusing = True
+    flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
+    assert flight.conduct() == "recorder ended by itself (signal SIGKILL)"
+    assert flight.children.started == []
 
 
 def test_it_is_over_only_when_telemetry_says_so(scene, monkeypatch):
@@ -229,7 +245,7 @@ def starting(make_plan, monkeypatch):
 
         monkeypatch.setattr(up, "connect", connect)
         options = UpOptions(plan, None, plan.hosts["recorder"], 1.0, None, None, True)
-        asyncio.run(up._start(options, children, plan.processes_on(plan.hosts["recorder"]), interrupted))
+        asyncio.run(up.start_processes(options, children, plan.processes_on(plan.hosts["recorder"]), interrupted))
         return children.started
 
     monkeypatch.setattr(up, "POLL_PERIOD", TICK)
@@ -255,12 +271,12 @@ def test_two_stations_of_one_swarm_exclude_each_other(make_plan, tmp_path):
     (tmp_path / f"{plan.started[0]}.key").touch()
     options = UpOptions(plan, None, "local", 1.0, None, tmp_path, True)
     refused = pytest.raises(PortInUseError, match="another `flockwire up` flies with these keys")
-    with up._alone(options), refused, up._alone(options):
+    with up.alone(options), refused, up.alone(options):
         pass
-    with up._alone(options):  # the lock is gone with its holder
+    with up.alone(options):  # the lock is gone with its holder
         pass
 
 
 def test_without_a_folder_of_keys_there_is_no_lock(make_plan, tmp_path):
-    with up._alone(UpOptions(make_plan(), None, "localhost", 1.0, None, tmp_path / "none", True)):
+    with up.alone(UpOptions(make_plan(), None, "localhost", 1.0, None, tmp_path / "none", True)):
         pass

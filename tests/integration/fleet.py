@@ -27,25 +27,25 @@ from flockwire.wire.messages import Mission
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import DRONE_PORTS, OPERATOR, SINGLE_PORTS
 from flockwire.wire.status import Status
-from flockwire_cli.attackers import Attacker, attacker_configuration
+from flockwire_cli.attackers import Attacker, attacker_configuration, open_to
 from flockwire_cli.processes import command
 
 SWARMS = Path(__file__).parents[2] / "swarms"
 PATIENCE = 60.0  # s that a busy machine may take to do what a test waits for
-PORTS_NEEDED = SINGLE_PORTS + 5 * DRONE_PORTS  # of a swarm of up to five drones, ids 0 to 4
-FIRST_PORT, PLACES = 20000, 330  # so many swarms fit in below the ports that the system gives to whoever dials
+PORTS_NEEDED = SINGLE_PORTS + 5 * DRONE_PORTS  # of a swarm of up to five drones, ids 0 to 4; as many below them
+FIRST_PORT, PLACES = 20000, 170  # so many swarms fit in below the ports that the system gives to whoever dials
 
-_bases = iter(FIRST_PORT + (os.getpid() * 47 + k) % PLACES * PORTS_NEEDED for k in range(PLACES))
+_bases = iter(FIRST_PORT + (1 + (os.getpid() * 47 + k) % PLACES * 2) * PORTS_NEEDED for k in range(PLACES))
 _claims: list[socket.socket] = []  # one for each range that this run has, held until it ends
 
 
 def free_ports() -> int:
-    """Return a base port with free ports above it, another one at each call and for each run on this machine."""
+    """Return a base port with free ports round it, another one at each call and for each run on this machine."""
     for base in _bases:
         with contextlib.ExitStack() as stack, contextlib.suppress(OSError):
             claim = socket.socket()
             claim.bind(("127.0.0.3", base))  # where no swarm listens
-            for port in range(base, base + PORTS_NEEDED):
+            for port in range(base - PORTS_NEEDED, base + PORTS_NEEDED):
                 stack.enter_context(socket.socket()).bind(("127.0.0.1", port))
             _claims.append(claim)
             return base
@@ -93,7 +93,7 @@ class Fleet:
     def insider(self, identity: str, mode: str = "peer") -> Iterator[zenoh.Session]:
         """Open a session with the certificate of `identity` that keeps to no rule and dials everybody."""
         credentials = Credentials(self.keys / "ca.crt", self.keys / f"{identity}.crt", self.keys / f"{identity}.key")
-        targets = [f"tls/{endpoint}" for endpoint in self.plan.endpoints.values()]
+        targets = [self.plan.locator(endpoint) for endpoint in open_to(self.plan, identity).values()]
         attacker = Attacker(identity, credentials, mode)
         with zenoh.open(attacker_configuration(attacker, targets, str(self.keys / "ca.crt"))) as session:
             deadline = time.monotonic() + 3.0

@@ -68,7 +68,7 @@ def environment(tmp_path: Path) -> dict[str, str]:
     for name, old, new in (
         ("processes.py", "\nPROCESSES = (", PROCESS_ROW),
         ("keys.py", "\nTABLE = (\n", KEY_ROW),
-        ("keys.py", "processes import ", "processes import WEATHER, "),
+        ("keys.py", "\nTIME_REQUEST = ", "\nfrom flockwire.wire.processes import WEATHER\n\nTIME_REQUEST = "),
     ):
         text = (wire / name).read_text()
         assert text.count(old) == 1, (name, old)
@@ -94,6 +94,7 @@ def counted(trace: Path) -> tuple[Counter[str], dict[str, Status]]:
     return counts, statuses
 
 
+@pytest.mark.long
 def test_a_row_and_a_core_make_a_new_kind_of_process(
     make_swarm: Callable[..., Path], tmp_path: Path, environment: dict[str, str]
 ) -> None:
@@ -108,7 +109,7 @@ def test_a_row_and_a_core_make_a_new_kind_of_process(
 
     assert keys == keys_of(swarm)
     (listed,) = [line for line in flockwire("check", swarm).splitlines() if line.startswith("  weather ")]
-    assert listed.split(maxsplit=2)[2] == "uav1, uav2, uav3, uav4, recorder, operator"
+    assert listed.split(maxsplit=2)[2] == "uav1, uav2, uav3, uav4, recorder, operator, console"
     flockwire("up", swarm, "--headless", "--duration", 5, "--out", tmp_path / "real", "--keys", keys, judged=False)
     assert (keys / "weather.crt").exists()
     flockwire("sim", swarm, "--duration", 5, "--out", tmp_path / "virtual", judged=False)  # short: may not settle

@@ -97,7 +97,7 @@ def test_an_agent_receives_its_own_and_its_neighbours_and_nothing_else(
 
     async def listen() -> None:
         with Session(fleet.plan, "uav3", fleet.keys) as session:
-            shell = Shell(spy, fleet.plan, "uav3", session, Refusals("uav3"))
+            shell = Shell(spy, fleet.plan, "uav3", session, Refusals("uav3"), None)
             shell.start()
             await asyncio.to_thread(
                 tower.wait, lambda seen: "uav3" in seen and seen.get("uav1") and seen["uav1"].report.phase == "ready"

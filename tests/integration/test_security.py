@@ -21,8 +21,8 @@ InFlight = Callable[..., tuple[Fleet, Tower]]
 
 PATCHED = """
 import sys
-from flockwire.runtime import session
-right = session.access_control
+from flockwire.runtime import configuration
+right = configuration.access_control
 
 def wrong(plan, identity):
     rules = right(plan, identity)
@@ -32,7 +32,7 @@ def wrong(plan, identity):
                 {change}
     return rules
 
-session.access_control = wrong
+configuration.access_control = wrong
 sys.argv[0] = "flockwire"
 from flockwire_cli.entry import main
 main()
@@ -61,14 +61,14 @@ control = {{ law = "paper" }}
 formation = {{ kind = "circle" }}
 graph = {{ edges = [[0, 1], [1, 2]] }}
 drones = [{{ id = 0, start = [0, 0, 0] }}, {{ id = 1, start = [0, 2, 0] }}, {{ id = 2, start = [0, -2, 0] }}]
-network = {{ mode = "{mode}", base_port = {port} }}
+network = {{ mode = "{mode}", link = "{link}", base_port = {port} }}
 """
 
 
-def small_swarm(folder: Path, mode: str) -> Path:
+def small_swarm(folder: Path, mode: str, link: str = "tls") -> Path:
     """Write a swarm of two followers, small enough for a quick probe."""
     path = folder / "small.toml"
-    path.write_text(SMALL.format(mode=mode, port=free_ports()))
+    path.write_text(SMALL.format(mode=mode, link=link, port=free_ports()))
     return path
 
 
@@ -97,14 +97,15 @@ def test_the_probe_names_a_rule_that_was_widened_and_one_that_was_removed(
 
 
 @pytest.mark.long
-def test_router_mode_keeps_to_the_same_graph(tmp_path: Path) -> None:
-    swarm = small_swarm(tmp_path, "router")
+@pytest.mark.parametrize(("mode", "link"), [("router", "tls"), ("peers", "quic")])
+def test_every_kind_of_network_keeps_to_the_same_graph(tmp_path: Path, mode: str, link: str) -> None:
+    swarm = small_swarm(tmp_path, mode, link)
     process = flockwire("probe", swarm, "--out", str(tmp_path / "probe"))
     output, errors = process.communicate(timeout=280)
     assert process.returncode == 0, output + errors
     results = json.loads((tmp_path / "probe" / "probe.json").read_text())
     assert results["leaks"] == results["blocked"] == []
-    assert len(results["attackers"]) == 3 * (3 + 8)
+    assert len(results["attackers"]) == (3 * (3 + 9) if mode == "router" else 3 * (3 + 8))
 
 
 def test_the_router_dies_and_returns_and_the_flight_resumes(

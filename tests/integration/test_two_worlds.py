@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 from fleet import agree, flockwire
 from flockwire_recorder.phases import formation_phase
-from flockwire_recorder.reading import Trace, read_trace
+from flockwire_recorder.reading import read_trace
+from flockwire_recorder.recorded import Trace
 from independent_reader import read
 
 DURATION = 12
@@ -31,6 +32,7 @@ def fly_both(
     return flown
 
 
+@pytest.mark.long
 def test_the_documented_law_flies_and_errors_and_message_counts_agree(
     documented_law: str, make_swarm: Callable[..., Path], tmp_path: Path
 ) -> None:
@@ -127,6 +129,7 @@ jitter = 0.02
 """
 
 
+@pytest.mark.long
 def test_links_break_and_slow_down_in_both_worlds_and_the_formation_settles_again(
     make_swarm: Callable[..., Path], tmp_path: Path
 ) -> None:

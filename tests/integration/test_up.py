@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from fleet import agree, flockwire, keys_of, processes_of
 from flockwire.loading import load_swarm
 from flockwire.wire.plan import Plan
@@ -48,6 +49,7 @@ def test_a_flight_converges_and_its_trace_says_so_as_in_virtual_time(
     agree(summary, json.loads((tmp_path / "sim" / "summary.json").read_text()))
 
 
+@pytest.mark.long
 def test_two_swarms_fly_side_by_side(make_swarm: Callable[..., Path], tmp_path: Path) -> None:
     swarms = [make_swarm(name=name) for name in ("one", "other")]
     flights = [

@@ -11,7 +11,7 @@ from flockwire.flight.phases import Phase
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Body, BodyKind, FlightState, Mission, Nearby, Pose, Telemetry
+from flockwire.wire.messages import Body, BodyKind, Command, FlightState, Mission, Nearby, Pose, Telemetry
 from flockwire_leader.core import FlyingLeader
 
 BEGAN = 1_790_000_000 * BILLION
@@ -27,6 +27,7 @@ class Seat:
         self.position, self.velocity, self.before = STILL, STILL, STILL
         self.state, self.battery = FlightState.GROUNDED, 1.0
         self.silent: set[str] = set()
+        self.commands: list[tuple[Key, Command]] = []  # of the last step
         self.obstacles: list[tuple[Vector, float]] = []  # centre, radius
         self.drones: list[tuple[Vector, Vector]] = []  # where now, velocity
         self.stuck = False  # the airframe stays where it is
@@ -54,7 +55,10 @@ class Seat:
         ):
             if kind not in self.silent:
                 self.core.receive(Key(kind, "uav0"), message, self.now)
-        ((key, command),) = self.core.step(self.now)
+        self.commands = list(self.core.step(self.now))
+        if not self.commands:
+            return
+        ((key, command),) = self.commands
         assert key == Key("command", "uav0")
         self.before, self.velocity = self.velocity, command.velocity
         self._fly()

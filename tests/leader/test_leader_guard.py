@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
-from flockwire.control import barrier
+from flockwire.control import barrier, fence
 from flockwire.control.vector import ZERO, add
 from flockwire.flight import guard
 from flockwire.flight.phases import Phase
@@ -73,7 +73,7 @@ def test_without_the_clause_it_goes_wrong(
     clause = CLAUSES[name]
     assert clause.holds(flown(clause, flying))
     for attribute, replacement in clause.out.items():
-        monkeypatch.setattr(guard, attribute, replacement)
+        monkeypatch.setattr(fence if attribute == "keep_inside" else guard, attribute, replacement)
     assert not clause.holds(flown(clause, flying))
 
 

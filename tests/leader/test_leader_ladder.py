@@ -69,7 +69,7 @@ def test_a_stop_is_final(flyer):
     flyer.core.receive(STOP, Stop(flyer.now, "world", "test"), flyer.now)
     flyer.order("start")
     flyer.run(0.1)
-    assert (flyer.phase, flyer.velocity) == (Phase.STOPPED, STILL)
+    assert (flyer.phase, flyer.commands) == (Phase.STOPPED, [])
 
 
 @pytest.fixture

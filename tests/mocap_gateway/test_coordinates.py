@@ -3,7 +3,7 @@ from math import pi, sqrt
 import pytest
 from flockwire_mocap.coordinates import Coordinates
 from flockwire_mocap.quaternion import about_z, product, rotate
-from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose, renamed
+from flockwire_mocap.tracking import ReportedBody, is_pose
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -61,10 +61,18 @@ def test_the_product_rotates_by_the_second_then_by_the_first(a, b, v):
     assert rotate(product(a, b), v) == pytest.approx(rotate(a, rotate(b, v)), abs=1e-9)
 
 
-def test_frames_are_converted_body_by_body_and_keep_the_rest():
+def test_bodies_are_converted_and_keep_the_rest():
     body = ReportedBody(1, "one", (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0), tracked=False)
-    frame = Coordinates(up_axis="y").frame(TrackerFrame(7, 8, 9, (body,)))
-    assert frame == TrackerFrame(7, 8, 9, (body._replace(position=(1.0, -3.0, 2.0)),))
+    assert Coordinates(up_axis="y").body(body) == body._replace(position=(1.0, -3.0, 2.0))
+
+
+@given(rotations(), vectors, st.sampled_from(["y", "z"]), st.sampled_from(["m", "mm"]))
+def test_a_body_on_the_field_comes_back_from_the_tracker(q, place, up_axis, unit):
+    coordinates = Coordinates(up_axis, unit, q, (1.0, -2.0, 3.0))
+    body = ReportedBody(1, "one", place, (0.6, 0.0, 0.0, 0.8), tracked=True)
+    back = coordinates.body(coordinates.to_tracker(body))
+    assert back.position == pytest.approx(place, abs=1e-9)
+    assert back.orientation == pytest.approx(body.orientation, abs=1e-9)
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf")])
@@ -73,9 +81,3 @@ def test_only_finite_poses_of_unit_quaternions_are_poses(value):
     assert not is_pose((1.0, value, 3.0), (0.0, 0.0, 0.0, 1.0))
     assert not is_pose((1.0, 2.0, 3.0), (value, 0.0, 0.0, 1.0))
     assert not is_pose((1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 0.0))
-
-
-def test_renamed_bodies():
-    body = ReportedBody(1, None, (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0), tracked=True)
-    frame = renamed(TrackerFrame(1, 1, 1, (body, body._replace(identity=2, name="two"))), {1: "one"})
-    assert [body.name for body in frame.bodies] == ["one", "two"]

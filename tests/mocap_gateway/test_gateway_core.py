@@ -7,7 +7,8 @@ from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Body, BodyKind, Mission, Nearby, Pose
 from flockwire_mocap.core import GatewayCore
 from flockwire_mocap.simulated import SimulatedSource
-from flockwire_mocap.source import TrackedBody
+from flockwire_mocap.source import Link
+from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 
 BEGAN = 1_790_000_000 * BILLION
 FRAME = BILLION // 100
@@ -15,13 +16,15 @@ FAR = {i: (10.0 * i, 0.0, 1.0) for i in range(5)}
 
 
 class Recording:
-    """A source of one frame, whatever it receives."""
+    """A source of some frames, whatever it receives."""
 
     triggers = frozenset({Key("truth", "uav1")})
-    waits_for = "the end"
 
-    def __init__(self, *bodies):
-        self.bodies, self.received, self.whole = list(bodies), [], False
+    def __init__(self, *frames):
+        self.frames, self.received, self.whole = list(frames), [], False
+
+    def link(self, now):
+        return Link("waits for the end")
 
     def receive(self, key, message, now):
         self.received.append(key)
@@ -30,8 +33,8 @@ class Recording:
         return self.whole
 
     def take(self, now):
-        bodies, self.bodies = self.bodies, []
-        return bodies
+        frames, self.frames = self.frames, []
+        return frames
 
 
 class Stage:
@@ -109,7 +112,7 @@ def test_near_is_only_what_is_within_the_sensing_radius(stage):
 
 def test_a_nearby_message_has_no_identities():
     assert set(Nearby._fields) == {"stamp", "frame", "bodies"}
-    assert set(Body._fields) == {"kind", "relative_position", "radius"}
+    assert set(Body._fields) == {"kind", "relative_position", "radius", "velocity"}
 
 
 def test_obstacles_are_near_by_their_surface_and_seen_along_their_axis(stage):
@@ -139,6 +142,19 @@ def test_a_virtual_leader_has_no_body(stage):
     del gateway.places[0]
     assert Key("pose", "uav0") not in gateway.step()
     assert gateway.core.triggers == {Key("truth", uav(i)) for i in range(1, 5)}
+
+
+def test_a_tracked_leader_has_a_pose_and_is_near_the_drones_as_a_person(stage):
+    gateway = stage({"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2]})
+    gateway.places[0] = (9.0, 0.3, 1.2)
+    published = gateway.step(2)
+    assert Key("pose", "uav0") in published
+    assert Key("nearby", "uav0") not in published
+    x, y, _ = published[Key("pose", "uav1")].position
+    (person,) = [body for body in published[Key("nearby", "uav1")].bodies if body.kind is BodyKind.MOVER]
+    px, py, _ = published[Key("pose", "uav0")].position
+    assert person.radius == 0.4
+    assert person.relative_position[:2] == pytest.approx((px - x, py - y))
 
 
 def test_the_mission_is_repeated_unchanged_twice_a_second(stage):
@@ -184,12 +200,16 @@ def test_the_source_decides_when_a_frame_is_due_and_receives_all_messages(make_s
 
 def test_a_pose_carries_what_was_measured_with_stamps_that_differ(make_swarm):
     turned, level = (0.0, 0.6, 0.0, 0.8), (0.0, 0.0, 0.0, 1.0)
-    bodies = TrackedBody(BEGAN - 3, 2, FAR[2], turned), TrackedBody(BEGAN, 1, FAR[1], level)
-    published = dict(GatewayCore(make_swarm(), Recording(*bodies)).step(BEGAN))
-    for body in bodies:
-        pose = published[Key("pose", uav(body.drone))]
-        assert (pose.stamp, pose.position, pose.orientation) == (body.stamp, body.position, body.orientation)
-        assert published[Key("nearby", uav(body.drone))].stamp == body.stamp
+    seen = [(BEGAN - 3, uav(2), FAR[2], turned), (BEGAN, uav(1), FAR[1], level)]
+    frames = [
+        TrackerFrame(k, stamp, stamp, (ReportedBody(k, name, place, orientation, tracked=True),))
+        for k, (stamp, name, place, orientation) in enumerate(seen)
+    ]
+    published = dict(GatewayCore(make_swarm(), Recording(*frames)).step(BEGAN))
+    for stamp, name, place, orientation in seen:
+        pose = published[Key("pose", name)]
+        assert (pose.stamp, pose.position, pose.orientation) == (stamp, place, orientation)
+        assert published[Key("nearby", name)].stamp == stamp
 
 
 def test_when_one_drones_truth_ends_the_others_poses_go_on_at_the_full_rate(stage):

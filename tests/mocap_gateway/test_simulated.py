@@ -8,7 +8,7 @@ from flockwire.swarm.model import uav
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Mission, Pose
 from flockwire_mocap.simulated import SimulatedSource
-from flockwire_mocap.source import TrackedBody
+from flockwire_mocap.tracking import ReportedBody
 
 PLACE = (1.0, 2.0, 3.0)
 TURNED = (0.0, 0.0, 0.6, 0.8)
@@ -35,17 +35,22 @@ def show(source, stamp, *drones, place=PLACE):
 
 def film(source, count=4000, drones=(1,)):
     """Return all bodies of `count` frames, with s since BEGAN."""
-    bodies = []
+    frames = []
     for k in range(1, count + 1):
         show(source, BEGAN + k * FRAME, *drones)
-        bodies += source.take(BEGAN + k * FRAME)
-    return [((body.stamp - BEGAN) / BILLION, body) for body in bodies]
+        frames += source.take(BEGAN + k * FRAME)
+    return [((frame.captured - BEGAN) / BILLION, body) for frame in frames for body in frame.bodies]
+
+
+def names(frames):
+    return [body.name for frame in frames for body in frame.bodies]
 
 
 def test_an_ideal_source_measures_the_truth_at_once(source):
     ideal = source()
     show(ideal, 5, 1)
-    assert ideal.take(5) == [TrackedBody(5, 1, PLACE, TURNED)]
+    (frame,) = ideal.take(5)
+    assert (frame.captured, frame.bodies) == (5, (ReportedBody(1, "uav1", PLACE, TURNED, tracked=True),))
     assert ideal.take(6) == []
 
 
@@ -77,23 +82,23 @@ def test_a_frame_is_available_after_its_latency_with_its_own_stamp(source, laten
     for k in range(1, 50):
         now = BEGAN + k * FRAME
         show(slow, now, 1)
-        for body in slow.take(now):
-            assert latency * BILLION <= now - body.stamp < latency * BILLION + FRAME
+        for frame in slow.take(now):
+            assert latency * BILLION <= now - frame.captured < latency * BILLION + FRAME
 
 
 def test_a_drone_whose_stamps_are_ahead_does_not_delay_the_others(source):
     slow = source(latency=0.01)
     show(slow, BEGAN + 5 * FRAME, 1)
     show(slow, BEGAN, 2)
-    assert [body.drone for body in slow.take(BEGAN + FRAME)] == [2]
-    assert [body.drone for body in slow.take(BEGAN + 6 * FRAME)] == [1]
+    assert names(slow.take(BEGAN + FRAME)) == ["uav2"]
+    assert names(slow.take(BEGAN + 6 * FRAME)) == ["uav1"]
 
 
 def test_of_several_truths_between_two_frames_the_newest_is_measured(source):
     ideal = source()
     show(ideal, 5, 1)
     show(ideal, 6, 1)
-    assert [body.stamp for body in ideal.take(6)] == [6]
+    assert [frame.captured for frame in ideal.take(6)] == [6]
 
 
 def test_the_frame_is_complete_with_the_last_truth(source):
@@ -111,8 +116,8 @@ def test_faults_count_from_the_take_off_ordered_now_or_before_a_restart(source, 
     if not restarted:
         faulty.receive(MISSION, Mission(BEGAN, "world", "takeoff"), BEGAN)
     bodies = film(faulty, 100, (1, 2))
-    seen = [t for t, body in bodies if body.drone == 1]
-    noisy = [t for t, body in bodies if body.drone == 2 and body.position != PLACE]
+    seen = [t for t, body in bodies if body.name == "uav1"]
+    noisy = [t for t, body in bodies if body.name == "uav2" and body.position != PLACE]
     hundredths = set(range(1, 101))
     assert {round(100 * t) for t in seen} == hundredths - set(range(50, 70))
     assert {round(100 * t) for t in noisy} == set(range(50, 70))

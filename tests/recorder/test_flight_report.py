@@ -24,8 +24,8 @@ def test_every_figure_is_drawn(report):
     _, out = report
     names = {path.name: path.read_bytes()[:8] for path in out.glob("*.png")}
     assert set(names) == {
-        "trajectories.png", "formation_error.png", "observation_error.png", "distances.png", "obstacle_distances.png",
-        "latency.png",
+        "trajectories.png", "formation_error.png", "observation_error.png", "convergence.png", "positions.png",
+        "estimates.png", "velocities.png", "commands.png", "distances.png", "obstacle_distances.png", "latency.png",
     }  # fmt: skip
     assert set(names.values()) == {b"\x89PNG\r\n\x1a\n"}
 
@@ -41,7 +41,7 @@ def test_the_page_needs_nothing_else(report):
     page = (out / "report.html").read_text()
     read = Page(page)
     images = read.attributes["img", "src"]
-    assert len(images) == 6
+    assert len(images) == 11
     assert all(source.startswith("data:image/png;base64,") for source in images)
     assert "://" not in page
     assert "prefers-color-scheme: dark" in page

@@ -7,9 +7,9 @@ from flockwire.wire.messages import Stop
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report
 from flockwire_recorder.checks import Check
-from flockwire_recorder.figures import Picture
 from flockwire_recorder.latency import Percentiles
 from flockwire_recorder.page import page
+from flockwire_recorder.picture import Picture
 from flockwire_recorder.reading import read_trace
 from flockwire_recorder.rendering import render
 from flockwire_recorder.summary import summarise

@@ -6,13 +6,17 @@ import signal
 import subprocess
 import sys
 import time
+from datetime import timedelta
 
 import pytest
+from flockwire import clock
 from flockwire.wire.messages import Pose
-from flockwire_recorder.parts import next_part, parts
+from flockwire_recorder.parts import SAME_FLIGHT, next_part, parts, same_flight
 from flockwire_recorder.reading import read_trace
+from flockwire_recorder.recover import Recovered, recover
 from flockwire_recorder.summary import summarise
 from flockwire_recorder.trace import TraceWriter, describe
+from mcap.reader import make_reader
 
 POSE = "geometry_msgs/msg/PoseStamped"
 T0 = 1_790_000_000_000_000_000
@@ -64,6 +68,29 @@ def test_a_part_of_another_swarm_is_refused(tmp_path, swarm_of):
         read_trace(tmp_path / "trace.mcap")
 
 
+def test_all_parts_are_recovered_into_one(tmp_path, swarm_of):
+    write(tmp_path / "trace.mcap", swarm_of(), range(100), closed=False)
+    write(tmp_path / "trace-2.mcap", swarm_of(), range(110, 200))
+    whole = tmp_path / "whole" / "trace.mcap"
+    whole.parent.mkdir()
+    assert recover(tmp_path / "trace.mcap", whole) == Recovered(190, 0, closed=False)
+    trace = read_trace(whole)
+    assert (trace.recorded, trace.lost, trace.closed) == (190, 10, True)
+    with whole.open("rb") as stream:
+        assert len(list(make_reader(stream).iter_metadata())) == 1
+
+
+def test_a_recorder_started_again_goes_on_with_its_own_flight_alone(tmp_path, swarm_of):
+    now = clock.utc()
+    assert not same_flight(tmp_path, swarm_of(), now)
+    write(tmp_path / "trace.mcap", swarm_of(), range(5))
+    assert same_flight(tmp_path, swarm_of(), now)
+    assert not same_flight(tmp_path, swarm_of(obstacle=False), now)
+    assert not same_flight(tmp_path, swarm_of(), now + timedelta(seconds=SAME_FLIGHT + 60))
+    (tmp_path / "trace.mcap").write_bytes(b"another program's")
+    assert not same_flight(tmp_path, swarm_of(), now)
+
+
 def await_recording(path):
     for _ in range(300):
         if path.exists() and path.stat().st_size > 30_000:
@@ -92,13 +119,14 @@ def test_a_recorder_killed_and_started_again_goes_on_in_its_folder(tmp_path):
             _, log = recorder.communicate(timeout=10)
         assert recorder.returncode == 0, log
         by_hand = start("recorder", "--out", str(out))
-        _, refusal = by_hand.communicate(timeout=10)
+        await_recording(out / "trace-3.mcap")
+        by_hand.terminate()
+        by_hand.communicate(timeout=10)
     finally:
         airframes.terminate()
         airframes.communicate(timeout=10)
-    assert by_hand.returncode == 2
-    assert "there is a trace of another flight" in refusal
-    assert len(parts(out / "trace.mcap")) == 2
+    assert by_hand.returncode == 0
+    assert len(parts(out / "trace.mcap")) == 3
     trace = read_trace(out / "trace.mcap")
     logged = trace.of("truth", 1).logged
     assert len(logged) > 100

@@ -1,15 +1,12 @@
 """The recorder on samples by hand: what it drops, and what it reports once its disk is full."""
 
 import asyncio
-from collections import deque
-from dataclasses import dataclass
 from errno import ENOSPC
 
 import pytest
-from flockwire.nanoseconds import BILLION
+from buffered_session import T0, BufferedSession
 from flockwire.runtime import job as jobs
 from flockwire.runtime.job import Job, serve
-from flockwire.wire.inbox import attachment
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Pose
 from flockwire.wire.plan import Plan
@@ -19,55 +16,6 @@ from flockwire_recorder import report
 from flockwire_recorder.process import Recorder
 from flockwire_recorder.reading import read_trace
 from flockwire_recorder.trace import TraceFullError, TraceWriter, describe
-
-T0 = 1_790_000_000 * BILLION
-
-
-@dataclass
-class Sample:
-    """What Zenoh hands over."""
-
-    payload: object
-    attachment: object
-
-
-class Bytes(bytes):
-    """Bytes as Zenoh has them."""
-
-    def to_bytes(self):
-        """Return them."""
-        return bytes(self)
-
-
-class Ring(deque):
-    """Samples that wait."""
-
-    def try_recv(self):
-        """Return the next one, None when there is none."""
-        return self.popleft() if self else None
-
-
-class Session:
-    """Keeps what is put into it and what is published on it."""
-
-    def __init__(self):
-        self.rings, self.statuses = {}, []
-
-    def every(self, key, capacity):
-        """Return a ring of at most `capacity`."""
-        return self.rings.setdefault(key, Ring(maxlen=capacity))
-
-    def put(self, key, payload, sequence):
-        """Let a sample arrive."""
-        self.rings[key].append(Sample(Bytes(payload), Bytes(attachment(sequence, T0, b"p" * 16))))
-
-    def publish(self, messages):
-        """Keep the statuses."""
-        self.statuses += [message for _, message in messages]
-
-    def linked(self):
-        """Return nobody."""
-        return ()
 
 
 class Refusals:
@@ -79,7 +27,7 @@ class Refusals:
 @pytest.fixture
 def recording(tmp_path, swarm_of):
     """Return a recorder, its session and its trace."""
-    plan, session = Plan(swarm_of()), Session()
+    plan, session = Plan(swarm_of()), BufferedSession()
     trace = TraceWriter(tmp_path / "trace.mcap", describe(plan.swarm, "", 0, T0))
     return Recorder(plan, "recorder", session, trace, Refusals()), session, trace
 

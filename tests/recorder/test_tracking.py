@@ -2,7 +2,7 @@
 
 import numpy as np
 from flockwire.nanoseconds import BILLION
-from flockwire_recorder.reading import Series
+from flockwire_recorder.series import Series
 from flockwire_recorder.tracking import SILENCE, interpolated
 
 

@@ -1,5 +1,7 @@
 """The verdict on flights that went wrong, each in one way; all but one check must pass them."""
 
+import json
+
 import pytest
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.tables import Checks
@@ -29,6 +31,13 @@ def test_an_estimate_that_is_15_m_off(failures):
     assert list(found) == ["observation tail"]
     assert found["observation tail"].startswith("observation tail: 15")
     assert found["observation tail"].endswith("m, must be at most 0.1 m in the last 30 % of each phase")
+
+
+@pytest.mark.filterwarnings("ignore:overflow")
+def test_a_drone_that_is_nowhere_in_this_world_fails_the_flight_and_not_the_summary(fly):
+    summary = summarise(read_trace(fly(begin=-2.0, end=4.0, place_bias=1e253)))
+    assert not summary.ok
+    assert json.loads(json.dumps(summary.as_json(), allow_nan=False))
 
 
 def test_followers_that_leave_their_places_after_they_had_settled(good_flight):

@@ -227,9 +227,10 @@ def test_a_drone_whose_law_raises_in_flight_holds_its_place_and_says_why(
     monkeypatch.setitem(sys.modules, "my_failing_law", sys.modules[__name__])
     flown = fly({"control.law": "my_failing_law:FailingInFlight"}, duration=6.0)
     flying = next(t for t, phase, _ in flown.phases("uav4") if phase == "formation")
+    raised = FailingInFlight.step.__code__.co_firstlineno + 2
     assert [told[1:] for told in flown.phases("uav4", flying)[:2]] == [
         ("formation", ""),
-        ("hold", "the law failed: ArithmeticError: no way"),
+        ("hold", f"the law failed: ArithmeticError: no way (test_flights.py:{raised})"),
     ]
     held = [m.position for _, m in flown.of("truth", "uav4", flying + 2.5, 5.9)]
     assert max(math.dist(place, held[0]) for place in held) < 0.02

@@ -2,7 +2,7 @@ from math import exp
 
 import pytest
 from flockwire.nanoseconds import BILLION
-from flockwire.swarm.tables import Airframe
+from flockwire.swarm.drones import Airframe
 from flockwire.wire.messages import FlightState
 from flockwire_tello.airframe import SimulatedAirframe
 from hypothesis import given

@@ -144,8 +144,6 @@ def test_emergency_is_sent_three_times_and_ends_all_else(talk):
     talk.send("takeoff", "rc 1 2 3 4", "battery?")
     talk.sent.clear()
     talk.send("rc 1 1 1 1", "emergency")
-    assert talk.sent == ["emergency"]
-    talk.wait(1)
     assert talk.sent == ["emergency"] * EMERGENCIES
     assert talk.ended == [("takeoff", CommandOutcome.SUPERSEDED, ""), ("battery?", CommandOutcome.SUPERSEDED, "")]
 

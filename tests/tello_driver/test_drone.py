@@ -4,12 +4,14 @@ from math import hypot
 
 import pytest
 from flockwire.nanoseconds import BILLION
-from flockwire.swarm.tables import Airframe, Limits
+from flockwire.swarm.drones import Airframe
+from flockwire.swarm.tables import Limits
 from flockwire.wire.keys import STOP, Key
 from flockwire.wire.messages import Command, FlightState, Stop
 from flockwire_tello.airframe import SimulatedAirframe
-from flockwire_tello.core import RETIREMENT, SETTLED, KinematicsCore
+from flockwire_tello.core import KinematicsCore
 from flockwire_tello.drone import STOOD_STILL, TOLERANCE, SimulatedDrone
+from flockwire_tello.timing import RETIREMENT, SETTLED
 
 BEGAN = 1_790_000_000 * BILLION
 TICK = BILLION // 100

@@ -20,6 +20,8 @@ def refusal(place: int, fault: LinkFault, plan: Plan, host: str) -> str:
     key = f"faults.{place}"
     if plan.routers:
         return f"{key}.kind = {fault.kind!r}: all links go to the router; a real flight needs network.mode = 'peers'"
+    if plan.swarm.network.link == "quic" and plan.swarm.network.security != "none":
+        return f"{key}.kind = {fault.kind!r}: links are QUIC; a real flight needs network.link = 'tls'"
     if isinstance(fault, LinkChange):
         for name, share in (("loss", fault.loss), ("reordering", fault.reordering)):
             if share:
@@ -29,10 +31,10 @@ def refusal(place: int, fault: LinkFault, plan: Plan, host: str) -> str:
                 )
     for source, target in directions(fault, plan):
         dialler, listener = _ends(source, target, plan)
-        if plan.conducts(host) and plan.hosts[dialler] != host:
+        if plan.hosts[dialler] != host:
             return (
-                f"{key}.kind = {fault.kind!r}: {dialler}, who dials {listener}, must run on the recorder's host, "
-                f"{host!r}, in a real flight"
+                f"{key}.kind = {fault.kind!r}: {dialler}, who dials {listener}, must run on this host, {host!r}, "
+                "in a real flight"
             )
     return ""
 

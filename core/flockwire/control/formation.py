@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from math import cos, pi, sin
 
+from flockwire.control.expression_formation import ExpressionFormation
+from flockwire.control.formation_change import FormationChange
 from flockwire.control.key_frames import KeyFrames
 from flockwire.control.vector import Vector
 
@@ -115,7 +117,7 @@ class Polygon:
         )
 
 
-Formation = Circle | Line | Grid | Polygon | KeyFrames
+Formation = Circle | Line | Grid | Polygon | KeyFrames | ExpressionFormation | FormationChange
 
 
 def _turned(place: tuple[float, float], angle: float) -> Vector:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from math import cos, sin
 
-from flockwire.control.vector import ZERO, Vector, add, distance, scale, subtract
+from flockwire.control.vector import ZERO, Vector, add, distance, norm, scale, subtract
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,6 +17,11 @@ class Constant:
     """Straight on: x_0(t) = v t."""
 
     velocity: Vector
+
+    @property
+    def fastest(self) -> float:
+        """The highest |u_0|, m/s."""
+        return norm(self.velocity)
 
     def position(self, t: float) -> Vector:
         """Return the displacement from the start, m, world frame, at mission time t, s."""
@@ -33,6 +38,11 @@ class Circling:
 
     radius: float
     angular_rate: float
+
+    @property
+    def fastest(self) -> float:
+        """The highest |u_0|, m/s."""
+        return abs(self.radius * self.angular_rate)
 
     def position(self, t: float) -> Vector:
         """Return the displacement from the start, m, world frame, at mission time t, s."""
@@ -65,6 +75,11 @@ class Waypoints:
                 end += length / self.speed
                 legs.append((end, start, scale(subtract(goal, start), self.speed / length)))
         object.__setattr__(self, "_legs", tuple(legs))
+
+    @property
+    def fastest(self) -> float:
+        """The highest |u_0|, m/s."""
+        return self.speed
 
     def position(self, t: float) -> Vector:
         """Return the displacement from the start, m, world frame, at mission time t, s."""

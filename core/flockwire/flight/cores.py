@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import NamedTuple, Protocol, cast
+from typing import NamedTuple, Protocol, cast, runtime_checkable
 
 from flockwire.flight.faults import Fault
 from flockwire.loading import load_object
@@ -74,6 +74,32 @@ class Core(Protocol):
 
     def may_end(self, now: int) -> bool:
         """Return whether the process may end: nothing that it flies is in the air."""
+
+
+Address = tuple[str, int]  # IP, port
+
+
+class Datagram(NamedTuple):
+    """One UDP datagram to send."""
+
+    data: bytes
+    source: Address  # one of its own sockets
+    target: Address
+
+
+@runtime_checkable
+class Networked(Protocol):
+    """A core that exchanges UDP datagrams too."""
+
+    @property
+    def sockets(self) -> tuple[Address, ...]:
+        """The addresses to bind."""
+
+    def datagram(self, data: bytes, sender: Address, at: Address, now: int) -> None:
+        """Take in a datagram that came from `sender` to its socket `at`, at `now` (Unix ns)."""
+
+    def outgoing(self, now: int) -> list[Datagram]:
+        """Return what is to be sent at `now`; called after whatever the core takes in, and after each step."""
 
 
 class Ground:

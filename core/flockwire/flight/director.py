@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from enum import StrEnum
 
-from flockwire.flight.fleet import STALE, Fleet
+from flockwire.flight.fleet import IN_THE_AIR, STALE, Fleet
 from flockwire.flight.phases import Phase
+from flockwire.flight.preflight import Preflight
 from flockwire.nanoseconds import BILLION
 from flockwire.wire.messages import FlightState, Mission, Telemetry
 from flockwire.wire.status import Status
@@ -21,6 +22,7 @@ LEAD_TIME = BILLION // 2  # ns from the order to start until the formation's tim
 PATIENCE = 30 * BILLION  # ns that a stage may take
 GRACE = BILLION  # ns that a pilot may seem lost: one restarted in flight, or all after this process stood still
 REPEAT = BILLION // 10  # ns between two repetitions of an order that somebody has not confirmed
+STOP_FOR = 2 * BILLION  # ns for which an operator repeats an emergency stop
 FLYING = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION})
 
 
@@ -35,14 +37,30 @@ class Stage(StrEnum):
 
 
 class Director:
-    """Conducts the flight of `pilots` (by drone) for `duration` s from take-off to landing (0: until ordered)."""
+    """Conducts the flight of `pilots` (by drone) for `duration` s from take-off to landing (0: until ordered).
 
-    def __init__(self, pilots: Mapping[int, str], frame: str, duration: float, now: int, formation: str = "") -> None:
+    A pilot may seem lost for `grace` ns before all land. Nobody takes off while `preflight` has a reason against it.
+    The drones `without` stay on the ground.
+    """
+
+    def __init__(
+        self,
+        pilots: Mapping[int, str],
+        frame: str,
+        duration: float,
+        now: int,
+        formation: str = "",
+        grace: int = GRACE,
+        preflight: Preflight = Preflight(),  # noqa: B008  (it is frozen)
+        without: tuple[int, ...] = (),
+    ) -> None:
         self.stage = Stage.PREPARING
         self.failure = ""
         self.took_off: int | None = None  # when the order to take off was given, Unix ns
-        self._pilots, self._frame, self._formation = pilots, frame, formation
-        self._duration = round(duration * BILLION)
+        self.pilots = {drone: pilot for drone, pilot in pilots.items() if drone not in without}
+        self._frame, self._formation, self._without = frame, formation, without
+        self._preflight = preflight
+        self._duration, self._grace = round(duration * BILLION), grace
         self._since = self._took_off = now
         self._lost_since: dict[int, int] = {}
         self._rose: set[int] = set()  # the drones that followed the order to take off
@@ -52,7 +70,7 @@ class Director:
 
     def step(self, statuses: Mapping[str, Status], telemetry: Mapping[int, Telemetry], now: int) -> Mission | None:
         """Return the order that is due at `now` (Unix ns), or again because not all confirmed it; else None."""
-        fleet = Fleet(self._pilots, statuses, telemetry, now)
+        fleet = Fleet(self.pilots, statuses, telemetry, now)
         self._heed_others(fleet)
         order = self._next(fleet)
         if order is None and self.stage not in (Stage.FLYING, Stage.OVER) and now - self._since > PATIENCE:
@@ -68,17 +86,32 @@ class Director:
         if self.stage in (Stage.PREPARING, Stage.OVER):
             self.stage = Stage.OVER
             return None
-        return self._go(Stage.LANDING, Mission(now, self._frame, "land"))
+        return self._go(Stage.LANDING, self._mission(now, "land"))
 
     def hold(self, now: int) -> Mission | None:
         """Return the order to hold, None when nobody flies."""
-        return self._go(self.stage, Mission(now, self._frame, "hold")) if self.stage is Stage.FLYING else None
+        return self._go(self.stage, self._mission(now, "hold")) if self.stage is Stage.FLYING else None
 
     def resume(self, now: int) -> Mission | None:
-        """Return the order to fly the formation again whose time goes on, None when none was started."""
+        """Return the order to fly the formation again whose time goes on, None when none was started.
+
+        During take-off, that to take off again: it brings in a pilot that was restarted on the ground.
+        """
+        if self.stage is Stage.TAKING_OFF and self._order is not None:
+            return self._go(self.stage, self._order._replace(stamp=now))
         if self.stage is not Stage.FLYING or self._started is None:
             return None
-        return self._go(self.stage, self._started._replace(stamp=now))
+        return self._go(self.stage, self._started._replace(stamp=now, verb="start"))
+
+    def change(self, order: Mission) -> Mission | None:
+        """Return `order`, a planned change of formation, None when nobody flies."""
+        return self._go(self.stage, order) if self.stage is Stage.FLYING else None
+
+    def unready(self, statuses: Mapping[str, Status], telemetry: Mapping[int, Telemetry], now: int) -> tuple[str, ...]:
+        """Return a sentence for each pilot that could not take off at `now`, and for what else is against it."""
+        fleet = Fleet(self.pilots, statuses, telemetry, now)
+        late = [drone for drone in self.pilots if fleet.phase(drone) not in (Phase.READY, *FLYING)]
+        return (*(f"{self.pilots[drone]}: {fleet.why(drone)}" for drone in late), *self._preflight.reasons(fleet))
 
     def stop(self, now: int) -> None:
         """Take note of an emergency stop: the flight has failed, and is over when nothing flies."""
@@ -96,14 +129,14 @@ class Director:
         if self.stage is Stage.PREPARING:
             return self._take_off(fleet)
         if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.HOLD):
-            return self._go(Stage.FLYING, Mission(now, self._frame, "start", now + LEAD_TIME, self._formation))
+            return self._go(Stage.FLYING, self._mission(now, "start", now + LEAD_TIME, self._formation))
         if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.FORMATION):  # the last joined a formation that flew
             self.stage, self._since = Stage.FLYING, now
         if self.stage in (Stage.TAKING_OFF, Stage.FLYING):
-            lost = next((drone for drone in self._pilots if self._is_lost(fleet, drone)), None)
+            lost = next((drone for drone in self.pilots if self._is_lost(fleet, drone)), None)
             if lost is not None:
                 what = "left the formation" if self.stage is Stage.FLYING else "did not take off"
-                return self.abort(f"{self._pilots[lost]} {what}: {self._how(fleet, lost)}", now)
+                return self.abort(f"{self.pilots[lost]} {what}: {self._how(fleet, lost)}", now)
         if self.stage is Stage.FLYING and self._duration and now - self._took_off >= self._duration:
             return self.land(now)
         if self.stage is Stage.LANDING and not fleet.not_down(self._since) and self._settled(fleet):
@@ -117,12 +150,17 @@ class Director:
     def _take_off(self, fleet: Fleet) -> Mission | None:
         """Return the order that brings all into the air; who joins a formation that flies gets its start again."""
         now, running = fleet.now, fleet.mission()
-        if not fleet.all_in(Phase.READY, Phase.HOLD, Phase.FORMATION):
+        if self._without and self._order is None:  # who would wait for those left out must know
+            return self._go(self.stage, self._mission(now, "prepare"))
+        if not fleet.all_in(Phase.READY, Phase.HOLD, Phase.FORMATION) or self._preflight.reasons(fleet):
             return None
         self._took_off = self.took_off = now
-        if running is not None and any(fleet.phase(drone) == Phase.FORMATION for drone in self._pilots):
-            return self._go(Stage.TAKING_OFF, running._replace(stamp=now))
-        return self._go(Stage.TAKING_OFF, Mission(now, self._frame, "takeoff"))
+        if running is not None and any(fleet.phase(drone) == Phase.FORMATION for drone in self.pilots):
+            return self._go(Stage.TAKING_OFF, running._replace(stamp=now, verb="start", without=self._without))
+        return self._go(Stage.TAKING_OFF, self._mission(now, "takeoff"))
+
+    def _mission(self, now: int, verb: str, start: int = 0, formation: str = "") -> Mission:
+        return Mission(now, self._frame, verb, start, formation, without=self._without)
 
     def _heed_others(self, fleet: Fleet) -> None:
         """Take another operator's newer order for this flight's."""
@@ -130,15 +168,15 @@ class Director:
         if self._order is None or mission is None or mission.stamp <= self._order.stamp:
             return
         self._order = mission
-        self._started = mission if mission.verb == "start" else self._started
+        self._started = mission if mission.in_formation else self._started
         if mission.verb == "land" and self.stage is not Stage.OVER:
             self.stage, self._since = Stage.LANDING, fleet.now
 
     def _is_lost(self, fleet: Fleet, drone: int) -> bool:
         """Return whether a drone flies no more, by its status or telemetry; one that has not taken off yet waits."""
-        silent, phase = drone not in fleet.fresh, fleet.phase(drone)
-        down = fleet.states.get(drone) in (FlightState.GROUNDED, FlightState.STOPPED)
-        if phase in FLYING and not down:
+        silent, phase, state = drone not in fleet.fresh, fleet.phase(drone), fleet.states.get(drone)
+        down = state in (FlightState.GROUNDED, FlightState.STOPPED)
+        if phase in FLYING and state in IN_THE_AIR:
             self._rose.add(drone)
         if self.stage is Stage.TAKING_OFF and not silent and drone not in self._rose:
             return False
@@ -146,7 +184,7 @@ class Director:
             self._lost_since.pop(drone, None)
             return False
         since = self._lost_since.setdefault(drone, fleet.now)
-        return phase in (Phase.LANDING, Phase.STOPPED) or fleet.now - since >= GRACE
+        return phase in (Phase.LANDING, Phase.STOPPED) or fleet.now - since >= self._grace
 
     def _how(self, fleet: Fleet, drone: int) -> str:
         state = fleet.states.get(drone)
@@ -156,7 +194,7 @@ class Director:
 
     def _go(self, stage: Stage, order: Mission) -> Mission:
         self.stage, self._since, self._order = stage, order.stamp, order
-        self._started = order if order.verb == "start" else self._started
+        self._started = order if order.in_formation else self._started
         return order
 
     def _out_of_patience(self, fleet: Fleet) -> Mission | None:
@@ -164,8 +202,10 @@ class Director:
         if wanted is None:
             reasons = f"not known to be down: {', '.join(fleet.not_down(self._since))}"
         else:
-            late = [drone for drone in self._pilots if fleet.phase(drone) != wanted]
-            reasons = "; ".join(f"{self._pilots[drone]}: {fleet.why(drone)}" for drone in late)
+            late = [drone for drone in self.pilots if fleet.phase(drone) != wanted]
+            why = [f"{self.pilots[drone]}: {fleet.why(drone)}" for drone in late]
+            against = self._preflight.reasons(fleet) if self.stage is Stage.PREPARING else ()
+            reasons = "; ".join([*why, *against])
         was = self.stage
         order = self.abort(f"still {was} after {PATIENCE // BILLION} s ({reasons})", fleet.now)
         if was is Stage.LANDING:

@@ -18,8 +18,9 @@ from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field, ValidationError
 
+from flockwire.swarm.model import uav
 from flockwire.swarm.reading import error_lines, read_toml
-from flockwire.swarm.tables import Finite, Model, NotNegative, Positive, Probability
+from flockwire.swarm.tables import Finite, Model, NotNegative, Point, Positive, Probability
 from flockwire.wire.plan import Plan
 
 SIM_ONLY = ("clock",)
@@ -107,6 +108,24 @@ class NoiseBurst(_Fault):
     duration: Positive
 
 
+class NameSwap(_Fault):
+    """The tracker gives the bodies of two drones each the other's name."""
+
+    kind: Literal["swap"]
+    drones: tuple[int, int]
+    duration: Positive
+
+
+class Visitor(_Fault):
+    """A body that is no drone's moves straight through the field, seen by the cameras: a person, a tracked obstacle."""
+
+    kind: Literal["visitor"]
+    body: str = "visitor"  # its name at the tracker
+    start: Point  # m
+    velocity: Point  # m/s
+    duration: Positive
+
+
 class ClockStep(_Fault):
     """Somebody sets the clock of a process by `step` s."""
 
@@ -132,13 +151,33 @@ class AirframeFailure(_Fault):
 
 
 Fault = (
-    Kill | Restart | Freeze | Cut | LinkChange | Partition | TrackerLoss | NoiseBurst | ClockStep
+    Kill | Restart | Freeze | Cut | LinkChange | Partition | TrackerLoss | NoiseBurst | NameSwap | Visitor | ClockStep
     | AirframeLag | AirframeFailure
 )  # fmt: skip
 
 
 class _File(Model):
     faults: tuple[Annotated[Fault, Field(discriminator="kind")], ...] = ()
+
+
+def told(fault: Fault) -> str:
+    """Return a fault in a few words: its kind, and whom it hits."""
+    match fault:
+        case Cut() | LinkChange():
+            whom = f"{fault.source} → {fault.target}"
+        case Partition():
+            whom = ", ".join(fault.processes)
+        case Visitor():
+            whom = fault.body
+        case NameSwap():
+            whom = ", ".join(map(uav, fault.drones))
+        case TrackerLoss() | AirframeLag() | AirframeFailure():
+            whom = uav(fault.drone)
+        case Kill() | Restart() | Freeze() | ClockStep():
+            whom = fault.process
+        case NoiseBurst():
+            whom = ""
+    return f"{fault.kind} {whom}".strip()
 
 
 def load_faults(path: Path, plan: Plan) -> tuple[Fault, ...]:
@@ -151,7 +190,7 @@ def parse_faults(table: dict[str, object], plan: Plan, origin: str) -> tuple[Fau
     try:
         faults = _File.model_validate_json(json.dumps(table, default=str)).faults
     except ValidationError as error:
-        raise FaultFileError("\n".join(f"{origin}: {line}" for line in error_lines(error))) from None
+        raise FaultFileError("\n".join(f"{origin}: {line}" for line in error_lines(error, _File))) from None
     problems = list(_problems(faults, plan))
     if problems:
         raise FaultFileError("\n".join(f"{origin}: {line}" for line in problems))
@@ -174,9 +213,12 @@ def _problems(faults: tuple[Fault, ...], plan: Plan) -> Iterator[str]:
         for name, process in _named(fault):
             if process not in processes:
                 yield f"{key}.{name} = {process!r}: there is no such process; must be one of {', '.join(processes)}"
-        flying, number = plan.swarm.flying, getattr(fault, "drone", None)
-        if number is not None and number not in flying:
-            yield f"{key}.drone = {number}: there is no such drone; must be one of {list(flying)}"
+        for name, number in _drones(fault):
+            known = plan.swarm.flying if isinstance(fault, AirframeLag | AirframeFailure) else plan.swarm.tracked
+            if number not in known:
+                yield f"{key}.{name} = {number}: there is no such drone; must be one of {list(known)}"
+        if isinstance(fault, NameSwap) and fault.drones[0] == fault.drones[1]:
+            yield f"{key}.drones = {list(fault.drones)}: must be two drones"
         if isinstance(fault, Cut | LinkChange) and fault.source in processes and fault.target in processes:
             subscribers = [name for name in processes if name != fault.source and plan.publishes_to(fault.source, name)]
             if fault.target not in subscribers:
@@ -184,6 +226,15 @@ def _problems(faults: tuple[Fault, ...], plan: Plan) -> Iterator[str]:
                     f"{key}.to = {fault.target!r}: receives nothing from {fault.source}; must be one of "
                     f"{', '.join(subscribers)}"
                 )
+
+
+def _drones(fault: Fault) -> Iterator[tuple[str, int]]:
+    match fault:
+        case TrackerLoss() | AirframeLag() | AirframeFailure():
+            yield "drone", fault.drone
+        case NameSwap():
+            for place, drone in enumerate(fault.drones):
+                yield f"drones.{place}", drone
 
 
 def _named(fault: Fault) -> Iterator[tuple[str, str]]:

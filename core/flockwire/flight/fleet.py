@@ -44,10 +44,15 @@ class Fleet:
         """Return whether every pilot is in one of `phases`."""
         return all(self.phase(drone) in phases for drone in self.pilots)
 
+    def clocks_off(self, bound: float) -> dict[str, float]:
+        """Return by how many s clocks may be wrong, by process, where that is more than `bound` or unknown (-1)."""
+        fresh = [status for status in self._statuses.values() if self.now - status.stamp < STALE]
+        return {s.identity: s.clock_bound for s in fresh if not 0.0 <= s.clock_bound <= bound}
+
     def mission(self) -> Mission | None:
-        """Return the newest order that a pilot obeys."""
+        """Return the newest order that a pilot obeys; of a hold that of one who knows which formation it interrupts."""
         missions = [status.report.mission for status in self.fresh.values() if status.report.mission is not None]
-        return max(missions, key=lambda mission: mission.stamp, default=None)
+        return max(missions, key=lambda mission: (mission.stamp, mission.start), default=None)
 
     def unconfirmed(self, order: Mission) -> tuple[str, ...]:
         """Return the pilots that have not confirmed that they obey `order`, or a newer one."""

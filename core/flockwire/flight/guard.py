@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from flockwire.control.airframe_state import Motion
-from flockwire.control.barrier import keep_clear, keep_inside, sight_speed, speed_and_acceleration
+from flockwire.control.barrier import keep_clear, sight_speed, speed_and_acceleration
 from flockwire.control.body_tracks import BodyTracks
 from flockwire.control.safety_filter import HalfSpace, nearest_velocity
-from flockwire.control.vector import ZERO, Vector, add, limit, norm, scale, subtract
+from flockwire.control.vector import Vector, add, limit, norm, scale, subtract
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm
 from flockwire.wire.messages import Body, BodyKind
@@ -27,14 +27,14 @@ class Guard:
         self._limits = limits
         self._drone_distance = safe.drone_safety_distance + safe.margin
         self._obstacle_distance = safe.obstacle_safety_distance + safe.margin
-        self._rate = min(safe.barrier_rate, BARRIER_PHASE / (self._slowness + 3.0 * period))
+        self.rate = min(safe.barrier_rate, BARRIER_PHASE / (self._slowness + 3.0 * period))
         self._braking = limits.acceleration
         self._delay = STOPPING_DISTANCE_FACTOR * self._slowness + 3.0 * period
         self._sight = safe.sensing_radius if safe.sensing == "nearby" else float("inf")
         self.speed = min(limits.speed, self._sight_speed(0.0))
         self._tracks = BodyTracks(BODY_TIME_CONSTANT)
         self._epoch = 0  # Unix ns that the tracks' time counts from
-        self._floor = (limits.fence.min[0], limits.fence.min[1], max(limits.fence.min[2], limits.floor))
+        self._room = limits.fence.room()
 
     def velocity(
         self,
@@ -56,10 +56,8 @@ class Guard:
         speed = min(speed, self.speed)
         wanted = limit(wanted, self._sight_speed(max(now - stamp, 0) / BILLION))
         spaces = self._bodies(motion, bodies, stamp, now, speed)
-        low = self._limits.fence.min if grounding else self._floor
-        spaces += keep_inside(
-            motion.position, motion.stopping, low, self._limits.fence.max, self._rate, self._braking, speed
-        )
+        floor = self._room.low[2] if grounding else self._limits.floor
+        spaces += self._room.half_spaces(motion.position, motion.stopping, floor, self.rate, self._braking, speed)
         centre, radius, sliver = speed_and_acceleration(last, speed, self._limits.acceleration * dt)
         if sliver is not None:
             spaces.append(sliver)
@@ -80,12 +78,12 @@ class Guard:
         for body, velocity in zip(bodies, velocities, strict=True):
             x, y, z = body.relative_position
             drone = body.kind is BodyKind.DRONE
-            vx, vy, vz = velocity if drone else ZERO
+            vx, vy, vz = velocity if drone else body.velocity
             rise = own[2] if drone or z else 0.0  # along an upright cylinder nothing changes
             separation = (-x, -y, -z)
             stopping = (own[0] - x - horizon * vx, own[1] - y - horizon * vy, rise - z - horizon * vz)
             distance = self._drone_distance if drone else self._obstacle_distance + body.radius
-            space = keep_clear(separation, stopping, (vx, vy, vz), drone, distance, self._rate, self._braking, speed)
+            space = keep_clear(separation, stopping, (vx, vy, vz), drone, distance, self.rate, self._braking, speed)
             if space is not None:
                 found.append(space)
         return found

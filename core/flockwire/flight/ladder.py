@@ -8,6 +8,8 @@ from flockwire.flight.phases import NEVER
 from flockwire.swarm.model import uav
 from flockwire.swarm.tables import Limits, Staleness
 
+MISTAKEN = "the tracker mistakes its body for another's"
+
 
 class Inputs(NamedTuple):
     """Ages in s of what a pilot flies by (NEVER: not there yet), and what its airframe reports."""
@@ -19,6 +21,7 @@ class Inputs(NamedTuple):
     battery: float  # share of full
     outside: float  # m outside the fence
     leader_down: float = 0.0  # s since the leader, whose formation is to be flown, is down; 0 while it leads
+    doubt: float = 0.0  # s since the tracker has its name on another's body; 0 while it has not
 
 
 def all_well(inputs: Inputs, limits: Limits) -> bool:
@@ -32,6 +35,7 @@ def all_well(inputs: Inputs, limits: Limits) -> bool:
         and inputs.battery >= limits.battery_takeoff
         and inputs.outside == 0.0
         and inputs.leader_down == 0.0
+        and inputs.doubt == 0.0
     )
 
 
@@ -47,6 +51,8 @@ def land_reason(inputs: Inputs, limits: Limits) -> str:
     for name, age, rung in rungs:
         if age > rung:
             return f"{name} lost for {age:.1f} s"
+    if inputs.doubt > stale.identity_land:
+        return f"the tracker mistakes its body for another's for {inputs.doubt:.1f} s"
     if inputs.battery < limits.battery_land:
         return f"battery at {inputs.battery:.0%}"
     if inputs.outside > limits.fence.margin:
@@ -58,6 +64,8 @@ def hold_reason(inputs: Inputs, stale: Staleness) -> str:
     """Return why the drone must leave the formation and hold, empty when it need not."""
     if inputs.pose > stale.pose_zero:
         return "own pose is stale"
+    if inputs.doubt > 0.0:
+        return MISTAKEN
     if inputs.silence > stale.estimates_hold:
         return f"no news of the leader for {stale.estimates_hold:g} s"
     if inputs.leader_down > 0.0:
@@ -70,18 +78,19 @@ def hold_reason(inputs: Inputs, stale: Staleness) -> str:
 def unready_reason(inputs: Inputs, missing: tuple[int, ...], limits: Limits) -> str:
     """Return what the drone waits for before it may take off, empty when it is ready; `missing`: silent neighbours."""
     stale = limits.staleness
-    if inputs.pose > stale.pose_zero:
-        return "waits for its own pose"
-    if inputs.telemetry > stale.telemetry_warn:
-        return "waits for its driver's telemetry"
-    if missing:
-        names = ", ".join("the leader's pose" if j == 0 else f"{uav(j)}'s estimate" for j in missing)
-        return f"waits for {names}"
-    if inputs.nearby > stale.nearby_slow:
-        return "waits for its nearby bodies"
-    if inputs.battery < limits.battery_takeoff:
-        return f"battery at {inputs.battery:.0%}, take-off needs {limits.battery_takeoff:.0%}"
-    return ""
+    names = ", ".join("the leader's pose" if j == 0 else f"{uav(j)}'s estimate" for j in missing)
+    reasons = (
+        (inputs.pose > stale.pose_zero, "waits for its own pose"),
+        (inputs.doubt > 0.0, MISTAKEN),
+        (inputs.telemetry > stale.telemetry_warn, "waits for its driver's telemetry"),
+        (bool(missing), f"waits for {names}"),
+        (inputs.nearby > stale.nearby_slow, "waits for its nearby bodies"),
+        (
+            inputs.battery < limits.battery_takeoff,
+            f"battery at {inputs.battery:.0%}, take-off needs {limits.battery_takeoff:.0%}",
+        ),
+    )
+    return next((text for applies, text in reasons if applies), "")
 
 
 def speed_limit(inputs: Inputs, limits: Limits) -> float:

@@ -15,6 +15,7 @@ from flockwire.wire.messages import Mission, Pose
 
 NEVER = float("inf")
 SHUTDOWN = "its process is to end"
+OUTDATED = "on the ground since the last order: `flockwire start` brings it in"
 LAST_HOLD = BILLION  # ns that it holds at a shutdown before it lands
 HOLDING_GAIN = 1.5  # 1/s, of the loop that keeps a place
 
@@ -56,9 +57,18 @@ class FlightPhases:
         self._retired: int | None = None  # when its shutdown began, Unix ns
 
     def order(self, mission: Mission) -> None:
-        """Take the operator's newest order."""
-        if self.mission is None or mission.stamp > self.mission.stamp:
-            self.mission = mission
+        """Take the operator's newest order.
+
+        A hold keeps in mind which formation it interrupts; like a landing, it is for those who fly.
+        """
+        was = self.mission
+        if was is not None and mission.stamp <= was.stamp:
+            return
+        if was is not None and mission.verb in ("hold", "land"):
+            mission = mission._replace(without=mission.without or was.without)
+            if mission.verb == "hold" and not mission.start:
+                mission = mission._replace(start=was.start, formation=was.formation, change=was.change)
+        self.mission = mission
 
     def stop(self) -> None:
         """Stop for good: only a new process flies again."""
@@ -70,7 +80,7 @@ class FlightPhases:
 
     def mission_time(self, now: int) -> float | None:
         """Return the formation's time t in s at `now` (Unix ns), None before an order to start."""
-        if self.mission is None or self.mission.verb != "start":
+        if self.mission is None or not self.mission.in_formation:
             return None
         return (now - self.mission.start) / BILLION
 
@@ -105,19 +115,19 @@ class FlightPhases:
     def _in_flight(self, at: Situation, verb: str) -> tuple[Phase, str]:
         if self.phase is Phase.TAKEOFF and not at.high:
             return Phase.TAKEOFF, ""
-        if verb == "start" and not at.hold and self.mission is not None and at.now >= self.mission.start:
+        ordered = self.mission is not None and self.mission.in_formation
+        if ordered and not at.hold and self.mission is not None and at.now >= self.mission.start:
             return Phase.FORMATION, ""
-        return Phase.HOLD, at.hold if verb == "start" else ""
+        return Phase.HOLD, at.hold if ordered else ""
 
     def _on_ground(self, at: Situation, verb: str) -> tuple[Phase, str]:
         if at.airborne:  # this process was started in flight
             return Phase.HOLD, ""
         if at.unready:
             return Phase.GROUNDED, at.unready
-        ordered = self.mission is not None and self.mission.stamp > self._obeyed_from
-        if ordered and verb in ("takeoff", "start", "hold"):
-            return Phase.TAKEOFF, ""
-        return Phase.READY, ""
+        if self.mission is None or verb not in ("takeoff", "start", "hold"):
+            return Phase.READY, ""
+        return (Phase.TAKEOFF, "") if self.mission.stamp > self._obeyed_from else (Phase.READY, OUTDATED)
 
 
 def keep_place(position: Vector, place: Vector, speed: float) -> Vector:
@@ -136,25 +146,6 @@ def climb(position: Vector, place: Vector, vertical_speed: float) -> Vector:
     """Return the velocity, m/s, of going straight up (down: a negative `vertical_speed`) above `place`."""
     x, y, _ = keep_place(position, (place[0], place[1], position[2]), abs(vertical_speed))
     return (x, y, vertical_speed)
-
-
-def fenced(velocity: Vector, position: Vector, low: Vector, high: Vector) -> Vector:
-    """Return `velocity` without the components that lead further out of the box `low` … `high` (m, world frame)."""
-    if low[0] < position[0] < high[0] and low[1] < position[1] < high[1] and low[2] < position[2] < high[2]:
-        return velocity
-    x, y, z = (
-        max(v, 0.0) if p <= a else min(v, 0.0) if p >= b else v
-        for v, p, a, b in zip(velocity, position, low, high, strict=True)
-    )
-    return (x, y, z)
-
-
-def outside(position: Vector, low: Vector, high: Vector) -> float:
-    """Return how far `position` is outside the box, m (largest over the axes; 0 inside)."""
-    (x, y, z), (a, b, c), (d, e, f) = position, low, high
-    if a <= x <= d and b <= y <= e and c <= z <= f:
-        return 0.0
-    return max(a - x, x - d, b - y, y - e, c - z, z - f)
 
 
 def command_stamp(pose: Pose | None, now: int, stale_after: float) -> tuple[int, bool]:

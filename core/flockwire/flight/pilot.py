@@ -22,19 +22,19 @@ from flockwire.flight.phases import (
     age,
     climb,
     command_stamp,
-    fenced,
     keep_place,
-    outside,
 )
 from flockwire.flight.surroundings import Surroundings
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import STOP, Key
-from flockwire.wire.messages import Body, Command, FlightState, Pose, Stop, Telemetry
+from flockwire.wire.messages import Body, Command, FlightState, IdentityDoubt, Message, Pose, Stop, Telemetry
 from flockwire.wire.status import Report
 
 AIRBORNE = frozenset({FlightState.FLYING, FlightState.LANDING})
+LEFT_OUT = "left out of this flight"
 DRIVER_LOST = 10.0  # s of silence after which a driver is not coming back
+DOUBT_LASTS = 300_000_000  # ns that a doubt holds after its last message; the gateway repeats it with each frame
 LONGEST_STEP = 0.1  # s: after a longer pause a pilot goes on as if only this had passed
 
 
@@ -50,11 +50,13 @@ class Pilot:
     def __init__(self, swarm: Swarm, number: int, now: int) -> None:
         self.pose_key = Key("pose", uav(number))
         self.born = now
+        self._number = number
         self.flight = FlightPhases(now)
         self.motion: Motion | None = None
         self.bodies: Sequence[Body] = ()
         self.stamp, self.dt = now, 0.0
         self._frame, self._limits, self._avoidance = swarm.frame, swarm.limits, swarm.avoidance
+        self._room = swarm.limits.fence.room()
         self._formation_gain = swarm.control.formation_gain
         self._sensing = swarm.avoidance.sensing == "nearby"
         self._command_key = Key("command", uav(number))
@@ -64,6 +66,7 @@ class Pilot:
         self._surroundings = Surroundings(swarm)
         self._pose: Pose | None = None
         self._telemetry: Telemetry | None = None
+        self._doubt: IdentityDoubt | None = None
         self._place: Vector | None = None  # where it holds, or took off; None until it knows where it is
         self._inputs = Inputs(NEVER, NEVER, NEVER, NEVER, 1.0, 0.0)
         self._stepped = now
@@ -71,6 +74,7 @@ class Pilot:
         self.take: dict[Key, Callable[[Any], None]] = {  # what to do with a message, by its key
             self.pose_key: self._take_pose,
             Key("nearby", uav(number)): self._surroundings.take_nearby,
+            Key("doubt", uav(number)): self._take_doubt,
             Key("telemetry", uav(number)): self._take_telemetry,
             STOP: self._take_stop,
         }
@@ -90,7 +94,7 @@ class Pilot:
         formation (empty: nothing does); `neighbours` returns the positions known without a sensor (m, world frame);
         `leader_down`: the leader does not lead.
         """
-        self.dt = min((now - self._stepped) / BILLION, LONGEST_STEP)
+        self.dt = max(0.0, min((now - self._stepped) / BILLION, LONGEST_STEP))  # a clock may be set back
         self._stepped = now
         pose, inputs = self._pose, self._read(now, silence, self._leaderless(now, leader_down))
         self._inputs = inputs
@@ -104,12 +108,17 @@ class Pilot:
                 self.motion = self._airframe.measure(pose.position, seen, (now - self.born) / BILLION)
         return phase
 
-    def command(self, wanted: Vector, now: int) -> tuple[Key, Command]:
-        """Return the command to publish at `now` (Unix ns); `wanted` (m/s) counts in the formation phase alone."""
+    def command(self, wanted: Vector, now: int) -> list[tuple[Key, Message]]:
+        """Return the command to publish at `now` (Unix ns); `wanted` (m/s) counts in the formation phase alone.
+
+        None after an emergency stop: a driver that missed it lands for want of commands, and does not hover.
+        """
+        if self.flight.phase is Phase.STOPPED:
+            return []
         motion = self.motion
         velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity()
         self._airframe.command(velocity, (now - self.born) / BILLION)
-        return self._command_key, Command(self.stamp, self._frame, velocity)
+        return [(self._command_key, Command(self.stamp, self._frame, velocity))]
 
     def report(self, now: int, formation_error: float = -1.0, estimate_age: float = -1.0) -> Report:
         """Return how the drone is; `formation_error` in m, `estimate_age` in s, -1 where there is none."""
@@ -122,28 +131,37 @@ class Pilot:
             (now - telemetry.stamp) / BILLION if telemetry is not None else -1.0,
             telemetry.battery if telemetry is not None else -1.0,
             self.flight.mission,
+            position=pose.position if pose is not None else None,
         )  # fmt: skip
 
     def _leaderless(self, now: int, leader_down: bool) -> float:
         """Return for how long, s, there has been nobody to fly a formation round, while one is ordered."""
         mission = self.flight.mission
-        if not leader_down or mission is None or mission.verb != "start" or self.flight.phase not in IN_FLIGHT:
+        if not leader_down or mission is None or not mission.in_formation or self.flight.phase not in IN_FLIGHT:
             self._down_since = 0
             return 0.0
         self._down_since = self._down_since or now
         return max((now - self._down_since) / BILLION, 1e-9)
 
     def _read(self, now: int, silence: float, leader_down: float) -> Inputs:
-        pose, telemetry, fence = self._pose, self._telemetry, self._limits.fence
+        pose, telemetry = self._pose, self._telemetry
         return Inputs(
             (now - pose.stamp) / BILLION if pose is not None else NEVER,
             silence,
             age(self._surroundings.stamp, now) if self._sensing else 0.0,
             (now - telemetry.stamp) / BILLION if telemetry is not None else NEVER,
             telemetry.battery if telemetry is not None else 1.0,
-            outside(pose.position, fence.min, fence.max) if pose is not None else 0.0,
+            self._room.outside(pose.position) if pose is not None else 0.0,
             leader_down,
+            self._doubted(now),
         )
+
+    def _doubted(self, now: int) -> float:
+        """Return for how long, s, the tracker has had its name on another's body; 0 when it has not."""
+        doubt = self._doubt
+        if doubt is None or now - doubt.stamp > DOUBT_LASTS:
+            return 0.0
+        return max((now - doubt.since) / BILLION, 1e-9)
 
     def retire(self, now: int) -> None:
         """Hold, then land: the process is to end."""
@@ -160,13 +178,15 @@ class Pilot:
         """Go to the phase that follows; a new one has a place of its own to keep."""
         limits, flight, was = self._limits, self.flight, self.flight.phase
         unready = hold = land = ""
+        mission = flight.mission
+        left_out = LEFT_OUT if mission is not None and self._number in mission.without else ""
         if missing or not all_well(inputs, limits):
             unready = unready_reason(inputs, missing, limits)
             hold = hold_reason(inputs, limits.staleness)
             land = land_reason(inputs._replace(pose=min(inputs.pose, age(self.born, now))), limits)
         airborne = self._telemetry is not None and self._telemetry.state in AIRBORNE
         high = self._pose is not None and self._pose.position[2] >= 0.95 * limits.takeoff_height
-        phase = flight.update(Situation(now, fault or unready, fault or hold, land, airborne, high))
+        phase = flight.update(Situation(now, left_out or fault or unready, fault or hold, land, airborne, high))
         if phase is not was:
             self._place = None
         return phase
@@ -182,7 +202,7 @@ class Pilot:
         if self._guard is not None:
             last, seen = self._airframe.last_command, self._surroundings.stamp or self.stamp
             return self._guard.velocity(wanted, motion, self.bodies, seen, now, last, self.dt, speed, grounding)
-        return wanted if grounding else limit(fenced(wanted, position, limits.fence.min, limits.fence.max), speed)
+        return wanted if grounding else limit(self._room.inwards(wanted, position), speed)
 
     def _keep(self, phase: Phase, position: Vector) -> Vector:
         """Return the velocity that keeps the place: on it, above it on the way up, or on the way down."""
@@ -202,6 +222,9 @@ class Pilot:
 
     def _take_pose(self, pose: Pose) -> None:
         self._pose = pose
+
+    def _take_doubt(self, doubt: IdentityDoubt) -> None:
+        self._doubt = doubt
 
     def _take_telemetry(self, telemetry: Telemetry) -> None:
         self._telemetry = telemetry

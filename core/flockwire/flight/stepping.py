@@ -10,12 +10,13 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Protocol
 
 from flockwire.flight.cores import Core
+from flockwire.flight.timekeeping import Timekeeping
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm
 from flockwire.wire.inbox import Inbox
 from flockwire.wire.keys import Key, key_text
 from flockwire.wire.messages import Message
-from flockwire.wire.status import Report, Status
+from flockwire.wire.status import Counts, Report, Status
 
 STATUS_PERIOD = BILLION // 10
 WATCHDOG_PERIODS = 2  # a core with a trigger steps without it after as many periods
@@ -74,20 +75,27 @@ class StatusPublisher:
     """Publishes how a process is ten times a second, and logs a line when its state changes."""
 
     def __init__(
-        self, swarm: Swarm, identity: str, publish: Publish, resources: Resources, log: Callable[[str], None]
+        self,
+        swarm: Swarm,
+        identity: str,
+        publish: Publish,
+        resources: Resources,
+        timekeeping: Timekeeping,
+        log: Callable[[str], None],
     ) -> None:
         self._key, self._frame, self._identity = Key("status", identity), swarm.frame, identity
-        self._publish, self._resources, self._log = publish, resources, log
+        self._publish, self._resources, self._timekeeping, self._log = publish, resources, timekeeping, log
         self.deadline = 0  # of the next status, Unix ns
         self._logged = ""
 
-    def update(self, now: int, report: Report, counts: Deadlines, rejected: tuple[tuple[str, int], ...]) -> None:
+    def update(self, now: int, report: Report, counts: Deadlines, rejected: Counts) -> None:
         """Publish the status, and log the state if it is a new one."""
         self.deadline = next_deadline(self.deadline, now, STATUS_PERIOD)
         status = Status(
             now, self._frame, self._identity, report,
             counts.steps, counts.late_1ms, counts.late_5ms, counts.skipped, self._resources.refused(),
             self._resources.cpu_share(now), self._resources.resident(), rejected, self._resources.links(),
+            *self._timekeeping.figures(now),
         )  # fmt: skip
         self._publish(((self._key, status.bounded()),))
         state = f"{report.phase}: {report.detail}" if report.detail else str(report.phase)
@@ -96,9 +104,9 @@ class StatusPublisher:
             self._log(state)
 
 
-def at_once(core: Core) -> frozenset[Key]:
+def at_once(core: Core, timekeeping: Timekeeping) -> frozenset[Key]:
     """Return the keys that are handed over as soon as they arrive; all others are buffered until the next step."""
-    return core.prompt | core.triggers
+    return core.prompt | core.triggers | timekeeping.keys
 
 
 def tick_period(core: Core) -> float:
@@ -107,7 +115,10 @@ def tick_period(core: Core) -> float:
 
 
 class Stepper:
-    """Steps one core. `buffered` are the inputs read at each step, `inputs` all that it has."""
+    """Steps one core. `buffered` are the inputs read at each step, `inputs` all that it has.
+
+    `flush` sends the datagrams of a core that has some; called after each message that is handed over and each step.
+    """
 
     def __init__(
         self,
@@ -116,9 +127,12 @@ class Stepper:
         buffered: Sequence[Input],
         inputs: Sequence[Input],
         publish: Publish,
+        timekeeping: Timekeeping,
         status: StatusPublisher | None,
+        flush: Callable[[int], None] | None = None,
     ) -> None:
-        self._core, self._publish, self._status = core, publish, status
+        self._core, self._publish, self._status, self._flush = core, publish, status, flush
+        self._timekeeping, self._time_keys = timekeeping, timekeeping.keys
         self._receive = core.receive
         self._triggers = core.triggers
         self._buffered = tuple((source.inbox.key, source.message) for source in buffered)
@@ -135,7 +149,12 @@ class Stepper:
             return
         inbox = source.inbox
         key = inbox.key
+        if key in self._time_keys:
+            self._publish(self._timekeeping.receive(key, message, now))
+            return
         self._receive(key, message, now)
+        if self._flush is not None:
+            self._flush(now)
         if key not in self._triggers or not self._core.due(key):
             return
         stamp = message.stamp
@@ -144,8 +163,15 @@ class Stepper:
             self._deadlines.count(now - inbox.sent, inbox.missed)
             self._step(now)
 
+    def fed(self, now: int) -> None:
+        """Step for what has come to the core by a way of its own, which is no key."""
+        self._deadlines.count(0, 0)
+        self._step(now)
+
     def tick(self, lateness: int, skipped: int, now: int) -> None:
         """Step for the ticker, which is `lateness` ns late and missed `skipped` ticks; not if a trigger did already."""
+        if outgoing := self._timekeeping.step(now):
+            self._publish(outgoing)
         stepped, self._stepped = self._stepped, False
         if not self._triggers:
             self._deadlines.count(lateness, skipped)
@@ -160,11 +186,14 @@ class Stepper:
             message = newest(now)
             if message is not None:
                 self._receive(key, message, now)
-        self._publish(core.step(now))
+        messages = core.step(now)
+        if self._flush is not None:
+            self._flush(now)
+        self._publish(messages)
         if status is not None and now >= status.deadline:
             status.update(now, core.report(now), self._deadlines, self._rejected())
 
-    def _rejected(self) -> tuple[tuple[str, int], ...]:
+    def _rejected(self) -> Counts:
         return tuple(
             (f"{name} {reason}", count)
             for name, inbox in self._named

@@ -44,4 +44,6 @@ class Surroundings:
         if stamp != self._nearby.stamp:
             return self._nearby.bodies
         displacement = subtract(place, pose.position)
-        return [Body(body.kind, add(body.relative_position, displacement), body.radius) for body in self._nearby.bodies]
+        return [
+            body._replace(relative_position=add(body.relative_position, displacement)) for body in self._nearby.bodies
+        ]

@@ -4,25 +4,27 @@ Every process is a peer that listens on its own endpoint and dials only linked p
 dialling (in router mode: a client of the router). Scouting and gossip are off, every link is mutual TLS. Messages that
 may trigger a step cross the threads at once, the others are buffered until a step reads them; of several, the newest
 counts.
+
+A process that listens has two Zenoh sessions: one for the links to processes, and one that is reserved for persons.
 """
 
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import logging
 import os
 import uuid
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from flockwire import clock
+from flockwire.runtime.configuration import NO_DETOURS, configuration, reserved_configuration
 from flockwire.runtime.linger import ignore_linger
 from flockwire.security.files import Credentials, default_folder, files_of
-from flockwire.wire.access import access_control
-from flockwire.wire.inbox import ATTACHMENT, Inbox
+from flockwire.wire.inbox import ATTACHMENT, Inbox, publisher_of
 from flockwire.wire.keys import ROWS, Delivery, Key
 from flockwire.wire.plan import Plan
 
@@ -35,18 +37,10 @@ os.environ.setdefault(
 
 import zenoh
 
-from flockwire.runtime.subscriptions import BACKLOG, Newest, Prompt, Ring, Wakeup
+from flockwire.runtime.subscriptions import BACKLOG, Newest, Prompt, Ring, Rings, Wakeup
 
 if TYPE_CHECKING:
     from flockwire.wire.messages import Message
-
-BURST = 16  # messages of one step that may wait for the network before the next is dropped; 16 is the most
-LARGEST_MESSAGE = 65536  # bytes
-SPARE_SESSIONS = 512  # beside one for each link: a holder of one drone's certificate must not exhaust them easily
-ACCEPTING = 1000  # connections that may be under way at a time, and ms that each may take
-ROUTER_PATIENCE = 500  # ms that one attempt to reach the router may take
-NO_DETOURS: Mapping[str, str] = MappingProxyType({})
-RETRY = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
 
 _PRIORITIES = {
     Delivery.EVENT: zenoh.Priority.REAL_TIME,  # before all else: Zenoh's highest
@@ -82,67 +76,6 @@ async def connect(
     return None
 
 
-def configuration(
-    plan: Plan, identity: str, credentials: Credentials | None, detours: Mapping[str, str] = NO_DETOURS
-) -> dict[str, object]:
-    """Return the Zenoh configuration of `identity`: endpoints, links, access control, nothing found by itself.
-
-    Without `credentials` nothing is encrypted, authenticated or refused. `detours`: who is dialled elsewhere.
-    """
-    dialled = {**plan.endpoints, **detours}
-    mode = _mode(plan, identity)
-    scheme = "tls" if credentials is not None else "tcp"
-    link: dict[str, object] = {
-        "tx": {"lease": 1000, "keep_alive": 4, "queue": {"size": {"real_time": BURST, "data_high": BURST}}},
-        "rx": {"max_message_size": LARGEST_MESSAGE},
-    }
-    config: dict[str, object] = {
-        "mode": mode,
-        "listen": {"endpoints": [f"{scheme}/{plan.endpoints[identity]}"] if identity in plan.endpoints else []},
-        "connect": {
-            "endpoints": [f"{scheme}/{dialled[other]}" for other in plan.dials[identity]],
-            "timeout_ms": ROUTER_PATIENCE if mode == "client" else -1,
-            "exit_on_failure": mode == "client",
-            "retry": RETRY,
-        },
-        "open": {"return_conditions": {"connect_scouted": False, "declares": False}},
-        "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
-        "transport": {
-            "link": link,
-            "unicast": {
-                "max_sessions": len(plan.links[identity]) + SPARE_SESSIONS,
-                "accept_pending": ACCEPTING,
-                "accept_timeout": ACCEPTING,
-            },
-            "shared_memory": {"enabled": False},
-        },
-    }
-    if credentials is not None:
-        link["tls"] = _tls(credentials)
-        config["access_control"] = access_control(plan, identity)
-    return config
-
-
-def _mode(plan: Plan, identity: str) -> str:
-    if not plan.routers:
-        return "peer"
-    return "router" if identity in plan.routers else "client"
-
-
-def _tls(credentials: Credentials) -> dict[str, object]:
-    certificate, key = str(credentials.certificate), str(credentials.key)
-    return {
-        "root_ca_certificate": str(credentials.authority),
-        "enable_mtls": True,
-        "verify_name_on_connect": True,
-        "close_link_on_expiration": True,
-        "listen_certificate": certificate,
-        "listen_private_key": key,
-        "connect_certificate": certificate,
-        "connect_private_key": key,
-    }
-
-
 class Session:
     """One process's connection to the swarm. Use it as a context manager: a session left open hangs the exit."""
 
@@ -160,23 +93,21 @@ class Session:
 
         Raises CredentialsError, EndpointInUseError, and in router mode RouterAbsentError.
         """
-        self._plan, swarm = plan, plan.swarm
-        self._publisher_id = uuid.uuid4().bytes
+        self._plan, self._identity, swarm = plan, identity, plan.swarm
+        own = uuid.uuid4().bytes
+        self._ids = {key: publisher_of(own, key) for key in plan.publishes[identity]}
         self._sequences: dict[Key, int] = {}
         credentials = None
         if swarm.network.security == "mtls":
-            credentials = _credentials(keys or default_folder(swarm.name), identity, verified)
-        config = configuration(plan, identity, credentials, detours)
+            credentials = _credentials(plan, keys or default_folder(swarm.name), identity, verified)
         ignore_linger()
-        try:
-            self._zenoh = zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
-        except zenoh.ZError as error:
-            if config["mode"] == "client":
-                raise RouterAbsentError from None
-            where = plan.endpoints.get(identity, "nowhere")
-            raise EndpointInUseError(
-                f"{identity} cannot listen at {where} (network.base_port = {swarm.network.base_port}): {_reason(error)}"
-            ) from None
+        self._sessions: list[zenoh.Session] = []
+        with contextlib.ExitStack() as stack:
+            stack.callback(self.close)
+            self._open(plan.endpoints.get(identity, "nowhere"), configuration(plan, identity, credentials, detours))
+            if credentials is not None and identity in plan.reserved:
+                self._open(plan.reserved[identity], reserved_configuration(plan, identity, credentials))
+            stack.pop_all()
         self._publishers = {key: self._declare(key) for key in plan.publishes[identity]}
 
     def __enter__(self) -> Session:
@@ -187,54 +118,81 @@ class Session:
 
     def close(self) -> None:
         """End the session; one that is left open hangs the process's exit."""
-        self._zenoh.close()  # type: ignore[no-untyped-call]
+        for session in self._sessions:
+            session.close()  # type: ignore[no-untyped-call]
 
     def publish(self, messages: Iterable[tuple[Key, Message]]) -> None:
         """Publish messages; KeyError when the key table does not let this identity publish one of the keys."""
         for key, message in messages:
-            publisher = self._publishers[key]
+            publishers = self._publishers[key]
             sequence = self._sequences.get(key, 0)
             self._sequences[key] = sequence + 1
-            publisher.put(message.encode(), attachment=ATTACHMENT.pack(sequence, clock.now(), 16, self._publisher_id))
+            payload, attached = message.encode(), ATTACHMENT.pack(sequence, clock.now(), 16, self._ids[key])
+            for publisher in publishers:
+                publisher.put(payload, attachment=attached)
 
     def newest(self, key: Key) -> Newest:
         """Subscribe to `key`, buffering its newest sample until it is read."""
-        ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(BACKLOG)
-        subscriber = self._zenoh.declare_subscriber(self._plan.text(key), ring, allowed_origin=zenoh.Locality.REMOTE)
-        return Newest(Inbox(key, ROWS[key.kind]), subscriber)
+        return Newest(Inbox(key, ROWS[key.kind]), self._rings(key, BACKLOG, zenoh.Locality.REMOTE))
 
     def prompt(self, key: Key, wakeup: Wakeup) -> Prompt:
         """Subscribe to `key`; `wakeup` calls its handler in the running loop as soon as a sample is there."""
         prompt = Prompt(Inbox(key, ROWS[key.kind]), wakeup)
         callback = zenoh.handlers.Callback(prompt.arrived, indirect=False)
-        self._zenoh.declare_subscriber(self._plan.text(key), callback, allowed_origin=zenoh.Locality.REMOTE)
+        for session in self._carrying(key in self._plan.from_persons):
+            session.declare_subscriber(self._plan.text(key), callback, allowed_origin=zenoh.Locality.REMOTE)
         return prompt
 
     def every(self, key: Key, capacity: int) -> Ring:
         """Subscribe to `key` keeping up to `capacity` samples, own ones too, for one that reads them in batches."""
-        ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(capacity)
-        return self._zenoh.declare_subscriber(self._plan.text(key), ring)
+        return self._rings(key, capacity, zenoh.Locality.ANY)
 
     def linked(self) -> tuple[str, ...]:
         """Return who is at the other end of each link, by authenticated identity (without security: nobody known)."""
-        return tuple(sorted(link.auth_identifier or "unknown" for link in self._zenoh.info.links()))
+        links = [link for session in self._sessions for link in session.info.links()]
+        return tuple(sorted(link.auth_identifier or "unknown" for link in links))
 
-    def _declare(self, key: Key) -> zenoh.Publisher:
-        return self._zenoh.declare_publisher(
-            self._plan.text(key),
-            priority=_PRIORITIES[ROWS[key.kind].delivery],
-            congestion_control=zenoh.CongestionControl.DROP,  # waiting for a silent peer would delay all others
-            express=ROWS[key.kind].delivery is Delivery.EVENT,
+    def _open(self, where: str, config: dict[str, object]) -> None:
+        try:
+            self._sessions.append(zenoh.open(zenoh.Config.from_json5(json.dumps(config))))
+        except zenoh.ZError as error:
+            if config["mode"] == "client":
+                raise RouterAbsentError from None
+            base = self._plan.swarm.network.base_port
+            raise EndpointInUseError(
+                f"{self._identity} cannot listen at {where} (network.base_port = {base}): {_reason(error)}"
+            ) from None
+
+    def _carrying(self, persons: bool) -> list[zenoh.Session]:
+        """Return the sessions by which a key goes, with or without the one for persons."""
+        return self._sessions if persons else self._sessions[:1]
+
+    def _rings(self, key: Key, capacity: int, origin: zenoh.Locality) -> Ring:
+        rings = []
+        for session in self._carrying(key in self._plan.from_persons):
+            ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(capacity)
+            rings.append(session.declare_subscriber(self._plan.text(key), ring, allowed_origin=origin))
+        return rings[0] if len(rings) == 1 else Rings(rings)
+
+    def _declare(self, key: Key) -> tuple[zenoh.Publisher, ...]:
+        return tuple(
+            session.declare_publisher(
+                self._plan.text(key),
+                priority=_PRIORITIES[ROWS[key.kind].delivery],
+                congestion_control=zenoh.CongestionControl.DROP,  # waiting for a silent peer would delay all others
+                express=ROWS[key.kind].delivery is Delivery.EVENT,
+            )
+            for session in self._carrying(key in self._plan.to_persons)
         )
 
 
-def _credentials(folder: Path, identity: str, verified: bool) -> Credentials:
+def _credentials(plan: Plan, folder: Path, identity: str, verified: bool) -> Credentials:
     files = files_of(folder, identity)
     if not verified and all(path.exists() for path in (files.authority, files.certificate, files.key)):
         return files
     from flockwire.security.credentials import load_credentials  # noqa: PLC0415  (takes 0.1 s)
 
-    return load_credentials(folder, identity, clock.utc())
+    return load_credentials(folder, identity, clock.utc(), plan.issuer(identity), plan.authorities)
 
 
 def _reason(error: zenoh.ZError) -> str:

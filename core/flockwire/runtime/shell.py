@@ -5,13 +5,18 @@ When to step, and what to count and to report, is the stepper's to decide (fligh
 
 from __future__ import annotations
 
+import contextlib
 import logging
+from collections.abc import Callable, Iterable
+from contextlib import AbstractAsyncContextManager, nullcontext
 from random import Random
 
 from flockwire import clock
 from flockwire.flight.cores import Core, Start, make_core
 from flockwire.flight.faults import of_core
 from flockwire.flight.stepping import StatusPublisher, Stepper, at_once, tick_period
+from flockwire.flight.timekeeping import Timekeeping, timekeeping
+from flockwire.runtime.datagrams import Sockets, served
 from flockwire.runtime.detours import read_detours
 from flockwire.runtime.ending import Ending, finished, last_resort
 from flockwire.runtime.job import Job
@@ -19,20 +24,33 @@ from flockwire.runtime.refusals import Refusals
 from flockwire.runtime.resources import ProcessResources
 from flockwire.runtime.session import Session, connect
 from flockwire.runtime.subscriptions import Prompt, Wakeup
+from flockwire.runtime.supervision import Supervision
 from flockwire.runtime.ticker import Ticker
+from flockwire.wire.keys import Key
+from flockwire.wire.messages import Message
 from flockwire.wire.plan import Plan
+from flockwire.wire.status import Status
+
+Feed = Callable[[Core, Callable[[], None]], AbstractAsyncContextManager[None] | None]
+"""Opens an input that is no key, for a core; calls the function it is given when the core is to step for it."""
 
 
 class Shell:
     """Runs one core on one session in the running loop."""
 
-    def __init__(self, core: Core, plan: Plan, identity: str, session: Session, refusals: Refusals) -> None:
+    def __init__(
+        self, core: Core, plan: Plan, identity: str, session: Session, refusals: Refusals, sockets: Sockets | None
+    ) -> None:
         self._running = False
-        keys, prompt_keys, wakeup = plan.subscribes[identity], at_once(core), Wakeup(self._arrived)
+        timed = timekeeping(plan, identity, clock.correct)
+        keys, prompt_keys, wakeup = plan.subscribes[identity], at_once(core, timed), Wakeup(self._arrived)
         buffered = [session.newest(key) for key in keys if key not in prompt_keys]
         prompts = [session.prompt(key, wakeup) for key in keys if key in prompt_keys]
-        status = status_publisher(plan, identity, session, refusals)
-        self._stepper = Stepper(core, plan.swarm, buffered, [*buffered, *prompts], session.publish, status)
+        status = status_publisher(plan, identity, session, refusals, timed)
+        flush = None if sockets is None else sockets.flush
+        self._stepper = Stepper(
+            core, plan.swarm, buffered, [*buffered, *prompts], session.publish, timed, status, flush
+        )
         self._ticker = Ticker(tick_period(core), self._tick)
 
     def start(self) -> None:
@@ -45,6 +63,11 @@ class Shell:
         self._running = False
         self._ticker.stop()
 
+    def step(self) -> None:
+        """Step for what has come to the core by a way of its own."""
+        if self._running:
+            self._stepper.fed(clock.now())
+
     def _arrived(self, prompt: Prompt) -> None:
         if self._running:
             self._stepper.arrived(prompt, clock.now())
@@ -53,14 +76,23 @@ class Shell:
         self._stepper.tick(lateness, skipped, clock.now())
 
 
-def status_publisher(plan: Plan, identity: str, session: Session, refusals: Refusals) -> StatusPublisher:
-    """Return what publishes how this process is, on its session, and logs it."""
-    resources = ProcessResources(session, refusals)
-    return StatusPublisher(plan.swarm, identity, session.publish, resources, logging.getLogger(identity).info)
+def status_publisher(
+    plan: Plan, identity: str, session: Session, refusals: Refusals, timed: Timekeeping
+) -> StatusPublisher:
+    """Return what publishes how this process is, on its session, logs it and reports it to supervisors."""
+    resources, supervision = ProcessResources(session, refusals), Supervision(identity)
+
+    def publish(messages: Iterable[tuple[Key, Message]]) -> None:
+        for key, message in messages:
+            session.publish(((key, message),))
+            if isinstance(message, Status):
+                supervision.completed(message.report)
+
+    return StatusPublisher(plan.swarm, identity, publish, resources, timed, logging.getLogger(identity).info)
 
 
-async def run_core(job: Job) -> None:
-    """Run the core that the process table names until the process is to end."""
+async def run_core(job: Job, feed: Feed | None = None) -> None:
+    """Run the core that the process table names until the process is to end, with the input of its own that it has."""
     plan, identity = job.plan, job.identity
     detours = read_detours()
     ending, refusals = Ending(), Refusals(identity)
@@ -70,11 +102,14 @@ async def run_core(job: Job) -> None:
         return
     chance = Random(plan.swarm.gateway.seed)  # noqa: S311  (noise)
     core = make_core(Start(plan, identity, clock.now(), chance, of_core(job.faults, plan, identity), job.took_off))
-    with session:
-        shell = Shell(core, plan, identity, session, refusals)
+    async with contextlib.AsyncExitStack() as stack:
+        stack.enter_context(session)
+        sockets = await stack.enter_async_context(served(core))
+        shell = Shell(core, plan, identity, session, refusals, sockets)
         shell.start()
         try:
-            await finished(core, plan, identity, session, ending)
+            async with (feed(core, shell.step) if feed is not None else None) or nullcontext():
+                await finished(core, plan, identity, session, ending)
         finally:
             shell.stop()
             last_resort()

@@ -5,8 +5,8 @@ from __future__ import annotations
 import asyncio
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Protocol
 
 import zenoh
 
@@ -17,7 +17,27 @@ if TYPE_CHECKING:
 
 BACKLOG = 256  # samples of one key that are buffered; beyond, the oldest is dropped and counted as an overflow
 
-Ring = zenoh.Subscriber[zenoh.Handler[zenoh.Sample]]
+
+class Ring(Protocol):
+    """Buffered samples of one key: a Zenoh subscriber's, or `Rings`."""
+
+    def try_recv(self) -> zenoh.Sample | None:
+        """Return the oldest sample that came, None when there is none."""
+
+
+class Rings:
+    """The samples of one key that come by several sessions."""
+
+    def __init__(self, rings: Sequence[Ring]) -> None:
+        self._rings = rings
+
+    def try_recv(self) -> zenoh.Sample | None:
+        """Return a sample that came, None when there is none."""
+        for ring in self._rings:
+            sample = ring.try_recv()
+            if sample is not None:
+                return sample
+        return None
 
 
 class Subscription(ABC):

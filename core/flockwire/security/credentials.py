@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import stat
 from datetime import datetime
 from pathlib import Path
@@ -13,42 +14,39 @@ from cryptography.hazmat.primitives.asymmetric.types import PrivateKeyTypes
 from cryptography.x509.oid import NameOID
 
 from flockwire.security.files import Credentials, CredentialsError, files_of
+from flockwire.wire.plan import AUTHORITY
 
 NO_FOLDER = "there is no such keys folder; `flockwire keys SWARM` makes it"
+SYSTEMD = "CREDENTIALS_DIRECTORY"  # names the folder of a service's own keys
 FORMAT = "%Y-%m-%d %H:%M UTC"
 
 
-def load_credentials(folder: Path, identity: str, now: datetime) -> Credentials:
-    """Check the keys of `identity` in `folder` as of `now`; raises CredentialsError."""
+def load_credentials(
+    folder: Path, identity: str, now: datetime, issuer: str = AUTHORITY, authorities: tuple[str, ...] = (AUTHORITY,)
+) -> Credentials:
+    """Check the keys of `identity` in `folder` as of `now`; raises CredentialsError.
+
+    Its certificate must be of the authority `issuer`; it needs the certificates of all `authorities`.
+    """
     files = files_of(folder, identity)
-    try:
-        mode = folder.stat().st_mode
-    except OSError as error:
-        if isinstance(error, FileNotFoundError):
-            raise CredentialsError(f"{folder}: {NO_FOLDER}") from None
-        raise CredentialsError(f"{folder}: cannot read this keys folder: {error.strerror}") from None
-    if not stat.S_ISDIR(mode):
-        raise CredentialsError(f"{folder}: {NO_FOLDER}")
-    if mode & 0o022:
-        raise CredentialsError(
-            f"{folder}: others may write into this keys folder (mode {mode & 0o777:04o}); chmod 700 it"
-        )
-    authority, certificate = _certificate(files.authority), _certificate(files.certificate)
+    _check_folder(folder)
+    trusted = {name: _certificate(files.signed_by(name)) for name in authorities}
+    certificate = _certificate(files.certificate)
     key = _key(files.key)
-    mode = stat.S_IMODE(files.key.stat().st_mode)
-    if mode & 0o077:
-        raise CredentialsError(f"{files.key}: others may read this private key (mode {mode:04o}); chmod 600 it")
+    _check_private(files.key)
     if certificate.public_key() != key.public_key():
         raise CredentialsError(f"{files.certificate}: does not belong to the key {files.key.name} beside it")
     name = common_name(certificate)
     if name != identity:
         raise CredentialsError(f"{files.certificate}: is for {name!r}, this process is {identity!r}")
     try:
-        certificate.verify_directly_issued_by(authority)
+        certificate.verify_directly_issued_by(trusted[issuer])
     except (ValueError, TypeError, InvalidSignature):
-        raise CredentialsError(f"{files.certificate}: was not signed by the authority {files.authority}") from None
-    for path, held in ((files.certificate, certificate), (files.authority, authority)):
-        _check_dates(path, held, now)
+        signer = files.signed_by(issuer)
+        raise CredentialsError(f"{files.certificate}: was not signed by the authority {signer}") from None
+    _check_dates(files.certificate, certificate, now)
+    for name, held in trusted.items():
+        _check_dates(files.signed_by(name), held, now)
     return files
 
 
@@ -56,6 +54,30 @@ def common_name(certificate: x509.Certificate) -> str:
     """Return whom a certificate is for, empty when it names nobody."""
     names = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
     return str(names[0].value) if names else ""
+
+
+def _check_folder(folder: Path) -> None:
+    """Refuse what is no folder, and one in which others may replace keys."""
+    try:
+        mode = folder.stat().st_mode
+    except FileNotFoundError:
+        raise CredentialsError(f"{folder}: {NO_FOLDER}") from None
+    except OSError as error:
+        raise CredentialsError(f"{folder}: cannot read this keys folder: {error.strerror}") from None
+    if not stat.S_ISDIR(mode):
+        raise CredentialsError(f"{folder}: {NO_FOLDER}")
+    if mode & 0o022:
+        raise CredentialsError(
+            f"{folder}: others may write into this keys folder (mode {mode & 0o777:04o}); chmod 700 it"
+        )
+
+
+def _check_private(key: Path) -> None:
+    """Refuse a private key that others may read."""
+    mode = stat.S_IMODE(key.stat().st_mode)
+    # systemd's own folder lets one service in by an access-control list, which shows as the group's bits.
+    if mode & (0o007 if str(key.parent) == os.environ.get(SYSTEMD) else 0o077):
+        raise CredentialsError(f"{key}: others may read this private key (mode {mode:04o}); chmod 600 it")
 
 
 def _check_dates(path: Path, certificate: x509.Certificate, now: datetime) -> None:

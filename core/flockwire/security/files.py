@@ -10,9 +10,9 @@ class CredentialsError(ValueError):
     """Keys that cannot be used; the text is one line: the file, what is wrong, what to do."""
 
 
-def default_folder(name: str) -> Path:
-    """Return where the keys of the swarm called `name` are unless the user says otherwise."""
-    return Path(".flockwire") / name / "keys"
+def default_folder(name: str, beside: Path = Path()) -> Path:
+    """Return where the keys of the swarm called `name` are unless the user says otherwise: `beside` its file."""
+    return beside / ".flockwire" / name / "keys"
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +22,10 @@ class Credentials:
     authority: Path
     certificate: Path
     key: Path
+
+    def signed_by(self, authority: str) -> Path:
+        """Return the certificate of the authority of that name."""
+        return self.authority.with_name(f"{authority}.crt")
 
 
 def files_of(folder: Path, identity: str) -> Credentials:

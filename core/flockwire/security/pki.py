@@ -1,7 +1,9 @@
-"""The swarm's certificates: one authority, one EC P-256 certificate per identity, its name the identity.
+"""The swarm's certificates: one EC P-256 certificate per identity, its name the identity, and who signs them.
 
-    FOLDER/authority/ca.key            signs; stays off the drones
+    FOLDER/authority/ca.key            signs those of processes; stays off the drones
+    FOLDER/authority/operators.key     signs those of persons; the same
     FOLDER/ca.crt                      what every process trusts
+    FOLDER/operators.crt               what it trusts at the endpoint that is reserved for persons
     FOLDER/IDENTITY.crt, IDENTITY.key  what a process shows, to those that it dials and those that dial it
 
 Making keys is idempotent: what is good stays, what is about to expire or names another host's address is made again.
@@ -24,7 +26,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-from flockwire.wire.plan import Plan
+from flockwire.wire.plan import AUTHORITY, Plan
 
 LIFE = timedelta(days=90)
 AUTHORITY_LIFE = timedelta(days=3650)
@@ -62,35 +64,40 @@ def make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool = False) -> 
 
 
 def _make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool) -> tuple[str, ...]:
-    made = []
-    authority = None if rotate else _read_authority(folder)
-    if authority is None and not rotate and (folder / "ca.crt").exists():
+    held = {name: None if rotate else _read_authority(folder, name) for name in plan.authorities}
+    if held[AUTHORITY] is None and not rotate and (folder / "ca.crt").exists():
         return _without_authority(plan, folder, now)
-    if authority is None or authority.certificate.not_valid_after_utc - now < RENEW:
-        authority = new_authority(plan.swarm.name, now)
-        _write(folder / "authority" / "ca.key", _pem(authority.key), private=True)
-        _write(folder / "ca.crt", authority.certificate.public_bytes(serialization.Encoding.PEM))
-        made.append("ca")
+    signers = {name: signer for name, signer in held.items() if signer is not None and _lasts(signer.certificate, now)}
+    made = [name for name in plan.authorities if name not in signers]
+    for name in made:
+        signers[name] = new = new_authority(plan.swarm.name, now)
+        _write(folder / "authority" / f"{name}.key", _pem(new.key), private=True)
+        _write(folder / f"{name}.crt", new.certificate.public_bytes(serialization.Encoding.PEM))
     for identity in plan.certified:
-        names = alternative_names(plan, identity)
-        if not _good(folder, identity, names, authority.certificate, now):
-            save(issue(authority, identity, names, now - BACKDATED, now + LIFE), folder, identity)
+        names, signer = alternative_names(plan, identity), signers[plan.issuer(identity)]
+        if not _good(folder, identity, names, signer.certificate, now):
+            save(issue(signer, identity, names, now - BACKDATED, now + LIFE), folder, identity)
             made.append(identity)
     return tuple(made)
 
 
 def _without_authority(plan: Plan, folder: Path, now: datetime) -> tuple[str, ...]:
     """Make nothing where the authority's key is kept elsewhere; raises KeysError when something would have to be."""
-    certificate = x509.load_pem_x509_certificate((folder / "ca.crt").read_bytes())
-    for identity in plan.certified:
-        if not (folder / f"{identity}.crt").exists():
-            continue  # another host's
-        if not _good(folder, identity, alternative_names(plan, identity), certificate, now):
+    needed = [*plan.authorities, *(name for name in plan.certified if (folder / f"{name}.crt").exists())]
+    for name in needed:  # certificates that are missing are another host's
+        if not _stays(plan, folder, name, now):
             raise KeysError(
-                f"{folder / identity}.crt: has to be made again, and the authority's key is not here; run "
+                f"{folder / name}.crt: has to be made again, and the authority's key is not here; run "
                 "`flockwire keys` where authority/ca.key is and copy the files, or use --rotate for a new authority"
             )
     return ()
+
+
+def _stays(plan: Plan, folder: Path, name: str, now: datetime) -> bool:
+    if name in plan.authorities:
+        return (folder / f"{name}.crt").exists()
+    issuer = x509.load_pem_x509_certificate((folder / f"{plan.issuer(name)}.crt").read_bytes())
+    return _good(folder, name, alternative_names(plan, name), issuer, now)
 
 
 def alternative_names(plan: Plan, identity: str) -> tuple[str, ...]:
@@ -118,7 +125,7 @@ def issue(authority: Signer, name: str, alternatives: tuple[str, ...], begin: da
 
 def expiring(plan: Plan, folder: Path, now: datetime) -> Iterator[str]:
     """Yield a line for each certificate that ends within two weeks of `now`, or has ended."""
-    for identity in ("ca", *plan.certified):
+    for identity in (*plan.authorities, *plan.certified):
         path = folder / f"{identity}.crt"
         try:
             end = x509.load_pem_x509_certificate(path.read_bytes()).not_valid_after_utc
@@ -139,22 +146,24 @@ def save(signer: Signer, folder: Path, name: str) -> None:
 
 def read_authority(folder: Path) -> Signer:
     """Read the authority with its key; raises FileNotFoundError where the key is kept elsewhere."""
-    authority = _read_authority(folder)
+    authority = _read_authority(folder, AUTHORITY)
     if authority is None:
         raise FileNotFoundError(f"{folder / 'authority' / 'ca.key'}: the authority's key is not here")
     return authority
 
 
-def _read_authority(folder: Path) -> Signer | None:
+def _read_authority(folder: Path, name: str) -> Signer | None:
     try:
-        key = serialization.load_pem_private_key((folder / "authority" / "ca.key").read_bytes(), None)
-        certificate = x509.load_pem_x509_certificate((folder / "ca.crt").read_bytes())
+        key = serialization.load_pem_private_key((folder / "authority" / f"{name}.key").read_bytes(), None)
+        certificate = x509.load_pem_x509_certificate((folder / f"{name}.crt").read_bytes())
     except FileNotFoundError:
         return None
     except (ValueError, TypeError) as error:
         raise KeysError(f"{folder}: its authority cannot be read: {error}; --rotate makes a new one") from None
     if not isinstance(key, ec.EllipticCurvePrivateKey) or certificate.public_key() != key.public_key():
-        raise KeysError(f"{folder / 'authority' / 'ca.key'}: is not the key of ca.crt; --rotate makes a new authority")
+        raise KeysError(
+            f"{folder / 'authority' / name}.key: is not the key of {name}.crt; --rotate makes a new authority"
+        )
     return Signer(certificate, key)
 
 
@@ -206,12 +215,16 @@ def _good(folder: Path, identity: str, names: tuple[str, ...], authority: x509.C
     except (FileNotFoundError, ValueError, TypeError, InvalidSignature, x509.ExtensionNotFound):
         return False
     return (
-        certificate.not_valid_after_utc - now > RENEW
+        _lasts(certificate, now)
         and certificate.subject == _name(identity)
         and certificate.public_key() == key.public_key()
-        and list(alternatives) == list(_general_names(names))
+        and set(alternatives) == set(_general_names(names))
         and (folder / f"{identity}.key").stat().st_mode & 0o077 == 0
     )
+
+
+def _lasts(certificate: x509.Certificate, now: datetime) -> bool:
+    return certificate.not_valid_after_utc - now > RENEW
 
 
 def _pem(key: ec.EllipticCurvePrivateKey) -> bytes:

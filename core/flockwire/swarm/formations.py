@@ -2,72 +2,82 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
+from flockwire.control import expression_formation
 from flockwire.control import formation as shapes
+from flockwire.control.expression import derivative
+from flockwire.control.expression_parser import parse_expression
 from flockwire.control.key_frames import parse_key_frames
 from flockwire.swarm.tables import Finite, Model, Positive
 
 
-class CircleFormation(Model):
+class FormationModel(Model):
+    """What all kinds have in common."""
+
+    places: Literal["assigned", "fixed"] = "assigned"  # who takes which in a change to it: shortest ways, or by rank
+
+
+class CircleFormation(FormationModel):
     """Followers evenly spread on a circle round the leader."""
 
-    kind: Literal["circle"]
-    radius: Positive = 2.0
-    rate: Finite = 0.0  # rad/s about Z
+    kind: Literal["circle"]  # evenly spread on a circle round the leader
+    radius: Positive = 2.0  # m, of the circle
+    rate: Finite = 0.0  # rad/s, about Z
 
     def build(self, count: int) -> shapes.Formation:
         """Return the formation of `count` followers."""
         return shapes.Circle(count, self.radius, self.rate)
 
 
-class LineFormation(Model):
+class LineFormation(FormationModel):
     """Followers on a line through the leader, alternately before and behind it."""
 
-    kind: Literal["line"]
-    spacing: Positive = 1.0
-    heading: Finite = 0.0
-    rate: Finite = 0.0
+    kind: Literal["line"]  # on a line through the leader
+    spacing: Positive = 1.0  # m, between neighbours
+    heading: Finite = 0.0  # rad, of the line, from X
+    rate: Finite = 0.0  # rad/s, about Z
 
     def build(self, count: int) -> shapes.Formation:
         """Return the formation of `count` followers."""
         return shapes.Line(count, self.spacing, self.heading, self.rate)
 
 
-class GridFormation(Model):
+class GridFormation(FormationModel):
     """Followers on a rectangular grid with the leader in one of its cells."""
 
-    kind: Literal["grid"]
-    spacing: Positive = 1.0
-    columns: Annotated[int, Field(ge=1)] = 3
-    rate: Finite = 0.0
+    kind: Literal["grid"]  # on a rectangular grid
+    spacing: Positive = 1.0  # m, between neighbours
+    columns: Annotated[int, Field(ge=1)] = 3  # of the grid
+    rate: Finite = 0.0  # rad/s, about Z
 
     def build(self, count: int) -> shapes.Formation:
         """Return the formation of `count` followers."""
         return shapes.Grid(count, self.spacing, self.columns, self.rate)
 
 
-class PolygonFormation(Model):
+class PolygonFormation(FormationModel):
     """Followers evenly spread along the perimeter of a regular polygon round the leader."""
 
-    kind: Literal["polygon"]
-    sides: Annotated[int, Field(ge=3)] = 4
-    radius: Positive = 2.0
-    rate: Finite = 0.0
+    kind: Literal["polygon"]  # along the sides of a regular polygon
+    sides: Annotated[int, Field(ge=3)] = 4  # of the polygon
+    radius: Positive = 2.0  # m, of its corners
+    rate: Finite = 0.0  # rad/s, about Z
 
     def build(self, count: int) -> shapes.Formation:
         """Return the formation of `count` followers."""
         return shapes.Polygon(count, self.sides, self.radius, self.rate)
 
 
-class KeyFramesFormation(Model):
+class KeyFramesFormation(FormationModel):
     """Offsets from a CSV file `t,drone,x,y,z`, joined by a smooth curve; `frames` holds its text once it is read."""
 
-    kind: Literal["key_frames"]
-    file: str
-    frames: str = ""
+    kind: Literal["key_frames"]  # by a CSV file `t,drone,x,y,z`
+    file: str  # its path, from the swarm file's folder
+    frames: Annotated[str, Field(repr=False)] = ""
 
     def build(self, count: int) -> shapes.Formation:
         """Return the formation; the file must have a curve for each of the `count` followers."""
@@ -77,7 +87,42 @@ class KeyFramesFormation(Model):
         return formation
 
 
+class ExpressionFormation(FormationModel):
+    """Offsets in m as expressions in t (s), i (the follower's rank, from 0) and n (how many followers there are)."""
+
+    kind: Literal["expression"]  # by formulas
+    x: str  # m, in t, i and n
+    y: str  # m, likewise
+    z: str = "0"  # m, likewise
+
+    @field_validator("x", "y", "z")
+    @classmethod
+    def _smooth(cls, text: str) -> str:
+        derivative(parse_expression(text))
+        return text
+
+    def build(self, count: int) -> shapes.Formation:
+        """Return the formation of `count` followers."""
+        axes = (parse_expression(self.x), parse_expression(self.y), parse_expression(self.z))
+        return expression_formation.ExpressionFormation(count, axes)
+
+    def undefined(self, count: int, horizon: float, step: float) -> tuple[str, int, float] | None:
+        """Return the axis, the rank and the time in s where an expression is first seen to have no finite value.
+
+        Looks every `step` s up to `horizon`; None when all is well.
+        """
+        formation = self.build(count)
+        for k in range(round(horizon / step) + 1):
+            t = k * step
+            for index in range(count):
+                values = zip("xyz", formation.offset(index, t), formation.offset_rate(index, t), strict=True)
+                for axis, place, rate in values:
+                    if not isfinite(place + rate):
+                        return axis, index, t
+        return None
+
+
 FormationTable = Annotated[
-    CircleFormation | LineFormation | GridFormation | PolygonFormation | KeyFramesFormation,
+    CircleFormation | LineFormation | GridFormation | PolygonFormation | KeyFramesFormation | ExpressionFormation,
     Field(discriminator="kind"),
 ]

@@ -14,27 +14,28 @@ from pydantic import Field, field_validator
 from flockwire.control import formation as shapes
 from flockwire.control.graph import LEADER, Graph
 from flockwire.control.survey import Survey, survey
+from flockwire.swarm.drones import BUILT_IN_AIRFRAMES, Airframe, Drone, Tello
 from flockwire.swarm.formations import FormationTable
+from flockwire.swarm.gateway import Gateway
+from flockwire.swarm.leader import Leader
 from flockwire.swarm.tables import (
-    Airframe,
     Avoidance,
     Checks,
     Control,
-    Drone,
-    Gateway,
     GraphTable,
     Host,
-    Leader,
     Limits,
     Model,
     Network,
     Observer,
     Obstacle,
     Sim,
+    TrackedObstacle,
 )
 
 SURVEY_HORIZON = 120.0  # s of every formation that are looked at
 SURVEY_SAMPLES = 400
+DEFAULT_FORMATION = "default"  # of [formations]: the first one where the file has no [formation]
 
 
 def uav(number: int) -> str:
@@ -45,24 +46,25 @@ def uav(number: int) -> str:
 class Swarm(Model):
     """A whole swarm; one that loading.py returns has passed every rule and may fly."""
 
-    name: str
-    frame: str = "world"
-    control: Control = Control()
-    observer: Observer = Observer()
-    formation: FormationTable
-    formations: dict[str, FormationTable] = Field(default={})
-    avoidance: Avoidance = Avoidance()
-    limits: Limits = Limits()
-    checks: Checks = Checks()
-    leader: Leader = Leader()
-    graph: GraphTable
-    drones: tuple[Drone, ...]
-    airframes: dict[str, Airframe] = Field(default={"kinematics": Airframe()})
-    obstacles: tuple[Obstacle, ...] = ()
-    gateway: Gateway = Gateway()
-    network: Network = Network()
-    sim: Sim = Sim()
-    hosts: dict[str, Host] = Field(default={"local": Host()})
+    name: str  # the swarm's: the first part of every key
+    frame: str = "world"  # the world frame's, ENU with Z up
+    control: Control = Control()  # the control law
+    observer: Observer = Observer()  # the fixed-time observer (8)
+    formation: FormationTable | None = None  # the formation that is flown first
+    formations: dict[str, FormationTable] = Field(default={})  # others, to change to by name
+    avoidance: Avoidance = Avoidance()  # what is sensed, and distances to keep
+    limits: Limits = Limits()  # speeds, heights, battery, fence
+    checks: Checks = Checks()  # what a flight is judged by
+    leader: Leader = Leader()  # who leads, and where
+    graph: GraphTable  # who receives from whom
+    drones: tuple[Drone, ...]  # every drone
+    airframes: dict[str, Airframe] = Field(default=BUILT_IN_AIRFRAMES)  # how airframes answer
+    obstacles: tuple[Obstacle, ...] = ()  # what stands in the way
+    tracked_obstacles: tuple[TrackedObstacle, ...] = ()  # what moves in the way, where the tracker sees it
+    gateway: Gateway = Gateway()  # where poses come from
+    network: Network = Network()  # how processes are linked
+    sim: Sim = Sim()  # the network of `flockwire sim`
+    hosts: dict[str, Host] = Field(default={"local": Host()})  # the machines
 
     @field_validator("name", "frame")
     @classmethod
@@ -71,15 +73,55 @@ class Swarm(Model):
             raise ValueError("must be a letter followed by letters, digits and _ (it becomes part of ROS 2 topics)")
         return value
 
+    @field_validator("airframes", mode="before")
+    @classmethod
+    def _with_built_in(cls, value: object) -> object:
+        """Add the airframes that every swarm has; a table of the file changes their keys, not the others."""
+        if not isinstance(value, dict):
+            return value
+        known = {name: airframe.model_dump() for name, airframe in BUILT_IN_AIRFRAMES.items()}
+        own = {
+            name: {**known.get(name, {}), **table} if isinstance(table, dict) else table
+            for name, table in value.items()
+        }
+        return {**known, **own}
+
     @cached_property
     def followers(self) -> tuple[int, ...]:
         """Ids of the followers, ascending; a follower's place in this tuple is its index in the formation."""
         return tuple(sorted(drone.id for drone in self.drones if drone.id != LEADER))
 
     @cached_property
-    def flying(self) -> tuple[int, ...]:
-        """Ids of all drones that have an airframe, ascending: the followers and, unless it is virtual, the leader."""
+    def tracked(self) -> tuple[int, ...]:
+        """Ids of all that the tracker sees by name, ascending: the followers and, unless it is virtual, the leader."""
         return tuple(sorted(drone.id for drone in self.drones))
+
+    @cached_property
+    def flying(self) -> tuple[int, ...]:
+        """Ids of all drones that have an airframe, ascending: not that of a leader whom a person carries."""
+        return tuple(i for i in self.tracked if i != LEADER or self.leader.kind != "tracked")
+
+    @property
+    def person_clearance(self) -> float:
+        """What drones keep from the middle of a person, m."""
+        return self.gateway.person_radius + self.avoidance.obstacle_safety_distance
+
+    @cached_property
+    def walking(self) -> tuple[int, ...]:
+        """The id of a tracked leader whom a simulated person carries, where the cameras are simulated; else nothing."""
+        cameras = self.gateway.source == "simulated" or self.gateway.simulates_tracker
+        return tuple(i for i in self.tracked if i not in self.flying and cameras)
+
+    @cached_property
+    def tellos(self) -> tuple[int, ...]:
+        """Ids of the drones that are Tellos, simulated or not, ascending: each has a driver of its own."""
+        named = {name for name, airframe in self.airframes.items() if airframe.kind == "tello"}
+        return tuple(i for i in self.flying if self.drone(i).airframe in named)
+
+    @cached_property
+    def simulated(self) -> tuple[int, ...]:
+        """Ids of the drones whose airframes are simulated, ascending."""
+        return tuple(i for i in self.flying if i not in self.tellos or self.tello(i).address is None)
 
     @cached_property
     def topology(self) -> Graph:
@@ -99,13 +141,50 @@ class Swarm(Model):
         """Return drone `number`; KeyError when the swarm has none."""
         return self._by_id[number]
 
+    def body(self, number: int) -> str | int:
+        """Return what the tracker calls drone `number`: a name, or a number of its own."""
+        body = self.drone(number).body
+        return uav(number) if body is None else body
+
+    def tello(self, number: int) -> Tello:
+        """Return how drone `number`, a Tello, is reached."""
+        return self.drone(number).tello or Tello()
+
     def airframe(self, number: int) -> Airframe:
         """Return the airframe parameters of drone `number`."""
         return self.airframes[self.drone(number).airframe]
 
+    def in_simulation(self) -> Swarm:
+        """Return the swarm as it flies in virtual time: simulated cameras and airframes stand for real ones."""
+        if self.gateway.source == "simulated":
+            return self
+        drones = tuple(drone.model_copy(update={"tello": None}) for drone in self.drones)
+        fields = {name: getattr(self, name) for name in type(self).model_fields}
+        return Swarm.model_construct(**fields | {"gateway": self.gateway.simulated(), "drones": drones})
+
+    def unaligned(self) -> Swarm:
+        """Return the swarm whose tracker's frame is the field's: what `flockwire align` measures in."""
+        level = {"rotation": (0.0, 0.0, 0.0, 1.0), "offset": (0.0, 0.0, 0.0)}
+        return self.tracked_by(self.gateway.model_copy(update=level))
+
+    def tracked_by(self, gateway: Gateway) -> Swarm:
+        """Return the swarm with another table [gateway]."""
+        return self.model_copy(update={"gateway": gateway})
+
     def build_formation(self, name: str = "") -> shapes.Formation:
         """Return the formation called `name`, the swarm's first one when empty; KeyError when there is none."""
-        return (self.formations[name] if name else self.formation).build(len(self.followers))
+        return self.formation_table(name).build(len(self.followers))
+
+    def formation_table(self, name: str = "") -> FormationTable:
+        """Return the table of the formation called `name`, the first one's when empty; KeyError when there is none."""
+        if name or self.formation is None:
+            return self.formations[name or DEFAULT_FORMATION]
+        return self.formation
+
+    @property
+    def formation_names(self) -> tuple[str, ...]:
+        """The names by which formations are ordered; the first one's is empty."""
+        return ("", *self.formations)
 
     def survey(self, name: str = "") -> Survey:
         """Return the extremes of the formation called `name` over its first SURVEY_HORIZON s; raises as building it."""

@@ -2,44 +2,132 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
+from collections.abc import Iterator
+from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, get_args
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
+
+from flockwire.swarm.outline import Place, entries, is_model, kinds, place
+from flockwire.swarm.wording import one_of, rule, shown
+
+_SYNTAX = {  # what the parser says, by a part of it; what it means to somebody who wrote the file
+    "Invalid value": "a value is a number, true, false, 'text' in quotes, a [list] or a { table }",
+    "Expected '=' after": "a key is followed by = and a value",
+    "Cannot overwrite": "this key or table has a value already",
+    "Cannot declare": "this table is there twice, or is a list",
+    "Cannot mutate": "this table was complete already; put the key into it",
+    "Unclosed array": "a list ends with ]; its items are parted by commas",
+    "Unclosed inline table": "a { table } ends with }; its keys are parted by commas",
+    "Expected newline or end": "one key and its value to a line; a decimal point is a point",
+    "Unterminated string": "the text lacks its closing quote",
+    "Illegal character": "the text lacks its closing quote, or holds a character that must not be there",
+    "Expected ']'": "a [table] ends with ] (a [[list of tables]] with ]])",
+    "Invalid initial character": "a key is letters, digits, _ and -",
+    "Invalid date": "this is no date; text stands in quotes",
+}
+
+
+class Fault(NamedTuple):
+    """What is wrong at one place: the line that says it, the keys on which no other rule may lean."""
+
+    line: str
+    taints: tuple[str, ...]
 
 
 def read_toml(path: Path, what: str, refusal: type[ValueError]) -> dict[str, Any]:
     """Return the content of `path`, which is called `what`; raises `refusal` where it cannot be read or is no TOML."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "is not UTF-8 text"
         raise refusal(f"{path}: cannot read the {what}: {reason}") from error
+    try:
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise refusal(f"{path}: not TOML: {error}") from error
+        raise refusal(f"{path}: {_syntax(str(error), text)}") from error
 
 
-def error_lines(error: ValidationError) -> list[str]:
-    """Return what a model found wrong as lines of key, value and rule."""
-    return [line for detail in error.errors() for line in _lines(dict(detail))]
+def _syntax(message: str, text: str) -> str:
+    """Return where a text is no TOML, and what is wrong there."""
+    found = re.search(r"\(at line (\d+), column (\d+)\)", message)
+    line = int(found[1]) if found else max(1, len(text.rstrip("\n").split("\n")))
+    content = [*text.split("\n"), ""][line - 1].strip()
+    hint = next((meaning for part, meaning in _SYNTAX.items() if part in message), "what stands here is not complete")
+    column = f", column {found[2]}" if found else ""
+    return f"line {line}{column}: not TOML: {shown(content)}: {hint}"
 
 
-def _is_kind(path: tuple[object, ...]) -> bool:
-    """Return whether pydantic puts a table's kind behind `path`, which is no key of the file."""
-    return path in (("formation",), ("leader", "trajectory")) or (len(path) == 2 and path[0] == "formations")
+def error_lines(error: ValidationError, model: type[BaseModel]) -> list[str]:
+    """Return what `model` found wrong as lines of key, value and rule."""
+    return list(dict.fromkeys(fault.line for fault in faults(error, model)))
 
 
-def _lines(detail: dict[str, object]) -> list[str]:
-    """Turn one of pydantic's errors into lines of key, value and rule."""
-    location = detail["loc"]
-    assert isinstance(location, tuple)  # noqa: S101  (pydantic says so)
-    message = str(detail["msg"]).removeprefix("Value error, ")
-    if not location:
-        return message.split("\n")
-    key = ".".join(str(part) for place, part in enumerate(location) if not _is_kind(location[:place]))
-    if detail["type"] == "missing":
-        return [f"{key}: missing; this key has no default"]
-    if detail["type"] == "extra_forbidden":
-        return [f"{key} = {detail['input']!r}: unknown key"]
-    return [f"{key} = {detail['input']!r}: {message[0].lower()}{message[1:]}"]
+def faults(error: ValidationError, model: type[BaseModel]) -> Iterator[Fault]:
+    """Yield what `model` found wrong, in the order of its keys."""
+    for detail in error.errors():
+        location = detail["loc"]
+        where = place(model, location)
+        if detail["type"] == "extra_forbidden":
+            yield _unknown(model, where, location, detail["input"])
+            continue
+        for line in _lines(model, where, dict(detail)):
+            yield Fault(line, (untold(where),) if location else ("",))
+
+
+def untold(where: Place) -> str:
+    """Return a dotted key without its places in lists."""
+    return ".".join(str(key) for key in where.keys if not isinstance(key, int))
+
+
+def _lines(model: type[BaseModel], where: Place, detail: dict[str, Any]) -> list[str]:
+    """Turn one error into lines of key, value and rule."""
+    key, kind, value = where.text, detail["type"], detail["input"]
+    if kind == "value_error" and not where.keys:
+        return str(detail["ctx"]["error"]).split("\n")
+    if kind == "value_error":
+        return [f"{key} = {shown(value)}: {detail['ctx']['error']}"]
+    if kind in ("union_tag_invalid", "union_tag_not_found"):
+        told = "missing;" if kind == "union_tag_not_found" else f"= {shown(value.get('kind'))}:"
+        return [f"{key}.kind {told} must be {one_of(kinds(where.kind))}".replace(" missing", ": missing")]
+    if kind in ("missing", "too_long") and where.keys and isinstance(where.keys[-1], int):
+        where = place(model, detail["loc"][:-1])  # a list that is too short lacks an item
+        return [f"{where.text} = {shown(value)}: must be {rule(where.kind, where.metadata)}"]
+    told = rule(where.kind, where.metadata)
+    if kind == "missing":
+        return [f"{key}: missing; this key has no default" + (f" and must be {told}" if told else "")]
+    return [f"{key} = {shown(value)}: " + (f"must be {told}" if told else "this cannot be here")]
+
+
+def _unknown(model: type[BaseModel], where: Place, location: tuple[str | int, ...], value: object) -> Fault:
+    """Refuse an unknown key with the known one that is nearest, by its spelling or elsewhere in the file."""
+    *path, name = where.keys
+    table = place(model, location[:-1])
+    siblings = _names(table.kind)
+    above = ".".join(map(str, path))
+    close = get_close_matches(str(name), siblings, n=1) or [one for one in siblings if str(name) in one.split("_")]
+    near = [f"{above}.{one}" if above else one for one in close]
+    if not near:
+        near = _elsewhere(model, table, str(name))
+    hint = f"did you mean {' or '.join(near)}?" if near else f"known here: {', '.join(siblings) or 'none'}"
+    meant = ".".join(part for part in near[0].split(".") if not part.isdigit()) if near else untold(where)
+    return Fault(f"{where.text} = {shown(value)}: unknown key; {hint}", (meant,))
+
+
+def _names(kind: object) -> list[str]:
+    """Return the keys of a table."""
+    if not is_model(kind):
+        return []
+    return [entry.name for entry in entries(kind) if not entry.table]  # type: ignore[arg-type]
+
+
+def _elsewhere(model: type[BaseModel], table: Place, name: str) -> list[str]:
+    """Return up to two keys of the whole file with this name, first those of another kind of the same table."""
+    every = list(entries(model))
+    here = ".".join("N" if isinstance(key, int) else str(key) for key in table.keys)
+    found = [entry for entry in every if entry.name == name]
+    of_kind = [f"kind = {one_of(get_args(e.model.model_fields['kind'].annotation))}" for e in found if e.table == here]
+    return of_kind[:1] or list(dict.fromkeys(entry.text for entry in found))[:2]

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import ipaddress
 import re
 from collections.abc import Iterator
 from itertools import combinations, pairwise
-from math import dist, isinf
+from math import dist
 
 from flockwire.control.graph import LEADER
+from flockwire.control.plane_polygon import Corner, crossing, edges
+from flockwire.swarm.address_rules import hosts, tello_tables, tellos
+from flockwire.swarm.formation_rules import carried, formations
 from flockwire.swarm.model import Swarm, uav
+from flockwire.swarm.rule import Rule, needs
 
 BUILT_IN = {
     "paper": "flockwire_agent.paper_law:PaperLaw",
@@ -17,24 +20,7 @@ BUILT_IN = {
 }
 
 
-def basic_problems(swarm: Swarm) -> Iterator[str]:
-    """Yield what is wrong with drones and hosts; no other rule can be looked at before these are sound."""
-    yield from _drones(swarm)
-    yield from _hosts(swarm)
-
-
-def problems(swarm: Swarm) -> Iterator[str]:
-    """Yield what is wrong with all that must be sound before places and formations can be looked at."""
-    for rule in (_law, _graph, _rates, _limits, _avoidance, _fence):
-        yield from rule(swarm)
-
-
-def place_problems(swarm: Swarm) -> Iterator[str]:
-    """Yield what is wrong with starts and formations."""
-    yield from _starts(swarm)
-    yield from _formations(swarm)
-
-
+@needs("drones.id", "drones.airframe", "drones.host", "airframes", "hosts", "leader.kind")
 def _drones(swarm: Swarm) -> Iterator[str]:
     seen: set[int] = set()
     for place, drone in enumerate(swarm.drones):
@@ -49,39 +35,12 @@ def _drones(swarm: Swarm) -> Iterator[str]:
         yield "drones: at least one follower (an id above 0) is needed"
     virtual = swarm.leader.kind == "virtual"
     if not virtual and LEADER not in seen:
-        yield f"drones: the leader, id 0, is missing (leader.kind = {swarm.leader.kind!r} flies a drone of its own)"
+        yield f"drones: the leader, id 0, is missing (leader.kind = {swarm.leader.kind!r} has a body of its own)"
     if virtual and LEADER in seen:
         yield "drones: id 0 is the leader, and leader.kind = 'virtual' has no drone"
 
 
-def _hosts(swarm: Swarm) -> Iterator[str]:
-    if not swarm.hosts:
-        yield "hosts = {}: at least one host is needed (leave the table out for one called local)"
-    for name, host in swarm.hosts.items():
-        if not re.fullmatch(r"[A-Za-z0-9]([A-Za-z0-9-]{0,61}[A-Za-z0-9])?", name):
-            yield f"hosts.{name}: must be a host name: letters, digits and hyphens, at most 63"
-        yield from _ip(f"hosts.{name}.address", host.address)
-    for place, drone in enumerate(swarm.drones):
-        yield from _address(f"drones.{place}.address", drone.address)
-
-
-def _address(key: str, address: str | None) -> Iterator[str]:
-    if address is None:
-        return
-    split = re.fullmatch(r"(?:\[(?P<v6>[^]]+)\]|(?P<v4>[^:]+)):(?P<port>[0-9]{4,5})", address)
-    if split is None or not 1024 <= int(split["port"]) <= 65535:
-        yield f"{key} = {address!r}: must be IP:PORT, PORT from 1024 to 65535 (IPv6: [IP]:PORT)"
-        return
-    yield from _ip(key, split["v6"] or split["v4"])
-
-
-def _ip(key: str, text: str) -> Iterator[str]:
-    try:
-        ipaddress.ip_address(text)
-    except ValueError:
-        yield f"{key} = {text!r}: must be an IP address"
-
-
+@needs("gateway.rate_hz", "control.rate_hz")
 def _rates(swarm: Swarm) -> Iterator[str]:
     if swarm.gateway.rate_hz < swarm.control.rate_hz:
         yield (
@@ -90,12 +49,14 @@ def _rates(swarm: Swarm) -> Iterator[str]:
         )
 
 
+@needs("control.law")
 def _law(swarm: Swarm) -> Iterator[str]:
     law = swarm.control.law
     if law not in BUILT_IN and not re.fullmatch(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*", law):
         yield f"control.law = {law!r}: must be one of {sorted(BUILT_IN)} or your own class, 'package.module:ClassName'"
 
 
+@needs("graph", "drones.id", "leader.kind")
 def _graph(swarm: Swarm) -> Iterator[str]:
     known = {LEADER, *swarm.followers}
     seen: set[tuple[int, int]] = set()
@@ -117,6 +78,7 @@ def _graph(swarm: Swarm) -> Iterator[str]:
         yield f"graph.edges: no spanning tree from the leader: it does not reach {names}"
 
 
+@needs("avoidance")
 def _avoidance(swarm: Swarm) -> Iterator[str]:
     table = swarm.avoidance
     for kind in ("drone", "obstacle"):
@@ -134,23 +96,55 @@ def _avoidance(swarm: Swarm) -> Iterator[str]:
             )
 
 
+@needs("limits.fence")
 def _fence(swarm: Swarm) -> Iterator[str]:
     fence = swarm.limits.fence
-    for axis, low, high in zip("xyz", fence.min, fence.max, strict=True):
+    heights = fence.floor is not None or fence.ceiling is not None
+    for axis, low, high in zip("xyz", fence.low, fence.high, strict=True):
         if low >= high:
-            yield f"limits.fence.min = {list(fence.min)}: must be below limits.fence.max, is not along {axis}"
+            key = f"limits.fence.floor = {low}" if axis == "z" and heights else f"limits.fence.min = {list(fence.low)}"
+            other = "ceiling" if axis == "z" and heights else "max"
+            yield f"{key}: must be below limits.fence.{other}, is not along {axis}"
+    if fence.polygon:
+        yield from _polygon(fence.polygon)
 
 
-def _limits(swarm: Swarm) -> Iterator[str]:
-    limits, stale = swarm.limits, swarm.limits.staleness
-    top = limits.fence.max[2]
+def _polygon(corners: tuple[Corner, ...]) -> Iterator[str]:
+    key = f"limits.fence.polygon = {list(map(list, corners))}"
+    if len(corners) < 3:
+        yield f"{key}: must have 3 corners or more"
+    elif repeated := next((one for one in edges(corners) if one[0] == one[1]), None):
+        yield f"{key}: corner {list(repeated[0])} is there twice in a row; leave one out"
+    elif (found := crossing(corners)) is not None:
+        one, other = (f"that from {list(corners[k])} to {list(corners[(k + 1) % len(corners)])}" for k in found)
+        yield f"{key}: must not cross or touch itself, {one} meets {other}"
+
+
+@needs("limits.takeoff_height", "limits.fence")
+def _heights(swarm: Swarm) -> Iterator[str]:
+    limits, top = swarm.limits, swarm.limits.fence.high[2]
     if limits.takeoff_height > top:
         yield f"limits.takeoff_height = {limits.takeoff_height}: must be below the fence's top, {top} m"
+
+
+@needs("limits.speed", "limits.vertical_speed")
+def _speeds(swarm: Swarm) -> Iterator[str]:
+    limits = swarm.limits
     if limits.vertical_speed > limits.speed:
         yield f"limits.vertical_speed = {limits.vertical_speed}: must be limits.speed = {limits.speed} or less"
+
+
+@needs("limits.battery_land", "limits.battery_takeoff")
+def _battery(swarm: Swarm) -> Iterator[str]:
+    limits = swarm.limits
     if limits.battery_land > limits.battery_takeoff:
         most = f"limits.battery_takeoff = {limits.battery_takeoff}"
         yield f"limits.battery_land = {limits.battery_land}: must be {most} or less"
+
+
+@needs("limits.staleness")
+def _staleness(swarm: Swarm) -> Iterator[str]:
+    stale = swarm.limits.staleness
     ladder = ("pose_zero", "pose_land"), ("estimate_drop", "estimates_hold", "estimates_land")
     pairs = ("nearby_slow", "nearby_hold"), ("command_zero", "command_land"), ("telemetry_warn", "telemetry_land")
     for rungs in (*ladder, *pairs):
@@ -160,13 +154,14 @@ def _limits(swarm: Swarm) -> Iterator[str]:
                 yield f"limits.staleness.{lower} = {low}: must be below limits.staleness.{upper} = {high}"
 
 
+@needs("drones.start", "limits.fence", "obstacles", "avoidance")
 def _starts(swarm: Swarm) -> Iterator[str]:
     safe = swarm.avoidance
-    fence = swarm.limits.fence
+    room = swarm.limits.fence.room()
     for place, drone in enumerate(swarm.drones):
         key = f"drones.{place}.start = {list(drone.start)}"
-        if any(not low <= x <= high for low, x, high in zip(fence.min, drone.start, fence.max, strict=True)):
-            yield f"{key}: must lie inside limits.fence"
+        if (far := room.outside(drone.start)) > 0.0:
+            yield f"{key}: must lie inside limits.fence, is {far:.2f} m outside"
         for number, obstacle in enumerate(swarm.obstacles):
             gap = dist(drone.start[:2], obstacle.center[:2]) - obstacle.radius
             if gap < safe.obstacle_safety_distance:
@@ -180,26 +175,7 @@ def _starts(swarm: Swarm) -> Iterator[str]:
             )
 
 
-def _formations(swarm: Swarm) -> Iterator[str]:
-    for name in ("", *swarm.formations):
-        yield from _formation(swarm, name)
-
-
-def _formation(swarm: Swarm, name: str) -> Iterator[str]:
-    key = f"formations.{name}" if name else "formation"
-    try:
-        shape = swarm.survey(name)
-    except ValueError as error:
-        yield f"{key}: {error}"
-        return
-    safe = swarm.avoidance.drone_safety_distance
-    if shape.max_speed > swarm.limits.speed:
-        yield f"{key}: its drones fly up to {shape.max_speed:.2f} m/s, limits.speed = {swarm.limits.speed} m/s"
-    for axis, low, high, reach in zip("xyz", swarm.limits.fence.min, swarm.limits.fence.max, shape.extent, strict=True):
-        if 2.0 * reach > high - low:
-            yield f"{key}: reaches {reach:.2f} m from the leader along {axis}, limits.fence is {high - low:.2f} m wide"
-    nearest = (
-        shape.min_distance if swarm.leader.kind == "virtual" else min(shape.min_distance, shape.min_distance_leader)
-    )
-    if nearest < safe and not isinf(nearest):
-        yield f"{key}: its drones come within {nearest:.2f} m, avoidance.drone_safety_distance = {safe} m"
+RULES: tuple[Rule, ...] = (
+    _drones, hosts, _law, _graph, _rates, _fence, _heights, _speeds, _battery, _staleness, _avoidance, _starts,
+    formations, carried, tello_tables, tellos,
+)  # fmt: skip

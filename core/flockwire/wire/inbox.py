@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from struct import Struct, error
 from typing import NamedTuple
+from zlib import crc32
 
 from flockwire.nanoseconds import BILLION
 from flockwire.wire.cdr import MessageError
@@ -13,14 +14,29 @@ from flockwire.wire.messages import Message
 
 ATTACHMENT = Struct("<qqB16s")  # as rmw_zenoh: sequence number, source time in ns, 16, publisher id
 CANARY = b"flockwire canary"  # what the conformance probe publishes in place of a message: dropped, and counted as such
+MISDIRECTED = "of another key"  # the reason under which a message is counted that was published on another key
 OVER_QUOTA = "over quota"  # the reason under which a message is counted that is too large, or one too many
 MOST_MISSED = 1_000_000  # a larger gap is forged, and must not overflow a counter
 BURST = 4  # s of its quota that a key may use at once: so much a receiver finds after it stood still
 
 
-def attachment(sequence: int, sent: int, publisher: bytes) -> bytes:
-    """Return what accompanies every sample: its number, when it was sent (Unix ns), and by whom (16 bytes)."""
-    return ATTACHMENT.pack(sequence, sent, 16, publisher)
+def publisher_of(session: bytes, key: Key) -> bytes:
+    """Return the 16 bytes that stand for the publisher of `key` in a session, by 12 of the session's.
+
+    The last four are the key's: Zenoh names keys by numbers of a link, and just after a link was made again it may
+    deliver a sample under another key of the same link (seen with 1.10.2).
+    """
+    return session[:12] + mark_of(key)
+
+
+def mark_of(key: Key) -> bytes:
+    """Return the four bytes that a publisher of `key` ends with."""
+    return crc32(f"{key.owner}/{key.kind}".encode()).to_bytes(4, "big")
+
+
+def attachment(sequence: int, sent: int, session: bytes, key: Key) -> bytes:
+    """Return what accompanies every sample: its number, when it was sent (Unix ns), and by whom."""
+    return ATTACHMENT.pack(sequence, sent, 16, publisher_of(session, key))
 
 
 class Origin(NamedTuple):
@@ -96,7 +112,7 @@ class Inbox:
         self.key = key
         self.rejected: Counter[str] = Counter()
         self.sent = self.missed = 0
-        self._row = row
+        self._row, self._mark = row, mark_of(key)
         self._maximum_age = None if row.maximum_age is None else round(row.maximum_age * BILLION)
         self._ahead = round(row.ahead * BILLION)
         self._newest = 0
@@ -127,20 +143,27 @@ class Inbox:
         if opened is None:
             return self._reject("malformed")
         message, sequence, sent, publisher = opened
-        stamp, known = message.stamp, publisher == self._publisher
+        known = publisher == self._publisher
         if self._newest > now + self._ahead:  # this machine's clock was set back
             self._newest = 0
-        if known and sequence <= self._sequence:
-            return self._reject("repeated")
-        if stamp < self._newest:
-            return self._reject("older than the last")
-        if stamp > now + self._ahead:
-            return self._reject("ahead of time")
-        if self._maximum_age is not None and stamp < now - self._maximum_age:
-            return self._reject("expired")
+        if reason := self._against(message.stamp, sequence, publisher, now):
+            return self._reject(reason)
         self.missed = min(sequence - self._sequence - 1, MOST_MISSED) if known else 0
-        self.sent, self._newest, self._publisher, self._sequence = sent, stamp, publisher, sequence
+        self.sent, self._newest, self._publisher, self._sequence = sent, message.stamp, publisher, sequence
         return message
+
+    def _against(self, stamp: int, sequence: int, publisher: bytes, now: int) -> str:
+        """Return why a message is rejected, empty when it passes."""
+        if publisher == self._publisher:
+            if sequence <= self._sequence:
+                return "repeated"
+        elif not publisher.endswith(self._mark):
+            return MISDIRECTED
+        if stamp < self._newest:
+            return "older than the last"
+        if stamp > now + self._ahead:
+            return "ahead of time"
+        return "expired" if self._maximum_age is not None and stamp < now - self._maximum_age else ""
 
     def _reject(self, reason: str) -> Message | None:
         self.rejected[reason] += 1

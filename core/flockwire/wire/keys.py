@@ -14,9 +14,39 @@ from typing import NamedTuple
 
 from flockwire.control.graph import LEADER
 from flockwire.swarm.model import Swarm, uav
-from flockwire.wire.messages import Command, Estimate, Message, Mission, Nearby, Pose, Stop, Telemetry
-from flockwire.wire.processes import AGENT, GATEWAY, KINEMATICS, LEADING, OPERATOR, Process, Roster
+from flockwire.wire.messages import (
+    Command,
+    Estimate,
+    IdentityDoubt,
+    Message,
+    Mission,
+    Nearby,
+    Pose,
+    Stop,
+    Telemetry,
+    TimeReply,
+    TimeRequest,
+)
+from flockwire.wire.processes import (
+    AGENT,
+    DRIVER,
+    GATEWAY,
+    KINEMATICS,
+    LEADING,
+    PEOPLE,
+    TELEOP,
+    TRACKER,
+    Process,
+    Roster,
+)
 from flockwire.wire.status import Status
+
+TIME_REQUEST = "time_request"
+TIME_REPLY = "time_reply"
+ANY_TIME = 4e9  # s
+
+
+STEERING = "steering"  # the kind of key by which a person moves the leader
 
 
 class Key(NamedTuple):
@@ -63,6 +93,7 @@ class KeyRow:
     delivery: Delivery = Delivery.STATE
     maximum_age: float | None = 1.0  # s; None: a message holds until a newer one comes
     ahead: float = 0.1  # s by which a stamp may lie in the future: a bound on the offset between two machines' clocks
+    occasional: bool = False  # published only when there is something to report
 
 
 def _drones(which: Callable[[Swarm], tuple[int, ...]]) -> Owners:
@@ -77,12 +108,24 @@ def _processes(roster: Roster) -> tuple[Owner, ...]:
     return tuple(Owner(member.identity, member.drone) for member in roster.members.values() if roster.started(member))
 
 
+def _simulated(swarm: Swarm) -> tuple[int, ...]:
+    return (*swarm.walking, *swarm.simulated)
+
+
+def _tracked(swarm: Swarm) -> tuple[int, ...]:
+    return swarm.tracked
+
+
 def _flying(swarm: Swarm) -> tuple[int, ...]:
     return swarm.flying
 
 
 def _posed(swarm: Swarm) -> tuple[int, ...]:
-    return tuple(sorted({LEADER, *swarm.flying}))
+    return tuple(sorted({LEADER, *swarm.tracked}))
+
+
+def _steered(roster: Roster) -> tuple[Owner, ...]:
+    return (Owner(uav(LEADER), LEADER),) if roster.of(TELEOP) else ()
 
 
 def _followers(swarm: Swarm) -> tuple[int, ...]:
@@ -115,8 +158,32 @@ def _neighbours(roster: Roster, owner: Owner) -> tuple[str, ...]:
 
 
 def _led(roster: Roster, owner: Owner) -> tuple[str, ...]:
-    """Name those with an edge from the leader, if the owner is the leader: its health is an input of theirs."""
-    return _neighbours(roster, owner) if owner.drone == LEADER else ()
+    """Name those with an edge from the leader, if the owner is who flies it: its health is an input of theirs.
+
+    A tracked leader leads while its pose comes, which is all that they need.
+    """
+    leads = owner.name == roster.pilots[LEADER] and roster.swarm.leader.kind != "tracked"
+    return _neighbours(roster, owner) if leads else ()
+
+
+def _driver(roster: Roster, owner: Owner) -> tuple[str, ...]:
+    """Name who drives a drone: a Tello's own driver, or the simulated airframes' process."""
+    return roster.drivers(owner.drone) if owner.drone is not None else ()
+
+
+def _tello_driver(roster: Roster, owner: Owner) -> tuple[str, ...]:
+    """Name a Tello's driver: it turns velocities by the drone's yaw."""
+    return _driver(roster, owner) if owner.drone in roster.swarm.tellos else ()
+
+
+def _walker(roster: Roster, _: Owner) -> tuple[str, ...]:
+    """Name who simulates the person who leads, and begins to walk with the formation."""
+    return roster.of(KINEMATICS) if roster.swarm.walking else ()
+
+
+def _cameras(roster: Roster, _: Owner) -> tuple[str, ...]:
+    """Name who simulates the cameras: a simulated tracker, or the gateway itself; nobody where they are real."""
+    return roster.of(TRACKER) or (roster.of(GATEWAY) if roster.swarm.gateway.source == "simulated" else ())
 
 
 def _virtual(roster: Roster, owner: Owner) -> bool:
@@ -134,23 +201,44 @@ def _pose_readers(roster: Roster, owner: Owner) -> tuple[str, ...]:
     return (*pilot, *(_neighbours(roster, owner) if needed else ()))
 
 
+def _other_hosts(roster: Roster) -> tuple[Owner, ...]:
+    """Name the processes that may run on another host than the gateway: a person's command runs anywhere."""
+    (gateway,), persons = roster.of(GATEWAY), roster.of(*PEOPLE, TELEOP)
+    if len(roster.swarm.hosts) == 1:
+        return ()
+    here = roster.host(gateway)
+    return tuple(
+        Owner(member.identity, member.drone)
+        for member in roster.members.values()
+        if member.identity in persons or (roster.started(member) and roster.host(member.identity) != here)
+    )
+
+
 TABLE = (
-    KeyRow("truth", Pose, _drones(_flying), _all(KINEMATICS), _all(GATEWAY), 1000, 512),
+    KeyRow("truth", Pose, _drones(_simulated), _all(KINEMATICS), _cameras, 1000, 512),
     KeyRow("nearby", Nearby, _drones(_sensing), _all(GATEWAY), _pilot, 1000, 16384),
-    KeyRow("pose", Pose, _drones(_posed), _pose_source, _pose_readers, 1000, 512),
+    KeyRow("doubt", IdentityDoubt, _drones(_tracked), _all(GATEWAY), _pilot, 1000, 512, occasional=True),
+    KeyRow("pose", Pose, _drones(_posed), _pose_source, _any_of(_pose_readers, _tello_driver), 1000, 512),
     KeyRow("estimate", Estimate, _drones(_followers), _pilot, _neighbours, 1000, 512),
-    KeyRow("command", Command, _drones(_flying), _pilot, _all(KINEMATICS), 1000, 512),
-    KeyRow("telemetry", Telemetry, _drones(_flying), _all(KINEMATICS), _any_of(_pilot, _all(OPERATOR)), 40, 512),
-    KeyRow("status", Status, _processes, _itself, _any_of(_led, _all(OPERATOR)), 40, 8192, Delivery.BACKGROUND),
+    KeyRow("command", Command, _drones(_flying), _pilot, _driver, 1000, 512),
+    KeyRow("telemetry", Telemetry, _drones(_flying), _driver, _any_of(_pilot, _all(*PEOPLE)), 40, 512),
+    KeyRow("status", Status, _processes, _itself, _any_of(_led, _all(*PEOPLE)), 40, 16384, Delivery.BACKGROUND),
     KeyRow(
         # The gateway repeats the newest mission, stamp unchanged, for those who join late.
-        "mission", Mission, _everybody, _all(OPERATOR, GATEWAY), _all(GATEWAY, LEADING, AGENT), 40, 1024,
-        Delivery.EVENT, None,
+        "mission", Mission, _everybody, _all(*PEOPLE, GATEWAY), _any_of(_all(GATEWAY, LEADING, AGENT), _walker),
+        40, 8192, Delivery.EVENT, None,
     ),
     KeyRow(
         # Clocks that are far apart must not keep a stop from anybody.
-        "stop", Stop, _everybody, _all(OPERATOR), _all(KINEMATICS, LEADING, AGENT), 400, 1024, Delivery.EVENT,
-        maximum_age=5.0, ahead=5.0,
+        "stop", Stop, _everybody, _all(*PEOPLE), _all(KINEMATICS, DRIVER, LEADING, AGENT), 400, 1024, Delivery.EVENT,
+        maximum_age=120.0, ahead=120.0,
+    ),
+    KeyRow(STEERING, Command, _steered, _all(TELEOP), _pilot, 200, 512),
+    KeyRow(  # between clocks that may show anything
+        TIME_REQUEST, TimeRequest, _other_hosts, _itself, _all(GATEWAY), 40, 512, maximum_age=None, ahead=ANY_TIME
+    ),
+    KeyRow(
+        TIME_REPLY, TimeReply, _other_hosts, _all(GATEWAY), _itself, 40, 512, maximum_age=None, ahead=ANY_TIME
     ),
 )  # fmt: skip
 

@@ -16,7 +16,7 @@ from flockwire.nanoseconds import BILLION
 from flockwire.wire.cdr import LONGEST_SEQUENCE, MessageError, Reader, Writer
 from flockwire.wire.stamped import pack, peek_length, unpack
 
-SMALLEST_BODY = 33  # bytes that a nearby body takes at least
+SMALLEST_BODY = 57  # bytes that a nearby body takes at least
 
 
 class Message(Protocol):
@@ -124,17 +124,22 @@ class BodyKind(IntEnum):
 
     DRONE = 0
     OBSTACLE = 1
+    MOVER = 2  # moves and gives way to nobody: a person, a tracked obstacle
 
 
 _KINDS: dict[object, BodyKind] = {int(kind): kind for kind in BodyKind}
 
 
 class Body(NamedTuple):
-    """A nearby body: from the own position to its nearest axis point, and its radius round that."""
+    """A nearby body: from the own position to its nearest axis point, and its radius round that.
+
+    The velocity (m/s, world frame) is a mover's; what drones do, each pilot sees for itself.
+    """
 
     kind: BodyKind
     relative_position: Vector
     radius: float
+    velocity: Vector = (0.0, 0.0, 0.0)
 
 
 class Nearby(NamedTuple):
@@ -148,8 +153,8 @@ class Nearby(NamedTuple):
         """Return the CDR bytes."""
         stamp, frame, bodies = self
         values: list[object] = []
-        for kind, (x, y, z), radius in bodies:
-            values += (kind, x, y, z, radius)
+        for kind, (x, y, z), radius, (vx, vy, vz) in bodies:
+            values += (kind, x, y, z, radius, vx, vy, vz)
         return pack(stamp, frame, _bodies(len(bodies)), len(bodies), *values)
 
     @classmethod
@@ -159,15 +164,38 @@ class Nearby(NamedTuple):
         if count > LONGEST_SEQUENCE or count * SMALLEST_BODY > len(data):
             raise MessageError(f"{count} nearby bodies in {len(data)} bytes; the most is {LONGEST_SEQUENCE}")
         stamp, frame, v = unpack(data, _bodies(count))
-        if count and min(v[5::5]) < 0.0:
-            raise MessageError(f"a nearby body of radius {min(v[5::5])}, below 0")
+        if count and min(v[5::8]) < 0.0:
+            raise MessageError(f"a nearby body of radius {min(v[5::8])}, below 0")
         try:
             bodies = tuple(
-                [Body(_KINDS[kind], (x, y, z), r) for kind, x, y, z, r in zip(*([iter(v[1:])] * 5), strict=True)]
+                [
+                    Body(_KINDS[kind], (x, y, z), r, (vx, vy, vz))
+                    for kind, x, y, z, r, vx, vy, vz in zip(*([iter(v[1:])] * 8), strict=True)
+                ]
             )
         except KeyError as kind:
             raise MessageError(f"there is no body of kind {kind}") from None
         return cls(stamp, frame, bodies)
+
+
+class IdentityDoubt(NamedTuple):
+    """flockwire_msgs/IdentityDoubt: the tracker has the drone's name on another's body, since `since` (Unix ns)."""
+
+    stamp: int
+    frame: str
+    since: int
+
+    def encode(self) -> bytes:
+        """Return the CDR bytes."""
+        return pack(self.stamp, self.frame, "iI", *divmod(self.since, BILLION))
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Read CDR bytes; raises MessageError."""
+        stamp, frame, (seconds, rest) = unpack(data, "iI")
+        if rest >= BILLION:
+            raise MessageError(f"{rest} ns are more than a second")
+        return cls(stamp, frame, int(seconds) * BILLION + int(rest))
 
 
 class FlightState(IntEnum):
@@ -206,7 +234,60 @@ class Telemetry(NamedTuple):
         return cls(stamp, frame, state, v[1], v[2], v[3])
 
 
-MISSION_VERBS = ("takeoff", "start", "hold", "land")
+class TimeRequest(NamedTuple):
+    """flockwire_msgs/TimeRequest: asks for the swarm's time; the stamp is by the own clock, uncorrected (t1)."""
+
+    stamp: int
+    frame: str
+
+    def encode(self) -> bytes:
+        """Return the CDR bytes."""
+        return pack(self.stamp, self.frame, "")
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Read CDR bytes; raises MessageError."""
+        stamp, frame, _ = unpack(data, "")
+        return cls(stamp, frame)
+
+
+class TimeReply(NamedTuple):
+    """flockwire_msgs/TimeReply: the answer; the stamp is the swarm's time when it was sent (t3)."""
+
+    stamp: int
+    frame: str
+    requested: int  # the request's stamp (t1)
+    received: int  # the swarm's time when the request came (t2)
+
+    def encode(self) -> bytes:
+        """Return the CDR bytes."""
+        return pack(self.stamp, self.frame, "iIiI", *divmod(self.requested, BILLION), *divmod(self.received, BILLION))
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Read CDR bytes; raises MessageError."""
+        stamp, frame, v = unpack(data, "iIiI")
+        if max(v[1], v[3]) >= BILLION:
+            raise MessageError(f"{max(v[1], v[3])} ns are more than a second")
+        return cls(stamp, frame, int(v[0]) * BILLION + int(v[1]), int(v[2]) * BILLION + int(v[3]))
+
+
+MISSION_VERBS = ("prepare", "takeoff", "start", "formation", "hold", "land")  # "prepare" says who is left out
+IN_FORMATION = ("start", "formation")  # "formation" is "start", but for drones in the air alone
+LONGEST_CHANGE = 600.0  # s
+
+
+class Change(NamedTuple):
+    """How a formation is changed to: the one `before`, and who takes which place in either.
+
+    `places_before[k]` and `places[k]` are the ranks of the k-th follower. `begin` is Unix ns, `duration` s.
+    """
+
+    begin: int
+    duration: float
+    before: str  # a name from [formations], empty for [formation]
+    places_before: tuple[int, ...]
+    places: tuple[int, ...]
 
 
 class Mission(NamedTuple):
@@ -215,8 +296,15 @@ class Mission(NamedTuple):
     stamp: int
     frame: str
     verb: str  # one of MISSION_VERBS
-    start: int = 0  # Unix time in ns at which the formation's time is 0 (verb "start")
+    start: int = 0  # Unix time in ns at which the formation's time is 0 (verbs IN_FORMATION)
     formation: str = ""  # a name from [formations], empty for [formation]
+    change: Change | None = None  # None where it is flown from the beginning, everybody in the place of their own rank
+    without: tuple[int, ...] = ()  # the drones that stay on the ground, and that nobody waits for
+
+    @property
+    def in_formation(self) -> bool:
+        """Whether a formation is to be flown."""
+        return self.verb in IN_FORMATION
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
@@ -224,8 +312,7 @@ class Mission(NamedTuple):
         writer.time(self.stamp)
         writer.text(self.frame)
         writer.text(self.verb)
-        writer.time(self.start)
-        writer.text(self.formation)
+        write_formation(writer, self)
         return writer.finish()
 
     @classmethod
@@ -233,11 +320,42 @@ class Mission(NamedTuple):
         """Read CDR bytes; raises MessageError."""
         reader = Reader(data)
         stamp, frame, verb = reader.time(), reader.text(), reader.text()
-        mission = cls(stamp, frame, verb, reader.time(), reader.text())
+        mission = cls(stamp, frame, verb, *read_formation(reader))
         reader.end()
         if verb not in MISSION_VERBS:
             raise MessageError(f"there is no mission {verb!r}")
         return mission
+
+
+def write_formation(writer: Writer, mission: Mission) -> None:
+    """Append which formation a mission flies, since when, how it is changed to, and without whom."""
+    writer.time(mission.start)
+    writer.text(mission.formation)
+    begin, duration, before, places_before, places = mission.change or NO_CHANGE
+    writer.time(begin)
+    writer.put("d", duration)
+    writer.text(before)
+    writer.numbers("H", places_before)
+    writer.numbers("H", places)
+    writer.numbers("H", mission.without)
+
+
+def read_formation(reader: Reader) -> tuple[int, str, Change | None, tuple[int, ...]]:
+    """Take what `write_formation` appends; raises MessageError."""
+    start, formation = reader.time(), reader.text()
+    change = Change(reader.time(), reader.take_all("d", 1)[0], reader.text(), reader.numbers("H"), reader.numbers("H"))
+    without = reader.numbers("H")
+    if change == NO_CHANGE:
+        return start, formation, None, without
+    ranks = list(range(len(change.places)))
+    if sorted(change.places) != ranks or sorted(change.places_before) != ranks:
+        raise MessageError("a change of formation in which two have one place")
+    if not 0.0 < change.duration <= LONGEST_CHANGE:
+        raise MessageError(f"a change of formation that takes {change.duration} s")
+    return start, formation, change, without
+
+
+NO_CHANGE = Change(0, 0.0, "", (), ())
 
 
 class Stop(NamedTuple):
@@ -266,4 +384,4 @@ class Stop(NamedTuple):
 
 @lru_cache(maxsize=256)
 def _bodies(count: int) -> str:
-    return "I" + "Bdddd" * count
+    return "I" + "Bddddddd" * count

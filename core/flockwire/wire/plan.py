@@ -13,6 +13,9 @@ from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import TABLE, Key, key_text
 from flockwire.wire.processes import DRONE_PORTS, SINGLE_PORTS, Link, Member, Process, Roster
 
+AUTHORITY = "ca"  # what signs the certificates of processes
+PERSONS = "operators"  # what signs those of persons
+
 
 class Flow(NamedTuple):
     """One key with the identities that publish it and those that subscribe to it."""
@@ -23,34 +26,41 @@ class Flow(NamedTuple):
 
 
 class Plan:
-    """The plan of `swarm`. Mappings are by identity; identities are in the order of the process table."""
+    """The plan of `swarm`. Mappings are by identity; identities are in the order of the process table.
 
-    def __init__(self, swarm: Swarm) -> None:
-        self.swarm = swarm
+    `by_name`: each process has a host of its own that is called as it is (a container), and is dialled by that name.
+    """
+
+    def __init__(self, swarm: Swarm, by_name: bool = False) -> None:
+        self.swarm, self.by_name = swarm, by_name
         roster = Roster(swarm)
         self.rows: Mapping[str, Process] = roster.rows
         self.members: Mapping[str, Member] = roster.members
         self.identities = tuple(roster.rows)
         self.started = tuple(identity for identity, row in roster.rows.items() if row.started)
         self.certified = tuple(identity for identity, row in roster.rows.items() if row.certified)
-        self.pilot: Mapping[int, str] = roster.pilots  # by drone, a virtual leader's included
+        self.pilot: Mapping[int, str] = roster.pilots  # by drone, a virtual or tracked leader's included
         self.pilots: Mapping[int, str] = {i: roster.pilots[i] for i in swarm.flying}  # whom a flight waits for
         self.routers = tuple(identity for identity, row in roster.rows.items() if row.link is Link.ROUTER)
         self.recorders = tuple(identity for identity, row in roster.rows.items() if row.records)
         self.witnesses = tuple(identity for identity, row in roster.rows.items() if row.witness)
+        self.persons = tuple(identity for identity, row in roster.rows.items() if row.link is Link.DIALS)
         self.flows = tuple(_flows(roster, self.recorders))
         self.publishes: dict[str, tuple[Key, ...]] = {}
         self.subscribes: dict[str, tuple[Key, ...]] = {}
         self._passes: dict[tuple[str, str], list[Key]] = {}
         self._collect()
+        self.from_persons = frozenset(key for person in self.persons for key in self.publishes[person])
+        self.to_persons = frozenset(key for person in self.persons for key in self.subscribes[person])
         self.partners = self._partners()
         self.links = self._links()
         place = {identity: rank for rank, identity in enumerate(self.identities)}
         self.dials = {
             one: tuple(other for other in linked if place[other] < place[one]) for one, linked in self.links.items()
         }
-        self.hosts = {identity: self._host(identity) for identity in self.identities}
+        self.hosts = {identity: roster.host(identity) for identity in self.identities}
         self.endpoints = {identity: self._endpoint(identity) for identity in self.identities if self._listens(identity)}
+        self.reserved = {identity: self._reserved(identity) for identity in self.endpoints if self._reserves(identity)}
 
     @property
     def keys(self) -> tuple[Key, ...]:
@@ -88,6 +98,30 @@ class Plan:
         """Return whether `receiver` subscribes to anything that `sender` publishes."""
         return (sender, receiver) in self._passes
 
+    def dialled(self, one: str, other: str) -> str:
+        """Return the endpoint at which `one` dials `other`: a person the one that is reserved for persons."""
+        return self.reserved.get(other, self.endpoints[other]) if one in self.persons else self.endpoints[other]
+
+    def locator(self, endpoint: str) -> str:
+        """Return what Zenoh listens at, or dials, for `endpoint`: QUIC carries what may be lost as datagrams."""
+        network = self.swarm.network
+        if network.security == "none":
+            return f"tcp/{endpoint}"
+        return f"quic/{endpoint}?mixed_rel=1" if network.link == "quic" else f"tls/{endpoint}"
+
+    def bound(self, endpoint: str) -> str:
+        """Return where the owner of `endpoint` listens: of a host that is called by name, at all addresses."""
+        return f"0.0.0.0:{endpoint.rpartition(':')[2]}" if self.by_name else endpoint
+
+    def issuer(self, identity: str) -> str:
+        """Return which authority signs the certificate of `identity`: who dials reserved endpoints has one apart."""
+        return PERSONS if self.reserved and identity in self.persons else AUTHORITY
+
+    @property
+    def authorities(self) -> tuple[str, ...]:
+        """The names of the authorities that the swarm's certificates are signed by."""
+        return (AUTHORITY, PERSONS) if self.reserved else (AUTHORITY,)
+
     def _collect(self) -> None:
         publishes: dict[str, list[Key]] = {identity: [] for identity in self.identities}
         subscribes: dict[str, list[Key]] = {identity: [] for identity in self.identities}
@@ -121,28 +155,35 @@ class Plan:
             for identity in self.identities
         }
 
-    def _host(self, identity: str) -> str:
-        swarm, drone = self.swarm, self.members[identity].drone
-        for name, host in swarm.hosts.items():
-            if identity in host.processes:
-                return name
-        named = swarm.drone(drone).host if drone in swarm.flying and drone is not None else None
-        return named if named is not None else next(iter(swarm.hosts))
-
     def _listens(self, identity: str) -> bool:
         link = self.rows[identity].link
         return link is Link.ROUTER or (link is Link.PEER and not self.routers)
 
     def _endpoint(self, identity: str) -> str:
-        """Return `IP:PORT`, its own: the ports of a kind do not depend on what other kinds there are."""
+        """Return `IP:PORT` or `NAME:PORT`, its own: the ports of a kind do not depend on what other kinds there are."""
         swarm, row, drone = self.swarm, self.rows[identity], self.members[identity].drone
-        if row.pilot and drone is not None and drone in swarm.flying:
+        if self.by_name:
+            return f"{identity}:{swarm.network.base_port + self._place(identity)}"
+        if row.pilot and drone is not None and drone in swarm.tracked:
             address = swarm.drone(drone).address
             if address is not None:
                 return address
-        place = row.port if drone is None else SINGLE_PORTS + DRONE_PORTS * drone + row.port
-        address, port = swarm.hosts[self.hosts[identity]].address, swarm.network.base_port + place
+        address, port = swarm.hosts[self.hosts[identity]].address, swarm.network.base_port + self._place(identity)
         return f"[{address}]:{port}" if ":" in address else f"{address}:{port}"
+
+    def _reserves(self, identity: str) -> bool:
+        """Return whether it listens for persons apart: nobody else can use up its places for them."""
+        linked = set(self.persons).intersection(self.links[identity])
+        return bool(linked) and not self.routers and self.swarm.network.security == "mtls"
+
+    def _reserved(self, identity: str) -> str:
+        """Return `IP:PORT` for persons: the port is as far below the base port as its other place is above it."""
+        address = self.endpoints[identity].rpartition(":")[0]
+        return f"{address}:{self.swarm.network.base_port - 1 - self._place(identity)}"
+
+    def _place(self, identity: str) -> int:
+        row, drone = self.rows[identity], self.members[identity].drone
+        return row.port if drone is None else SINGLE_PORTS + DRONE_PORTS * drone + row.port
 
 
 def _flows(roster: Roster, recorders: tuple[str, ...]) -> list[Flow]:

@@ -55,7 +55,11 @@ class Process:
     faults: frozenset[str] = frozenset()  # the kinds of fault that its core injects by itself
     after: tuple[str, ...] = ("router", "recorder")  # kinds whose status is waited for before it is started
     driver: bool = False  # drives airframes: it may end only when they are down
+    restarts: bool = False  # one that dies in a flight is started again
     rank: int = 0  # of processes whose parent is gone, those of a lower rank end first
+    alone: str = (
+        ""  # "module:function" that runs it without the swarm, with a --protocol of its own; empty: there is none
+    )
     only_if: str = ""  # when a swarm has members of this kind, where not every swarm has
 
     @property
@@ -84,7 +88,7 @@ ROUTER = Process(
     lambda swarm: (Member("router"),) if swarm.network.mode == "router" else (),
     "flockwire_router.core:make_core",
     port=4,
-    rank=2,
+    rank=3,
     link=Link.ROUTER,
     after=(),
     only_if="network.mode = 'router'",
@@ -95,18 +99,32 @@ GATEWAY = Process(
     _one("gateway"),
     "flockwire_mocap.core:make_core",
     port=0,
+    runner="flockwire_mocap.process:run",
+    rank=4,
+    faults=frozenset({"tracker", "noise", "swap", "visitor"}),
+)
+TRACKER = Process(
+    "tracker-sim",
+    "Run the simulated tracker, which serves the simulated airframes in a real tracker's protocol.",
+    lambda swarm: (Member("tracker-sim"),) if swarm.gateway.simulates_tracker else (),
+    "flockwire_mocap.twin_core:make_core",
+    port=5,
+    runner="flockwire_mocap.twin_process:run",
     rank=3,
-    faults=frozenset({"tracker", "noise"}),
+    faults=frozenset({"tracker", "noise", "swap", "visitor"}),
+    alone="flockwire_mocap.twin_process:serve_alone",
+    only_if="a table [gateway.twin], and a gateway.source that it serves,",
 )
 KINEMATICS = Process(
     "kinematics",
-    "Run the simulated airframes with their drivers.",
-    _one("kinematics"),
+    "Run the simulated airframes, and the drivers of those that are no Tello.",
+    lambda swarm: (Member("kinematics"),) if swarm.simulated or swarm.walking else (),
     "flockwire_tello.core:make_core",
     port=1,
     driver=True,
-    rank=1,
+    rank=2,
     faults=frozenset({"lag", "failure"}),
+    only_if="a drone that is no real Tello, or a simulated person who leads",
 )
 LEADING = Process(
     "leader",
@@ -125,16 +143,29 @@ AGENT = Process(
     numbered=True,
     pilot=True,
 )
+DRIVER = Process(
+    "driver",
+    "Run the driver of one Tello.",
+    lambda swarm: tuple(Member(f"driver{i}", i) for i in swarm.tellos),
+    "flockwire_tello.driver:make_core",
+    port=1,
+    numbered=True,
+    driver=True,
+    rank=1,
+    restarts=True,
+    only_if="a drone whose airframe is of kind 'tello'",
+)
 RECORDER = Process(
     "recorder",
     "Record every message into OUT/trace.mcap.",
     _one("recorder"),
     "flockwire_recorder.core:make_core",
     port=3,
-    rank=4,
+    rank=5,
     runner="flockwire_recorder.process:run",
     witness=True,
     records=True,
+    restarts=True,
     after=("router",),
 )
 OPERATOR = Process(
@@ -144,11 +175,34 @@ OPERATOR = Process(
     "",
     port=0,
     link=Link.DIALS,
-    rank=5,
+    rank=6,
+    witness=True,
+)
+TELEOP = Process(
+    "teleop",
+    "Steer the leader.",
+    lambda swarm: (Member("teleop"),) if swarm.leader.kind == "teleoperated" else (),
+    "",
+    port=0,
+    link=Link.DIALS,
+    rank=6,
+    witness=True,
+    only_if="leader.kind = 'teleoperated'",
+)
+
+CONSOLE = Process(
+    "console",
+    "Serve a live page with orders.",
+    _one("console"),
+    "",
+    port=0,
+    link=Link.DIALS,
+    rank=6,
     witness=True,
 )
 
-PROCESSES = (ROUTER, GATEWAY, KINEMATICS, LEADING, AGENT, RECORDER, OPERATOR)
+PROCESSES = (ROUTER, GATEWAY, TRACKER, KINEMATICS, LEADING, AGENT, DRIVER, RECORDER, OPERATOR, TELEOP, CONSOLE)
+PEOPLE = (OPERATOR, CONSOLE)  # who gives orders, by the same rules
 
 
 class Roster:
@@ -168,6 +222,15 @@ class Roster:
                 if row.pilot and member.drone is not None:
                     self.pilots[member.drone] = member.identity
 
+    def host(self, identity: str) -> str:
+        """Return the name of the host that runs it: the one that names it, its drone's, else the first."""
+        swarm, drone = self.swarm, self.members[identity].drone
+        for name, host in swarm.hosts.items():
+            if identity in host.processes:
+                return name
+        named = swarm.drone(drone).host if drone in swarm.tracked and drone is not None else None
+        return named if named is not None else next(iter(swarm.hosts))
+
     def started(self, member: Member) -> bool:
         """Return whether `up` starts `member`."""
         return self.rows[member.identity].started
@@ -175,3 +238,8 @@ class Roster:
     def of(self, *rows: Process) -> tuple[str, ...]:
         """Return the identities of all members of `rows`."""
         return tuple(identity for row in rows for identity in self._identities[row.kind])
+
+    def drivers(self, drone: int) -> tuple[str, ...]:
+        """Return the identity of who drives `drone`: its own driver, or the process of all simulated airframes."""
+        own = tuple(identity for identity in self.of(DRIVER) if self.members[identity].drone == drone)
+        return own or self.of(KINEMATICS)

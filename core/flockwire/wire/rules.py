@@ -6,9 +6,9 @@ import ipaddress
 from collections.abc import Iterator
 
 from flockwire.wire.plan import Plan
-from flockwire.wire.processes import PROCESSES
+from flockwire.wire.processes import DRIVER, KINEMATICS, PROCESSES
 
-HIGHEST_PORT = 65535
+LOWEST_PORT, HIGHEST_PORT = 1024, 65535
 
 
 def problems(plan: Plan) -> Iterator[str]:
@@ -17,6 +17,7 @@ def problems(plan: Plan) -> Iterator[str]:
     yield from _ports(plan)
     yield from _addresses(plan)
     yield from _security(plan)
+    yield from _simulated_tellos(plan)
 
 
 def _processes(plan: Plan) -> Iterator[str]:
@@ -38,11 +39,15 @@ def _ports(plan: Plan) -> Iterator[str]:
         port = int(endpoint.rpartition(":")[2])
         if port > HIGHEST_PORT:
             yield f"network.base_port = {base}: {identity} would listen at port {port}, the highest is {HIGHEST_PORT}"
+    for identity, endpoint in plan.reserved.items():
+        port = int(endpoint.rpartition(":")[2])
+        if port < LOWEST_PORT:
+            yield f"network.base_port = {base}: {identity} would listen at port {port}, the lowest is {LOWEST_PORT}"
 
 
 def _addresses(plan: Plan) -> Iterator[str]:
     owners: dict[str, str] = {}
-    for identity, endpoint in plan.endpoints.items():
+    for identity, endpoint in (*plan.endpoints.items(), *plan.reserved.items()):
         if endpoint in owners:
             yield f"drones.address: {identity} and {owners[endpoint]} have one address, {endpoint}"
         owners[endpoint] = identity
@@ -56,4 +61,16 @@ def _security(plan: Plan) -> Iterator[str]:
             yield (
                 f"network.security = 'none': {identity} would listen at {endpoint}; without security only loopback "
                 "addresses are allowed"
+            )
+
+
+def _simulated_tellos(plan: Plan) -> Iterator[str]:
+    """Yield drivers that run elsewhere than the simulated Tello: that is on its host's loopback."""
+    served = next(iter(plan.of_kind(KINEMATICS.kind)), None)
+    for driver in plan.of_kind(DRIVER.kind):
+        drone = plan.members[driver].drone
+        if served is not None and drone in plan.swarm.simulated and plan.hosts[driver] != plan.hosts[served]:
+            yield (
+                f"drones.host: {driver} runs on {plan.hosts[driver]}, its simulated Tello on {plan.hosts[served]}; "
+                f"both must be on one host (hosts.{plan.hosts[driver]}.processes)"
             )

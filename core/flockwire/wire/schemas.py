@@ -4,7 +4,19 @@ from __future__ import annotations
 
 import re
 
-from flockwire.wire.messages import Command, Estimate, Message, Mission, Nearby, Pose, Stop, Telemetry
+from flockwire.wire.messages import (
+    Command,
+    Estimate,
+    IdentityDoubt,
+    Message,
+    Mission,
+    Nearby,
+    Pose,
+    Stop,
+    Telemetry,
+    TimeReply,
+    TimeRequest,
+)
 from flockwire.wire.status import Status
 
 ROS_TYPES: dict[type[Message], str] = {
@@ -12,10 +24,13 @@ ROS_TYPES: dict[type[Message], str] = {
     Estimate: "flockwire_msgs/msg/LeaderEstimate",
     Command: "geometry_msgs/msg/TwistStamped",
     Nearby: "flockwire_msgs/msg/NearbyBodies",
+    IdentityDoubt: "flockwire_msgs/msg/IdentityDoubt",
     Telemetry: "flockwire_msgs/msg/Telemetry",
     Mission: "flockwire_msgs/msg/Mission",
     Stop: "flockwire_msgs/msg/Stop",
     Status: "flockwire_msgs/msg/Status",
+    TimeRequest: "flockwire_msgs/msg/TimeRequest",
+    TimeReply: "flockwire_msgs/msg/TimeReply",
 }
 
 DEFINITIONS = {
@@ -34,15 +49,23 @@ DEFINITIONS = {
         "uint8 UNKNOWN=0\nuint8 LEADS=1\nuint8 IS_DOWN=2\nuint8 leading"
     ),
     "flockwire_msgs/msg/NearbyBody": (
-        "uint8 DRONE=0\nuint8 OBSTACLE=1\nuint8 kind\ngeometry_msgs/Vector3 relative_position\nfloat64 radius"
+        "uint8 DRONE=0\nuint8 OBSTACLE=1\nuint8 MOVER=2\nuint8 kind\n"
+        "geometry_msgs/Vector3 relative_position\nfloat64 radius\ngeometry_msgs/Vector3 velocity"
     ),
     "flockwire_msgs/msg/NearbyBodies": "std_msgs/Header header\nflockwire_msgs/NearbyBody[] bodies",
+    "flockwire_msgs/msg/IdentityDoubt": "std_msgs/Header header\nbuiltin_interfaces/Time since",
     "flockwire_msgs/msg/Telemetry": (
         "uint8 GROUNDED=0\nuint8 FLYING=1\nuint8 LANDING=2\nuint8 STOPPED=3\n"
         "std_msgs/Header header\nuint8 state\nfloat64 battery\nfloat64 height\nfloat64 command_age"
     ),
     "flockwire_msgs/msg/Mission": (
-        "std_msgs/Header header\nstring verb\nbuiltin_interfaces/Time start\nstring formation"
+        "std_msgs/Header header\nstring verb\nbuiltin_interfaces/Time start\nstring formation\n"
+        "builtin_interfaces/Time change_begin\nfloat64 change_duration\nstring change_before\n"
+        "uint16[] places_before\nuint16[] places\nuint16[] without"
+    ),
+    "flockwire_msgs/msg/TimeRequest": "std_msgs/Header header",
+    "flockwire_msgs/msg/TimeReply": (
+        "std_msgs/Header header\nbuiltin_interfaces/Time requested\nbuiltin_interfaces/Time received"
     ),
     "flockwire_msgs/msg/Stop": "std_msgs/Header header\nstring reason",
     "flockwire_msgs/msg/Status": (
@@ -50,8 +73,13 @@ DEFINITIONS = {
         "float64 pose_age\nfloat64 estimate_age\nfloat64 nearby_age\nfloat64 telemetry_age\nfloat64 battery\n"
         "float64 cpu\nuint64 steps\nuint64 late_1ms\nuint64 late_5ms\nuint64 skipped\nuint64 refused\nuint64 resident\n"
         "string[] rejected_keys\nuint64[] rejected_counts\nstring[] links\n"
+        "float64 latency\nstring[] counted\nuint64[] counts\n"
         "builtin_interfaces/Time order_stamp\nstring order_verb\nbuiltin_interfaces/Time order_start\n"
-        "string order_formation"
+        "string order_formation\nbuiltin_interfaces/Time order_change_begin\nfloat64 order_change_duration\n"
+        "string order_change_before\nuint16[] order_places_before\nuint16[] order_places\n"
+        "uint16[] order_without\n"
+        "bool position_known\ngeometry_msgs/Point position\n"
+        "float64 clock_offset\nfloat64 clock_bound"
     ),
 }
 

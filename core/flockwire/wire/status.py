@@ -5,16 +5,25 @@ from __future__ import annotations
 from math import isfinite
 from typing import NamedTuple, Self
 
+from flockwire.control.vector import ZERO, Vector
 from flockwire.wire.cdr import MessageError, Reader, Writer
-from flockwire.wire.messages import Mission
+from flockwire.wire.messages import Mission, read_formation, write_formation
 
 NO_MISSION = Mission(0, "", "")
 
-MOST_REJECTIONS = 32  # keys and reasons that one status names; the most frequent ones, the rest in one sum
+MOST_REJECTIONS = 128  # keys and reasons that one status names; the most frequent ones, the rest in one sum
 MOST_LINKS = 256  # processes that one status names
 LONGEST_TEXT = 256  # characters of any of its texts (bytes of UTF-8, of a detail)
 FULL = "full"  # the phase of a recorder whose disk takes no more
 OTHERS = "others"  # the sum of those rejections that are not named
+
+
+Counts = tuple[tuple[str, int], ...]  # what was counted, and how often
+
+
+def counted(*counts: tuple[str, int]) -> Counts:
+    """Return those of the counts that are not zero."""
+    return tuple([count for count in counts if count[1]])
 
 
 class Report(NamedTuple):
@@ -29,6 +38,9 @@ class Report(NamedTuple):
     telemetry_age: float = -1.0  # s
     battery: float = -1.0  # share of full
     mission: Mission | None = None  # the order that it obeys: how an operator knows that it arrived
+    latency: float = -1.0  # s from a frame's capture to its publication, median
+    counts: Counts = ()  # what was not as it should be of its own input
+    position: Vector | None = None  # m, world frame, by its own pose
 
 
 class Status(NamedTuple):
@@ -45,8 +57,10 @@ class Status(NamedTuple):
     refused: int  # connections
     cpu: float  # share of one core since the last status
     resident: int  # bytes
-    rejected: tuple[tuple[str, int], ...]  # key, messages dropped
+    rejected: Counts  # messages dropped, by key
     links: tuple[str, ...]  # the processes that it is linked to
+    clock_offset: float = 0.0  # s that its host's clock is behind the swarm's, and corrected
+    clock_bound: float = 0.0  # s by which that may be wrong; -1 before it is known
 
     def bounded(self) -> Status:
         """Return it with no more, and no longer, names and texts than `decode` takes."""
@@ -57,6 +71,8 @@ class Status(NamedTuple):
             rejected = (*by_count[: MOST_REJECTIONS - 1], (OTHERS, rest))
         if len(report.detail.encode()) > LONGEST_TEXT:
             report = report._replace(detail=_shortened(report.detail))
+        if len(report.counts) > MOST_REJECTIONS:
+            report = report._replace(counts=report.counts[:MOST_REJECTIONS])
         return self._replace(report=report, rejected=rejected, links=self.links[:MOST_LINKS])
 
     def encode(self) -> bytes:
@@ -71,11 +87,16 @@ class Status(NamedTuple):
         writer.texts(tuple(key for key, _ in self.rejected))
         writer.numbers("Q", tuple(count for _, count in self.rejected))
         writer.texts(self.links)
+        writer.put("d", report.latency)
+        writer.texts(tuple(name for name, _ in report.counts))
+        writer.numbers("Q", tuple(count for _, count in report.counts))
         mission = report.mission or NO_MISSION
         writer.time(mission.stamp)
         writer.text(mission.verb)
-        writer.time(mission.start)
-        writer.text(mission.formation)
+        write_formation(writer, mission)
+        writer.put("B", report.position is not None)
+        writer.put_all("d", *(report.position or ZERO))
+        writer.put_all("d", self.clock_offset, self.clock_bound)
         return writer.finish()
 
     @classmethod
@@ -85,25 +106,32 @@ class Status(NamedTuple):
         stamp, frame, identity = reader.time(), reader.text(), reader.text()
         phase, detail = reader.text(), reader.text()
         figures = reader.take_all("d", 7)
-        if not isfinite(sum(figures)):
-            raise MessageError("holds a number that is not finite")
         steps, late_1ms, late_5ms, skipped, refused, resident = map(int, reader.take_all("Q", 6))
         keys, rejections, links = reader.texts(), reader.numbers("Q"), reader.texts()
-        mission = Mission(reader.time(), frame, reader.text(), reader.time(), reader.text())
+        latency, names, counts = reader.take_all("d", 1)[0], reader.texts(), reader.numbers("Q")
+        mission = Mission(reader.time(), frame, reader.text(), *read_formation(reader))
+        known, place = reader.take("B"), reader.take_all("d", 3)
+        clock_offset, clock_bound = reader.take_all("d", 2)
         reader.end()
+        if not isfinite(sum((*figures, latency, *place, clock_offset, clock_bound))):
+            raise MessageError("holds a number that is not finite")
+        if len(names) != len(counts) or len(names) > MOST_REJECTIONS:
+            raise MessageError(f"{len(names)} names with {len(counts)} counts, {MOST_REJECTIONS} at most")
         if len(keys) > MOST_REJECTIONS or len(links) > MOST_LINKS:
             raise MessageError(f"names {len(keys)} rejections and {len(links)} links, too many")
-        if max([len(text) for text in (frame, identity, phase, detail, *keys, *links)]) > LONGEST_TEXT:
+        if max([len(text) for text in (frame, identity, phase, detail, *keys, *links, *names)]) > LONGEST_TEXT:
             raise MessageError(f"holds a text of more than {LONGEST_TEXT} characters")
         if len(keys) != len(rejections):
             raise MessageError(f"{len(keys)} keys with {len(rejections)} counts")
         rejected = tuple(zip(keys, rejections, strict=True))
         error, pose, estimate, nearby, telemetry, battery, cpu = figures
         obeyed = mission if mission.stamp else None
+        position = (place[0], place[1], place[2]) if known else None
         report = Report(phase, detail, error, pose, estimate, nearby, telemetry, battery, obeyed)
+        report = report._replace(latency=latency, counts=tuple(zip(names, counts, strict=True)), position=position)
         return cls(
             stamp, frame, identity, report, steps, late_1ms, late_5ms, skipped, refused, cpu, resident,
-            rejected, links,
+            rejected, links, clock_offset, clock_bound,
         )  # fmt: skip
 
 

@@ -25,6 +25,7 @@ from flockwire_mocap.natnet.packets import (
     Stamps,
     Version,
 )
+from flockwire_mocap.quaternion import IDENTITY
 
 END = bytes(4)
 
@@ -113,6 +114,6 @@ def _suffix(stamps: Stamps, parameters: int, version: Version) -> bytes:
 
 def _description(body: BodyDescription, version: Version) -> bytes:
     """Return a rigid body's description: no parent, no offset, no turn, no markers."""
-    turn = pack("<4f", 0.0, 0.0, 0.0, 1.0) if version >= TURNED else b""
+    turn = pack("<4f", *IDENTITY) if version >= TURNED else b""
     data = body.name.encode() + b"\0" + pack("<ii3f", body.identity, -1, 0.0, 0.0, 0.0) + turn + pack("<i", 0)
     return pack("<i", 1) + (pack("<I", len(data)) if version >= COUNTED else b"") + data

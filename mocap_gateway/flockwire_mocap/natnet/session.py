@@ -51,7 +51,7 @@ class Options(NamedTuple):
 
 
 @dataclass(slots=True)
-class Counts:
+class PacketCounts:
     """What came, besides what `FrameSequence` counts.
 
     Attributes:
@@ -79,6 +79,7 @@ class _Request:
     wanted: bool = True
 
     def make(self, now: int) -> bool:
+        """Return whether it is to be made now, and count it."""
         if not self.wanted or now < self.due:
             return False
         self.due, self.made = now + PERIOD, self.made + 1
@@ -94,6 +95,7 @@ class NatNetSession:
         counts, sequence: what came, what is missing.
         foreign: the newest address that is not the server's and sent something.
         rejected: why the newest malformed packet was rejected.
+        failure: why the sockets do not receive, None where they do.
 
     """
 
@@ -101,9 +103,10 @@ class NatNetSession:
         self.options = options
         self.info: ServerInfo | None = None
         self.names: dict[int, str] = {}
-        self.counts, self.sequence = Counts(), FrameSequence()
+        self.counts, self.sequence = PacketCounts(), FrameSequence()
         self.foreign: str | None = None
         self.rejected: str | None = None
+        self.failure: str | None = None
         self.adjusted = False  # whether the server has agreed to `options.bitstream`
         self._received_at = 0
         self._greeting, self._keep_alive, self._bitstream = _Request(), _Request(), _Request()

@@ -9,6 +9,8 @@ from flockwire_mocap.natnet.session import NatNetSession
 def trouble(session: NatNetSession, command_port: int = COMMAND_PORT) -> str | None:
     """Return what is wrong with a session that has had a second or more; None if frames with rigid bodies come."""
     counts = session.counts
+    if session.failure is not None:
+        return f"{session.failure}: set the address of the interface that leads to the server"
     if counts.frames:
         return None if counts.empty < counts.frames else _no_bodies(session)
     if counts.malformed:

@@ -11,7 +11,7 @@ from struct import Struct
 from typing import NamedTuple
 
 from flockwire.control.vector import Vector
-from flockwire.nanoseconds import BILLION
+from flockwire.nanoseconds import BILLION, THOUSAND
 
 from flockwire_mocap.quaternion import Quaternion
 
@@ -22,7 +22,6 @@ SENDER, TYPE = -1, -2  # types of the messages that describe a sender and a type
 POSE, PING, PONG = "vrpn_Tracker Pos_Quat", "vrpn_Base ping_message", "vrpn_Base pong_message"
 LONGEST = 1 << 16  # bytes of a message; a tracker's have under a hundred
 HEADER_SIZE = 24
-THOUSAND = 1000  # ns in a microsecond
 
 _HEADER = Struct(">IIIii4x")
 _TEXT = Struct(">i")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from flockwire.swarm.model import Swarm
-from flockwire_recorder.drawing import DANGER, OKABE_ITO, STYLE, title
+from flockwire_recorder.drawing import DANGER, INK, OKABE_ITO, STYLE
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
@@ -18,12 +18,13 @@ from flockwire_sim.study.labels import label
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+WIDE = {**STYLE, "font.size": 10.5, "xtick.labelsize": 9.5, "ytick.labelsize": 9.5, "legend.fontsize": 9.5}
 MOST_CURVES = len(OKABE_ITO)
 
 
 def draw(findings: Findings, swarm: Swarm, out: Path) -> tuple[Path, ...]:
     """Draw success rates and the distribution of every figure into the folder `out`; returns the pictures."""
-    with rc_context(STYLE):
+    with rc_context(WIDE):
         pictures = [out / "success.png", out / "distributions.png"]
         _success(findings).savefig(pictures[0], dpi=150, facecolor="white")
         _distributions(findings, swarm).savefig(pictures[1], dpi=150, facecolor="white")
@@ -39,7 +40,7 @@ def _success(findings: Findings) -> Figure:
     axes.set_yticks(range(len(findings.rows)), [label(row.point) for row in findings.rows])
     axes.set_ylim(len(findings.rows) - 0.5, -0.5)
     axes.set_xlabel("runs that pass all checks, %, with the 95 % interval")
-    title(axes, "Success rate")
+    _title(axes, "Success rate")
     return figure
 
 
@@ -79,7 +80,7 @@ def _distribution(axes: Axes, findings: Findings, quantity: Quantity) -> None:
         axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axes.xaxis.set_major_formatter("{x:g}")
         axes.xaxis.set_minor_formatter(NullFormatter())
-    title(axes, quantity.text[0].upper() + quantity.text[1:])
+    _title(axes, quantity.text[0].upper() + quantity.text[1:])
 
 
 def _limit(quantity: Quantity, swarm: Swarm) -> float | None:
@@ -88,3 +89,8 @@ def _limit(quantity: Quantity, swarm: Swarm) -> float | None:
         "min_distance_obstacle_m": swarm.avoidance.obstacle_safety_distance,
         "max_speed_m_s": swarm.limits.speed,
     }.get(quantity.key)
+
+
+def _title(axes: Axes, text: str) -> None:
+    """Put a title above the axes, flush left."""
+    axes.set_title(text, loc="left", fontsize=12, fontweight="bold", color=INK, pad=9)

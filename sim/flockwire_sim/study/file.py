@@ -134,7 +134,7 @@ def load_study(path: Path | None, options: dict[str, object]) -> Study:
     try:
         return Study.model_validate_json(json.dumps(_spelled_out(table | options), default=str))
     except ValidationError as error:
-        raise StudyError("\n".join(f"{origin}: {line}" for line in error_lines(error))) from None
+        raise StudyError("\n".join(f"{origin}: {line}" for line in error_lines(error, Study))) from None
 
 
 def _spelled_out(table: dict[str, Any]) -> dict[str, Any]:

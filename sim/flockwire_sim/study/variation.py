@@ -116,7 +116,7 @@ def _swarm(table: Table) -> Swarm:
 
 def _faults(table: Table, swarm: Swarm, origin: str) -> tuple[Fault, ...]:
     try:
-        faults = parse_faults(table, wiring := Plan(swarm), origin)
+        faults = parse_faults(table, wiring := Plan(swarm.in_simulation()), origin)
     except FaultFileError as error:
         raise StudyError(str(error)) from None
     if cannot := refusal(faults, wiring):

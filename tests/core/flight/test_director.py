@@ -3,7 +3,8 @@ from dataclasses import dataclass
 import pytest
 from flockwire.flight.director import GRACE, LEAD_TIME, PATIENCE, REPEAT, Director, Stage
 from flockwire.flight.fleet import STALE
-from flockwire.flight.phases import Phase
+from flockwire.flight.phases import OUTDATED, Phase
+from flockwire.flight.preflight import Preflight
 from flockwire.nanoseconds import BILLION
 from flockwire.wire.messages import FlightState, Mission, Telemetry
 from flockwire.wire.status import Report, Status
@@ -24,11 +25,12 @@ class Pilot:
     state: FlightState | None = None  # of its drone; None: as the phase has it
     mission: Mission | None = None
     deaf: bool = False
+    position: tuple[float, float, float] | None = None
     died: int | None = None  # its newest status is of then, Unix ns
     driver_died: int | None = None
 
     def status(self, now):
-        report = Report(self.phase, self.detail, mission=self.mission)
+        report = Report(self.phase, self.detail, mission=self.mission, position=self.position)
         return Status(self.died or now, "world", PILOTS[self.drone], report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
 
     def telemetry(self, now):
@@ -83,6 +85,16 @@ class Tower:
     @property
     def failure(self):
         return self.director.failure
+
+
+class Mute(Tower):
+    """A tower that hears pilots, and of drones only those in `heard`."""
+
+    heard: frozenset[int] = frozenset()
+
+    def received(self):
+        statuses, telemetry = super().received()
+        return statuses, {drone: message for drone, message in telemetry.items() if drone in self.heard}
 
 
 @pytest.fixture
@@ -216,6 +228,14 @@ def test_a_pilot_that_restarts_has_a_second_to_find_itself_in_flight(flying):
     assert flying.stage is Stage.FLYING
 
 
+def test_a_pilot_may_be_given_longer_to_come_back():
+    director = Director({1: "uav1"}, "world", 0.0, BEGAN, grace=5 * BILLION)
+    director.stage = Stage.FLYING
+    orders = [director.step({}, {}, BEGAN + tenth * BILLION // 10) for tenth in range(51)]
+    assert [tenth for tenth, order in enumerate(orders) if order is not None] == [50]
+    assert director.failure.startswith("uav1 left the formation")
+
+
 def test_a_pilot_that_holds_for_a_while_ends_nothing(flying):
     assert flying.step(3.0, uav1=(Phase.HOLD, "own pose is stale")) == []
     assert flying.stage is Stage.FLYING
@@ -347,8 +367,23 @@ def test_after_a_hold_the_formations_time_goes_on(flying):
 
 
 def test_on_the_ground_there_is_nothing_to_hold_or_to_resume(tower):
-    tower.all(Phase.READY)
+    tower.all(Phase.GROUNDED)
     assert tower.director.hold(tower.now) is tower.director.resume(tower.now) is None
+
+
+def test_a_pilot_restarted_on_the_ground_during_take_off_is_brought_in_by_the_order_again(tower):
+    """It obeys no order from before its own start, so that nothing takes off that nobody looks at."""
+    tower.all(Phase.READY)
+    tower.step(3.0, leader=Phase.HOLD, uav1=Phase.HOLD, uav2=(Phase.READY, OUTDATED))
+    again = tower.director.resume(tower.now)
+    assert (again.verb, again.stamp, tower.stage) == ("takeoff", tower.now, Stage.TAKING_OFF)
+    assert tower.all(Phase.HOLD) == ["start"]
+
+
+def test_who_is_not_brought_in_is_named_with_what_would_bring_it_in(tower):
+    tower.all(Phase.READY)
+    tower.step(31.0, leader=Phase.HOLD, uav1=Phase.HOLD, uav2=(Phase.READY, OUTDATED))
+    assert tower.failure == f"still taking off after 30 s (uav2: {OUTDATED})"
 
 
 def test_a_stop_is_a_failure_and_over_when_nothing_flies(flying):
@@ -457,3 +492,62 @@ def test_before_take_off_an_order_to_land_just_ends(tower):
     tower.all(Phase.GROUNDED)
     assert tower.director.land(tower.now) is None
     assert tower.stage is Stage.OVER
+
+
+def test_who_is_left_out_is_told_first_and_not_waited_for():
+    tower = Tower()
+    tower.director = Director(PILOTS, "world", 60.0, BEGAN, without=(2,))
+    (prepare,) = tower.orders(0.1, leader=Phase.READY, uav1=(Phase.GROUNDED, "waits for uav2's estimate"))
+    assert (prepare.verb, prepare.without) == ("prepare", (2,))
+    assert tower.step() == []
+    (off,) = tower.orders(0.1, uav1=Phase.READY)
+    (start,) = tower.orders(0.1, leader=Phase.HOLD, uav1=Phase.HOLD)
+    (hold,) = [tower.director.hold(tower.now)] if tower.step(leader=Phase.FORMATION, uav1=Phase.FORMATION) == [] else []
+    land = tower.director.land(tower.now)
+    assert [(order.verb, order.without) for order in (off, start, hold, land)] == [
+        (verb, (2,)) for verb in ("takeoff", "start", "hold", "land")
+    ]
+
+
+def test_a_drone_whose_driver_was_not_heard_yet_has_not_taken_off():
+    tower = Mute()
+    tower.all(Phase.READY)
+    assert tower.all(Phase.TAKEOFF, 1.0) == []
+    tower.heard = frozenset(PILOTS)
+    for pilot in tower.pilots.values():
+        pilot.state = GROUNDED  # a Tello that has not left the ground
+    assert tower.all(Phase.TAKEOFF, 3.0) == []
+    assert tower.stage is Stage.TAKING_OFF
+    assert tower.failure == ""
+
+
+AWAY = (
+    "uav1: its body is at [1.00, 0.50, 0.00], where uav2 should stand, 1.12 m from its start, "
+    "limits.start_tolerance = 0.2 m"
+)
+
+
+@pytest.fixture
+def placed():
+    """Return a tower whose pilots are ready, with the drone of uav1 at the start of uav2."""
+    tower, starts = Tower(), {1: (0.0, 0.0, 0.0), 2: (1.0, 0.5, 0.0)}
+    tower.director = Director(PILOTS, "world", 60.0, BEGAN, preflight=Preflight(starts=starts, tolerance=0.2))
+    tower.pilots["uav1"].position, tower.pilots["uav2"].position = starts[2], (1.1, 0.5, 0.0)
+    return tower
+
+
+def test_nobody_takes_off_while_a_drone_stands_away_from_its_start(placed):
+    assert placed.all(Phase.READY, 3.0) == []
+    assert placed.director.unready(*placed.received(), placed.now) == (AWAY,)
+    placed.pilots["uav1"].position = (0.1, 0.1, 0.02)
+    assert placed.all(Phase.READY) == ["takeoff"]
+
+
+def test_who_stands_away_from_its_start_is_named_when_patience_ends(placed):
+    placed.all(Phase.READY, PATIENCE / BILLION + 0.2)
+    assert AWAY in placed.failure
+
+
+def test_after_a_flight_drones_stand_where_they_landed(placed):
+    placed.pilots["uav2"].mission = Mission(BEGAN - BILLION, "world", "land")
+    assert placed.all(Phase.READY) == ["takeoff"]

@@ -18,6 +18,8 @@ EVERY_KIND = [
     {"at": 5.0, "kind": "partition", "processes": ["uav3", "uav4"], "duration": 1.0},
     {"at": 6.0, "kind": "tracker", "drone": 2, "duration": 0.5},
     {"at": 7.0, "kind": "noise", "noise": 0.01, "duration": 2.0},
+    {"at": 7.5, "kind": "swap", "drones": [1, 3], "duration": 0.5},
+    {"at": 7.5, "kind": "visitor", "start": [0, 0, 1], "velocity": [1.0, 0.0, 0.0], "duration": 5.0},
     {"at": 8.0, "kind": "clock", "process": "uav1", "step": -0.02},
     {"at": 9.0, "kind": "lag", "drone": 1, "lag": 0.3, "dead_time": 0.1},
     {"at": 10.0, "kind": "failure", "drone": 4},
@@ -37,9 +39,17 @@ def test_every_kind_is_read(make_plan: Callable[..., Plan]) -> None:
     [
         ({"at": 1.0, "kind": "kill", "process": "uav9"}, "faults.0.process = 'uav9': there is no such process"),
         ({"at": 1.0, "kind": "kill", "process": "recorder"}, "'recorder': there is no such process"),
+        (
+            {"at": 1.0, "kind": "swap", "drones": [1, 9], "duration": 1.0},
+            "faults.0.drones.1 = 9: there is no such drone",
+        ),
+        (
+            {"at": 1.0, "kind": "swap", "drones": [1, 1], "duration": 1.0},
+            "faults.0.drones = [1, 1]: must be two drones",
+        ),
         ({"at": -1.0, "kind": "kill", "process": "uav1"}, "at = -1.0"),
         ({"at": 1.0, "kind": "explode", "process": "uav1"}, "explode"),
-        ({"at": 1.0, "kind": "kill", "process": "uav1", "hard": True}, "hard = True: unknown key"),
+        ({"at": 1.0, "kind": "kill", "process": "uav1", "hard": True}, "hard = true: unknown key"),
         ({"at": 1.0, "kind": "freeze", "process": "uav1"}, "duration: missing"),
         ({"at": 1.0, "kind": "tracker", "drone": 7, "duration": 1.0}, "faults.0.drone = 7: there is no such drone"),
         (

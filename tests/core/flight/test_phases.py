@@ -3,6 +3,7 @@ from math import hypot
 import pytest
 from flockwire.flight.phases import (
     NEVER,
+    OUTDATED,
     SHUTDOWN,
     FlightPhases,
     Phase,
@@ -10,12 +11,10 @@ from flockwire.flight.phases import (
     age,
     climb,
     command_stamp,
-    fenced,
     keep_place,
-    outside,
 )
 from flockwire.nanoseconds import BILLION
-from flockwire.wire.messages import Mission, Pose
+from flockwire.wire.messages import Change, Mission, Pose
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -88,6 +87,27 @@ def test_any_order_to_fly_takes_off(pilot, verb):
     assert pilot.order(verb) is Phase.TAKEOFF
 
 
+def test_an_order_to_change_the_formation_does_not_take_off(pilot):
+    pilot.update()
+    assert pilot.order("formation") is Phase.READY
+    assert pilot.order("start") is Phase.TAKEOFF
+
+
+def test_a_formation_ordered_in_the_air_is_flown_from_its_time_0_on(pilot):
+    pilot.update(airborne=True, high=True)
+    assert pilot.order("formation", pilot.now + 3 * BILLION) is Phase.HOLD
+    assert [pilot.update() for _ in range(2)] == [Phase.HOLD, Phase.FORMATION]
+
+
+def test_a_hold_keeps_in_mind_which_formation_it_interrupts(flyer):
+    change = Change(BORN, 2.0, "", (1, 0), (0, 1))
+    flyer.flight.order(Mission(flyer.now + 5, "world", "formation", BORN + 7, "line", change))
+    flyer.flight.order(Mission(flyer.now + 6, "world", "hold"))
+    flyer.flight.order(Mission(flyer.now + 7, "world", "hold"))
+    assert flyer.flight.mission == Mission(flyer.now + 7, "world", "hold", BORN + 7, "line", change)
+    assert flyer.update() is Phase.HOLD
+
+
 def test_an_order_to_land_does_not_take_off(pilot):
     assert pilot.order("land") is Phase.READY
 
@@ -113,6 +133,7 @@ def test_landed_by_a_failure_it_waits_for_a_new_order(flyer):
     flyer.update(land="telemetry lost for 3.1 s")
     flyer.update(land="", airborne=False, high=False)
     assert [flyer.update() for _ in range(3)] == [Phase.READY] * 3
+    assert flyer.flight.reason == OUTDATED
     assert flyer.order("takeoff") is Phase.TAKEOFF
 
 
@@ -135,7 +156,9 @@ def test_a_process_that_begins_anew_in_flight_holds_even_when_unready(pilot):
 def test_a_process_that_begins_on_the_ground_obeys_no_order_older_than_itself(pilot):
     pilot.flight.order(Mission(BORN - 1, "world", "takeoff"))
     assert [pilot.update() for _ in range(3)] == [Phase.READY] * 3
+    assert pilot.flight.reason == OUTDATED
     assert pilot.order("takeoff") is Phase.TAKEOFF
+    assert pilot.flight.reason == ""
 
 
 def test_the_newest_order_holds_whatever_comes_after(flyer):
@@ -199,21 +222,6 @@ def test_a_climb_is_straight_above_its_place(position, place, vertical):
     assert z == vertical
     assert hypot(x, y) <= 0.7 * (1 + 1e-12)
     assert climb((place[0], place[1], 9.0), place, vertical) == (0.0, 0.0, vertical)
-
-
-@given(vectors, vectors)
-def test_the_fence_takes_only_what_leads_further_out(velocity, position):
-    for v, kept, p, low, high in zip(velocity, fenced(velocity, position, LOW, HIGH), position, LOW, HIGH, strict=True):
-        outward = (p <= low and v < 0.0) or (p >= high and v > 0.0)
-        assert kept == (0.0 if outward else v)
-
-
-@given(vectors)
-def test_outside_is_the_largest_excess_over_the_axes(position):
-    beyond = outside(position, LOW, HIGH)
-    inside = all(low <= p <= high for p, low, high in zip(position, LOW, HIGH, strict=True))
-    assert (beyond == 0.0) == inside
-    assert outside((1.0, 2.5, 4.0), LOW, HIGH) == 1.0
 
 
 def test_what_never_came_is_infinitely_old():

@@ -1,8 +1,8 @@
 """Where the environment tells a process to dial."""
 
 import pytest
+from flockwire.runtime.configuration import configuration
 from flockwire.runtime.detours import DETOURS, DetoursError, detour_environment, read_detours
-from flockwire.runtime.session import configuration
 
 
 @pytest.mark.parametrize("detours", [{}, {"gateway": "127.0.0.1:40001"}, {"gateway": "[::1]:1", "uav12": "10.0.0.1:2"}])
@@ -23,7 +23,7 @@ def test_what_makes_no_sense_is_refused_with_its_name_value_and_rule(text):
 
 
 def test_only_who_is_dialled_is_dialled_elsewhere(make_plan):
-    plan = make_plan()
+    plan = make_plan({"network.security": "none"})
     plain = configuration(plan, "uav2", None)
     detoured = configuration(plan, "uav2", None, {"uav1": "127.0.0.1:40001", "uav3": "127.0.0.1:40002"})
     there = plain["connect"]["endpoints"]

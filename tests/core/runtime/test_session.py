@@ -1,12 +1,13 @@
 """The Zenoh configuration of every process, as Zenoh itself reads it."""
 
 import json
-from itertools import product
+from itertools import chain, product
 from pathlib import Path
 
 import pytest
 import zenoh
-from flockwire.runtime.session import BURST, SPARE_SESSIONS, Session, configuration
+from flockwire.runtime.configuration import BURST, SPARE_SESSIONS, configuration, reserved_configuration
+from flockwire.runtime.session import Session
 from flockwire.security.files import Credentials, CredentialsError
 from flockwire.wire.access import access_control
 
@@ -51,13 +52,25 @@ def test_every_link_is_mutual_tls_and_none_is_found_by_itself(make_plan, mode):
 
 
 @pytest.mark.parametrize("mode", ["peers", "router"])
+def test_over_quic_every_link_carries_state_as_datagrams_under_the_same_mutual_tls(make_plan, mode):
+    plan, over_tls = make_plan({"network.mode": mode, "network.link": "quic"}), make_plan({"network.mode": mode})
+    for identity in plan.identities:
+        config, other = configuration(plan, identity, FILES), configuration(over_tls, identity, FILES)
+        for end in ("listen", "connect"):
+            expected = [f"quic/{where.removeprefix('tls/')}?mixed_rel=1" for where in other[end]["endpoints"]]
+            assert config[end].pop("endpoints") == expected
+            del other[end]["endpoints"]
+        assert config == other
+
+
+@pytest.mark.parametrize("mode", ["peers", "router"])
 def test_everybody_dials_as_planned_and_listens_at_its_own_endpoint(make_plan, mode):
     plan = make_plan({"network.mode": mode})
     for identity in plan.identities:
         config = configuration(plan, identity, FILES)
         own = [f"tls/{plan.endpoints[identity]}"] if identity in plan.endpoints else []
         assert config["listen"]["endpoints"] == own
-        dialled = [f"tls/{plan.endpoints[other]}" for other in plan.dials[identity]]
+        dialled = [f"tls/{plan.dialled(identity, other)}" for other in plan.dials[identity]]
         assert config["connect"]["endpoints"] == dialled
         kind = "peer" if mode == "peers" else "router" if identity == "router" else "client"
         assert config["mode"] == kind
@@ -72,6 +85,24 @@ def test_without_security_nothing_is_encrypted_and_sizes_stay_bounded(make_plan,
         assert "tls" not in config["transport"]["link"]
         zenoh.Config.from_json5(json.dumps(config))
         assert config["transport"]["link"]["rx"]["max_message_size"] == 65536
+
+
+def test_whoever_listens_in_a_swarm_of_peers_listens_for_persons_apart(make_plan):
+    plan = make_plan()
+    assert plan.reserved.keys() == plan.endpoints.keys()
+    assert not set(plan.reserved.values()) & set(plan.endpoints.values())
+    assert make_plan({"network.mode": "router"}).reserved == make_plan({"network.security": "none"}).reserved == {}
+    for identity, endpoint in plan.reserved.items():
+        config = reserved_configuration(plan, identity, FILES)
+        zenoh.Config.from_json5(json.dumps(config))
+        assert config["listen"]["endpoints"] == [f"tls/{endpoint}"]
+        assert config["connect"]["endpoints"] == []
+        tls = config["transport"]["link"]["tls"]
+        assert (tls["root_ca_certificate"], tls["enable_mtls"]) == ("operators.crt", True)
+        assert (tls["listen_certificate"], tls["listen_private_key"]) == ("own.crt", "own.key")
+        assert config["access_control"] == access_control(plan, identity)
+    dialled = configuration(plan, "operator", FILES)["connect"]["endpoints"]
+    assert dialled == [f"tls/{endpoint}" for endpoint in plan.reserved.values()]
 
 
 class OpenedError(Exception):
@@ -94,3 +125,15 @@ def test_an_order_in_flight_does_not_wait_until_its_certificate_is_verified(make
 def test_an_order_in_flight_without_a_certificate_is_refused_with_the_reason(make_plan, tmp_path):
     with pytest.raises(CredentialsError, match="there is no such keys folder"):
         Session(make_plan(), "operator", tmp_path / "nowhere", verified=False)
+
+
+def test_orders_travel_before_state_and_no_put_waits_for_a_peer(make_plan):
+    plan = make_plan({"network.security": "none", "network.base_port": 17700})
+    with Session(plan, "operator") as operator, Session(plan, "gateway") as gateway:
+        orders = [*chain(*operator._publishers.values())]
+        state = [*chain(*(gateway._publishers[key] for key in plan.publishes["gateway"] if key.kind == "pose"))]
+        assert len(orders) == 2
+        assert state
+        assert all(publisher.congestion_control == zenoh.CongestionControl.DROP for publisher in orders + state)
+        assert all(publisher.priority == zenoh.Priority.REAL_TIME for publisher in orders)
+        assert int(zenoh.Priority.REAL_TIME) < min(int(publisher.priority) for publisher in state)

@@ -37,8 +37,8 @@ def test_good_keys_are_three_files(keys, made):
     assert load_credentials(keys, "uav1", made) == files
 
 
-def test_the_default_folder_is_the_swarms_own():
-    assert default_folder("flock") == Path(".flockwire/flock/keys")
+def test_the_default_folder_is_the_swarms_own_beside_its_file():
+    assert default_folder("flock", Path("swarms")) == Path("swarms/.flockwire/flock/keys")
 
 
 def test_a_missing_folder(tmp_path, made):

@@ -1,6 +1,7 @@
 import ipaddress
 import os
 import stat
+from contextlib import suppress
 from datetime import timedelta
 from pathlib import Path
 from threading import Thread
@@ -12,6 +13,7 @@ from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID
 from flockwire.security.credentials import common_name, load_credentials
+from flockwire.security.files import CredentialsError
 from flockwire.security.pki import (
     BACKDATED,
     LIFE,
@@ -35,6 +37,11 @@ def certificate(folder, name):
     return x509.load_pem_x509_certificate((folder / f"{name}.crt").read_bytes())
 
 
+def checked(folder, plan, identity, now):
+    """Return the keys of `identity`, checked as its process does."""
+    return load_credentials(folder, identity, now, plan.issuer(identity), plan.authorities)
+
+
 def alternatives(folder, name):
     """Return the names and addresses that a certificate is good for."""
     found = certificate(folder, name).extensions.get_extension_for_class(x509.SubjectAlternativeName).value
@@ -53,12 +60,13 @@ def plan(make_plan):
 @pytest.mark.parametrize("mode", ["peers", "router"])
 def test_everybody_gets_a_certificate_of_its_own_name(make_plan, tmp_path, made, mode):
     plan = make_plan({"network.mode": mode})
-    assert make_keys(plan, tmp_path, made) == ("ca", *plan.certified)
+    assert make_keys(plan, tmp_path, made) == (*plan.authorities, *plan.certified)
     for identity in plan.certified:
         assert common_name(certificate(tmp_path, identity)) == identity
-        assert load_credentials(tmp_path, identity, made)
+        assert checked(tmp_path, plan, identity, made)
     names = {f"{name}.{end}" for name in plan.certified for end in ("crt", "key")}
-    assert {str(path) for path in contents(tmp_path)} == {"ca.crt", "authority/ca.key", *names}
+    names |= {name for authority in plan.authorities for name in (f"{authority}.crt", f"authority/{authority}.key")}
+    assert {str(path) for path in contents(tmp_path)} == names
 
 
 def test_a_certificate_serves_both_ends_of_a_link_for_ninety_days(keys, made):
@@ -72,14 +80,15 @@ def test_a_certificate_serves_both_ends_of_a_link_for_ninety_days(keys, made):
 
 
 def test_all_keys_are_of_the_curve_p_256_and_no_two_are_one(keys, plan):
-    held = [certificate(keys, name).public_key() for name in ("ca", *plan.certified)]
+    held = [certificate(keys, name).public_key() for name in (*plan.authorities, *plan.certified)]
     assert all(isinstance(key, ec.EllipticCurvePublicKey) and key.curve.name == "secp256r1" for key in held)
-    numbers = {certificate(keys, name).serial_number for name in ("ca", *plan.certified)}
+    numbers = {certificate(keys, name).serial_number for name in (*plan.authorities, *plan.certified)}
     assert len({key.public_numbers() for key in held}) == len(numbers) == len(held)
 
 
-def test_the_authority_signs_processes_only_and_no_authority_below_it(keys):
-    limits = certificate(keys, "ca").extensions.get_extension_for_class(x509.BasicConstraints)
+@pytest.mark.parametrize("authority", ["ca", "operators"])
+def test_an_authority_signs_processes_or_persons_only_and_no_authority_below_it(keys, authority):
+    limits = certificate(keys, authority).extensions.get_extension_for_class(x509.BasicConstraints)
     assert limits.critical
     assert (limits.value.ca, limits.value.path_length) == (True, 0)
 
@@ -108,15 +117,16 @@ def test_private_keys_are_their_owners_alone(plan, tmp_path, made, mask):
     finally:
         os.umask(before)
     private = list((tmp_path / "keys").rglob("*.key"))
-    assert len(private) == 1 + len(plan.certified)
+    assert len(private) == len(plan.authorities) + len(plan.certified)
     assert {stat.S_IMODE(path.stat().st_mode) for path in private} == {0o600}
 
 
 def test_the_authoritys_key_lies_apart_and_no_process_needs_it(keys, plan, made):
-    (keys / "authority" / "ca.key").unlink()
+    for key in (keys / "authority").iterdir():
+        key.unlink()
     (keys / "authority").rmdir()
     for identity in plan.certified:
-        assert load_credentials(keys, identity, made)
+        assert checked(keys, plan, identity, made)
     with pytest.raises(FileNotFoundError, match=r"ca\.key: the authority's key is not here"):
         read_authority(keys)
 
@@ -140,13 +150,41 @@ def test_what_ends_within_thirty_days_is_renewed_by_the_same_authority(keys, pla
     assert (keys / "ca.crt").read_bytes() == before[Path("ca.crt")]
     assert certificate(keys, "uav1").not_valid_after_utc == later + SECOND + LIFE
     for identity in plan.certified:
-        assert load_credentials(keys, identity, later)
+        assert checked(keys, plan, identity, later)
 
 
 def test_an_authority_about_to_end_is_replaced_with_all_it_signed(keys, plan, made):
     later = certificate(keys, "ca").not_valid_after_utc - RENEW + SECOND
-    assert make_keys(plan, keys, later) == ("ca", *plan.certified)
+    assert make_keys(plan, keys, later) == (*plan.authorities, *plan.certified)
     assert load_credentials(keys, "uav1", later)
+
+
+def test_persons_have_an_authority_of_their_own_that_signs_nobody_else(keys, plan):
+    for identity in plan.certified:
+        signed = []
+        for authority in plan.authorities:
+            with suppress(ValueError, InvalidSignature):
+                certificate(keys, identity).verify_directly_issued_by(certificate(keys, authority))
+                signed.append(authority)
+        assert signed == ["operators" if identity in ("operator", "console") else "ca"]
+
+
+def test_a_folder_from_before_persons_had_an_authority_is_completed(make_plan, plan, tmp_path, made):
+    old = make_plan({"network.security": "none"})
+    make_keys(old, tmp_path, made)
+    assert old.authorities == ("ca",)
+    assert make_keys(plan, tmp_path, made) == ("operators", "operator", "console")
+    for identity in plan.certified:
+        assert checked(tmp_path, plan, identity, made)
+
+
+def test_a_folder_from_before_without_the_authoritys_key_names_the_remedy(make_plan, plan, tmp_path, made):
+    make_keys(make_plan({"network.security": "none"}), tmp_path, made)
+    (tmp_path / "authority" / "ca.key").unlink()
+    with pytest.raises(KeysError, match=r"operators\.crt: has to be made again.*--rotate"):
+        make_keys(plan, tmp_path, made)
+    with pytest.raises(CredentialsError, match=r"operators\.crt: cannot read it.*`flockwire keys SWARM` makes it"):
+        checked(tmp_path, plan, "uav1", made)
 
 
 def test_what_is_missing_is_made_and_nothing_else(keys, plan, made):
@@ -165,12 +203,16 @@ def test_a_host_that_moved_gets_new_certificates(make_plan, tmp_path, made):
 
 
 def test_a_swarm_that_grows_gets_what_it_lacks(make_plan, keys, made):
-    assert make_keys(make_plan({"network.mode": "router"}), keys, made) == ("router",)
+    assert make_keys(make_plan({"network.mode": "router"}), keys, made) == (
+        "router",
+        "operator",
+        "console",
+    )  # a router has one authority
 
 
 def test_rotation_replaces_all_and_makes_the_old_worthless(keys, plan, made):
     old, before = certificate(keys, "uav1"), contents(keys)
-    assert make_keys(plan, keys, made, rotate=True) == ("ca", *plan.certified)
+    assert make_keys(plan, keys, made, rotate=True) == (*plan.authorities, *plan.certified)
     after = contents(keys)
     assert before.keys() == after.keys()
     assert all(after[path] != before[path] for path in before)
@@ -186,7 +228,7 @@ def test_a_rotation_that_was_cut_short_is_finished_by_the_next_run(keys, plan, m
         (keys / name).write_bytes(data)
     assert make_keys(plan, keys, made) == ("uav1", "uav2")
     for identity in plan.certified:
-        assert load_credentials(keys, identity, made)
+        assert checked(keys, plan, identity, made)
 
 
 def test_an_authoritys_key_without_its_certificate_signs_nothing(keys, plan, made):
@@ -245,7 +287,7 @@ def test_two_who_make_keys_at_once_leave_whole_ones(plan, tmp_path, made):
             thread.join()
         assert failures == []
         for identity in plan.certified:
-            assert load_credentials(tmp_path, identity, made)
+            assert checked(tmp_path, plan, identity, made)
         for path in list(tmp_path.rglob("*.*")):
             path.unlink()
 

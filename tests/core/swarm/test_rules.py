@@ -4,14 +4,47 @@ import pytest
 from flockwire.loading import SwarmFileError
 
 VIRTUAL = {"leader.kind": "virtual", "drones.0": None}
+TRACKED = {"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2]}
+TELLOS = {"drones.1.airframe": "tello", "drones.2.airframe": "tello"}
 WRONG = [
     # drones
     ({"drones.2.id": 1}, "drones.2.id = 1: another drone has this id"),
-    ({"drones.1.airframe": "kite"}, "drones.1.airframe = 'kite': must be one of [airframes], ['kinematics']"),
+    ({"drones.1.airframe": "kite"}, "drones.1.airframe = 'kite': must be one of [airframes], ['kinematics', 'tello']"),
+    # Tellos
+    ({"drones.1.tello": {}}, "drones.1.tello: airframe 'kinematics' is of kind 'kinematics', must be 'tello'"),
+    (
+        {"drones.1.airframe": "tello", "drones.1.tello": {"address": "::1"}},
+        "drones.1.tello.address = '::1': must be an IPv4 address",
+    ),
+    (
+        {"drones.1.airframe": "tello", "drones.1.tello": {"address": "192.168.10.1"}},
+        "drones.tello.address = '192.168.10.1': no tracker sees uav1, gateway.source = 'simulated'",
+    ),
+    (
+        TELLOS | {f"drones.{i}.tello": {"address": "127.0.0.9"} for i in (1, 2)},
+        "drones.tello.address = '127.0.0.9': uav2 and uav1 have one address",
+    ),
+    (
+        TELLOS | {f"drones.{i}.tello": {"local_ip": "127.0.0.9"} for i in (1, 2)},
+        "drones.tello.local_ip: the drivers of uav1 and uav2 would both bind 127.0.0.9, port 8889",
+    ),
+    (
+        {"airframes": {"tello": {"stick_gains": {"right": 0.0}}}},
+        "airframes.tello.stick_gains.right = 0.0: must be a number above 0",
+    ),
     ({"drones.1.host": "mars"}, "drones.1.host = 'mars': must be one of [hosts], ['local']"),
     ({"drones": [{"id": 0, "start": [0, 0, 0]}]}, "drones: at least one follower"),
     ({"drones.0": None}, "drones: the leader, id 0, is missing (leader.kind = 'trajectory'"),
     ({"leader.kind": "virtual"}, "drones: id 0 is the leader, and leader.kind = 'virtual' has no drone"),
+    # a person who leads
+    (TRACKED | {"drones.0": None}, "drones: the leader, id 0, is missing (leader.kind = 'tracked' has a body"),
+    ({"leader.kind": "tracked"}, "drones.0.start = [0.0, 0.0, 0.0]: leader.kind = 'tracked' is carried by a person"),
+    (
+        TRACKED | {"drones.1.start": [0.0, 0.6, 0.0]},
+        "drones.1.start = [0.0, 0.6, 0.0]: 0.60 m from the person who leads, must be 0.7 m or more",
+    ),
+    (TRACKED | {"formation.radius": 0.6}, "formation: its drones come within 0.60 m of the person who leads"),
+    (TRACKED | {"avoidance.sensing": "neighbours"}, "avoidance.sensing = 'neighbours': does not sense the person"),
     # hosts
     ({"hosts": {}}, "hosts = {}: at least one host is needed"),
     ({"hosts.a.address": "nowhere"}, "hosts.a.address = 'nowhere': must be an IP address"),
@@ -44,13 +77,54 @@ WRONG = [
     ),
     # fence and starts
     ({"limits.fence.min": [-9.0, 10.0, -0.5]}, "limits.fence.min = [-9.0, 10.0, -0.5]: must be below limits.fence.max"),
-    ({"drones.3.start": [11.0, 0.0, 0.0]}, "drones.3.start = [11.0, 0.0, 0.0]: must lie inside limits.fence"),
+    (
+        {"drones.3.start": [11.0, 0.0, 0.0]},
+        "drones.3.start = [11.0, 0.0, 0.0]: must lie inside limits.fence, is 1.00 m outside",
+    ),
+    (
+        {"limits.fence": {"polygon": [[-5, -5], [5, -5], [5, 5], [-1, 5], [-1, 0.5], [-5, 0.5]]}},
+        "drones.4.start = [-2.8, 0.9, 0.0]: must lie inside limits.fence, is 0.40 m outside",
+    ),
+    ({"limits.fence": {"floor": 3.0, "ceiling": 2.0}}, "limits.fence.floor = 3.0: must be below limits.fence.ceiling"),
+    ({"limits.fence": {"polygon": [[0, 0], [1, 1]]}}, "limits.fence.polygon = [[0.0, 0.0], [1.0, 1.0]]: must have 3"),
+    (
+        {"limits.fence": {"polygon": [[-5, -5], [5, 5], [5, -5], [-5, 5]]}},
+        "limits.fence.polygon = [[-5.0, -5.0], [5.0, 5.0], [5.0, -5.0], [-5.0, 5.0]]: must not cross or touch itself, "
+        "that from [-5.0, -5.0] to [5.0, 5.0] meets that from [5.0, -5.0] to [-5.0, 5.0]",
+    ),
+    (
+        {"limits.fence": {"polygon": [[-5, -5], [5, 5], [5, 5], [-5, 5]]}},
+        "limits.fence.polygon = [[-5.0, -5.0], [5.0, 5.0], [5.0, 5.0], [-5.0, 5.0]]: corner [5.0, 5.0] is there twice",
+    ),
+    ({"limits.fence": {"polygon": [[-5, "a"]]}}, "limits.fence.polygon.0.1 = 'a': must be"),
+    ({"limits.fence": {"polygon": 5}}, "limits.fence.polygon = 5: must be"),
+    (
+        {"limits.fence": {"polygon": [[-9, -9], [9, -9], [0, 9]], "ceiling": 0.5}},
+        "limits.takeoff_height = 1.0: must be",
+    ),
     ({"drones.3.start": [0.0, 0.3, 0.0]}, "drones.3.start = [0.0, 0.3, 0.0]: 0.30 m from drones.0.start, must be"),
     (
         {"obstacles": [{"center": [3.0, -0.8, 0.0], "radius": 0.05}]},
         "drones.2.start = [2.9, -0.8, 0.0]: 0.05 m from obstacle 0, must be 0.3 m or more",
     ),
     # formations
+    (
+        {"formation": {"kind": "expression", "x": "2 + i", "y": "1 / (t - 3)"}},
+        "formation.y = '1 / (t - 3)': it or its rate has no finite value at t = 3.0 s for uav1 (i = 0); must have one",
+    ),
+    (
+        {"formations.root": {"kind": "expression", "x": "2 + i", "y": "sqrt(t)"}},
+        "formations.root.y = 'sqrt(t)': it or its rate has no finite value at t = 0.0 s for uav1 (i = 0); must",
+    ),
+    (
+        {"formations.fast": {"kind": "expression", "x": "2 + i", "y": "2*sin(2*t)"}},
+        "formations.fast: its drones fly up to 4.00 m/s, limits.speed = 3.0 m/s",
+    ),
+    (
+        {"formation": {"kind": "expression", "x": "w*t", "y": "0"}},
+        "formation.x = 'w*t': 'w' is no name that it may use; it may use t, i, n, pi, e and the functions sin, cos",
+    ),
+    ({"formations.kink": {"kind": "expression", "x": "abs(t)", "y": "0"}}, "formations.kink.x = 'abs(t)': 'abs' of"),
     ({"formation.rate": 1.6}, "formation: its drones fly up to 3.20 m/s, limits.speed = 3.0 m/s"),
     ({"formation.radius": 0.25}, "formation: its drones come within 0.25 m, avoidance.drone_safety_distance = 0.4 m"),
     ({"formation.radius": 11.0, "formation.rate": 0.0}, "formation: reaches 11.00 m from the leader along x"),

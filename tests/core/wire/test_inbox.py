@@ -2,7 +2,7 @@ import tracemalloc
 
 import pytest
 from flockwire.nanoseconds import BILLION
-from flockwire.wire.inbox import ATTACHMENT, CANARY, Inbox, attachment
+from flockwire.wire.inbox import ATTACHMENT, CANARY, MISDIRECTED, Inbox, attachment, publisher_of
 from flockwire.wire.keys import MISSION, ROWS, STOP, Key
 from flockwire.wire.messages import Mission, Pose, Stop
 from hypothesis import given
@@ -26,14 +26,14 @@ def inbox_of(key):
 def inbox():
     """Return an inbox that took sequence number 5 at NOW."""
     inbox = inbox_of(POSE)
-    assert inbox.accept(pose(), attachment(5, NOW, US), NOW)
+    assert inbox.accept(pose(), attachment(5, NOW, US, POSE), NOW)
     return inbox
 
 
 def test_a_message_passes_with_its_origin():
-    received = inbox_of(POSE).accept(pose(), attachment(3, NOW + 1, US), NOW)
+    received = inbox_of(POSE).accept(pose(), attachment(3, NOW + 1, US, POSE), NOW)
     assert received.message == Pose(NOW, "world", (1.0, 2.0, 3.0))
-    assert received.origin == (3, NOW + 1, US)
+    assert received.origin == (3, NOW + 1, publisher_of(US, POSE))
     assert received.missed == 0
 
 
@@ -48,69 +48,69 @@ def test_a_message_passes_with_its_origin():
     ],
 )
 def test_a_message_that_comes_late_or_early_is_counted_by_its_reason(inbox, stamp, sequence, publisher, reason):
-    assert inbox.accept(pose(stamp), attachment(sequence, NOW, publisher), NOW) is None
+    assert inbox.accept(pose(stamp), attachment(sequence, NOW, publisher, POSE), NOW) is None
     assert inbox.rejected == {reason: 1}
 
 
 def test_a_message_past_its_maximum_age_is_expired():
     inbox = inbox_of(POSE)
     maximum_age = round(ROWS["pose"].maximum_age * BILLION)
-    assert inbox.accept(pose(NOW - maximum_age - 1), attachment(0, NOW, US), NOW) is None
+    assert inbox.accept(pose(NOW - maximum_age - 1), attachment(0, NOW, US, POSE), NOW) is None
     assert inbox.rejected == {"expired": 1}
-    assert inbox.accept(pose(NOW - maximum_age), attachment(1, NOW, US), NOW)
+    assert inbox.accept(pose(NOW - maximum_age), attachment(1, NOW, US, POSE), NOW)
 
 
 def test_a_stop_expires_too():
     inbox = inbox_of(STOP)
-    assert inbox.accept(Stop(NOW, "world", "").encode(), attachment(0, NOW, US), NOW + 6 * BILLION) is None
+    assert inbox.accept(Stop(NOW, "world", "").encode(), attachment(0, NOW, US, STOP), NOW + 121 * BILLION) is None
 
 
-@pytest.mark.parametrize("offset", [-4, 4])
-def test_clocks_that_are_seconds_apart_keep_no_stop_out(offset):
+@pytest.mark.parametrize("offset", [-119, -4, 4, 119])
+def test_clocks_that_are_two_minutes_apart_keep_no_stop_out(offset):
     inbox = inbox_of(STOP)
-    assert inbox.accept(Stop(NOW, "world", "").encode(), attachment(0, NOW, US), NOW + offset * BILLION)
+    assert inbox.accept(Stop(NOW, "world", "").encode(), attachment(0, NOW, US, STOP), NOW + offset * BILLION)
 
 
 def test_a_mission_never_expires():
     day = 86_400 * BILLION
-    assert inbox_of(MISSION).accept(Mission(NOW - day, "world", "hold").encode(), attachment(0, NOW, US), NOW)
+    assert inbox_of(MISSION).accept(Mission(NOW - day, "world", "hold").encode(), attachment(0, NOW, US, MISSION), NOW)
 
 
 def test_a_stamp_may_be_ahead_by_the_clocks_offset(inbox):
-    assert inbox.accept(pose(NOW + AHEAD), attachment(6, NOW, US), NOW)
+    assert inbox.accept(pose(NOW + AHEAD), attachment(6, NOW, US, POSE), NOW)
 
 
 def test_equal_stamps_pass(inbox):
-    assert inbox.accept(pose(), attachment(6, NOW, US), NOW)
-    assert inbox.accept(pose(), attachment(0, NOW, OTHER), NOW)
+    assert inbox.accept(pose(), attachment(6, NOW, US, POSE), NOW)
+    assert inbox.accept(pose(), attachment(0, NOW, OTHER, POSE), NOW)
 
 
 def test_gaps_in_the_numbers_are_missed_messages(inbox):
-    assert inbox.accept(pose(NOW + 1), attachment(9, NOW, US), NOW).missed == 3
-    assert inbox.accept(pose(NOW + 2), attachment(10, NOW, US), NOW).missed == 0
+    assert inbox.accept(pose(NOW + 1), attachment(9, NOW, US, POSE), NOW).missed == 3
+    assert inbox.accept(pose(NOW + 2), attachment(10, NOW, US, POSE), NOW).missed == 0
 
 
 def test_a_publisher_that_restarted_is_accepted_from_its_first_message(inbox):
-    received = inbox.accept(pose(NOW + 1), attachment(0, NOW, OTHER), NOW)
+    received = inbox.accept(pose(NOW + 1), attachment(0, NOW, OTHER, POSE), NOW)
     assert received.missed == 0
-    assert inbox.accept(pose(NOW + 2), attachment(2, NOW, OTHER), NOW).missed == 1
+    assert inbox.accept(pose(NOW + 2), attachment(2, NOW, OTHER, POSE), NOW).missed == 1
 
 
 def test_a_rejected_message_leaves_no_trace_but_its_count(inbox):
-    inbox.accept(b"nonsense", attachment(6, NOW, US), NOW)
-    inbox.accept(pose(NOW - 1), attachment(7, NOW, OTHER), NOW)
-    assert inbox.accept(pose(NOW + 1), attachment(6, NOW, US), NOW).missed == 0
+    inbox.accept(b"nonsense", attachment(6, NOW, US, POSE), NOW)
+    inbox.accept(pose(NOW - 1), attachment(7, NOW, OTHER, POSE), NOW)
+    assert inbox.accept(pose(NOW + 1), attachment(6, NOW, US, POSE), NOW).missed == 0
 
 
 @pytest.mark.parametrize(
     ("payload", "attached"),
     [
-        (b"", attachment(6, NOW, US)),
-        (pose()[:-1], attachment(6, NOW, US)),
+        (b"", attachment(6, NOW, US, POSE)),
+        (pose()[:-1], attachment(6, NOW, US, POSE)),
         (pose(), b""),
-        (pose(), attachment(6, NOW, US)[:-1]),
-        (pose(), attachment(6, NOW, US) + b"\0"),
-        (pose(), attachment(-1, NOW, US)),
+        (pose(), attachment(6, NOW, US, POSE)[:-1]),
+        (pose(), attachment(6, NOW, US, POSE) + b"\0"),
+        (pose(), attachment(-1, NOW, US, POSE)),
         (pose(), ATTACHMENT.pack(6, NOW, 15, US)),
     ],
 )
@@ -122,7 +122,7 @@ def test_malformed_samples_are_counted(inbox, payload, attached):
 @given(st.sampled_from(tuple(ROWS)), st.binary(max_size=200), st.binary(max_size=60))
 def test_random_bytes_are_never_raised_into_the_loop(kind, payload, attached):
     inbox = inbox_of(Key(kind))
-    for sample in ((payload, attached), (payload, attachment(1, NOW, US)), (pose(), attached)):
+    for sample in ((payload, attached), (payload, attachment(1, NOW, US, POSE)), (pose(), attached)):
         received = inbox.accept(*sample, NOW)
         assert (received is None) == (inbox.rejected.total() > 0)
         inbox.rejected.clear()
@@ -134,7 +134,7 @@ def test_what_passes_never_goes_back_in_time(samples):
     passed = [
         received.message.stamp
         for offset, sequence, publisher in samples
-        if (received := inbox.accept(pose(NOW + offset), attachment(sequence, NOW, publisher), NOW))
+        if (received := inbox.accept(pose(NOW + offset), attachment(sequence, NOW, publisher, POSE), NOW))
     ]
     assert passed == sorted(passed)
     assert len(passed) + inbox.rejected.total() == len(samples)
@@ -142,14 +142,14 @@ def test_what_passes_never_goes_back_in_time(samples):
 
 def test_canaries_are_counted_apart_and_never_passed(inbox):
     for payload in (CANARY, CANARY + b"uav3"):
-        assert inbox.accept(payload, attachment(6, NOW, US), NOW) is None
+        assert inbox.accept(payload, attachment(6, NOW, US, POSE), NOW) is None
     assert inbox.rejected == {"canary": 2}
-    assert inbox.accept(pose(NOW + 1), attachment(6, NOW, US), NOW).missed == 0
+    assert inbox.accept(pose(NOW + 1), attachment(6, NOW, US, POSE), NOW).missed == 0
 
 
 @pytest.mark.parametrize("payload", [CANARY[:-1], b" " + CANARY, pose() + CANARY])
 def test_what_only_resembles_a_canary_is_malformed(inbox, payload):
-    assert inbox.accept(payload, attachment(6, NOW, US), NOW) is None
+    assert inbox.accept(payload, attachment(6, NOW, US, POSE), NOW) is None
     assert inbox.rejected == {"malformed": 1}
 
 
@@ -161,7 +161,7 @@ def test_a_canary_is_counted_whatever_it_carries(inbox):
 def recording(count, first=0):
     """Return what a publisher sent, 100 times a second: payload, attachment and time of each message."""
     times = [(k, NOW + k * BILLION // 100) for k in range(first, first + count)]
-    return [(pose(t), attachment(k, t, US), t) for k, t in times]
+    return [(pose(t), attachment(k, t, US, POSE), t) for k, t in times]
 
 
 @pytest.mark.parametrize("pause", [0, 100, 6000])
@@ -187,26 +187,26 @@ def test_a_recorded_minute_under_new_numbers_and_names_moves_nobody_either():
     for payload, attached, now in minute:
         inbox.accept(payload, attached, now)
     for k, (payload, _, _) in enumerate(minute[:-1]):
-        assert inbox.accept(payload, attachment(0, NOW, k.to_bytes(16, "big")), minute[-1][2]) is None
+        assert inbox.accept(payload, attachment(0, NOW, k.to_bytes(12, "big"), POSE), minute[-1][2]) is None
     assert inbox.rejected == {"older than the last": 599}
 
 
 def test_a_stamp_ahead_blocks_its_key_for_no_longer_than_clocks_may_differ(inbox):
-    assert inbox.accept(pose(NOW + AHEAD), attachment(0, NOW, OTHER), NOW)
-    assert inbox.accept(pose(NOW + BILLION), attachment(1, NOW, OTHER), NOW) is None
-    assert inbox.accept(pose(NOW + AHEAD), attachment(6, NOW, US), NOW + AHEAD)
+    assert inbox.accept(pose(NOW + AHEAD), attachment(0, NOW, OTHER, POSE), NOW)
+    assert inbox.accept(pose(NOW + BILLION), attachment(1, NOW, OTHER, POSE), NOW) is None
+    assert inbox.accept(pose(NOW + AHEAD), attachment(6, NOW, US, POSE), NOW + AHEAD)
 
 
 def test_a_clock_that_was_set_back_blocks_no_key_for_longer_than_clocks_may_differ(inbox):
     hour = 3600 * BILLION
-    assert inbox.accept(pose(NOW - hour), attachment(6, NOW - hour, US), NOW - hour)
+    assert inbox.accept(pose(NOW - hour), attachment(6, NOW - hour, US, POSE), NOW - hour)
 
 
 def test_a_number_far_ahead_is_no_flood_of_missed_messages():
     inbox, missed = inbox_of(POSE), 0
     for k in range(4):
         for sequence in (0, 2**63 - 1):
-            received = inbox.accept(pose(NOW + k), attachment(sequence, NOW, bytes([k]) * 16), NOW)
+            received = inbox.accept(pose(NOW + k), attachment(sequence, NOW, bytes([k]) * 16, POSE), NOW)
             missed += received.missed if received else 0
     assert missed < 2**63  # it is told as one of 64 bits
 
@@ -214,8 +214,17 @@ def test_a_number_far_ahead_is_no_flood_of_missed_messages():
 def test_any_number_of_publishers_costs_no_memory(inbox):
     tracemalloc.start()
     for k in range(2000):
-        inbox.accept(pose(NOW + k), attachment(0, NOW, k.to_bytes(16, "big")), NOW)
+        inbox.accept(pose(NOW + k), attachment(0, NOW, k.to_bytes(12, "big"), POSE), NOW)
     grown, _ = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert grown < 20_000
     assert inbox.rejected.total() == 0
+
+
+def test_a_sample_that_the_network_delivers_under_another_key_is_rejected():
+    inbox, leaders = inbox_of(POSE), Key("pose", "uav0")
+    assert inbox.accept(pose(), attachment(0, NOW, US, leaders), NOW) is None
+    assert inbox.accept(pose(), attachment(0, NOW, US, POSE), NOW)
+    assert inbox.accept(pose(NOW + 1), attachment(7, NOW, US, leaders), NOW) is None
+    assert inbox.accept(pose(NOW + 2), attachment(1, NOW, US, POSE), NOW).missed == 0
+    assert inbox.rejected == {MISDIRECTED: 2}

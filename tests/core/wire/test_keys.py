@@ -1,26 +1,28 @@
 import pytest
 from flockwire.swarm.model import uav
-from flockwire.wire.keys import MISSION, ROWS, STOP, TABLE, Delivery, Key, all_keys, key_text
+from flockwire.wire.keys import MISSION, ROWS, STOP, TABLE, TIME_REPLY, TIME_REQUEST, Delivery, Key, all_keys, key_text
 from flockwire.wire.processes import PROCESSES, Roster
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 AGENTS = ("uav1", "uav2", "uav3", "uav4")
+PEOPLE = {"operator", "console"}
 PILOTS = ("leader", *AGENTS)
 STARTED = ("gateway", "kinematics", *PILOTS, "recorder")
 CHAIN = {  # the paper's: {key: (who publishes it, who subscribes to it beside the recorder)}
     **{Key("truth", uav(i)): ({"kinematics"}, {"gateway"}) for i in range(5)},
     **{Key("nearby", uav(i)): ({"gateway"}, {PILOTS[i]}) for i in range(5)},
+    **{Key("doubt", uav(i)): ({"gateway"}, {PILOTS[i]}) for i in range(5)},
     Key("pose", "uav0"): ({"gateway"}, {"leader", "uav1"}),
     **{Key("pose", uav(i)): ({"gateway"}, {uav(i)}) for i in range(1, 5)},
     **{Key("estimate", uav(i)): ({uav(i)}, {uav(i + 1)}) for i in range(1, 4)},
     Key("estimate", "uav4"): ({"uav4"}, set()),
     **{Key("command", uav(i)): ({PILOTS[i]}, {"kinematics"}) for i in range(5)},
-    **{Key("telemetry", uav(i)): ({"kinematics"}, {PILOTS[i], "operator"}) for i in range(5)},
-    **{Key("status", identity): ({identity}, {"operator"}) for identity in STARTED},
-    Key("status", "leader"): ({"leader"}, {"uav1", "operator"}),  # whether it leads
-    MISSION: ({"operator", "gateway"}, {"gateway", *PILOTS}),
-    STOP: ({"operator"}, {"kinematics", *PILOTS}),
+    **{Key("telemetry", uav(i)): ({"kinematics"}, {PILOTS[i], *PEOPLE}) for i in range(5)},
+    **{Key("status", identity): ({identity}, PEOPLE) for identity in STARTED},
+    Key("status", "leader"): ({"leader"}, {"uav1", *PEOPLE}),  # whether it leads
+    MISSION: ({*PEOPLE, "gateway"}, {"gateway", *PILOTS}),
+    STOP: (PEOPLE, {"kinematics", *PILOTS}),
 }
 
 
@@ -50,11 +52,36 @@ def test_with_neighbours_sensing_there_is_no_nearby_and_listeners_subscribe_to_p
     assert both(swarm, Key("pose", "uav4")) == ({"gateway"}, {"uav4"})
 
 
+@pytest.mark.parametrize(
+    ("gateway", "cameras"),
+    [({"source": "natnet"}, set()), ({"source": "vrpn", "twin": {}}, {"tracker-sim"}), ({}, {"gateway"})],
+)
+def test_the_truth_is_for_who_simulates_the_cameras_alone(make_swarm, gateway, cameras):
+    swarm = make_swarm({"gateway": gateway})
+    for i in range(5):
+        assert both(swarm, Key("truth", uav(i))) == ({"kinematics"}, cameras)
+        assert both(swarm, Key("pose", uav(i)))[0] == {"gateway"}
+    assert not [key for key in all_keys(Roster(swarm)) if "tracker-sim" in both(swarm, key)[1] and key.kind != "truth"]
+
+
 def test_a_virtual_leader_publishes_its_pose_itself_and_has_no_airframe(make_swarm):
     swarm = make_swarm({"leader.kind": "virtual", "drones.0": None})
     assert both(swarm, Key("pose", "uav0")) == ({"leader"}, {"uav1"})
     assert {key.kind for key in all_keys(Roster(swarm)) if key.owner == "uav0"} == {"pose"}
     assert "leader" in both(swarm, MISSION)[1]
+
+
+def test_a_tracked_leader_is_seen_by_the_gateway_and_never_commanded(make_swarm):
+    tracked = {"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2]}
+    swarm = make_swarm(tracked)
+    assert both(swarm, Key("truth", "uav0")) == ({"kinematics"}, {"gateway"})
+    assert both(swarm, Key("pose", "uav0")) == ({"gateway"}, {"leader", "uav1"})
+    assert {key.kind for key in all_keys(Roster(swarm)) if key.owner == "uav0"} == {"truth", "pose", "doubt"}
+    assert "uav1" not in both(swarm, Key("status", "leader"))[1]
+    assert "kinematics" in both(swarm, MISSION)[1]
+    real = make_swarm({**tracked, "gateway.source": "natnet"})
+    assert Key("truth", "uav0") not in all_keys(Roster(real))
+    assert "kinematics" not in both(real, MISSION)[1]
 
 
 @settings(max_examples=50)
@@ -69,9 +96,9 @@ def test_no_row_names_a_process_that_the_swarm_does_not_have(plans, data):
 def test_the_leaders_status_goes_to_whoever_has_an_edge_from_it_and_no_other_status_to_any_agent(make_swarm):
     for leader in ({}, {"leader.kind": "virtual", "drones.0": None}):
         swarm = make_swarm({"graph.edges": [[0, 1], [0, 3], [1, 2], [2, 3], [3, 4]], **leader})
-        assert both(swarm, Key("status", "leader")) == ({"leader"}, {"uav1", "uav3", "operator"})
+        assert both(swarm, Key("status", "leader")) == ({"leader"}, {"uav1", "uav3", *PEOPLE})
         for identity in set(STARTED) - {"leader"}:
-            assert both(swarm, Key("status", identity)) == ({identity}, {"operator"})
+            assert both(swarm, Key("status", identity)) == ({identity}, PEOPLE)
 
 
 def test_no_row_knows_who_records(make_swarm):
@@ -86,7 +113,7 @@ def test_no_two_rows_have_one_kind():
 
 def test_orders_are_events_and_only_the_mission_lasts():
     assert {row.kind for row in TABLE if row.delivery is Delivery.EVENT} == {"mission", "stop"}
-    assert [row.kind for row in TABLE if row.maximum_age is None] == ["mission"]
+    assert [row.kind for row in TABLE if row.maximum_age is None] == ["mission", TIME_REQUEST, TIME_REPLY]
 
 
 def test_a_keys_text_is_a_topic_below_the_swarms_name(make_swarm):

@@ -11,6 +11,7 @@ from flockwire.wire.messages import (
     Command,
     Estimate,
     FlightState,
+    IdentityDoubt,
     Leading,
     Mission,
     Nearby,
@@ -28,6 +29,7 @@ SOUND = (
     Estimate(STAMP, "world", PLACE, PLACE, PLACE, STAMP - 5, 2, Leading.LEADS),
     Command(STAMP, "world", PLACE),
     Nearby(STAMP, "world", (Body(BodyKind.DRONE, PLACE, 0.0), Body(BodyKind.OBSTACLE, PLACE, 0.2))),
+    IdentityDoubt(STAMP, "world", STAMP - 5),
     Telemetry(STAMP, "world", FlightState.FLYING, 0.9, 1.0, 0.01),
     Mission(STAMP, "world", "start", STAMP, "line"),
     Stop(STAMP, "world", "why"),
@@ -95,7 +97,7 @@ def test_a_claim_of_many_bodies_is_refused_at_once(count):
 
 @pytest.mark.parametrize("wrong", [float("nan"), float("inf"), float("-inf")])
 def test_numbers_that_are_not_finite_are_refused(wrong):
-    pose, estimate, command, nearby, telemetry, _, _, status = SOUND
+    pose, estimate, command, nearby, _, telemetry, _, _, status = SOUND
     for place in ((wrong, 0.0, 0.0), (0.0, wrong, 0.0), (0.0, 0.0, wrong), (wrong, -wrong, 0.0)):
         for message in (
             pose._replace(position=place),
@@ -116,6 +118,7 @@ def test_numbers_that_are_not_finite_are_refused(wrong):
         status._replace(cpu=wrong),
         status._replace(report=Report("hold", formation_error=wrong)),
         status._replace(report=Report("hold", battery=wrong)),
+        status._replace(report=Report("hold", latency=wrong)),
     ):
         with pytest.raises(MessageError, match="not finite"):
             type(message).decode(message.encode())

@@ -6,18 +6,23 @@ from flockwire.nanoseconds import BILLION
 from flockwire.wire.cdr import MessageError
 from flockwire.wire.keys import TABLE
 from flockwire.wire.messages import (
+    LONGEST_CHANGE,
     MISSION_VERBS,
     Body,
     BodyKind,
+    Change,
     Command,
     Estimate,
     FlightState,
+    IdentityDoubt,
     Leading,
     Mission,
     Nearby,
     Pose,
     Stop,
     Telemetry,
+    TimeReply,
+    TimeRequest,
 )
 from flockwire.wire.schemas import DEFINITIONS, ROS_TYPES, schema_text
 from flockwire.wire.status import Report, Status
@@ -35,11 +40,22 @@ frames = st.text(max_size=20)
 numbers = st.floats(-1e12, 1e12)
 vectors = st.tuples(numbers, numbers, numbers)
 counts = st.integers(0, 2**64 - 1)
-bodies = st.builds(Body, st.sampled_from(BodyKind), vectors, st.floats(0.0, 1e3))
-orders = st.builds(Mission, stamps.filter(bool), st.just("world"), st.text(), stamps, st.text())
-reports = st.builds(
-    Report, st.text(), st.text(), numbers, numbers, numbers, numbers, numbers, numbers, st.none() | orders
+bodies = st.builds(Body, st.sampled_from(BodyKind), vectors, st.floats(0.0, 1e3), vectors)
+changes = st.integers(1, 20).flatmap(
+    lambda count: st.builds(
+        Change, stamps, st.floats(1e-3, LONGEST_CHANGE), st.text(),
+        st.permutations(range(count)).map(tuple), st.permutations(range(count)).map(tuple),
+    )
+)  # fmt: skip
+absent = st.lists(st.integers(0, 999), max_size=4).map(tuple)
+orders = st.builds(
+    Mission, stamps.filter(bool), st.just("world"), st.text(), stamps, st.text(), st.none() | changes, absent
 )
+reports = st.builds(
+    Report, st.text(), st.text(), numbers, numbers, numbers, numbers, numbers, numbers, st.none() | orders,
+    latency=numbers, counts=st.lists(st.tuples(st.text(), counts), max_size=3).map(tuple),
+    position=st.none() | vectors,
+)  # fmt: skip
 MESSAGES = (
     st.builds(Pose, stamps, frames, vectors, st.tuples(numbers, numbers, numbers, numbers)),
     st.builds(
@@ -47,13 +63,17 @@ MESSAGES = (
     ),
     st.builds(Command, stamps, frames, vectors, numbers),
     st.builds(Nearby, stamps, frames, st.lists(bodies, max_size=6).map(tuple)),
+    st.builds(IdentityDoubt, stamps, frames, stamps),
     st.builds(Telemetry, stamps, frames, st.sampled_from(FlightState), numbers, numbers, numbers),
-    st.builds(Mission, stamps, frames, st.sampled_from(MISSION_VERBS), stamps, st.text()),
+    st.builds(Mission, stamps, frames, st.sampled_from(MISSION_VERBS), stamps, st.text(), st.none() | changes, absent),
     st.builds(Stop, stamps, frames, st.text()),
     st.builds(
         Status, stamps, st.just("world"), st.text(), reports, counts, counts, counts, counts, counts, numbers, counts,
         st.lists(st.tuples(st.text(), counts), max_size=3).map(tuple), st.lists(st.text(), max_size=3).map(tuple),
+        numbers, numbers,
     ),
+    st.builds(TimeRequest, stamps, frames),
+    st.builds(TimeReply, stamps, frames, stamps, stamps),
 )  # fmt: skip
 messages = st.one_of(MESSAGES)
 
@@ -76,13 +96,24 @@ def ros_content(message):  # noqa: PLR0911 (one for each kind)
         case Command():
             return (T["Twist"](vector(message.velocity), vector((0.0, 0.0, message.yaw_rate))),)
         case Nearby():
-            return ([T["NearbyBody"](b.kind, vector(b.relative_position), b.radius) for b in message.bodies],)
+            return (
+                [
+                    T["NearbyBody"](b.kind, vector(b.relative_position), b.radius, vector(b.velocity))
+                    for b in message.bodies
+                ],
+            )
+        case IdentityDoubt():
+            return (ros_time(message.since),)
         case Telemetry():
             return (message.state, message.battery, message.height, message.command_age)
         case Mission():
-            return (message.verb, ros_time(message.start), message.formation)
+            return (message.verb, *ros_formation(message))
         case Stop():
             return (message.reason,)
+        case TimeRequest():
+            return ()
+        case TimeReply():
+            return (ros_time(message.requested), ros_time(message.received))
         case Status():
             r, order = message.report, message.report.mission or Mission(0, "", "")
             return (
@@ -90,9 +121,18 @@ def ros_content(message):  # noqa: PLR0911 (one for each kind)
                 r.telemetry_age, r.battery, message.cpu, message.steps, message.late_1ms, message.late_5ms,
                 message.skipped, message.refused, message.resident, [key for key, _ in message.rejected],
                 np.array([count for _, count in message.rejected], dtype=np.uint64), list(message.links),
-                ros_time(order.stamp), order.verb, ros_time(order.start), order.formation,
+                r.latency, [name for name, _ in r.counts], np.array([n for _, n in r.counts], dtype=np.uint64),
+                ros_time(order.stamp), order.verb, *ros_formation(order),
+                r.position is not None, T["Point"](*(r.position or (0.0, 0.0, 0.0))),
+                message.clock_offset, message.clock_bound,
             )  # fmt: skip
     raise AssertionError(message)
+
+
+def ros_formation(order):
+    begin, duration, before, places_before, places = order.change or Change(0, 0.0, "", (), ())
+    ranks = [np.array(each, dtype=np.uint16) for each in (places_before, places, order.without)]
+    return (ros_time(order.start), order.formation, ros_time(begin), duration, before, *ranks)
 
 
 def ros_bytes(message):
@@ -123,9 +163,13 @@ def test_every_frame_id_keeps_the_alignment(length):
         Estimate(stamp, frame, place, place, place, stamp - 1, 3, Leading.LEADS),
         Command(stamp, frame, place, 0.5),
         Nearby(stamp, frame, several),
+        IdentityDoubt(stamp, frame, stamp - 1),
         Telemetry(stamp, frame, FlightState.FLYING, 0.5, 1.0, 0.01),
         Mission(stamp, frame, "start", stamp, "line"),
+        Mission(stamp, frame, "formation", stamp, "line", Change(stamp, 2.0, "", (0, 1, 2), (2, 0, 1))),
         Stop(stamp, frame, "why"),
+        TimeRequest(stamp, frame),
+        TimeReply(stamp, frame, stamp - 1, stamp + 1),
         Status(stamp, frame, "uav1", Report("hold"), 1, 2, 3, 4, 5, 0.5, 6, (("a", 1),), ("gateway",)),
         Status(
             stamp,

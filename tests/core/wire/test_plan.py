@@ -1,6 +1,7 @@
 import pytest
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import MISSION, STOP, TABLE, Key
+from flockwire.wire.plan import Plan
 from flockwire.wire.processes import Roster
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -19,7 +20,7 @@ VIRTUAL = {"leader.kind": "virtual", "drones.0": None}
 
 def own_inputs(swarm, i):
     """Return what agent i may receive by the paper: itself, its in-neighbours, and the orders."""
-    keys = {Key("pose", uav(i)), Key("telemetry", uav(i)), MISSION, STOP}
+    keys = {Key("pose", uav(i)), Key("doubt", uav(i)), Key("telemetry", uav(i)), MISSION, STOP}
     neighbours = swarm.topology.neighbours(i)
     keys |= {Key("estimate", uav(j)) for j in neighbours if j} | {Key("pose", "uav0") for j in neighbours if not j}
     keys |= {Key("status", "leader")} if 0 in neighbours else set()  # whether it leads
@@ -107,7 +108,7 @@ def test_nothing_passes_between_two_that_the_table_does_not_name(plans, data):
 
 def test_agents_are_linked_along_the_graph_only(make_plan):
     plan = make_plan()
-    others = {"gateway", "kinematics", "recorder", "operator"}
+    others = {"gateway", "kinematics", "recorder", "operator", "console"}
     assert set(plan.partners["uav1"]) - others == {"leader", "uav2"}
     assert plan.passes("leader", "uav1") == (Key("status", "leader"),)  # its pose comes from the gateway
     assert plan.passes("uav1", "leader") == ()
@@ -162,9 +163,9 @@ def test_a_stranger_publishes_and_subscribes_to_nothing(make_plan, identity):
 
 def test_the_operator_stands_last_is_not_started_and_listens_nowhere(make_plan):
     plan = make_plan()
-    assert plan.identities[-1] == "operator"
-    assert plan.started == plan.identities[:-1]
-    assert tuple(plan.endpoints) == plan.identities[:-1]
+    assert plan.identities[-2:] == ("operator", "console")
+    assert plan.started == plan.identities[:-2]
+    assert tuple(plan.endpoints) == plan.identities[:-2]
     assert plan.certified == plan.identities
 
 
@@ -178,7 +179,7 @@ def test_a_flight_waits_for_all_that_fly_a_drone(make_plan):
 
 def test_who_judges_a_flight_is_no_target_of_faults(make_plan):
     plan = make_plan()
-    assert plan.witnesses == ("recorder", "operator")
+    assert plan.witnesses == ("recorder", "operator", "console")
     assert plan.recorders == ("recorder",)
 
 
@@ -197,6 +198,14 @@ def test_every_process_has_a_port_of_its_own_that_no_other_moves(make_plan, chan
         "recorder": 8003,
     }  # fmt: skip
     assert found == {identity: f"127.0.0.1:{port}" for identity, port in ports.items()}
+
+
+def test_the_port_for_persons_is_as_far_below_the_base_port_as_the_other_place_is_above_it(make_plan):
+    plan = make_plan({"network.base_port": 8000})
+    for identity, endpoint in plan.endpoints.items():
+        address, _, port = endpoint.rpartition(":")
+        assert plan.reserved[identity] == f"{address}:{8000 - 1 - (int(port) - 8000)}"
+    assert make_plan(TWO_HOSTS).reserved["uav3"] == f"10.0.0.7:{7450 - 1 - 16 - 3 * 4}"
 
 
 def test_a_drones_port_depends_on_its_id_alone(make_plan):
@@ -224,7 +233,7 @@ def test_with_a_router_it_stands_first_and_alone_listens(make_plan):
 def test_every_process_runs_on_exactly_one_host(make_plan):
     plan = make_plan(TWO_HOSTS)
     placed = [identity for host in plan.swarm.hosts for identity in plan.processes_on(host)]
-    assert sorted(placed) == sorted(plan.identities[:-1])
+    assert sorted(placed) == sorted(plan.identities[:-2])
     assert plan.processes_on("air") == ("leader", "uav2", "recorder")
     assert plan.hosts["uav1"] == "ground"
 
@@ -232,3 +241,15 @@ def test_every_process_runs_on_exactly_one_host(make_plan):
 def test_the_recorders_host_conducts(make_plan):
     plan = make_plan(TWO_HOSTS)
     assert [plan.conducts(host) for host in plan.swarm.hosts] == [False, True]
+
+
+def test_by_name_each_is_dialled_at_a_host_of_its_own_name_at_its_usual_port(make_swarm):
+    swarm = make_swarm({"hosts.far.address": "192.0.2.1", "drones.1.address": "192.0.2.7:9000"})
+    plan, usual = Plan(swarm, by_name=True), Plan(make_swarm())
+    for endpoints, others in ((plan.endpoints, usual.endpoints), (plan.reserved, usual.reserved)):
+        assert endpoints
+        for identity, endpoint in endpoints.items():
+            port = others[identity].rpartition(":")[2]
+            assert endpoint == f"{identity}:{port}"
+            assert plan.bound(endpoint) == f"0.0.0.0:{port}"
+    assert usual.bound(usual.endpoints["uav1"]) == usual.endpoints["uav1"]

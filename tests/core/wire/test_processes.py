@@ -1,9 +1,11 @@
 """The process table, and who is in a swarm by it."""
 
+import json
 from itertools import combinations
 
 import pytest
 from flockwire.loading import load_object
+from flockwire.swarm.model import Swarm
 from flockwire.wire.processes import DRONE_PORTS, PROCESSES, SINGLE_PORTS, Link, Member, Roster
 
 ROWS = {row.kind: row for row in PROCESSES}
@@ -17,7 +19,8 @@ def test_no_two_rows_have_one_kind():
 def test_the_small_swarm_has_exactly_these_processes(make_swarm):
     roster = Roster(make_swarm())
     assert list(roster.rows) == [
-        "gateway", "kinematics", "leader", "uav1", "uav2", "uav3", "uav4", "recorder", "operator"
+        "gateway", "kinematics", "leader", "uav1", "uav2", "uav3", "uav4", "recorder", "operator",
+        "console",
     ]  # fmt: skip
     assert {identity: row.kind for identity, row in roster.rows.items() if row.kind != identity} == {
         f"uav{i}": "agent" for i in range(1, 5)
@@ -62,13 +65,19 @@ def test_what_is_waited_for_is_a_kind_and_nobody_waits_in_a_circle():
 def test_where_the_parent_is_gone_pilots_end_first_then_drivers_and_whoever_records_last():
     ranks = {row.rank: row for row in sorted(PROCESSES, key=lambda row: row.rank) if row.started}
     assert {row.rank for row in PROCESSES if row.pilot} == {0}
-    assert {row.rank for row in PROCESSES if row.driver} == {1}
+    assert {row.rank for row in PROCESSES if row.driver} == {1, 2}  # airframes outlive the drivers of Tellos
     assert ranks[max(ranks)].records
-    assert {row.kind for row in PROCESSES if row.flies} == {"leader", "agent", "kinematics"}
+    assert {row.kind for row in PROCESSES if row.flies} == {"leader", "agent", "kinematics", "driver"}
+
+
+EVERYTHING = {  # a swarm with every kind
+    "network.mode": "router", "gateway": {"source": "natnet", "twin": {}}, "leader.kind": "teleoperated",
+    "drones.0.airframe": "tello", "drones.1.airframe": "tello",
+}  # fmt: skip
 
 
 def test_no_two_kinds_that_listen_have_one_port(make_swarm):
-    members = {row.kind: row.members(make_swarm({"network.mode": "router"})) for row in PROCESSES}
+    members = {row.kind: row.members(make_swarm(EVERYTHING)) for row in PROCESSES}
     for one, other in combinations([row for row in PROCESSES if row.link in (Link.PEER, Link.ROUTER)], 2):
         drones = {member.drone for member in members[one.kind]} & {member.drone for member in members[other.kind]}
         assert one.port != other.port or not drones, (one.kind, other.kind)
@@ -76,7 +85,20 @@ def test_no_two_kinds_that_listen_have_one_port(make_swarm):
 
 @pytest.mark.parametrize("row", PROCESSES, ids=lambda row: row.kind)
 def test_every_kinds_port_lies_within_its_share(make_swarm, row):
-    members = row.members(make_swarm({"network.mode": "router"}))
+    members = row.members(make_swarm(EVERYTHING))
     assert members
     share = SINGLE_PORTS if {member.drone for member in members} == {None} else DRONE_PORTS
     assert 0 <= row.port < share
+
+
+def test_each_tello_has_a_driver_of_its_own_and_without_simulated_drones_there_are_no_kinematics(
+    make_swarm, swarm_table
+):
+    tello = {"drones.2.airframe": "tello"}
+    roster = Roster(make_swarm(tello))
+    assert roster.members["driver2"] == Member("driver2", 2)
+    assert roster.drivers(2) == ("driver2",)
+    assert roster.drivers(1) == ("kinematics",)
+    real = [d | {"airframe": "tello", "tello": {"address": f"10.0.0.{d['id']}"}} for d in swarm_table()["drones"]]
+    swarm = Swarm.model_validate_json(json.dumps(swarm_table({"drones": real})))
+    assert "kinematics" not in Roster(swarm).rows

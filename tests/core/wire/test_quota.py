@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 NOW = 1_790_000_000 * BILLION
-US = b"a" * 16
+US, POSE = b"a" * 16, Key("pose", "uav1")
 
 
 def status(detail="", rejected=(), links=()):
@@ -45,15 +45,15 @@ def test_a_clock_that_is_set_back_does_not_close_a_key():
 
 
 def test_a_flood_is_dropped_and_counted():
-    inbox = Inbox(Key("pose", "uav1"), ROWS["pose"])
+    inbox = Inbox(POSE, ROWS["pose"])
     for k in range(20_000):
-        inbox.accept(Pose(NOW + k, "world", (0.0, 0.0, 1.0)).encode(), attachment(k, NOW, US), NOW + k * 10_000)
+        inbox.accept(Pose(NOW + k, "world", (0.0, 0.0, 1.0)).encode(), attachment(k, NOW, US, POSE), NOW + k * 10_000)
     assert inbox.rejected[OVER_QUOTA] == pytest.approx(20_000 - 1000 * (BURST + 0.2), rel=0.01)
 
 
 def test_a_message_that_is_too_large_is_not_decoded():
     inbox = Inbox(Key("status", "uav1"), ROWS["status"])
-    assert inbox.accept(b"x" * 60_000, attachment(0, NOW, US), NOW) is None
+    assert inbox.accept(b"x" * 60_000, attachment(0, NOW, US, Key("status", "uav1")), NOW) is None
     assert inbox.rejected == {OVER_QUOTA: 1}
 
 

@@ -8,7 +8,12 @@ WRONG = [
     # processes
     (
         {"hosts.a.processes": ["uav1"]},
-        "hosts.a.processes has 'uav1': must be of ['router', 'gateway', 'kinematics', 'leader', 'recorder']",
+        "hosts.a.processes has 'uav1': must be of ['router', 'gateway', 'tracker-sim', 'kinematics', "
+        "'leader', 'recorder']",
+    ),
+    (
+        {"hosts": {"a": {}, "b": {"address": "10.0.0.2"}}, "drones.2.host": "b", "drones.2.airframe": "tello"},
+        "drones.host: driver2 runs on b, its simulated Tello on a; both must be on one host",
     ),
     ({"hosts.a.processes": ["operator"]}, "hosts.a.processes has 'operator': must be of ['router', "),
     (
@@ -20,6 +25,7 @@ WRONG = [
         {"network.base_port": 64000, "drones.4.id": 380, "graph.edges.3": [3, 380]},
         "network.base_port = 64000: uav380 would listen at port 65536, the highest is 65535",
     ),
+    ({"network.base_port": 1024}, "network.base_port = 1024: gateway would listen at port 1023, the lowest is 1024"),
     # addresses
     (
         {"drones.1.address": "10.0.0.1:9000", "drones.2.address": "10.0.0.1:9000"},

@@ -124,7 +124,7 @@ def test_a_stranger_on_the_same_host_is_not_the_server():
         session, delivered = NatNetSession(Options(HOME)), []
         client = NatNetClient(session, lambda frame, now: delivered.append(frame), local=HOME, command_port=9)
         await client.open()
-        port = client._commands.get_extra_info("sockname")[1]
+        port = client.port
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
             stranger.bind(("127.0.0.2", 0))
             stranger.sendto(b"\x07\0\0\0", (HOME, port))

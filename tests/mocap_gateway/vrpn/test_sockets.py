@@ -33,7 +33,7 @@ def test_every_report_arrives_once_and_lost_bodies_say_nothing():
         await server.open()
         client = VrpnClient(HOME, lambda frame, now: delivered.append((frame, now)), server.port)
         client.open()
-        await until(lambda: len(client.connection.senders) == len(NAMES))
+        await until(lambda: len(client.session.connection.senders) == len(NAMES))
         await stream(frames(), 240.0, server.publish)
         await until(lambda: len(delivered) == 9 * FRAMES)
         await client.close()
@@ -41,7 +41,7 @@ def test_every_report_arrives_once_and_lost_bodies_say_nothing():
         return client, delivered
 
     client, delivered = asyncio.run(fly())
-    assert (client.trouble, client.reports.repeated, client.reports.late) == (None, 0, 0)
+    assert (client.session.trouble, client.session.reports.repeated, client.session.reports.late) == (None, 0, 0)
     heights = {}
     for frame, now in delivered:
         (body,) = frame.bodies
@@ -60,21 +60,21 @@ def test_a_server_that_comes_later_or_comes_back_is_found():
         first.close()
         client = VrpnClient(HOME, lambda frame, now: delivered.append(frame), port)
         client.open()
-        await until(lambda: "cannot be reached" in (client.trouble or ""))
+        await until(lambda: "cannot be reached" in (client.session.trouble or ""))
         for _ in range(2):
             server = VrpnServer(NAMES, port=port)
             await server.open()
-            await until(lambda: client.trouble is None and len(client.connection.senders) == len(NAMES))
+            await until(lambda: client.session.trouble is None and len(client.session.connection.senders) == len(NAMES))
             before = len(delivered)
             server.publish(next(frames()))
             await until(lambda before=before: len(delivered) == before + 9)
             server.close()
-            await until(lambda: client.trouble is not None)
+            await until(lambda: client.session.trouble is not None)
         await client.close()
         return client, delivered
 
     client, delivered = asyncio.run(fly())
-    assert "closed" in client.trouble
+    assert "closed" in client.session.trouble
     assert {frame.bodies[0].identity for frame in delivered} == set(range(9))  # the same numbers both times
 
 
@@ -86,7 +86,7 @@ def test_a_server_of_another_protocol_is_left():
         server = await asyncio.start_server(greet, HOME, 0)
         client = VrpnClient(HOME, lambda frame, now: None, server.sockets[0].getsockname()[1])
         client.open()
-        await until(lambda: "not VRPN 7" in (client.trouble or ""))
+        await until(lambda: "not VRPN 7" in (client.session.trouble or ""))
         await client.close()
         server.close()
 

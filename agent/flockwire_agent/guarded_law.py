@@ -1,0 +1,56 @@
+"""A law that may fail: it is then not called before the next order, and reports what it raised, with file and line."""
+
+from __future__ import annotations
+
+import logging
+import traceback
+
+from flockwire.law import FAILED, Decision, Law, Observation, check_decision
+from flockwire.loading import make_law
+from flockwire.swarm.model import Swarm, uav
+
+OWN = "flockwire_agent"  # this file's frames are not the law's
+MOST_FRAMES = 4  # of what is told in one line
+
+
+class GuardedLaw:
+    """The law of follower `number` of `swarm`, which is begun at once; raises what its constructor raises."""
+
+    def __init__(self, swarm: Swarm, number: int) -> None:
+        self._swarm, self._number = swarm, number
+        self._law: Law = make_law(swarm, number)
+        self.fault = ""  # what the law raised, empty while all is well
+
+    def step(self, observation: Observation, now: int) -> Decision | None:
+        """Return what the law decides; None when it failed."""
+        if self.fault:
+            return None
+        try:
+            decision = self._law.step(observation, now)
+            check_decision(decision)
+        except Exception as error:
+            self._failed(error)
+            return None
+        return decision
+
+    def restart(self) -> None:
+        """Begin again, if the law failed."""
+        if not self.fault:
+            return
+        try:
+            self._law, self.fault = make_law(self._swarm, self._number), ""
+        except Exception as error:
+            self._failed(error)
+
+    def _failed(self, error: Exception) -> None:
+        self.fault = f"{FAILED}: {type(error).__name__}: {error}{where(error)}"
+        text = "".join(traceback.format_exception(error))
+        logging.getLogger(uav(self._number)).error("%s", f"{self.fault}\n{text.rstrip()}")
+
+
+def where(error: Exception) -> str:
+    """Return the places in files that `error` came through, the law's first, in one line."""
+    frames = [f for f in traceback.extract_tb(error.__traceback__) if f"{OWN}/guarded_law" not in f.filename]
+    frames = [f for f in frames if "flockwire/law.py" not in f.filename and "flockwire/loading.py" not in f.filename]
+    places = [f"{frame.filename.rsplit('/', maxsplit=1)[-1]}:{frame.lineno}" for frame in frames[-MOST_FRAMES:]]
+    return f" ({' > '.join(places)})" if places else ""

@@ -1,0 +1,66 @@
+"""Commands about single drones: `identify` measures an airframe."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from flockwire import clock
+from flockwire.security.files import CredentialsError
+from flockwire.swarm.model import uav
+
+from flockwire_cli.arguments import Keys, Number, SwarmFile, load, made_keys, refuse
+
+app = typer.Typer()
+
+
+@app.command()
+def identify(
+    swarm: SwarmFile,
+    number: Number,
+    out: Annotated[Path | None, typer.Option(help="Folder for figure and logs [runs/NAME-identify-ID-TIME].")] = None,
+    body: Annotated[
+        bool, typer.Option("--body", help="Only prove that the tracker's body is the drone's: rise, turn, land.")
+    ] = False,
+    keys: Keys = None,
+) -> None:
+    """Fly one drone to measure its gains, lag and dead time; print its table for the swarm file."""
+    from flockwire_tello.excitation import Axis  # noqa: PLC0415  (scipy)
+    from flockwire_tello.identification import IdentificationError  # noqa: PLC0415  (scipy)
+
+    from flockwire_cli import identify as identifying  # noqa: PLC0415
+    from flockwire_cli.processes import PortInUseError  # noqa: PLC0415
+
+    plan = load(swarm)
+    loaded = plan.swarm
+    if number not in plan.pilots:
+        refuse(f"ID = {number}: must be one of {list(plan.pilots)}")
+    folder = out or Path("runs") / f"{loaded.name}-identify-{number}-{clock.local():%Y%m%d-%H%M%S}"
+    if body and number not in loaded.tellos:
+        refuse(f"--body: {uav(number)} is no Tello, and a simulated airframe without a driver of its own does not turn")
+    axes = (Axis.CLOCKWISE,) if body else tuple(Axis)
+    secrets = made_keys(swarm, plan, keys, plan.hosts[plan.pilots[number]])
+    try:
+        core = asyncio.run(identifying.excite(plan, swarm, secrets, number, folder, axes))
+        found = identifying.fits(core.responses)
+    except (PortInUseError, CredentialsError) as error:
+        refuse(str(error))
+    except IdentificationError as error:
+        _fail(str(error))
+    if found:
+        print("\n".join(identifying.described(found)), end="\n\n")
+        figure = folder / "identification.png"
+        identifying.draw(core.responses, found, figure)
+        for line in identifying.conclusion(loaded, number, found, body, core.failure):
+            print(line)
+        print(f"\nflockwire: {figure}")
+    if core.failure:
+        _fail(core.failure)
+
+
+def _fail(reason: str) -> None:
+    print(f"flockwire: identify failed: {reason}", file=sys.stderr)
+    raise typer.Exit(1)

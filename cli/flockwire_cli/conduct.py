@@ -1,0 +1,49 @@
+"""`flockwire conduct`: a flight of processes that something else started: containers, systemd, terminals."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+
+from flockwire import clock
+from flockwire.flight.director import POLL_PERIOD, Director, Stage
+from flockwire.flight.preflight import Preflight
+from flockwire.nanoseconds import BILLION
+from flockwire.runtime.session import connect
+from flockwire.wire.plan import Plan
+from flockwire.wire.processes import OPERATOR
+
+from flockwire_cli.display import Display
+from flockwire_cli.interrupts import interrupts
+from flockwire_cli.operator import Operator
+
+COMES_BACK = 10 * BILLION  # ns in which a supervisor has started a process again that ended in flight
+LEFT = "left before the drones were known to be down; `flockwire land` lands them"
+
+
+async def conduct(plan: Plan, keys: Path, duration: float, out: Path | None, headless: bool) -> str:
+    """Fly from take-off to landing; returns why the flight failed, empty when it did not.
+
+    The first interrupt lands. Raises CredentialsError.
+    """
+    ready = Preflight.of(plan.swarm)
+    director = Director(plan.pilots, plan.swarm.frame, duration, clock.now(), grace=COMES_BACK, preflight=ready)
+    display, heeded, ended = Display(plan, plan.started, director, headless), 0, asyncio.Event()
+    with interrupts() as interrupted:
+        session = await connect(plan, OPERATOR.kind, keys, ended)
+        assert session is not None  # noqa: S101  (only the event that nobody sets would make it so)
+        with session, display.shown():
+            operator = Operator(plan, session)
+            if out is not None:
+                display.begin(out)
+            while director.stage is not Stage.OVER:
+                now = operator.poll()
+                if interrupted.count > 1:
+                    return director.failure or LEFT
+                if interrupted.count > heeded:
+                    heeded = interrupted.count
+                    operator.order(director.land(now))
+                operator.order(director.step(operator.statuses, operator.telemetry, now))
+                display.update(operator, now)
+                await asyncio.sleep(POLL_PERIOD)
+    return director.failure

@@ -1,0 +1,50 @@
+"""Serves the page, and Foxglove where it is asked for, until it is interrupted."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+from contextlib import ExitStack, closing
+from pathlib import Path
+
+from aiohttp import web
+from flockwire import clock
+from flockwire.runtime.session import connect
+from flockwire.wire.plan import Plan
+from flockwire.wire.processes import CONSOLE
+
+from flockwire_cli.console.foxglove_server import FoxgloveServer
+from flockwire_cli.console.server import Pages
+from flockwire_cli.interrupts import interrupts
+from flockwire_cli.operator import Operator
+
+POLL = 0.1  # s
+
+
+async def serve(plan: Plan, keys: Path, address: str, port: int, foxglove: int | None = None) -> None:
+    """Serve the pages of a swarm at `address`, and Foxglove at the port `foxglove` of it, None: not at all.
+
+    Raises OSError where it cannot be listened at, CredentialsError, FoxgloveError.
+    """
+    token = secrets.token_urlsafe(16)
+    with interrupts() as interrupted, ExitStack() as stack:
+        session = await connect(plan, CONSOLE.kind, keys, asyncio.Event())
+        assert session is not None  # noqa: S101  (nobody sets the event)
+        stack.enter_context(session)
+        host = f"[{address}]" if ":" in address else address
+        viewers = None
+        if foxglove is not None:
+            viewers = stack.enter_context(closing(FoxgloveServer(plan, CONSOLE.kind, session, address, foxglove)))
+        runner = web.AppRunner(Pages(plan, Operator(plan, session, CONSOLE.kind), token).application(), access_log=None)
+        await runner.setup()
+        try:
+            await web.TCPSite(runner, address, port).start()
+            print(f"flockwire: http://{host}:{port}/#{token}", flush=True)
+            if viewers is not None:
+                print(f"flockwire: Foxglove and Lichtblick: ws://{host}:{viewers.port}", flush=True)
+            while not interrupted.count:
+                if viewers is not None:
+                    viewers.forward(clock.now())
+                await asyncio.sleep(POLL)
+        finally:
+            await runner.cleanup()

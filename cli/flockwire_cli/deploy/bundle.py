@@ -1,0 +1,68 @@
+"""`--target systemd`: a folder for each host, with all that it needs and nothing of another's; no internet needed."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from flockwire.wire.plan import Plan
+
+from flockwire_cli.deploy.files import DeployError, write, write_keys, write_swarm
+from flockwire_cli.deploy.pages import template
+from flockwire_cli.deploy.units import PREFIX, folders, target_name, units
+from flockwire_cli.deploy.wheels import Wheels, sums
+
+SUMS = "SHA256SUMS"
+
+
+@dataclass(frozen=True, slots=True)
+class Bundler:
+    """Writes the bundles of a swarm's hosts: its plan, its file, its keys, the wheels to install from."""
+
+    plan: Plan
+    swarm_file: Path
+    keys: Path
+    wheels: Wheels
+
+    def write(self, out: Path) -> tuple[str, ...]:
+        """Write `out`/HOST for each host; returns the hosts. Raises DeployError, OSError."""
+        hosts = tuple(self.plan.swarm.hosts)
+        for host in hosts:
+            if not self.plan.processes_on(host):
+                raise DeployError(
+                    f"hosts.{host}: runs nothing; name it at a drone or give it processes, or take it out"
+                )
+        for host in hosts:
+            self._write_host(host, out / host)
+        return hosts
+
+    def _write_host(self, host: str, folder: Path) -> None:
+        plan = self.plan
+        for part in ("units", "swarm"):
+            shutil.rmtree(folder / part, ignore_errors=True)
+        write_swarm(plan.swarm, self.swarm_file, folder / "swarm")
+        for name, text in units(plan, host).items():
+            write(folder / "units" / name, text)
+        write_keys(plan, self.keys, [i for i in plan.processes_on(host) if i in plan.certified], folder / "keys")
+        self.wheels.copy(folder / "wheels")
+        write(folder / "requirements.txt", self.wheels.requirements())
+        script = template("install.sh.j2").render(
+            host=host,
+            swarm=plan.swarm.name,
+            folders=folders(plan),
+            prefix=PREFIX,
+            target=target_name(plan),
+            wheels=self.wheels,
+        )
+        write(folder / "install.sh", script, 0o755)
+        write(folder / SUMS, sums(folder, _files(folder)))
+
+
+def _files(folder: Path) -> Iterator[str]:
+    """Yield the files of a bundle, by their paths in it."""
+    for path in folder.rglob("*"):
+        name = str(path.relative_to(folder))
+        if path.is_file() and name != SUMS:
+            yield name

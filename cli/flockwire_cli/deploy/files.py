@@ -1,0 +1,82 @@
+"""What every target writes: the swarm file with the files that it names, and of the keys those of a place alone."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterable, Iterator
+from pathlib import Path, PurePosixPath
+
+from cryptography import x509
+from flockwire.security.credentials import common_name
+from flockwire.swarm.model import Swarm
+from flockwire.wire.plan import AUTHORITY, Plan
+
+Owner = tuple[int, int]  # user and group
+SWARM_FILE = "swarm.toml"
+
+
+class DeployError(ValueError):
+    """Something that cannot be deployed; the text is one line: the key or file, what is wrong, what to do."""
+
+
+def write_swarm(swarm: Swarm, file: Path, folder: Path) -> None:
+    """Copy the swarm file into `folder`, and what it names beside it. Raises DeployError."""
+    names = list(_named(swarm))
+    write(folder / SWARM_FILE, file.read_text(encoding="utf-8"))
+    for name in names:
+        write(folder / name, (file.parent / name).read_text(encoding="utf-8"))
+
+
+def write_keys(plan: Plan, keys: Path, identities: Iterable[str], folder: Path, owner: Owner | None = None) -> None:
+    """Copy the keys of `identities`, and the authorities' certificates, from `keys` into `folder`, which has no others.
+
+    They then belong to `owner`, where one is given and may be.
+    """
+    names = {f"{name}.crt" for name in plan.authorities}
+    names |= {f"{identity}.{ending}" for identity in identities for ending in ("crt", "key")}
+    folder.mkdir(parents=True, exist_ok=True)
+    folder.chmod(0o700)
+    for held in folder.iterdir():
+        if held.suffix in (".crt", ".key") and held.name not in names:
+            held.unlink()
+    for name in sorted(names):
+        shutil.copyfile(keys / name, folder / name, follow_symlinks=False)
+        (folder / name).chmod(0o600)
+    if owner is not None:
+        for path in (folder, *folder.iterdir()):
+            os.chown(path, *owner)
+
+
+def refuse_other_keys(plan: Plan, keys: Path) -> None:
+    """Raise DeployError where the folder `keys` is another swarm's."""
+    path = keys / f"{AUTHORITY}.crt"
+    if not path.exists():
+        return
+    try:
+        name = common_name(x509.load_pem_x509_certificate(path.read_bytes()))
+    except (OSError, ValueError) as error:
+        raise DeployError(f"--keys = {keys}: its {path.name} cannot be read: {error}") from None
+    if name != f"flockwire {plan.swarm.name}":
+        raise DeployError(
+            f"--keys = {keys}: are of {name!r}, this swarm is {plan.swarm.name!r}; name its own, or leave --keys out"
+        )
+
+
+def write(path: Path, text: str, mode: int = 0o644) -> None:
+    """Write a file, and the folders above it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    path.chmod(mode)
+
+
+def _named(swarm: Swarm) -> Iterator[str]:
+    """Yield the files that the swarm file names, by their paths from its folder."""
+    tables = {"formation": swarm.formation, **{f"formations.{name}": each for name, each in swarm.formations.items()}}
+    for key, table in tables.items():
+        name = getattr(table, "file", None)
+        if name is not None:
+            path = PurePosixPath(name)
+            if path.is_absolute() or ".." in path.parts:
+                raise DeployError(f"{key}.file = {name!r}: must lie in the swarm file's folder to be deployed with it")
+            yield name

@@ -1,0 +1,66 @@
+"""The command `deploy`: writes what carries a swarm to where it flies, from the same plan as `up`."""
+
+from __future__ import annotations
+
+import sys
+from ipaddress import IPv4Network
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from flockwire import clock
+
+from flockwire_cli.arguments import Keys, SwarmFile, keys_folder, load, refuse, written
+from flockwire_cli.deploy.targets import Target
+
+app = typer.Typer()
+
+
+@app.command()
+def deploy(
+    swarm: SwarmFile,
+    target: Annotated[Target, typer.Option(help="What starts the processes.")] = Target.COMPOSE,
+    out: Annotated[Path | None, typer.Option(help="The folder to write [deploy/NAME].")] = None,
+    keys: Keys = None,
+    wheels: Annotated[
+        Path, typer.Option(help="What hosts install from: scripts/wheels makes it (systemd, ansible).")
+    ] = Path("dist/wheels"),
+    subnets: Annotated[
+        str, typer.Option(metavar="A.B.C.D/N", help="Where the networks of containers get their addresses (compose).")
+    ] = "",
+) -> None:
+    """Write what carries a swarm to where it flies, with the keys that each process needs: containers, or services."""
+    from flockwire.security.pki import make_keys  # noqa: PLC0415
+
+    from flockwire_cli.deploy import targets  # noqa: PLC0415  (jinja2)
+    from flockwire_cli.deploy.engine import obstacle  # noqa: PLC0415
+    from flockwire_cli.deploy.files import DeployError, refuse_other_keys  # noqa: PLC0415
+    from flockwire_cli.deploy.networks import RangeError  # noqa: PLC0415
+
+    plan = load(swarm)
+    if plan.swarm.network.security == "none":
+        refuse("network.security = 'none': is for measurements on one machine, with `up`; leave it out to deploy")
+    folder, held = out or Path("deploy") / plan.swarm.name, keys_folder(swarm, plan, keys)
+    try:
+        within = _range(subnets)
+        refuse_other_keys(plan, held)
+        written(held, lambda: make_keys(plan, held, clock.utc()))
+        deployment = targets.Deployment(plan, swarm, held, folder)
+        if target is Target.COMPOSE:
+            step = targets.write_compose(deployment, within)
+        else:
+            step = targets.write_bundles(deployment, wheels, playbook=target is Target.ANSIBLE)
+    except (DeployError, RangeError) as error:
+        refuse(str(error))
+    except OSError as error:
+        refuse(f"--out = {folder}: cannot write there: {error.strerror or error}")
+    print(f"flockwire: {folder}: {plan.swarm.name}, for {target}; next: {step}")
+    if target is Target.COMPOSE and (line := obstacle()):
+        print(f"flockwire: warning: {line}", file=sys.stderr)
+
+
+def _range(text: str) -> IPv4Network | None:
+    try:
+        return IPv4Network(text) if text else None
+    except ValueError as error:
+        refuse(f"--subnets = {text!r}: must be a range of IPv4 addresses like 10.224.0.0/12: {error}")

@@ -1,0 +1,127 @@
+"""`flockwire identify`: one drone flies alone under the tracker; what its airframe is like follows from the response.
+
+It starts what the drone needs of this host's processes, and takes the place of the drone's pilot itself.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+from flockwire import clock
+from flockwire.runtime.refusals import Refusals
+from flockwire.runtime.session import connect
+from flockwire.runtime.shell import Shell
+from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.plan import Plan
+from flockwire_tello.excitation import Axis, ExcitationCore, Stage
+from flockwire_tello.identification import AxisFit, Response, combined, fit_axis
+from matplotlib.figure import Figure
+
+from flockwire_cli.interrupts import interrupts
+from flockwire_cli.processes import Children, PortInUseError, busy_endpoint
+
+POLL = 0.1  # s
+UNITS = {Axis.CLOCKWISE: "rad"}
+Fits = dict[Axis, AxisFit]
+
+
+async def excite(
+    plan: Plan, swarm_file: Path, keys: Path, number: int, out: Path, axes: Iterable[Axis] = Axis
+) -> ExcitationCore:
+    """Fly drone `number` along `axes` and return what was measured; raises PortInUseError, CredentialsError."""
+    pilot = plan.pilots[number]
+    needed = [identity for identity in plan.processes_on(plan.hosts[pilot]) if _needed(plan, identity, number)]
+    if busy := busy_endpoint(plan, (pilot, *needed)):
+        raise PortInUseError(busy)
+    children = Children(plan, swarm_file, out, keys)
+    with interrupts() as interrupted:
+        try:
+            for identity in needed:
+                await children.start(identity)
+            session = await connect(plan, pilot, keys, asyncio.Event())
+            assert session is not None  # noqa: S101  (only the event that nobody sets would make it so)
+            with session:
+                core = ExcitationCore(plan.swarm, number, clock.now(), axes)
+                shell = Shell(core, plan, pilot, session, Refusals(pilot), None)
+                shell.start()
+                told = ""
+                while core.stage is not Stage.DONE:
+                    await asyncio.sleep(POLL)
+                    report = core.report(clock.now())
+                    if (state := f"{report.phase}: {report.detail}") != told:
+                        told = state
+                        print(f"flockwire: {uav(number)}: {told}", flush=True)
+                    if interrupted.count or children.died():
+                        core.failure = core.failure or children.died()
+                        core.retire(clock.now())
+                    if interrupted.count > 1:
+                        break
+                shell.stop()
+        finally:
+            await children.end(interrupted)
+    return core
+
+
+def _needed(plan: Plan, identity: str, number: int) -> bool:
+    row, drone = plan.rows[identity], plan.members[identity].drone
+    return not row.pilot and not row.records and drone in (None, number)
+
+
+def fits(responses: dict[Axis, Response]) -> Fits:
+    """Return what each axis was found to be; raises IdentificationError."""
+    return {axis: fit_axis(response) for axis, response in responses.items()}
+
+
+def described(found: Fits) -> Iterator[str]:
+    """Yield the table of the fits with their intervals."""
+    yield f"{'axis':<10} {'gain':<24} {'lag, s':<24} {'dead time, s':<24} residual"
+    for axis, fit in found.items():
+        numbers = "".join(
+            f" {x.value:6.3f} [{x.low:6.3f}, {x.high:6.3f}]  " for x in (fit.gain, fit.lag, fit.dead_time)
+        )
+        unit, scale = ("mrad", 1e3) if axis is Axis.CLOCKWISE else ("mm", 1e3)
+        yield f"{axis:<10}{numbers} {scale * fit.residual:.1f} {unit}"
+    yield "(with 95 % confidence; the gain is what it flies of what it is commanded)"
+
+
+def airframe_table(swarm: Swarm, number: int, found: Fits) -> Iterator[str]:
+    """Yield the table for the swarm file."""
+    name, airframe = swarm.drone(number).airframe, swarm.airframe(number)
+    straight = [fit for axis, fit in found.items() if axis is not Axis.CLOCKWISE]
+    yield f"[airframes.{name}]"
+    if airframe.kind == "tello":
+        yield 'kind = "tello"'
+    yield f"lag = {combined([fit.lag for fit in straight]):.3f}  # s"
+    yield f"dead_time = {combined([fit.dead_time for fit in straight]):.3f}  # s"
+    if airframe.kind == "tello":
+        gains = ", ".join(
+            f"{axis} = {getattr(airframe.stick_gains, axis) * fit.gain.value:.5f}" for axis, fit in found.items()
+        )
+        yield f"stick_gains = {{ {gains} }}"
+    else:
+        yield f"gain = {combined([fit.gain for fit in straight]):.3f}"
+
+
+def conclusion(swarm: Swarm, number: int, found: Fits, body: bool, failure: str) -> Iterator[str]:
+    """Yield what the fits show: whose the `body` is, where only that was asked, or the table for the swarm file."""
+    if body:
+        yield f"the body {swarm.body(number)!r} rose and turned as {uav(number)} was commanded: it is that drone's"
+    elif not failure:
+        yield from airframe_table(swarm, number, found)
+
+
+def draw(responses: dict[Axis, Response], found: Fits, path: Path) -> None:
+    """Draw the measured and the fitted response of each axis."""
+    figure = Figure(figsize=(7.0, 1.8 * len(found)), layout="constrained")
+    for place, (axis, fit) in enumerate(found.items()):
+        axes = figure.add_subplot(len(found), 1, place + 1)
+        times, track = np.asarray(responses[axis].track).T
+        axes.plot(times - times[0], track, ".", markersize=2, color="#69707d", label="measured")
+        axes.plot(times - times[0], fit.position(responses[axis].changes, times), color="#0072b2", label="fitted")
+        axes.set_ylabel(f"{axis}, {UNITS.get(axis, 'm')}")
+    axes.set_xlabel("s")
+    figure.axes[0].legend(loc="upper right", fontsize="small")
+    figure.savefig(path, dpi=160)

@@ -1,0 +1,92 @@
+"""A flight by script for real: all processes of this host, as `up` starts them, conducted by the script."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from contextlib import AsyncExitStack
+from pathlib import Path
+from typing import Self
+
+from flockwire import clock
+from flockwire.flight.director import POLL_PERIOD, STOP_FOR, Stage
+from flockwire.wire.messages import Stop
+from flockwire.wire.plan import Plan
+from flockwire_recorder.report import write_report
+
+from flockwire_cli.arguments import made_keys
+from flockwire_cli.interrupts import interrupts
+from flockwire_cli.operator import Operator
+from flockwire_cli.processes import Children, PortInUseError, busy_endpoint
+from flockwire_cli.scripting.flight import Flight
+from flockwire_cli.scripting.script_director import ScriptDirector
+from flockwire_cli.up import UpOptions, alone, start_processes
+
+
+class RealFlight(Flight):
+    """A flight of `plan`, of the swarm file `file`; trace, report and logs go into the folder `out`."""
+
+    def __init__(self, plan: Plan, file: Path, out: Path) -> None:
+        super().__init__(plan, ScriptDirector(plan, clock.now()))
+        host = next(iter(plan.swarm.hosts))
+        self._options = UpOptions(plan, file, host, 0.0, out, made_keys(file, plan, None, host), headless=True)
+        self._resources = AsyncExitStack()
+        self._stopping: Stop | None = None
+        self._stop_until = 0
+
+    async def __aenter__(self) -> Self:
+        """Start all processes; returns when they run."""
+        flight, stack = self._options, self._resources
+        stack.enter_context(alone(flight))
+        if busy := busy_endpoint(flight.plan, flight.plan.processes_on(flight.host)):
+            await stack.aclose()
+            raise PortInUseError(busy)
+        try:
+            children = Children(flight.plan, flight.swarm_file, flight.out, flight.keys)
+            stack.push_async_callback(children.end)
+            with interrupts() as interrupted:
+                here = flight.plan.processes_on(flight.host)
+                session = await start_processes(flight, children, here, interrupted)
+            self._operator = Operator(flight.plan, stack.enter_context(session))
+            self._conducting = asyncio.create_task(self._conduct())
+        except BaseException:
+            await stack.aclose()
+            raise
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        """Land what flies, end all processes, write the report."""
+        try:
+            if self._director.begun and self._director.stage is not Stage.OVER:
+                self._director.land(self._now())
+                await self._until(lambda: self._director.stage is Stage.OVER, "land", failing=True)
+        finally:
+            self._conducting.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await self._conducting
+            await self._resources.aclose()
+        out = self._options.out
+        self.summary = write_report(out / "trace.mcap", out)
+
+    async def sleep(self, seconds: float) -> None:
+        """Wait."""
+        await asyncio.sleep(seconds)
+
+    async def _conduct(self) -> None:
+        """Give the orders that are due, as long as the flight lasts."""
+        operator, director = self._operator, self._director
+        while True:
+            now = operator.poll()
+            operator.order(director.step(operator.statuses, operator.telemetry, now))
+            if self._stopping is not None and now < self._stop_until:
+                operator.order(self._stopping._replace(stamp=now))
+            await asyncio.sleep(POLL_PERIOD)
+
+    def _now(self) -> int:
+        return clock.now()
+
+    def _stop(self, reason: str) -> None:
+        now = clock.now()
+        self._stopping, self._stop_until = Stop(now, self.swarm.frame, reason), now + STOP_FOR
+        self._operator.order(self._stopping)
+        self._director.stop(now)

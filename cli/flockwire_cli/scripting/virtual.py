@@ -1,0 +1,69 @@
+"""A flight by script in virtual time: whenever the script waits, the world goes on."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+from typing import Self
+
+from flockwire.flight.director import Stage
+from flockwire.nanoseconds import BILLION
+from flockwire.wire.plan import Plan
+from flockwire_recorder.report import write_report
+from flockwire_recorder.summary import summarise
+from flockwire_sim.recording import TraceFile, TraceInMemory
+from flockwire_sim.world import EPOCH, LINGER, World
+
+from flockwire_cli.scripting.flight import Flight
+from flockwire_cli.scripting.script_director import ScriptDirector
+
+
+class VirtualFlight(Flight):
+    """A flight of `plan` by `seed`; with a folder `out` its trace and report go there."""
+
+    def __init__(self, plan: Plan, file: Path, seed: int, out: Path | None) -> None:
+        self._out = out
+        if out is not None:
+            out.mkdir(parents=True, exist_ok=True)
+            text = file.read_text(encoding="utf-8")
+            self._trace: TraceFile | TraceInMemory = TraceFile(out / "trace.mcap", plan.swarm, text, seed)
+        else:
+            self._trace = TraceInMemory(plan.swarm, seed)
+        self._world = World(plan.swarm, seed, 0.0, (), self._trace.take)
+        super().__init__(self._world.plan, ScriptDirector(self._world.plan, EPOCH))
+        self._world.conduct(self._director)
+
+    async def __aenter__(self) -> Self:
+        """Begin."""
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        """Land what flies; end, and summarise."""
+        if self._director.begun and self._director.stage is not Stage.OVER:
+            self._director.land(self._now())
+            await self._until(lambda: self._director.stage is Stage.OVER, "land", failing=True)
+        self._advance(LINGER / BILLION)
+        if isinstance(self._trace, TraceInMemory):
+            self.summary = summarise(self._trace.trace())
+        else:
+            self._trace.close()
+            assert self._out is not None  # noqa: S101  (there is a file)
+            self.summary = write_report(self._out / "trace.mcap", self._out)
+
+    async def sleep(self, seconds: float) -> None:
+        """Let `seconds` of virtual time pass, at once."""
+        self._advance(seconds)
+        await asyncio.sleep(0)
+
+    def _advance(self, seconds: float) -> None:
+        scheduler = self._world.scheduler
+        end = scheduler.now + round(seconds * BILLION)
+        while scheduler.now < end:  # the operator's end of a flight stops the scheduler once
+            scheduler.at(end, lambda _: None)
+            scheduler.run(end)
+
+    def _now(self) -> int:
+        return self._world.scheduler.now
+
+    def _stop(self, reason: str) -> None:
+        self._world.stop(reason)

@@ -1,0 +1,109 @@
+"""The commands `tracker` and `align`: what a swarm's tracker delivers, and how its frame lies on the field."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from flockwire.wire.plan import Plan
+
+from flockwire_cli.arguments import SwarmFile, load, refuse
+
+if TYPE_CHECKING:
+    from flockwire.control.vector import Vector
+    from flockwire_mocap.inspection import BodyFigures, Inspection
+    from flockwire_mocap.source import Link
+
+Seconds = Annotated[float, typer.Option(min=0.5, max=60.0, help="Seconds to listen.")]
+BAD_RESIDUAL = 0.05  # m
+
+app = typer.Typer()
+
+
+@app.command()
+def tracker(swarm: SwarmFile, seconds: Seconds = 1.5) -> None:
+    """Listen to the tracker: list its bodies with rate, jitter, latency, loss; say what to mend before a flight."""
+    plan = load(swarm)
+    inspection, link = _listen(plan, seconds)
+    rows, troubles = inspection.figures(), [link.trouble] if link.trouble else []
+    if rows:
+        print(f"{'body':20}{'drone':>7}{'Hz':>8}{'jitter ms':>11}{'latency ms':>12}{'lost':>8}  position, m")
+    for row in rows:
+        print(_line(row))
+    if link.counts:
+        print(", ".join(f"{count} {what}" for what, count in link.counts))
+    problems = troubles if not rows else [*troubles, *inspection.problems()]
+    for problem in problems:
+        print(f"flockwire: {problem}", file=sys.stderr)
+    if problems:
+        raise typer.Exit(1)
+    print("all drones' bodies are there, tracked, still, and at their starts")
+
+
+@app.command()
+def align(
+    swarm: SwarmFile,
+    at: Annotated[
+        list[str] | None,
+        typer.Option(metavar="BODY=X,Y,Z", help="A body on a known place, m [each drone's at its start]."),
+    ] = None,
+    seconds: Seconds = 1.5,
+) -> None:
+    """Find rotation and offset from the tracker's frame to the field's, from bodies on known places."""
+    from flockwire_mocap.alignment import AlignmentError  # noqa: PLC0415
+    from flockwire_mocap.alignment import align as fitted  # noqa: PLC0415
+
+    plan = load(swarm)
+    known = _places(plan, at or [])
+    inspection, link = _listen(Plan(plan.swarm.unaligned()), seconds)
+    seen = {row.name: row.position for row in inspection.figures() if row.position is not None}
+    missing = [name for name in known if name not in seen]
+    if link.trouble and not seen:
+        refuse(link.trouble)
+    if missing:
+        refuse(f"the tracker does not see {', '.join(missing)}; it sees {', '.join(seen) or 'nothing'}")
+    try:
+        found = fitted([seen[name] for name in known], list(known.values()))
+    except AlignmentError as error:
+        refuse(str(error))
+    for name, residual in zip(known, found.residuals, strict=True):
+        print(f"{name:20} {1000 * residual:7.1f} mm left")
+    if max(found.residuals) > BAD_RESIDUAL:
+        print("flockwire: warning: a body is not where it should be, or two are exchanged", file=sys.stderr)
+    print("\n[gateway]")
+    print(f"rotation = [{', '.join(f'{part:.6f}' for part in found.rotation)}]")
+    print(f"offset = [{', '.join(f'{part:.4f}' for part in found.offset)}]")
+
+
+def _listen(plan: Plan, seconds: float) -> tuple[Inspection, Link]:
+    from flockwire_mocap.listening import listen  # noqa: PLC0415
+
+    try:
+        return asyncio.run(listen(plan, seconds))
+    except (OSError, ValueError) as error:
+        refuse(str(error))
+
+
+def _line(row: BodyFigures) -> str:
+    drone = "" if row.drone is None else str(row.drone)
+    where = "not tracked" if row.position is None else "  ".join(f"{part:.3f}" for part in row.position)
+    times = f"{row.rate:8.1f}{1000 * row.jitter:11.2f}{1000 * row.latency:12.2f}"
+    return f"{row.name:20}{drone:>7}{times}{row.lost:8.1%}  {where}"
+
+
+def _places(plan: Plan, given: list[str]) -> dict[str, Vector]:
+    """Return the known places by body."""
+    swarm = plan.swarm
+    if not given:
+        return {str(swarm.body(i)): swarm.drone(i).start for i in swarm.flying}
+    found: dict[str, Vector] = {}
+    for text in given:
+        name, _, place = text.rpartition("=")
+        try:
+            x, y, z = map(float, place.split(","))
+        except ValueError:
+            refuse(f"--at = {text!r}: must be BODY=X,Y,Z, in m")
+        found[name] = (x, y, z)
+    return found

@@ -1,0 +1,81 @@
+"""The room that no drone may leave: a box, and within it the upright prism over a polygon where there is one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import hypot
+
+from flockwire.control.barrier import approach_speed, keep_inside
+from flockwire.control.plane_polygon import Corner, clearance, edges, inward_normal, nearest_on_edge
+from flockwire.control.safety_filter import HalfSpace
+from flockwire.control.vector import Vector
+
+_COINCIDENT = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Room:
+    """From `low` to `high` (m, world frame); on the ground plan within the polygon of `corners`, unless it has none."""
+
+    low: Vector
+    high: Vector
+    corners: tuple[Corner, ...] = ()
+
+    def outside(self, position: Vector) -> float:
+        """Return how far `position` is outside, m (the largest excess; 0 inside)."""
+        (x, y, z), (a, b, c), (d, e, f) = position, self.low, self.high
+        beyond = 0.0
+        if not (a <= x <= d and b <= y <= e and c <= z <= f):
+            beyond = max(a - x, x - d, b - y, y - e, c - z, z - f)
+        if not self.corners:
+            return beyond
+        return max(beyond, -clearance(self.corners, (x, y))[0])
+
+    def inwards(self, velocity: Vector, position: Vector) -> Vector:
+        """Return `velocity` (m/s) without what leads further out of the room at its boundary, or beyond it."""
+        low, high = self.low, self.high
+        if not (low[0] < position[0] < high[0] and low[1] < position[1] < high[1] and low[2] < position[2] < high[2]):
+            x, y, z = (
+                max(v, 0.0) if p <= a else min(v, 0.0) if p >= b else v
+                for v, p, a, b in zip(velocity, position, low, high, strict=True)
+            )
+            velocity = (x, y, z)
+        if self.corners:
+            distance, (nx, ny) = clearance(self.corners, position[:2])
+            along = nx * velocity[0] + ny * velocity[1]
+            if distance <= 0.0 and along < 0.0:
+                velocity = (velocity[0] - along * nx, velocity[1] - along * ny, velocity[2])
+        return velocity
+
+    def half_spaces(
+        self, position: Vector, stopping: Vector, floor: float, rate: float, braking: float, speed: float
+    ) -> list[HalfSpace]:
+        """Return the half-spaces of velocities that stay in the room above `floor` (m), or come back to it.
+
+        As `keep_inside`; of a polygon each edge is a wall of its own, n from its nearest point to the way from the
+        position to the stopping point. Outside, n leads straight back, and no other edge counts.
+        """
+        low = (self.low[0], self.low[1], max(self.low[2], floor))
+        found = keep_inside(position, stopping, low, self.high, rate, braking, speed)
+        if not self.corners:
+            return found
+        ends = (position[:2], stopping[:2])
+        distance, (nx, ny) = min(clearance(self.corners, end) for end in ends)
+        if distance <= 0.0:
+            return [*found, (nx, ny, 0.0, -approach_speed(distance, rate, braking))]
+        for edge in edges(self.corners):
+            gap, (nx, ny) = self._away(edge, ends)
+            least = -approach_speed(gap, rate, braking)
+            if least > -speed:
+                found.append((nx, ny, 0.0, least))
+        return found
+
+    def _away(self, edge: tuple[Corner, Corner], way: tuple[Corner, Corner]) -> tuple[float, Corner]:
+        """Return the distance, m, between an edge and a way, and the unit vector from the one to the other."""
+        gaps = [(nearest_on_edge(end, edge), end) for end in way]
+        gaps += [(end, nearest_on_edge(end, way)) for end in edge]
+        (ax, ay), (bx, by) = min(gaps, key=lambda gap: hypot(gap[1][0] - gap[0][0], gap[1][1] - gap[0][1]))
+        distance = hypot(bx - ax, by - ay)
+        if distance <= _COINCIDENT:
+            return 0.0, inward_normal(self.corners, edge)
+        return distance, ((bx - ax) / distance, (by - ay) / distance)

@@ -1,0 +1,132 @@
+"""Swarm time: all hosts count by the gateway's clock. Each process elsewhere asks for it and corrects its own.
+
+No core knows of it: what runs a core (shell, virtual process) hands it corrected time. Processes on the gateway's host
+share its clock and ask nothing.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from typing import Protocol
+
+from flockwire.control.clock_offset import Offset, OffsetEstimator
+from flockwire.nanoseconds import BILLION
+from flockwire.wire.keys import TIME_REPLY, TIME_REQUEST, Key
+from flockwire.wire.messages import Message, TimeReply, TimeRequest
+from flockwire.wire.plan import Plan
+
+FIRST = 20  # requests at FAST, whatever the bound
+FAST, SLOW = BILLION // 10, BILLION  # ns between two requests: while the bound is above GOOD, and otherwise
+GOOD = 1_000_000  # ns
+OUTSTANDING = 64  # requests whose replies may still come: 6 s of them
+STEP = 50_000_000  # ns beyond its bound by which an offset must be off to be corrected at once
+SLEW = 0.002  # s per s by which the time is corrected otherwise: 2 mm/s at 1 m/s
+DEADBAND = 100_000  # ns
+UNKNOWN = -1.0
+
+Outgoing = tuple[tuple[Key, Message], ...]
+
+
+class Timekeeping(Protocol):
+    """A process's part in the swarm's time."""
+
+    keys: frozenset[Key]
+
+    def receive(self, key: Key, message: Message, now: int) -> Outgoing:
+        """Take in a message of `keys` that came at `now`, swarm time in ns; returns what to publish at once."""
+
+    def step(self, now: int) -> Outgoing:
+        """Return what to publish at `now`; called at least ten times a second."""
+
+    def figures(self, now: int) -> tuple[float, float]:
+        """Return the offset that is corrected and its bound, s; the bound is UNKNOWN before the first replies."""
+
+
+class SharedClock:
+    """Has the swarm's clock already; answers those who ask for it, if anybody does."""
+
+    def __init__(self, plan: Plan, identity: str) -> None:
+        answered = [key.owner for key in plan.publishes[identity] if key.kind == TIME_REPLY]
+        self.keys = frozenset(Key(TIME_REQUEST, owner) for owner in answered)
+        self._frame = plan.swarm.frame
+
+    def receive(self, key: Key, message: Message, now: int) -> Outgoing:
+        """Answer: it came at `now`, and the answer leaves at `now`."""
+        return ((Key(TIME_REPLY, key.owner), TimeReply(now, self._frame, message.stamp, now)),)
+
+    def step(self, now: int) -> Outgoing:
+        """Publish nothing."""
+        return ()
+
+    def figures(self, now: int) -> tuple[float, float]:
+        """Return that it is right."""
+        return 0.0, 0.0
+
+
+class CorrectedClock:
+    """Asks for the swarm's time and has the own clock corrected, by `correct(ns that are to be added to it)`."""
+
+    def __init__(self, plan: Plan, identity: str, correct: Callable[[int], None]) -> None:
+        self.keys = frozenset({Key(TIME_REPLY, identity)})
+        self._request, self._frame, self._correct = Key(TIME_REQUEST, identity), plan.swarm.frame, correct
+        self._estimator = OffsetEstimator()
+        self._offset: Offset | None = None
+        self._correction, self._corrected = 0, False
+        self._asked: deque[int] = deque(maxlen=OUTSTANDING)
+        self._sent = self._next = self._estimated = self._stepped = 0
+
+    def receive(self, key: Key, message: Message, now: int) -> Outgoing:
+        """Take a reply in; ignore those to another process of this identity."""
+        own = now - self._correction
+        if isinstance(message, TimeReply) and message.requested in self._asked:
+            self._asked.remove(message.requested)
+            if self._estimator.add(message.requested, message.received, message.stamp, own):
+                self._estimate(own)
+        return ()
+
+    def step(self, now: int) -> Outgoing:
+        """Correct the clock a little further, and ask again when it is time."""
+        own = now - self._correction
+        self._follow(own)
+        if own < self._next:
+            return ()
+        self._asked.append(own)
+        self._sent += 1
+        known = self._offset is not None and self._offset.bound <= GOOD and self._sent > FIRST
+        self._next = own + (SLOW if known else FAST)
+        return ((self._request, TimeRequest(own, self._frame)),)
+
+    def figures(self, now: int) -> tuple[float, float]:
+        """Return the offset that is corrected and its bound, s; the bound is UNKNOWN before the first replies."""
+        bound = UNKNOWN if self._offset is None else self._offset.bound / BILLION
+        return self._correction / BILLION, bound
+
+    def _estimate(self, own: int) -> None:
+        if self._offset is None or own >= self._estimated + SLOW:
+            self._estimated, self._offset = own, self._estimator.estimate(own)
+
+    def _follow(self, own: int) -> None:
+        """Bring the correction to the estimate: at once when it is new or far off, else too slowly to jerk anybody."""
+        elapsed, self._stepped = max(0, own - self._stepped) if self._stepped else 0, own
+        if self._offset is None:
+            return
+        error = self._offset.offset - self._correction
+        if abs(error) > (STEP + self._offset.bound if self._corrected else DEADBAND):
+            self._correct_by(error)
+        elif abs(error) > DEADBAND:
+            most = round(SLEW * elapsed)
+            self._correct_by(max(-most, min(most, error)))
+
+        self._corrected = True
+
+    def _correct_by(self, change: int) -> None:
+        self._correction += change
+        self._correct(self._correction)
+
+
+def timekeeping(plan: Plan, identity: str, correct: Callable[[int], None]) -> Timekeeping:
+    """Return the part of `identity` in the swarm's time."""
+    if Key(TIME_REQUEST, identity) in plan.publishes[identity]:
+        return CorrectedClock(plan, identity, correct)
+    return SharedClock(plan, identity)

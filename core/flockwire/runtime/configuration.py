@@ -1,0 +1,96 @@
+"""The Zenoh configuration of every process: endpoints, links, access control, bounds; nothing is found by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from flockwire.security.files import Credentials
+from flockwire.wire.access import access_control
+from flockwire.wire.plan import PERSONS, Plan
+
+BURST = 16  # messages of one step that may wait for the network before the next is dropped; 16 is the most
+LARGEST_MESSAGE = 65536  # bytes
+SPARE_SESSIONS = 512  # beside one for each link: a holder of one drone's certificate must not exhaust them easily
+ACCEPTING = 1000  # connections that may be under way at a time, and ms that each may take
+ROUTER_PATIENCE = 500  # ms that one attempt to reach the router may take
+NO_DETOURS: Mapping[str, str] = MappingProxyType({})
+RETRY = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
+
+
+def configuration(
+    plan: Plan, identity: str, credentials: Credentials | None, detours: Mapping[str, str] = NO_DETOURS
+) -> dict[str, object]:
+    """Return the Zenoh configuration of `identity`, by which it is linked to processes (a person: to all).
+
+    Without `credentials` nothing is encrypted, authenticated or refused. `detours`: who is dialled elsewhere.
+    """
+    dialled = [detours.get(other) or plan.dialled(identity, other) for other in plan.dials[identity]]
+    listening = (plan.endpoints[identity],) if identity in plan.endpoints else ()
+    tls = _tls(credentials) if credentials is not None else None
+    return _configuration(plan, identity, listening, dialled, tls)
+
+
+def reserved_configuration(plan: Plan, identity: str, credentials: Credentials) -> dict[str, object]:
+    """Return the Zenoh configuration of `identity` by which persons are linked to it.
+
+    Its places are theirs alone, since it trusts no other authority: a drone that is taken over, with all its keys, can
+    use up the other ones, and does not keep an emergency stop out.
+    """
+    tls = _tls(credentials) | {"root_ca_certificate": str(credentials.signed_by(PERSONS))}
+    return _configuration(plan, identity, (plan.reserved[identity],), (), tls)
+
+
+def _configuration(
+    plan: Plan, identity: str, listening: tuple[str, ...], dialled: list[str] | tuple[()], tls: dict[str, object] | None
+) -> dict[str, object]:
+    mode = _mode(plan, identity)
+    link: dict[str, object] = {
+        "tx": {"lease": 1000, "keep_alive": 4, "queue": {"size": {"real_time": BURST, "data_high": BURST}}},
+        "rx": {"max_message_size": LARGEST_MESSAGE},
+    }
+    config: dict[str, object] = {
+        "mode": mode,
+        "listen": {"endpoints": [plan.locator(plan.bound(endpoint)) for endpoint in listening]},
+        "connect": {
+            "endpoints": [plan.locator(endpoint) for endpoint in dialled],
+            "timeout_ms": ROUTER_PATIENCE if mode == "client" else -1,
+            "exit_on_failure": mode == "client",
+            "retry": RETRY,
+        },
+        "open": {"return_conditions": {"connect_scouted": False, "declares": False}},
+        "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
+        "transport": {
+            "link": link,
+            "unicast": {
+                "max_sessions": len(plan.links[identity]) + SPARE_SESSIONS,
+                "accept_pending": ACCEPTING,
+                "accept_timeout": ACCEPTING,
+            },
+            "shared_memory": {"enabled": False},
+        },
+    }
+    if tls is not None:
+        link["tls"] = tls
+        config["access_control"] = access_control(plan, identity)
+    return config
+
+
+def _mode(plan: Plan, identity: str) -> str:
+    if not plan.routers:
+        return "peer"
+    return "router" if identity in plan.routers else "client"
+
+
+def _tls(credentials: Credentials) -> dict[str, object]:
+    certificate, key = str(credentials.certificate), str(credentials.key)
+    return {
+        "root_ca_certificate": str(credentials.authority),
+        "enable_mtls": True,
+        "verify_name_on_connect": True,
+        "close_link_on_expiration": True,
+        "listen_certificate": certificate,
+        "listen_private_key": key,
+        "connect_certificate": certificate,
+        "connect_private_key": key,
+    }

@@ -1,0 +1,83 @@
+"""The UDP sockets of a core that exchanges datagrams: the thin shell round them."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import errno
+from collections.abc import AsyncIterator
+
+from flockwire import clock
+from flockwire.flight.cores import Address, Core, Networked
+from flockwire.runtime.session import EndpointInUseError
+
+
+class Sockets:
+    """The sockets of `core`, bound and served in the running loop."""
+
+    def __init__(self, core: Networked) -> None:
+        self._core = core
+        self._transports: dict[Address, asyncio.DatagramTransport] = {}
+
+    async def open(self) -> None:
+        """Bind all; raises EndpointInUseError."""
+        for address in self._core.sockets:
+            await self._bind(address)
+
+    def close(self) -> None:
+        """Close all."""
+        for transport in self._transports.values():
+            transport.close()
+        self._transports.clear()
+
+    def flush(self, now: int) -> None:
+        """Send what the core wants to send at `now` (Unix ns)."""
+        for data, source, target in self._core.outgoing(now):
+            transport = self._transports.get(source)
+            if transport is not None:
+                transport.sendto(data, target)
+
+    async def _bind(self, address: Address) -> None:
+        loop = asyncio.get_running_loop()
+        try:
+            transport, _ = await loop.create_datagram_endpoint(lambda: _Socket(self, self._core, address), address)
+        except OSError as error:
+            raise EndpointInUseError(_reason(address, error)) from None
+        self._transports[address] = transport
+
+
+class _Socket(asyncio.DatagramProtocol):
+    def __init__(self, sockets: Sockets, core: Networked, address: Address) -> None:
+        self._sockets, self._core, self._address = sockets, core, address
+
+    def datagram_received(self, data: bytes, addr: Address) -> None:
+        """Take a datagram in, and send what follows."""
+        now = clock.now()
+        self._core.datagram(data, addr, self._address, now)
+        self._sockets.flush(now)
+
+    def error_received(self, exc: Exception) -> None:
+        """Ignore that nobody listens there, or that there is no way: the core sees that no reply comes."""
+
+
+@contextlib.asynccontextmanager
+async def served(core: Core) -> AsyncIterator[Sockets | None]:
+    """Serve the sockets of `core` inside; None for one that has none. Raises EndpointInUseError."""
+    if not isinstance(core, Networked):
+        yield None
+        return
+    sockets = Sockets(core)
+    try:
+        await sockets.open()
+        yield sockets
+    finally:
+        sockets.close()
+
+
+def _reason(address: Address, error: OSError) -> str:
+    where = f"{address[0]}, port {address[1]}"
+    if error.errno == errno.EADDRINUSE:
+        return f"cannot bind UDP {where}: it is in use; end the other client or driver that has it (ss -ulnp names it)"
+    if error.errno == errno.EADDRNOTAVAIL:
+        return f"cannot bind UDP {where}: this host has no such address; `ip addr add {address[0]} dev DEVICE` adds it"
+    return f"cannot bind UDP {where}: {error.strerror}"

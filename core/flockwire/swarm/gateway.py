@@ -1,0 +1,137 @@
+"""The table [gateway] of a swarm file: where poses come from. Each source has a table of its own."""
+
+from __future__ import annotations
+
+import re
+from math import hypot
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import AfterValidator, Field
+
+from flockwire.swarm.tables import Finite, Model, NotNegative, Point, Positive
+from flockwire.swarm.wording import Rule
+
+Port = Annotated[int, Field(ge=1, le=65535)]
+Share = Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)]
+UNIT_TOLERANCE = 0.01  # of a quaternion's length: what a person rounds
+
+
+def _unit(q: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+    length = hypot(*q)
+    if abs(length - 1.0) > UNIT_TOLERANCE:
+        raise ValueError("must be a unit quaternion x, y, z, w")
+    x, y, z, w = q
+    return (x / length, y / length, z / length, w / length)
+
+
+def _version(text: str) -> str:
+    if not re.fullmatch(r"[0-9]\.[0-9]", text):
+        raise ValueError('must be a version like "4.1"')
+    return text
+
+
+Rotation = Annotated[
+    tuple[Finite, Finite, Finite, Finite], AfterValidator(_unit), Rule("a unit quaternion [x, y, z, w]")
+]
+Version = Annotated[str, AfterValidator(_version), Rule('a version like "4.1"')]
+
+
+class Axes(Model):
+    """How a source's own frame is."""
+
+    up_axis: Literal["y", "z"] = "z"  # which axis points up
+    unit: Literal["m", "mm"] = "m"  # of its lengths
+
+
+class NatNet(Axes):
+    """OptiTrack's Motive, or another server of NatNet 3.0 to 4.5."""
+
+    server: str = "127.0.0.1"  # its IPv4 address
+    command_port: Port = 1510  # where it takes requests
+    multicast: bool = False  # whether it streams to a group, or to each client
+    group: str | None = None  # of multicast; default: the one that the server announces
+    data_port: Port = 1511  # of that group
+    interface: str = "0.0.0.0"  # noqa: S104  # this host's IPv4 address that leads to the server
+    bitstream: Version | None = None  # NatNet's version to ask for (multicast: that is streamed); default: the server's
+    request_model: bool = True  # whether to ask for the bodies' names
+    up_axis: Literal["y", "z"] = "y"  # which axis points up
+
+
+class Vrpn(Axes):
+    """A VRPN server, over TCP; each sender is a body."""
+
+    server: str = "127.0.0.1"  # its name or address
+    port: Port = 3883  # of TCP
+    latency: NotNegative = 0.0  # s, from exposure to the server's stamp
+
+
+class Qualisys(Axes):
+    """Qualisys QTM's real-time server (`pip install 'flockwire[qualisys]'`)."""
+
+    server: str = "127.0.0.1"  # its name or address
+    port: Port = 22223  # of TCP, the one for little-endian
+    latency: NotNegative = 0.0  # s, from exposure to arrival, as far as it is known
+    unit: Literal["m", "mm"] = "mm"  # of its lengths
+
+
+class Vicon(Axes):
+    """Vicon's Tracker or Nexus (`pip install 'flockwire[vicon]'`)."""
+
+    server: str = "127.0.0.1"  # its name or address
+    latency: NotNegative = 0.0  # s, from exposure to arrival, as far as it is known
+
+
+class Replay(Model):
+    """The poses of an earlier trace."""
+
+    trace: str = ""  # file, trace.mcap of an earlier flight
+    pace: Positive = 1.0  # times its own
+
+
+class Twin(Model):
+    """A simulated tracker, which serves the simulated airframes in the source's protocol, at the source's address."""
+
+    version: Version = "4.1"  # of NatNet
+    loss: Share = 0.0  # share of frames that are lost
+    repetition: Share = 0.0  # share of frames that arrive twice
+    reordering: Share = 0.0  # share of frames that arrive after the next
+    renamed: dict[str, str] = Field(default={})  # what it calls a body, by the name in this file
+
+
+class Gateway(Model):
+    """Where poses come from, and how the tracker's frame lies on the field (docs/tracking.md)."""
+
+    source: Literal["simulated", "natnet", "vrpn", "qualisys", "vicon", "replay"] = (
+        "simulated"  # which tracking system; its table below counts
+    )
+    rate_hz: Annotated[int, Field(ge=10, le=500)] = 100  # Hz, of the cameras
+    rotation: Rotation = (0.0, 0.0, 0.0, 1.0)  # quaternion x, y, z, w: tracker's axes, z already up, to the field's
+    offset: Point = (0.0, 0.0, 0.0)  # m, of the tracker's origin on the field
+    person_radius: Positive = 0.4  # m, round a body that this file does not name: a person with markers
+    natnet: NatNet = NatNet()  # the table of source = "natnet"
+    vrpn: Vrpn = Vrpn()  # the table of source = "vrpn"
+    qualisys: Qualisys = Qualisys()  # the table of source = "qualisys"
+    vicon: Vicon = Vicon()  # the table of source = "vicon"
+    replay: Replay = Replay()  # the table of source = "replay"
+    twin: Twin | None = None  # a simulated tracker: there is one where this table is
+    noise: NotNegative = 0.0  # m, standard deviation per axis (simulated cameras)
+    latency: NotNegative = 0.0  # s, from exposure to sending (simulated cameras)
+    dropout: Share = 0.0  # share of lost samples (simulated cameras)
+    seed: Annotated[int, Field(ge=0)] = 0  # of noise and losses
+
+    twins: ClassVar[tuple[str, ...]] = ("natnet", "vrpn", "qualisys")  # sources that a twin can serve
+
+    @property
+    def simulates_tracker(self) -> bool:
+        """Whether the swarm has a simulated tracker."""
+        return self.twin is not None and self.source in self.twins
+
+    @property
+    def table(self) -> Axes:
+        """The axes and unit of the source in use."""
+        axes = {"natnet": self.natnet, "vrpn": self.vrpn, "qualisys": self.qualisys, "vicon": self.vicon}
+        return axes.get(self.source, Axes())
+
+    def simulated(self) -> Gateway:
+        """Return the table for virtual time: simulated cameras stand for whatever tracks otherwise."""
+        return self.model_copy(update={"source": "simulated", "twin": None})

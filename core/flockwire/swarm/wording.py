@@ -1,0 +1,87 @@
+"""What a key takes, in words: the same in a refusal, on the page of all keys and in what an editor shows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, Literal, get_args, get_origin
+
+from flockwire.swarm.outline import is_model, kinds, plain
+
+LONGEST = 60  # characters of a value that are shown
+_SIMPLE = {bool: "true or false", int: "a whole number", float: "a number", str: "text in quotes"}
+_NUMBERS = {1: "one number", 2: "two numbers", 3: "three numbers"}
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """What a field takes, where its type does not say it."""
+
+    text: str
+
+
+def rule(kind: Any, metadata: tuple[Any, ...] = ()) -> str:  # noqa: ANN401  (any type)
+    """Return what a field of this type takes, to follow `must be`; empty where nothing can be said."""
+    said = [data.text for data in metadata if isinstance(data, Rule)]
+    if said:
+        return said[0]
+    if kind in _SIMPLE:
+        return _bounded(_SIMPLE[kind], metadata)
+    if get_origin(kind) is Literal:
+        return one_of(map(str, get_args(kind)))
+    return _list(kind, metadata) if get_origin(kind) is tuple else _table(kind)
+
+
+def _table(kind: Any) -> str:  # noqa: ANN401  (any type)
+    """Return what a table takes."""
+    if is_model(kind):
+        return "a table, { … }"
+    if members := kinds(kind):
+        return f"a table whose kind is {one_of(members)}"
+    return "a table of tables, each with a name" if get_origin(kind) is dict else ""
+
+
+def _list(kind: Any, metadata: tuple[Any, ...]) -> str:  # noqa: ANN401  (any type)
+    """Return what a list takes."""
+    first, *rest = get_args(kind)
+    if rest == [Ellipsis]:
+        inner = rule(*plain(first))
+        least = " with one item at least" if any(getattr(data, "min_length", None) for data in metadata) else ""
+        return f"a list{least}" + (f", each item {inner}" if inner else "")
+    if plain(first)[0] is float:
+        return f"{_NUMBERS[1 + len(rest)]}{' [x, y, z]' if len(rest) == 2 else ''}"
+    return f"a list of {1 + len(rest)}"
+
+
+def _bounded(what: str, metadata: Iterable[Any]) -> str:
+    """Return `what` with the bounds that the metadata have."""
+    bounds: dict[str, float] = {}
+    for data in (inner for outer in metadata for inner in (outer, *getattr(outer, "metadata", ()))):
+        for sign in ("gt", "ge", "lt", "le"):
+            if getattr(data, sign, None) is not None:
+                bounds[sign] = getattr(data, sign)
+    words = {"gt": "above {:g}", "ge": "of {:g} or more", "lt": "below {:g}", "le": "of {:g} or less"}
+    if {"ge", "le"} <= bounds.keys():
+        return f"{what} from {bounds['ge']:g} to {bounds['le']:g}"
+    return " ".join([what, " and ".join(words[sign].format(value) for sign, value in bounds.items())]).strip()
+
+
+def one_of(words: Iterable[str]) -> str:
+    """Return words as a choice."""
+    *others, last = [f"'{word}'" for word in words]
+    return f"{', '.join(others)} or {last}" if others else last
+
+
+def shown(value: object) -> str:
+    """Return a value as it stands in a TOML file, not too long."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, dict):
+        return _cut("{ " + ", ".join(f"{key} = {shown(inner)}" for key, inner in value.items()) + " }")
+    if isinstance(value, list | tuple):
+        return _cut("[" + ", ".join(map(shown, value)) + "]")
+    return _cut(repr(value))
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"

@@ -1,0 +1,60 @@
+"""The tracked leader without clock, input or output: a body that a person carries. It commands nothing, it watches."""
+
+from __future__ import annotations
+
+from flockwire.control.graph import LEADER
+from flockwire.flight.cores import Ground
+from flockwire.flight.ladder import MISTAKEN
+from flockwire.flight.phases import NEVER, age
+from flockwire.nanoseconds import BILLION
+from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.keys import Key
+from flockwire.wire.messages import IdentityDoubt, Message, Mission, Pose
+from flockwire.wire.status import Report
+
+DOUBT_LASTS = 0.3  # s that a doubt holds after its last message
+
+
+class TrackedLeader(Ground):
+    """Reports whether the tracker sees the body; the gateway itself serves its pose to the followers."""
+
+    def __init__(self, swarm: Swarm) -> None:
+        super().__init__()
+        self.period = 1.0 / swarm.control.rate_hz
+        self._pose_key = Key("pose", uav(LEADER))
+        self._limit = swarm.limits.staleness.pose_zero
+        self._body = swarm.body(LEADER)
+        self._pose: Pose | None = None
+        self._doubt: IdentityDoubt | None = None
+        self._mission: Mission | None = None
+
+    def receive(self, key: Key, message: Message, now: int) -> None:
+        """Take in a message."""
+        match message:
+            case Pose() if key == self._pose_key:
+                self._pose = message
+            case IdentityDoubt():
+                self._doubt = message
+            case Mission() if self._mission is None or message.stamp > self._mission.stamp:
+                self._mission = message
+
+    def report(self, now: int) -> Report:
+        """Return how the leader is."""
+        pose = self._pose
+        silence = age(pose.stamp, now) if pose is not None else NEVER
+        phase = "tracked" if silence <= self._limit else "pose lost"
+        return Report(
+            phase,
+            self._trouble(silence, now),
+            pose_age=(now - pose.stamp) / BILLION if pose is not None else -1.0,
+            mission=self._mission,
+            position=pose.position if pose is not None else None,
+        )
+
+    def _trouble(self, silence: float, now: int) -> str:
+        if silence == NEVER:
+            return f"the tracker has not seen its body {self._body!r} yet"
+        if silence > self._limit:
+            return f"the tracker has not seen its body {self._body!r} for {silence:.1f} s"
+        doubted = self._doubt is not None and age(self._doubt.stamp, now) <= DOUBT_LASTS
+        return MISTAKEN if doubted else ""

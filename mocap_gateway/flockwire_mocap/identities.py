@@ -1,0 +1,174 @@
+"""Whose body is whose: names of a tracker, checked against where each drone can have flown.
+
+Motion is continuous, names are not: a body that is called uav2 where uav3 was a moment ago is uav3's. Two drones whose
+names have changed places are in doubt, each keeps the pose of the body that it had, and both are reported. A name that
+jumps to where no drone was is held back until further frames confirm it (jumps.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from flockwire.control.vector import Vector, distance
+from flockwire.nanoseconds import BILLION
+
+from flockwire_mocap.jumps import JumpFilter
+from flockwire_mocap.quaternion import Quaternion
+
+FRESH = BILLION  # ns for which a sighting still shows whose a body is
+GAP = BILLION // 20  # ns without a drone after which its name alone does not show whose a body is
+RESTORED = BILLION  # ns for which names must be right again until the doubt is over
+BLACKOUT = 2 * BILLION // 5  # ns without any body after which motion shows nothing: the next frame counts as the first
+FORGOTTEN = 3 * BILLION  # ns without any body after which a doubt is over: the next frame counts as the first
+
+
+class Claim(NamedTuple):
+    """A body that the tracker calls by a drone's name: stamp in ns, m, orientation x y z w."""
+
+    stamp: int
+    drone: int
+    position: Vector
+    orientation: Quaternion
+
+
+class Doubt(NamedTuple):
+    """Since when the tracker has a drone's name on another's body, and since when not any more (0: still); ns."""
+
+    since: int
+    restored: int = 0
+
+
+class Identities:
+    """Passes claims that can be true; counts `swaps`, and in `jumps` what `JumpFilter` does.
+
+    Attributes:
+        doubts: the drones in doubt.
+
+    """
+
+    def __init__(self, max_speed: float, tolerance: float) -> None:
+        self.jumps = JumpFilter(max_speed, tolerance)
+        self.swaps = 0
+        self._tolerance = tolerance
+        self.doubts: dict[int, Doubt] = {}
+
+    def judge(self, claims: list[Claim]) -> tuple[list[Claim], list[Claim]]:
+        """Return the claims that are believed, each with the drone whose body it is, and those that are held back."""
+        self._forget_blackout(claims)
+        suspects = [claim for claim in claims if not self._plausible(claim, claims)]
+        if not suspects and not self.doubts:
+            for claim in claims:
+                self.jumps.accept(claim.drone, claim.stamp, claim.position)
+            return claims, []
+        believable = {claim.drone for claim in claims}.difference(claim.drone for claim in suspects)
+        for claim in suspects:
+            self._suspect(claim, believable)
+        return self._sorted_out(claims)
+
+    def _plausible(self, claim: Claim, claims: list[Claim]) -> bool:
+        """Return whether the drone can be there; after a gap also whether no other is, or is likelier to be."""
+        stamp, drone, position, _ = claim
+        last = self.jumps.last(drone)
+        if last is None:
+            return not self._others(claim, self._fresh(stamp))
+        if not self.jumps.reaches(drone, stamp, position):
+            return False
+        if stamp - last.stamp <= GAP:
+            return True
+        if self._on_another(claim, claims):
+            return False
+        missing = [i for i in self._fresh(stamp) if stamp - self.jumps.stamp(i) > GAP]
+        nearest = min(missing, key=lambda i: self._distance(i, position), default=drone)
+        return nearest == drone or self._distance(nearest, position) > distance(last.position, position)
+
+    def _suspect(self, claim: Claim, believable: set[int]) -> None:
+        """Doubt the claim's drone and the one that was there, if another was."""
+        fresh = (i for i in self._fresh(claim.stamp) if i not in believable)
+        for other in self._others(claim, fresh):
+            new = [drone for drone in (claim.drone, other) if drone not in self.doubts]
+            self.swaps += bool(new)
+            self.doubts |= {drone: Doubt(claim.stamp) for drone in new}
+            return
+
+    def _sorted_out(self, claims: list[Claim]) -> tuple[list[Claim], list[Claim]]:
+        believed, held = list[Claim](), list[Claim]()
+        pool = [claim for claim in claims if claim.drone in self.doubts]
+        for claim in claims:
+            if claim.drone not in self.doubts:
+                (believed if self._passes(claim, claims) else held).append(claim)
+        owners = self._continued(pool)
+        for claim in pool:
+            owner = owners.get(claim.drone)
+            if owner is None:
+                held.append(claim)
+                continue
+            self.jumps.accept(owner, claim.stamp, claim.position)
+            self._restore(owner, owner == claim.drone, claim.stamp)
+            believed.append(claim._replace(drone=owner))
+        newest = max((claim.stamp for claim in claims), default=0)
+        self._forget(newest)
+        return sorted(believed), held
+
+    def _passes(self, claim: Claim, claims: list[Claim]) -> bool:
+        if self._plausible(claim, claims):
+            self.jumps.accept(claim.drone, claim.stamp, claim.position)
+            return True
+        if self._on_another(claim, claims):
+            return False
+        return self.jumps.passes(claim.drone, claim.stamp, claim.position)
+
+    def _on_another(self, claim: Claim, claims: list[Claim]) -> bool:
+        """Return whether another drone is seen where the claim is: no two are in one place."""
+        return any(
+            other.drone != claim.drone and distance(other.position, claim.position) < self._tolerance
+            for other in claims
+        )
+
+    def _continued(self, pool: list[Claim]) -> dict[int, int]:
+        """Return whose body each name of the pool has: the nearest that can have flown there, each one's once."""
+        pairs = sorted(
+            (self._distance(owner, claim.position), owner, claim.drone)
+            for claim in pool
+            for owner in self.doubts
+            if self.jumps.last(owner) is not None and self.jumps.reaches(owner, claim.stamp, claim.position)
+        )
+        owners: dict[int, int] = {}
+        for _, owner, name in pairs:
+            if name not in owners and owner not in owners.values():
+                owners[name] = owner
+        return owners
+
+    def _forget_blackout(self, claims: list[Claim]) -> None:
+        """Begin again after a time in which no drone was seen at all, unless names were mixed up before it."""
+        known = tuple(self.jumps.known())
+        if not claims or not known or self.doubts:
+            return
+        if claims[0].stamp - max(self.jumps.stamp(drone) for drone in known) > BLACKOUT:
+            for drone in known:
+                self.jumps.forget(drone)
+
+    def _restore(self, drone: int, right: bool, stamp: int) -> None:
+        doubt = self.doubts[drone]
+        self.doubts[drone] = doubt._replace(restored=(doubt.restored or stamp) if right else 0)
+
+    def _forget(self, now: int) -> None:
+        """End the doubts that are over at `now`, ns."""
+        for drone, doubt in tuple(self.doubts.items()):
+            lost = now - max(self.jumps.stamp(drone), doubt.since) > FORGOTTEN
+            if lost:
+                self.jumps.forget(drone)
+            if lost or (doubt.restored and now - doubt.restored > RESTORED):
+                del self.doubts[drone]
+
+    def _fresh(self, stamp: int) -> list[int]:
+        return [i for i in self.jumps.known() if stamp - self.jumps.stamp(i) < FRESH]
+
+    def _others(self, claim: Claim, drones: Iterable[int]) -> list[int]:
+        """Return which of `drones` can have flown to where the claim is, the nearest first."""
+        found = [i for i in drones if i != claim.drone and self.jumps.reaches(i, claim.stamp, claim.position)]
+        return sorted(found, key=lambda i: self._distance(i, claim.position))
+
+    def _distance(self, drone: int, position: Vector) -> float:
+        last = self.jumps.last(drone)
+        return distance(last.position, position) if last is not None else float("inf")

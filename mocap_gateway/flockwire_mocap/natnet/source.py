@@ -1,0 +1,59 @@
+"""NatNet as a source of the gateway: what its session knows, in the gateway's terms."""
+
+from __future__ import annotations
+
+from flockwire.flight.cores import Start
+from flockwire.nanoseconds import BILLION
+from flockwire.swarm.gateway import NatNet
+from flockwire.wire.status import Counts, counted
+
+from flockwire_mocap.natnet.packets import Version
+from flockwire_mocap.natnet.session import NatNetSession, Options
+from flockwire_mocap.natnet.trouble import trouble
+from flockwire_mocap.source import Link
+from flockwire_mocap.streamed import StreamedSource, coordinates_of
+
+FIRST_ANSWER = BILLION  # ns that a server has to answer before it is said to be silent
+
+
+class NatNetSource(StreamedSource):
+    """The bodies that a NatNet server streams. `session` takes the server's datagrams in, `arrived` the frames."""
+
+    def __init__(self, start: Start) -> None:
+        gateway = start.plan.swarm.gateway
+        self.table = gateway.natnet
+        self.session = NatNetSession(_options(self.table))
+        self._began = start.now
+        super().__init__(coordinates_of(gateway), self._state)
+
+    def _state(self, now: int) -> Link:
+        waiting = now - self._began < FIRST_ANSWER and not self.session.counts.frames
+        found = f"waits for {self.table.server}" if waiting else trouble(self.session, self.table.command_port)
+        return Link(found or "", _counts(self.session))
+
+
+def _counts(session: NatNetSession) -> Counts:
+    packets = session.counts
+    return counted(
+        *session.sequence.counts,
+        ("packets malformed", packets.malformed),
+        ("packets of others", packets.foreign),
+        ("poses rejected", packets.poses_rejected),
+    )
+
+
+def _options(table: NatNet) -> Options:
+    return Options(table.server, table.multicast, version_of(table.bitstream), table.request_model)
+
+
+def version_of(text: str | None) -> Version | None:
+    """Return a version that is written as "4.1"."""
+    if text is None:
+        return None
+    major, _, minor = text.partition(".")
+    return int(major), int(minor)
+
+
+def make_source(start: Start) -> NatNetSource:
+    """Return the NatNet source of the gateway that starts."""
+    return NatNetSource(start)

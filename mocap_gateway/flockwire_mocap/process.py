@@ -1,0 +1,98 @@
+"""The process of the gateway: the shell round its core, and the connection of its source, where that has its own."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from pathlib import Path
+from typing import cast
+
+from flockwire.flight.cores import Core
+from flockwire.runtime.job import Job
+from flockwire.runtime.shell import run_core
+
+from flockwire_mocap.core import GatewayCore
+from flockwire_mocap.natnet.client import NatNetClient
+from flockwire_mocap.natnet.source import NatNetSource
+from flockwire_mocap.persistent import PersistentConnection
+from flockwire_mocap.qualisys.client import QualisysClient
+from flockwire_mocap.qualisys.source import QualisysSource
+from flockwire_mocap.replay.source import ReplaySource
+from flockwire_mocap.vicon.client import ViconClient
+from flockwire_mocap.vicon.source import ViconSource
+from flockwire_mocap.vrpn.client import VrpnClient
+from flockwire_mocap.vrpn.source import VrpnSource
+
+Drained = Callable[[], None]
+
+
+@asynccontextmanager
+async def _natnet(source: NatNetSource, drained: Drained) -> AsyncIterator[None]:
+    table = source.table
+    group = None if table.group is None else (table.group, table.data_port)
+    client = NatNetClient(
+        source.session,
+        source.arrived,
+        local=table.interface,
+        command_port=table.command_port,
+        group=group,
+        drained=drained,
+    )
+    try:
+        await client.open()
+    except OSError as error:
+        raise OSError(f"gateway.natnet.interface = {table.interface!r}: {error.strerror or error}") from error
+    try:
+        yield
+    finally:
+        client.close()
+
+
+@asynccontextmanager
+async def _kept(client: PersistentConnection) -> AsyncIterator[None]:
+    client.open()
+    try:
+        yield
+    finally:
+        await client.close()
+
+
+@asynccontextmanager
+async def _replay(source: ReplaySource) -> AsyncIterator[None]:
+    from flockwire_mocap.replay.reading import read_poses  # noqa: PLC0415  (the trace's format)
+
+    path = Path(source.table.trace)
+    try:
+        source.load(await asyncio.to_thread(read_poses, path))
+    except OSError as error:
+        raise OSError(f"gateway.replay.trace = {source.table.trace!r}: {error.strerror or error}") from error
+    yield
+
+
+def feed(core: Core, step: Callable[[], None]) -> AbstractAsyncContextManager[None] | None:
+    """Return the connection of the core's source, which has `step` called when a frame is complete."""
+    source = cast("GatewayCore", core).source
+
+    def drained() -> None:
+        if source.complete():
+            step()
+
+    match source:
+        case NatNetSource():
+            return _natnet(source, drained)
+        case VrpnSource():
+            table = source.table
+            return _kept(VrpnClient(table.server, source.arrived, table.port, source.session, drained))
+        case QualisysSource():
+            return _kept(QualisysClient(source, drained))
+        case ViconSource():
+            return _kept(ViconClient(source, drained))
+        case ReplaySource():
+            return _replay(source)
+    return None
+
+
+async def run(job: Job) -> None:
+    """Run the gateway until it is to end; raises OSError where its source cannot be opened."""
+    await run_core(job, feed)

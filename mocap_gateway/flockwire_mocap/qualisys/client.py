@@ -1,0 +1,74 @@
+"""The connection to a QTM server by the package qtm-rt, repeated until it is there and when it is lost."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import Callable
+from typing import Any
+
+from flockwire import clock
+
+from flockwire_mocap.extras import imported
+from flockwire_mocap.persistent import PersistentConnection
+from flockwire_mocap.qualisys.source import QualisysSource, names_in
+
+PATIENCE = 2.0  # s for the server to answer
+
+
+class QualisysClient(PersistentConnection):
+    """Feeds a source with the frames of its server; `drained` is called after each.
+
+    Raises MissingExtraError where qtm-rt is not installed.
+    """
+
+    def __init__(self, source: QualisysSource, drained: Callable[[], None]) -> None:
+        super().__init__()
+        self._source, self._drained = source, drained
+        self._package = imported("qtm_rt", "qualisys")
+        self._where = f"{source.table.server}:{source.table.port}"
+        self._lost = asyncio.Event()
+
+    async def connected(self) -> None:
+        """Stream until the connection is lost."""
+        self._source.failure = await self._connected()
+
+    async def _connected(self) -> str:
+        """Stream until the connection is lost; returns why there is none."""
+        table, self._lost = self._source.table, asyncio.Event()
+        try:
+            async with asyncio.timeout(PATIENCE):
+                connection = await self._package.connect(
+                    table.server, port=table.port, on_disconnect=lambda _: self._lost.set(), timeout=PATIENCE
+                )
+        except TimeoutError:
+            return f"{self._where} accepts, but does not answer as QTM does: set the port for little-endian (22223)"
+        if connection is None:
+            return f"{self._where} cannot be reached: check address, port (little-endian: 22223), firewall"
+        try:
+            return await self._stream(connection)
+        except (ValueError, TimeoutError, self._package.QRTCommandException) as error:
+            return f"{self._where}: {str(error) or 'no answer'}"
+        finally:
+            with contextlib.suppress(Exception):
+                connection.disconnect()
+
+    async def _stream(self, connection: Any) -> str:  # noqa: ANN401  (qtm-rt has no types)
+        self._source.names = names_in(await connection.get_parameters(["6d"]))
+        self._source.failure = f"{self._where} answers, but streams nothing: start a measurement or the preview in QTM"
+        streaming = asyncio.ensure_future(connection.stream_frames(components=["6d"], on_packet=self._packet))
+        try:  # it is confirmed by the first frame, which may be long in coming
+            await self._lost.wait()
+        finally:
+            streaming.cancel()
+            await asyncio.gather(streaming, return_exceptions=True)
+        return f"{self._where} has closed the connection"
+
+    def _packet(self, packet: Any) -> None:  # noqa: ANN401
+        now, found = clock.now(), packet.get_6d()
+        if found is None:
+            return
+        self._source.failure = ""
+        bodies = [((place.x, place.y, place.z), turn.matrix) for place, turn in found[1]]
+        self._source.measured(packet.framenumber, packet.timestamp, bodies, now)
+        self._drained()

@@ -1,0 +1,32 @@
+"""Between rotation matrices as QTM sends them, nine numbers column by column, and quaternions x, y, z, w."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import hypot
+
+from flockwire_mocap.quaternion import Quaternion, rotate
+
+
+def to_columns(q: Quaternion) -> tuple[float, ...]:
+    """Return the matrix of the unit quaternion `q`: the turned axes, one after the other."""
+    return (*rotate(q, (1.0, 0.0, 0.0)), *rotate(q, (0.0, 1.0, 0.0)), *rotate(q, (0.0, 0.0, 1.0)))
+
+
+def from_columns(columns: Sequence[float]) -> Quaternion:
+    """Return the unit quaternion of a rotation matrix; all zeros where it is none.
+
+        4 w² = 1 + trace,   4 x² = 1 + R11 − R22 − R33,  …;   4 w x = R32 − R23,   4 x y = R12 + R21,  …
+
+    Everything is divided by the largest of the four, so that nothing small is (S. Shepperd, 1978).
+    """
+    a, b, c, d, e, f, g, h, i = columns
+    candidates = (
+        (f - h, g - c, b - d, 1.0 + a + e + i),
+        (1.0 + a - e - i, b + d, c + g, f - h),
+        (b + d, 1.0 - a + e - i, f + h, g - c),
+        (c + g, f + h, 1.0 - a - e + i, b - d),
+    )
+    x, y, z, w = max(candidates, key=lambda q: hypot(*q))
+    length = hypot(x, y, z, w)
+    return (x / length, y / length, z / length, w / length) if length > 0.0 else (0.0, 0.0, 0.0, 0.0)

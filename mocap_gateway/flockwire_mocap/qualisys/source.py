@@ -1,0 +1,76 @@
+"""QTM as a source of the gateway: frames of bodies in its order, named by its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from math import isfinite
+from xml.etree import ElementTree as Xml
+
+from flockwire.control.vector import Vector
+from flockwire.flight.cores import Start
+from flockwire.nanoseconds import BILLION, THOUSAND
+from flockwire.wire.status import counted
+
+from flockwire_mocap.frame_sequence import Arrival, FrameSequence
+from flockwire_mocap.qualisys.rotation import from_columns
+from flockwire_mocap.source import Link
+from flockwire_mocap.streamed import StreamedSource, coordinates_of
+from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose, unseen
+
+Measured = tuple[Vector, Sequence[float]]  # mm, rotation matrix column by column; NaN where the body is lost
+
+
+class QualisysSource(StreamedSource):
+    """The bodies that a QTM server streams.
+
+    Attributes:
+        names: of the bodies, in the order of the frames.
+        failure: why nothing comes, and what to do, in one line; empty while there is a connection.
+
+    """
+
+    def __init__(self, start: Start) -> None:
+        gateway = start.plan.swarm.gateway
+        self.table = gateway.qualisys
+        self.names: tuple[str, ...] = ()
+        self.failure = f"waits for {self.table.server}:{self.table.port}"
+        self._sequence, self._rejected = FrameSequence(), 0
+        super().__init__(coordinates_of(gateway), self._state, round(self.table.latency * BILLION))
+
+    def measured(self, number: int, microseconds: int, bodies: Iterable[Measured], now: int) -> None:
+        """Take in a frame that arrived at `now` (Unix ns)."""
+        if self._sequence.arrived(number) is Arrival.NEXT:
+            captured = microseconds * THOUSAND
+            reported = tuple(self._body(k, *body) for k, body in enumerate(bodies))
+            self.arrived(TrackerFrame(number, captured, captured, reported), now)
+
+    def _body(self, number: int, position: Vector, columns: Sequence[float]) -> ReportedBody:
+        name = self.names[number] if number < len(self.names) else None
+        if not isfinite(sum(position)):
+            return unseen(number, name)
+        orientation = from_columns(columns)
+        tracked = is_pose(position, orientation)
+        self._rejected += not tracked
+        return ReportedBody(number, name, position, orientation, tracked)
+
+    def _state(self, now: int) -> Link:
+        return Link(self.failure, counted(*self._sequence.counts, ("poses rejected", self._rejected)))
+
+
+def names_in(parameters: bytes) -> tuple[str, ...]:
+    """Return the names of the bodies in QTM's settings, in the order of the frames; raises ValueError without any."""
+    if b"<!" in parameters:  # a document type could define entities without end
+        raise ValueError("its settings are no plain XML")
+    try:
+        tree = Xml.fromstring(parameters)  # noqa: S314
+    except Xml.ParseError as error:
+        raise ValueError(f"its settings are no XML: {error}") from None
+    names = tuple((name.text or "").strip() for name in tree.iterfind(".//The_6D/Body/Name"))
+    if not names:
+        raise ValueError("it has no rigid bodies: enable 6DOF tracking and define bodies in QTM's project options")
+    return names
+
+
+def make_source(start: Start) -> QualisysSource:
+    """Return the Qualisys source of the gateway that starts."""
+    return QualisysSource(start)

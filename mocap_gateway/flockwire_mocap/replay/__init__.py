@@ -1,0 +1,1 @@
+"""The poses of an earlier flight as a source."""

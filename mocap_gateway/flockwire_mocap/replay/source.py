@@ -1,0 +1,79 @@
+"""Poses of an earlier trace, served again at its pace or faster, with stamps of now."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from flockwire.control.vector import Vector
+from flockwire.flight.cores import Start
+from flockwire.wire.keys import Key
+from flockwire.wire.messages import Message
+
+from flockwire_mocap.quaternion import Quaternion
+from flockwire_mocap.source import Link
+from flockwire_mocap.tracking import ReportedBody, TrackerFrame, framed
+
+
+class RecordedPose(NamedTuple):
+    """Where a drone was: ns since the trace's first pose, the drone, m in the field's frame, x y z w."""
+
+    elapsed: int
+    drone: int
+    position: Vector
+    orientation: Quaternion
+
+
+class ReplaySource:
+    """Serves `poses`, in the order of time, `pace` times as fast as they were recorded, from the first `take` on."""
+
+    triggers: frozenset[Key] = frozenset()
+
+    def __init__(self, start: Start) -> None:
+        swarm = start.plan.swarm
+        self.table = swarm.gateway.replay
+        self._names = {i: str(swarm.body(i)) for i in swarm.tracked}
+        self._poses: Sequence[RecordedPose] = ()
+        self._times: list[int] = []
+        self._begun: int | None = None
+        self._next = self._frames = 0
+
+    def load(self, poses: Sequence[RecordedPose]) -> None:
+        """Serve these poses from the next `take` on."""
+        self._poses = [pose for pose in poses if pose.drone in self._names]
+        self._times = [pose.elapsed for pose in self._poses]
+        self._begun, self._next = None, 0
+
+    def receive(self, key: Key, message: Message, now: int) -> None:
+        """Ignore it."""
+
+    def complete(self) -> bool:
+        """Return False: no message completes a frame."""
+        return False
+
+    def take(self, now: int) -> list[TrackerFrame]:
+        """Return of each drone the newest pose that is due at `now` (Unix ns) and has not been returned."""
+        if self._begun is None:
+            self._begun = now
+        pace = self.table.pace
+        due = bisect_right(self._times, round((now - self._begun) * pace))
+        newest = {pose.drone: pose for pose in self._poses[self._next : due]}
+        self._next = max(self._next, due)
+        measured = [(self._begun + round(pose.elapsed / pace), self._body(pose)) for pose in newest.values()]
+        frames = framed(measured, self._frames, now)
+        self._frames += len(frames)
+        return frames
+
+    def _body(self, pose: RecordedPose) -> ReportedBody:
+        return ReportedBody(pose.drone, self._names[pose.drone], pose.position, pose.orientation, tracked=True)
+
+    def link(self, now: int) -> Link:
+        """Return why no poses come."""
+        over = self._poses and self._next >= len(self._poses)
+        return Link(f"{self.table.trace} is over" if over else "")
+
+
+def make_source(start: Start) -> ReplaySource:
+    """Return the replay source of the gateway that starts."""
+    return ReplaySource(start)

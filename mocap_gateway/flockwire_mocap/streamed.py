@@ -1,0 +1,108 @@
+"""A tracking system whose frames come over a connection of its own: its clock and axes are converted here, once."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+
+from flockwire.swarm.gateway import Gateway
+from flockwire.wire.keys import MISSION, Key
+from flockwire.wire.messages import Message
+from flockwire.wire.status import counted
+
+from flockwire_mocap.completeness import Completeness
+from flockwire_mocap.coordinates import Coordinates
+from flockwire_mocap.source import Link
+from flockwire_mocap.source_clock import SourceClock
+from flockwire_mocap.tracking import ReportedBody, TrackerFrame, framed
+
+
+class StreamedSource:
+    """Takes a tracker's frames in as they arrive, and holds the newest measurement of each body until it is taken.
+
+    What arrives faster than it is taken is replaced, never queued. The stamp of a frame is mapped to the gateway's
+    clock by when it was sent; what the tracker says it took from exposure to sending is then subtracted.
+
+    Args:
+        coordinates: how the tracker's axes lie on the field.
+        state: returns how the connection is at a time, Unix ns.
+        latency: ns from exposure to the stamp, where the tracker's stamps do not have it.
+        awaited: the drones by body, where the protocol reports body by body; None where frames are whole.
+        period: s between two frames of such a protocol.
+
+    """
+
+    triggers = frozenset({MISSION})  # frames come from elsewhere; beside them the gateway steps only when none come
+
+    def __init__(
+        self,
+        coordinates: Coordinates,
+        state: Callable[[int], Link],
+        latency: int = 0,
+        awaited: Mapping[str | int, int] | None = None,
+        period: float = 0.01,
+    ) -> None:
+        self._coordinates, self._state, self._latency = coordinates, state, latency
+        self._awaited = awaited
+        self._completeness = None if awaited is None else Completeness(tuple(awaited.values()), period)
+        self._twice: Counter[str] = Counter()
+        self._clock = SourceClock()
+        self._complete = False
+        self._frames = 0
+        self._newest: dict[int, tuple[int, ReportedBody]] = {}  # by the tracker's number: when captured, what
+
+    def arrived(self, frame: TrackerFrame, now: int) -> None:
+        """Take in a frame that arrived at `now` (Unix ns), newer than all before."""
+        sent = self._clock.update(frame.transmitted, now)
+        captured = sent - (frame.transmitted - frame.captured) - self._latency
+        self._hold(captured, frame.bodies)
+        self._complete = self._complete or self._completes(frame.bodies, now)
+
+    def _hold(self, captured: int, bodies: tuple[ReportedBody, ...]) -> None:
+        """Hold the newest of each body; one that is in the frame twice is where it is only by one of both: by none."""
+        here: dict[int, ReportedBody] = {}
+        for body in bodies:
+            if body.identity in here:
+                self._twice[f"{body.name or body.identity} twice in a frame"] += 1
+                body = body._replace(tracked=False)  # noqa: PLW2901
+            here[body.identity] = body
+        for identity, body in here.items():
+            self._newest[identity] = (captured, body)
+
+    def _completes(self, bodies: tuple[ReportedBody, ...], now: int) -> bool:
+        if self._completeness is None or self._awaited is None:
+            return True
+        complete = False
+        for body in bodies:
+            drone = self._awaited.get(body.name or "")
+            if drone is not None:
+                complete = self._completeness.report(drone, now) or complete
+        return complete
+
+    def receive(self, key: Key, message: Message, now: int) -> None:
+        """Ignore it: nothing of a real tracker comes over the swarm's network."""
+
+    def complete(self) -> bool:
+        """Return whether what arrived since the last call to `take` completed a frame."""
+        return self._complete
+
+    def take(self, now: int) -> list[TrackerFrame]:
+        """Return the newest measurement of each body since the last call, on the field."""
+        newest, self._newest, self._complete = self._newest, {}, False
+        on_field = self._coordinates.body
+        measured = [(captured, on_field(body) if body.tracked else body) for captured, body in newest.values()]
+        frames = framed(measured, self._frames, now)
+        self._frames += len(frames)
+        return frames
+
+    def link(self, now: int) -> Link:
+        """Return how the connection is at `now` (Unix ns)."""
+        found = self._state(now)
+        own = counted(("steps of its clock", self._clock.steps), *self._twice.items())
+        return found._replace(counts=(*found.counts, *own))
+
+
+def coordinates_of(gateway: Gateway) -> Coordinates:
+    """Return how the frame of the tracker that `gateway` names lies on the field."""
+    table = gateway.table
+    return Coordinates(table.up_axis, table.unit, gateway.rotation, gateway.offset)

@@ -1,0 +1,1 @@
+"""Vicon by the package `motioncapture`, in a child process: its connect may hold the interpreter for ever."""

@@ -1,0 +1,39 @@
+"""The child process of the Vicon source: connects, waits for frames, writes each as a line of JSON.
+
+    python -m flockwire_mocap.vicon.child SERVER
+
+It is a process of its own because the package's connect, without a server, neither returns nor lets anything else run.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import Any
+
+from flockwire_mocap.extras import MissingExtraError, imported
+
+
+def row(body: Any) -> list[float]:  # noqa: ANN401  (the package has no types)
+    """Return position and quaternion x y z w of a body of the package."""
+    turn = body.rotation
+    return [*map(float, body.position), turn.x, turn.y, turn.z, turn.w]
+
+
+def main() -> int:
+    """Write frames until the parent is gone."""
+    try:
+        package = imported("motioncapture", "vicon")
+        system = package.connect("vicon", {"hostname": sys.argv[1]})
+        while True:
+            system.waitForNextFrame()
+            print(json.dumps({name: row(body) for name, body in system.rigidBodies.items()}), flush=True)
+    except BrokenPipeError:
+        return 0
+    except (MissingExtraError, RuntimeError) as error:
+        print(json.dumps(str(error)), flush=True)
+        return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,58 @@
+"""Runs the child process of the Vicon source, and starts it again when it ends or hangs."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import importlib.util
+import sys
+from collections.abc import Callable
+
+from flockwire import clock
+
+from flockwire_mocap.extras import imported
+from flockwire_mocap.persistent import PersistentConnection
+from flockwire_mocap.vicon.source import ViconSource
+
+PATIENCE = 2.5  # s without a frame after which the child is killed and started again
+
+
+class ViconClient(PersistentConnection):
+    """Feeds a source with the lines of its child; `drained` is called after each frame.
+
+    Raises MissingExtraError where motioncapture is not installed.
+    """
+
+    PAUSE = 0.3  # s between two children
+
+    def __init__(self, source: ViconSource, drained: Callable[[], None], command: list[str] | None = None) -> None:
+        if command is None and importlib.util.find_spec("motioncapture") is None:
+            imported("motioncapture", "vicon")
+        super().__init__()
+        self._source, self._drained = source, drained
+        self._command = command or [sys.executable, "-m", "flockwire_mocap.vicon.child", source.table.server]
+
+    async def connected(self) -> None:
+        """Run a child until it ends or hangs."""
+        child = await asyncio.create_subprocess_exec(*self._command, stdout=asyncio.subprocess.PIPE)
+        try:
+            await self._listen(child)
+        finally:
+            with contextlib.suppress(ProcessLookupError):
+                child.kill()  # nothing gentler reaches it while it connects
+            await child.wait()
+
+    async def _listen(self, child: asyncio.subprocess.Process) -> None:
+        assert child.stdout is not None  # noqa: S101  (it is a pipe)
+        server = self._source.table.server
+        while True:
+            try:
+                line = await asyncio.wait_for(child.stdout.readline(), PATIENCE)
+            except TimeoutError:
+                self._source.failure = f"{server} sends nothing: check its address, and that Tracker or Nexus is live"
+                return
+            if not line:
+                self._source.failure = f"{server}: {self._source.child or 'the client has ended'}"
+                return
+            self._source.line(line, clock.now())
+            self._drained()

@@ -1,0 +1,67 @@
+"""Vicon as a source of the gateway: what the child process writes, line by line."""
+
+from __future__ import annotations
+
+import json
+from math import isfinite
+
+from flockwire.flight.cores import Start
+from flockwire.nanoseconds import BILLION
+from flockwire.wire.status import counted
+
+from flockwire_mocap.source import Link
+from flockwire_mocap.streamed import StreamedSource, coordinates_of
+from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose
+
+MOST_BODIES = 1000
+
+
+class ViconSource(StreamedSource):
+    """The bodies that a Vicon server reports.
+
+    Attributes:
+        failure: why nothing comes, and what to do, in one line; empty while frames come.
+        child: the child's last line that is no frame: an error of the package.
+
+    """
+
+    def __init__(self, start: Start) -> None:
+        gateway = start.plan.swarm.gateway
+        self.table = gateway.vicon
+        self.failure = f"waits for {self.table.server}"
+        self.child = ""
+        self._numbers: dict[str, int] = {}
+        self._frames = self._malformed = self._rejected = 0
+        super().__init__(coordinates_of(gateway), self._state, round(self.table.latency * BILLION))
+
+    def line(self, line: bytes, now: int) -> None:
+        """Take in a line of the child's at `now` (Unix ns): a frame as {name: [x, y, z, qx, qy, qz, qw]}, or a text."""
+        try:
+            frame = json.loads(line)
+            if isinstance(frame, str):
+                self.child = frame
+                return
+            bodies = tuple(self._body(str(name), [float(v) for v in row]) for name, row in frame.items())
+        except (ValueError, AttributeError, TypeError):
+            self._malformed += 1
+            return
+        self._frames += 1
+        self.failure = ""
+        self.arrived(TrackerFrame(self._frames, now, now, bodies), now)
+
+    def _body(self, name: str, row: list[float]) -> ReportedBody:
+        x, y, z, qx, qy, qz, qw = row
+        if name not in self._numbers and len(self._numbers) >= MOST_BODIES:
+            raise ValueError(name)
+        number = self._numbers.setdefault(name, len(self._numbers))
+        tracked = is_pose((x, y, z), (qx, qy, qz, qw))
+        self._rejected += not tracked and isfinite(x)  # a body that is not seen has no numbers
+        return ReportedBody(number, name, (x, y, z), (qx, qy, qz, qw), tracked)
+
+    def _state(self, now: int) -> Link:
+        return Link(self.failure, counted(("lines malformed", self._malformed), ("poses rejected", self._rejected)))
+
+
+def make_source(start: Start) -> ViconSource:
+    """Return the Vicon source of the gateway that starts."""
+    return ViconSource(start)

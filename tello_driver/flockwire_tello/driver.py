@@ -1,0 +1,202 @@
+"""The driver of one Tello without clock, input or output: messages and datagrams in, messages and datagrams out.
+
+It has the last word on its drone: it flies no faster than the limit, hovers and lands without commands, and stops the
+motors the moment a stop comes. What the drone does it takes from the drone's state, not from replies.
+"""
+
+from __future__ import annotations
+
+from flockwire.control.vector import ZERO, limit, norm, subtract
+from flockwire.flight.cores import Address, Datagram, Start
+from flockwire.flight.stepping import next_deadline
+from flockwire.nanoseconds import BILLION
+from flockwire.swarm.model import Swarm, uav
+from flockwire.swarm.tello_addresses import COMMAND_PORT, tello_addresses
+from flockwire.wire.keys import STOP, Key
+from flockwire.wire.messages import Command, FlightState, Message, Pose, Stop, Telemetry
+from flockwire.wire.status import Report, counted
+
+from flockwire_tello.client import TelloClient
+from flockwire_tello.drone import TOLERANCE
+from flockwire_tello.flight_modes import FlightModes, Mode
+from flockwire_tello.flight_monitor import FlightMonitor
+from flockwire_tello.steady_time import SteadyTime
+from flockwire_tello.steering import Steering
+from flockwire_tello.sticks import CENTRED, StickGains, Sticks
+from flockwire_tello.tello_link import TelloLink
+from flockwire_tello.timing import RETIREMENT, SETTLED, TELEMETRY_PERIOD
+
+JUMP = 0.05  # m/s, rad/s: a command that differs by more has its `rc` at once
+GIVEN_UP = 40 * BILLION  # ns after RETIREMENT, when a drone that went silent in the air counts as lost
+ON_GROUND = (Mode.GROUNDED, Mode.STOPPED)
+
+
+class DriverCore:
+    """The driver of drone `number` of `swarm`, started at `now` (Unix ns)."""
+
+    def __init__(self, swarm: Swarm, number: int, now: int) -> None:
+        airframe, table, at = swarm.airframe(number), swarm.tello(number), tello_addresses(swarm, number)
+        self.triggers: frozenset[Key] = frozenset()
+        self.prompt = frozenset({STOP, Key("command", uav(number))})
+        self.period = 1.0 / airframe.rc_rate_hz
+        self._frame, self._limits = swarm.frame, swarm.limits
+        self._telemetry_key = Key("telemetry", uav(number))
+        self._drone: Address = (at.drone, COMMAND_PORT)
+        self._own: Address = (at.local, table.command_port)
+        self._states: Address = (at.local, table.state_port)
+        self._filtered = table.source_filter
+        self._time = SteadyTime(now)
+        self._client, self._monitor = TelloClient(), FlightMonitor()
+        self._link = TelloLink(self._client, self._monitor, self._drone, table.state_port)
+        gains = airframe.stick_gains
+        self._steering = Steering(StickGains(gains.right, gains.forward, gains.up, gains.clockwise))
+        self._flight = FlightModes(self._client, self._monitor)
+        self._velocity, self._yaw_rate = ZERO, 0.0
+        self._commanded: int | None = None
+        self._spacing, self._rc_deadline = round(self.period * BILLION), 0
+        self._telemetry_deadline = 0
+        self._land_at: int | None = None
+        self._down_since: int | None = None
+        self._clipped = self._foreign = 0
+
+    @property
+    def sockets(self) -> tuple[Address, ...]:
+        """The addresses to bind: for commands and for the state."""
+        return (self._own, self._states)
+
+    def receive(self, key: Key, message: Message, now: int) -> None:
+        """Take in a message; a command or a stop has its datagram at once."""
+        t = self._time.at(now)
+        match message:
+            case Command():
+                self._command(message, t)
+            case Stop():
+                self._flight.stop(t)
+                self._telemetry_deadline = 0  # the operator waits for a report that the motors are off
+            case Pose():
+                self._steering.see(message.orientation, t)
+
+    def datagram(self, data: bytes, sender: Address, at: Address, now: int) -> None:
+        """Take in a datagram that came to one of the sockets."""
+        t = self._time.at(now)
+        if self._filtered and sender[0] != self._drone[0]:
+            self._foreign += 1
+        elif at == self._states:
+            self._client.receive_state(data, t)
+            if self._client.state_time == t and self._client.state is not None:
+                self._monitor.update(self._client.state, t)
+        else:
+            self._client.receive(data, t)
+
+    def due(self, key: Key) -> bool:
+        """Return False: it steps at a rate of its own."""
+        return False
+
+    def step(self, now: int) -> list[tuple[Key, Message]]:
+        """Keep the link, the ladder and the sticks; publish the telemetry while the drone is heard."""
+        t = self._time.at(now)
+        self._link.step(t)
+        self._flight.update(self._climb(t), t)
+        self._descend(t)
+        if t >= self._rc_deadline + self._spacing // 2:
+            self._steer(t)
+        self._note_down(t)
+        return self._telemetry(t, now)
+
+    def outgoing(self, now: int) -> list[Datagram]:
+        """Return the datagrams to send at `now`."""
+        t = self._time.at(now)
+        poll = self._client.poll(t)
+        for done in poll.finished:
+            self._link.ended(done, t)
+            self._flight.ended(done, t)
+        return [Datagram(data, self._own, self._drone) for data in poll.datagrams]
+
+    def retire(self, now: int) -> None:
+        """Land what the pilot does not land in RETIREMENT: the process is to end."""
+        self._land_at = self._time.at(now) + RETIREMENT
+
+    def may_end(self, now: int) -> bool:
+        """Return whether the drone has stood on the ground for a second, was never heard, or is lost."""
+        t, since = self._time.at(now), self._down_since
+        if self._monitor.state is None or (since is not None and t - since >= SETTLED):
+            return True
+        return self._land_at is not None and not self._monitor.heard(t) and t >= self._land_at + GIVEN_UP
+
+    def report(self, now: int) -> Report:
+        """Return how the drone is."""
+        t = self._time.at(now)
+        grounded = self._flight.mode in (Mode.CONNECTING, Mode.GROUNDED)
+        details = (
+            self._link.named if grounded else "",
+            self._link.trouble(t),
+            self._flight.refusal,
+            self._monitor.imu_trouble(t) if grounded else "",
+        )
+        battery = self._monitor.battery if self._monitor.heard(t) else -1.0
+        counts = counted(("commands clipped", self._clipped), ("datagrams of others", self._foreign))
+        return Report(self._flight.mode, "; ".join(filter(None, details)), battery=battery, counts=counts)
+
+    def _command(self, message: Command, t: int) -> None:
+        velocity = message.velocity
+        if norm(velocity) > TOLERANCE * self._limits.speed:
+            self._clipped += 1
+            velocity = limit(velocity, self._limits.speed)
+        jump = norm(subtract(velocity, self._velocity)) > JUMP or abs(message.yaw_rate - self._yaw_rate) > JUMP
+        self._velocity, self._yaw_rate, self._commanded = velocity, message.yaw_rate, t
+        if jump or t >= self._rc_deadline - self._spacing // 4:
+            self._steer(t)
+
+    def _silence(self, t: int) -> float:
+        """Return for how long the pilot has been silent, s."""
+        return (t - self._commanded) / BILLION if self._commanded is not None else t / BILLION
+
+    def _stale(self, t: int) -> bool:
+        """Return whether no command is new enough to steer by."""
+        return self._commanded is None or self._silence(t) > self._limits.staleness.command_zero
+
+    def _retired(self, t: int) -> bool:
+        """Return whether the process is to end, and the pilot's time to land is over."""
+        return self._land_at is not None and t >= self._land_at
+
+    def _climb(self, t: int) -> float:
+        """Return the vertical velocity that the pilot wants, m/s; 0 when it is silent, or may command no more."""
+        return 0.0 if self._stale(t) or self._retired(t) else self._velocity[2]
+
+    def _descend(self, t: int) -> None:
+        """Land without commands, when the process is to end, and for a pilot that goes on down near the ground."""
+        if self._retired(t) or self._silence(t) > self._limits.staleness.command_land:
+            self._flight.land(t)
+
+    def _steer(self, t: int) -> None:
+        """Send the sticks: what was commanded last, centred when that is stale."""
+        if not self._flight.steered:
+            return
+        self._rc_deadline = next_deadline(self._rc_deadline, t, self._spacing)
+        stale = self._stale(t)
+        if stale and self._flight.mode is Mode.CONNECTING and self._commanded is None:
+            return
+        sticks: Sticks = CENTRED if stale else self._steering.sticks(self._velocity, self._yaw_rate, t)
+        self._client.send(sticks.command, t)
+
+    def _note_down(self, t: int) -> None:
+        if self._flight.mode in ON_GROUND and not self._monitor.airborne(t):
+            self._down_since = t if self._down_since is None else self._down_since
+            self._steering.release()
+        else:
+            self._down_since = None
+
+    def _telemetry(self, t: int, now: int) -> list[tuple[Key, Message]]:
+        state = self._flight.state
+        if t < self._telemetry_deadline or state is None or not self._monitor.heard(t):
+            return []
+        self._telemetry_deadline = next_deadline(self._telemetry_deadline, t, TELEMETRY_PERIOD)
+        age = self._silence(t) if self._commanded is not None else -1.0
+        monitor = self._monitor
+        stamp = now if state is FlightState.STOPPED else now - monitor.silence(t)
+        return [(self._telemetry_key, Telemetry(stamp, self._frame, state, monitor.battery, monitor.height, age))]
+
+
+def make_core(start: Start) -> DriverCore:
+    """Return the core of one Tello's driver."""
+    return DriverCore(start.plan.swarm, start.drone, start.now)

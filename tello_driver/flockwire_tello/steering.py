@@ -1,0 +1,78 @@
+"""From a velocity in the world to the sticks of one Tello: its yaw, what its sticks are worth, whole numbers.
+
+    omega = limit(K_yaw wrap(heading − yaw), rate)                            holds the heading
+    n_k = round(s_k + e_k),   e_{k+1} = s_k + e_k − n_k                       carries what rounding leaves over
+
+s is the exact stick value. On the average of a few `rc` the sticks are exact, though each is a whole number: a Tello's
+smallest step is about 1 cm/s.
+"""
+
+from __future__ import annotations
+
+from math import atan2, pi
+
+from flockwire.control.vector import ZERO, Vector
+from flockwire.nanoseconds import BILLION
+
+from flockwire_tello.sticks import CENTRED, StickGains, Sticks, stick_values, to_body
+
+YAW_GAIN = 1.5  # 1/s
+YAW_RATE = 0.6  # rad/s, at most
+YAW_AGE = BILLION // 2  # ns after which the tracked yaw holds no heading any more
+
+Quaternion = tuple[float, float, float, float]
+
+
+class Steering:
+    """Steers one Tello by its tracked yaw. Times are ns of one clock that does not go back."""
+
+    def __init__(self, gains: StickGains) -> None:
+        self._gains = gains
+        self._yaw: float | None = None  # rad, counter-clockwise from world x; None before the first pose
+        self._seen = 0
+        self._heading: float | None = None  # what is held, rad
+        self._rest = (0.0, 0.0, 0.0, 0.0)
+
+    def see(self, orientation: Quaternion, at: int) -> None:
+        """Take in the tracked orientation (x, y, z, w), which came at `at`."""
+        self._yaw, self._seen = yaw_of(orientation), at
+
+    def release(self) -> None:
+        """Hold no heading any more; the next `sticks` takes the present one."""
+        self._heading = None
+
+    def sticks(self, velocity: Vector, yaw_rate: float, now: int) -> Sticks:
+        """Return the sticks for a world velocity (m/s) and a yaw rate (rad/s, ccw); 0 holds the heading.
+
+        Before the first pose nobody knows where forward is: then only up and down count.
+        """
+        yaw = self._yaw
+        if yaw is None:
+            return self._whole((0.0, 0.0, velocity[2]), 0.0)
+        if yaw_rate or self._heading is None:
+            self._heading = yaw
+        elif now - self._seen < YAW_AGE:
+            yaw_rate = max(-YAW_RATE, min(YAW_RATE, YAW_GAIN * wrapped(self._heading - yaw)))
+        return self._whole(to_body(velocity, yaw), yaw_rate)
+
+    def _whole(self, velocity: Vector, yaw_rate: float) -> Sticks:
+        if velocity == ZERO and not yaw_rate:
+            self._rest = (0.0, 0.0, 0.0, 0.0)
+            return CENTRED
+        exact = stick_values(velocity, yaw_rate, self._gains)
+        wanted = [value + rest for value, rest in zip(exact, self._rest, strict=True)]
+        whole = [max(-100, min(100, round(value))) for value in wanted]
+        a, b, c, d = (max(-1.0, min(1.0, value - n)) for value, n in zip(wanted, whole, strict=True))
+        self._rest = (a, b, c, d)
+        return Sticks(*whole)
+
+
+def yaw_of(orientation: Quaternion) -> float:
+    """Return the heading of a body's forward axis, seen from above: rad, counter-clockwise from world x."""
+    x, y, z, w = orientation
+    return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def wrapped(angle: float) -> float:
+    """Return an angle between −pi and pi."""
+    return (angle + pi) % (2.0 * pi) - pi

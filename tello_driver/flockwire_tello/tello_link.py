@@ -1,0 +1,85 @@
+"""Keeps one Tello in SDK mode, knows what it is, and names what is wrong with the link, with a remedy."""
+
+from __future__ import annotations
+
+from flockwire.flight.cores import Address
+from flockwire.nanoseconds import BILLION
+
+from flockwire_tello.client import CommandOutcome, Finished, TelloClient
+from flockwire_tello.flight_monitor import FlightMonitor
+
+ENTER = "command"
+QUESTIONS = ("sdk?", "sn?")
+REENTRIES = 2  # so often its state may stop though it replies, before another client is suspected
+NO_REPLY = 3 * BILLION // 2  # ns
+AGAIN = BILLION // 2  # ns from one `command` to the next: the state needs a moment to come
+
+
+class TelloLink:
+    """The link to the Tello at `drone`, whose state comes to `state_port`. Times are ns of one steady clock."""
+
+    def __init__(self, client: TelloClient, monitor: FlightMonitor, drone: Address, state_port: int) -> None:
+        self.sdk = self.serial = ""
+        self._client, self._monitor, self._drone, self._state_port = client, monitor, drone, state_port
+        self._begun: int | None = None
+        self._entering, self._again_at = False, 0
+        self._replied = False  # to the newest `command`
+        self._refusal = ""
+        self._had_state = False
+        self._reentries = 0
+
+    def step(self, now: int) -> None:
+        """Enter SDK mode, again whenever the state stops: a drone that was switched off and on has left it."""
+        self._begun = now if self._begun is None else self._begun
+        heard = self._monitor.heard(now)
+        self._had_state = self._had_state or heard
+        if not heard and not self._entering and now >= self._again_at:
+            self._entering = True
+            self._client.send(ENTER, now)
+
+    def ended(self, done: Finished, now: int) -> None:
+        """Take note of a command that ended."""
+        good = done.outcome is CommandOutcome.DONE
+        if done.command == ENTER:
+            self._entering, self._replied, self._again_at = False, good, now + AGAIN
+            self._refusal = done.reply if done.outcome is CommandOutcome.REFUSED else ""
+            if good:
+                self._reentries += self._had_state
+                if not self.sdk:
+                    for question in QUESTIONS:
+                        self._client.send(question, now)
+        elif done.command == "sdk?":
+            self.sdk = done.reply if good else "1.3" if done.outcome is CommandOutcome.REFUSED else ""
+        elif done.command == "sn?" and good:
+            self.serial = done.reply
+
+    def trouble(self, now: int) -> str:
+        """Return what is wrong, with a remedy; empty when all is well, or it is too early to know."""
+        if self._refusal:
+            return f"{self._where} refuses SDK mode ({self._refusal}): switch the drone off and on"
+        if self._monitor.heard(now):
+            taken = self._reentries > REENTRIES
+            return "its state comes and goes: another client commands it too, end that one" if taken else ""
+        if self._had_state:
+            return f"silent for {self._monitor.silence(now) / BILLION:.1f} s: battery, or out of range"
+        return self._never_heard() if now - (self._begun or now) >= NO_REPLY else ""
+
+    def _never_heard(self) -> str:
+        """Return why no state has come since the beginning."""
+        if self._client.counters.malformed_states:
+            return "its state has a form of no known SDK (1.3, 2.0, 3.0): update its firmware, or it is no Tello"
+        if self._replied:
+            return (
+                f"it replies, but its state does not come to port {self._state_port}: let UDP through the firewall, "
+                "end any other client, or switch tello.source_filter off behind an address translation"
+            )
+        return f"no reply from {self._where}: switch it on and join its network"
+
+    @property
+    def _where(self) -> str:
+        return f"{self._drone[0]}:{self._drone[1]}"
+
+    @property
+    def named(self) -> str:
+        """What the drone is: SDK and serial number, as far as it told."""
+        return ", ".join(filter(None, (f"SDK {self.sdk}" if self.sdk else "", self.serial)))

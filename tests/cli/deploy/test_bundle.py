@@ -1,0 +1,225 @@
+import hashlib
+import re
+import shutil
+import stat
+import subprocess
+import sys
+import tarfile
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+import tomli_w
+import yaml
+from command_line import refused
+from flockwire_cli.deploy.units import key_files, units
+from flockwire_cli.deploy.wheels import read_wheels
+from flockwire_cli.processes import command
+
+HOSTS = {
+    "hosts": {
+        "station": {"address": "192.0.2.1"},
+        "pi1": {"address": "192.0.2.11"},
+        "pi2": {"address": "192.0.2.12", "processes": ["gateway"]},
+    },
+    "drones.1.host": "pi1",
+    "drones.2.host": "pi1",
+    "drones.3.host": "pi2",
+    "drones.4.host": "pi2",
+}
+MINE = f"flockwire-{version('flockwire')}-py3-none-any.whl"
+BOTH = "numpy-2.4.0-cp311-cp311-manylinux_2_28_{}.whl"
+
+
+@pytest.fixture(params=["peers", "router"])
+def plan(make_plan, request):
+    return make_plan({**HOSTS, "network.mode": request.param})
+
+
+@pytest.fixture
+def wheels(tmp_path):
+    """Return a folder of wheels, which are no wheels but in name."""
+    folder = tmp_path / "wheels"
+    folder.mkdir()
+    for name in (MINE, "pip-25.3-py3-none-any.whl", BOTH.format("x86_64"), BOTH.format("aarch64")):
+        (folder / name).write_text(name)
+    return folder
+
+
+@pytest.fixture
+def swarm_file(tmp_path, swarm_table):
+    path = tmp_path / "swarm.toml"
+    path.write_text(tomli_w.dumps(swarm_table(HOSTS)))
+    return path
+
+
+@pytest.fixture
+def bundled(flockwire, swarm_file, wheels, tmp_path):
+    out = tmp_path / "out"
+    done = flockwire("deploy", swarm_file, "--target", "ansible", "--wheels", wheels, "--out", out)
+    assert done.returncode == 0, done.stderr
+    return out
+
+
+def lines(unit, key):
+    return [line.partition("=")[2] for line in unit.splitlines() if line.startswith(f"{key}=")]
+
+
+def test_a_hosts_units_run_what_up_starts_there_with_the_same_arguments(plan):
+    seen = []
+    for host in plan.swarm.hosts:
+        found = units(plan, host, "/prefix")
+        here = plan.processes_on(host)
+        seen += here
+        assert set(found) == {"flockwire-flock.target", *(f"flockwire-flock-{identity}.service" for identity in here)}
+        for identity in here:
+            (line,) = lines(found[f"flockwire-flock-{identity}.service"], "ExecStart")
+            place = (Path("/etc/flockwire/flock/swarm/swarm.toml"), Path("/var/lib/flockwire/flock"), Path("%d"))
+            dated = ["--dated"] if plan.rows[identity].records else []
+            started = [*command(plan, identity, *place), *dated]
+            assert ["/prefix/bin/flockwire", *started[3:]] == line.split()
+            assert started[:3] == [sys.executable, "-m", "flockwire_cli"]
+    assert sorted(seen) == sorted(plan.started)
+
+
+def test_a_unit_has_the_keys_of_its_process_alone(plan):
+    for host in plan.swarm.hosts:
+        for identity in plan.processes_on(host):
+            text = units(plan, host)[f"flockwire-flock-{identity}.service"]
+            loaded = [entry.partition(":")[0] for entry in lines(text, "LoadCredential")]
+            assert loaded == list(key_files(plan, identity))
+            assert [name for name in loaded if name.endswith(".key")] == [f"{identity}.key"]
+
+
+def test_what_a_process_needs_ends_after_it_and_all_wait_for_a_router(plan):
+    for host in plan.swarm.hosts:
+        here = plan.processes_on(host)
+        for identity in here:
+            (after,) = lines(units(plan, host)[f"flockwire-flock-{identity}.service"], "After")
+            named = set(re.findall(r"flockwire-flock-(\w+)\.service", after))
+            if identity in plan.routers:
+                assert not named
+            else:
+                higher = {other for other in here if plan.rows[other].rank > plan.rows[identity].rank}
+                assert named == (higher | set(plan.routers)) & set(here)
+
+
+def test_a_host_gets_its_own_keys_and_no_other_hosts(bundled, make_plan):
+    plan = make_plan(HOSTS)
+    for host in plan.swarm.hosts:
+        held = {path.name for path in (bundled / host / "keys").iterdir()}
+        wanted = {f"{identity}.{end}" for identity in plan.processes_on(host) for end in ("crt", "key")}
+        assert held == wanted | {"ca.crt", "operators.crt"}
+        assert all(stat.S_IMODE(path.stat().st_mode) == 0o600 for path in (bundled / host / "keys").iterdir())
+
+
+def test_every_file_of_a_bundle_is_summed_and_every_wheel_required_by_its_digest(bundled, wheels):
+    folder = bundled / "pi1"
+    summed = dict(reversed(line.split("  ")) for line in (folder / "SHA256SUMS").read_text().splitlines())
+    files = {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()} - {"SHA256SUMS"}
+    assert set(summed) == files
+    assert all(hashlib.sha256((folder / name).read_bytes()).hexdigest() == digest for name, digest in summed.items())
+    required = (folder / "requirements.txt").read_text().splitlines()
+    assert [line.split()[0] for line in required] == [f"flockwire=={version('flockwire')}", "numpy==2.4.0"]
+    for name in (BOTH.format("x86_64"), BOTH.format("aarch64")):
+        assert hashlib.sha256(name.encode()).hexdigest() in required[1]
+
+
+def test_the_inventory_has_the_hosts_addresses(bundled):
+    hosts = yaml.safe_load((bundled / "inventory.yaml").read_text())["all"]["hosts"]
+    assert {name: host["ansible_host"] for name, host in hosts.items()} == {
+        "station": "192.0.2.1", "pi1": "192.0.2.11", "pi2": "192.0.2.12",
+    }  # fmt: skip
+    packed = bundled / "pi1.tar"
+    assert stat.S_IMODE(packed.stat().st_mode) == 0o600
+    with tarfile.open(packed) as archive:
+        names = {name.removeprefix("./") for name in archive.getnames()}
+    assert {"install.sh", "SHA256SUMS", "keys/uav1.key", "keys/uav2.key"} < names
+    assert "keys/uav3.key" not in names
+    (play,) = yaml.safe_load((bundled / "playbook.yaml").read_text())
+    assert play["become"] is True
+
+
+def test_deploying_again_takes_out_what_a_host_runs_no_more(bundled, flockwire, swarm_table, swarm_file, wheels):
+    swarm_file.write_text(tomli_w.dumps(swarm_table({**HOSTS, "drones.2.host": "pi2"})))
+    flockwire("deploy", swarm_file, "--target", "systemd", "--wheels", wheels, "--out", bundled)
+    assert {path.name for path in (bundled / "pi1" / "keys").glob("*.key")} == {"uav1.key"}
+    assert not (bundled / "pi1" / "units" / "flockwire-flock-uav2.service").exists()
+    assert (bundled / "pi2" / "keys" / "uav2.key").exists()
+
+
+def test_a_host_that_runs_nothing_is_refused(flockwire, swarm_file, swarm_table, wheels, tmp_path):
+    swarm_file.write_text(tomli_w.dumps(swarm_table({**HOSTS, "hosts.pi9.address": "192.0.2.19"})))
+    line = refused(
+        flockwire("deploy", swarm_file, "--target", "systemd", "--wheels", wheels, "--out", tmp_path / "out")
+    )
+    assert "hosts.pi9: runs nothing" in line
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda folder: (folder / MINE).unlink(), "has no wheel of flockwire"),
+        (lambda folder: (folder / "pip-25.3-py3-none-any.whl").unlink(), "has no wheel of pip"),
+        (lambda folder: (folder / MINE).rename(folder / "flockwire-9.9-py3-none-any.whl"), "its flockwire is not"),
+        (lambda folder: (folder / BOTH.replace("0", "1", 1).format("x86_64")).touch(), "several versions of numpy"),
+        (lambda folder: (folder / "other.whl").touch(), "other.whl: is not named as a wheel is"),
+        (lambda folder: (folder / "lz4-4.0-cp311-cp311-win_arm64.whl").touch(), "no machine that all of them are for"),
+    ],
+)
+def test_wheels_that_cannot_be_installed_are_refused_with_what_makes_them(
+    flockwire, swarm_file, wheels, tmp_path, change, said
+):
+    change(wheels)
+    done = flockwire("deploy", swarm_file, "--target", "systemd", "--wheels", wheels, "--out", tmp_path / "out")
+    line = refused(done)
+    assert said in line
+    assert "scripts/wheels ARCHITECTURE makes them" in line
+
+
+def test_the_machines_that_wheels_are_for_are_those_that_all_are_for(wheels):
+    found = read_wheels(wheels)
+    assert (found.architectures, found.pythons) == (("x86_64", "aarch64"), ("3.11",))
+    (wheels / "lz4-4.0-cp311-cp311-manylinux_2_17_x86_64.whl").touch()
+    (wheels / "zenoh-1.0-cp39-abi3-manylinux_2_17_x86_64.manylinux2014_x86_64.whl").touch()
+    (wheels / "lz4-4.0-cp312-cp312-manylinux_2_17_x86_64.whl").touch()
+    found = read_wheels(wheels)
+    assert (found.architectures, found.pythons) == (("x86_64",), ("3.11",))
+
+
+def test_an_installer_refuses_a_file_that_is_not_what_was_deployed(bundled, tmp_path):
+    folder = bundled / "pi1"
+    (folder / "swarm" / "swarm.toml").write_text("another")
+    identity = tmp_path / "id"  # the check of root comes first
+    identity.mkdir()
+    (identity / "id").write_text("#!/bin/sh\necho 0\n")
+    (identity / "id").chmod(0o755)
+    done = subprocess.run(
+        [folder / "install.sh"], capture_output=True, text=True, check=False, env={"PATH": f"{identity}:/usr/bin:/bin"}
+    )
+    assert done.returncode == 2
+    assert "install: a file is not what was deployed" in done.stderr
+
+
+@pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="there is no systemd-analyze")
+def test_systemd_takes_the_units_and_finds_them_safe(make_plan, tmp_path):
+    plan = make_plan(HOSTS)
+    prefix = tmp_path / "prefix"
+    (prefix / "bin").mkdir(parents=True)
+    (prefix / "bin" / "flockwire").symlink_to("/bin/true")
+    written = []
+    for name, text in units(plan, "station", str(prefix)).items():
+        (tmp_path / name).write_text(text)
+        written += [tmp_path / name]
+    verified = subprocess.run(
+        ["systemd-analyze", "--man=no", "verify", *written], capture_output=True, text=True, check=False
+    )
+    about = [line for line in verified.stderr.splitlines() if "flockwire" in line]
+    assert (verified.returncode, about) == (0, [])
+    for unit in (path for path in written if path.suffix == ".service"):
+        done = subprocess.run(
+            ["systemd-analyze", "security", "--offline=true", unit], capture_output=True, text=True, check=True
+        )
+        level = re.search(r"Overall exposure level for \S+: ([\d.]+)", done.stdout)
+        assert level is not None
+        assert float(level[1]) < 3.0

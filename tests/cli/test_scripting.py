@@ -1,0 +1,74 @@
+"""Flights by script: the one of docs/scripting.md, in virtual time and for real, and what goes wrong in one."""
+
+import asyncio
+import runpy
+
+import pytest
+from flockwire_cli.scripting import FlightError, open_swarm
+
+
+@pytest.fixture
+def script(example, tmp_path, monkeypatch):
+    """Return the page's coroutine, in a folder with the page's swarm file."""
+    (tmp_path / "mine.toml").write_text(example("scripting", "toml"))
+    (tmp_path / "show.py").write_text(example("scripting", "python"))
+    monkeypatch.chdir(tmp_path)
+    return runpy.run_path("show.py")["show"]
+
+
+@pytest.fixture
+def swarm_file(script, tmp_path):
+    return tmp_path / "mine.toml"
+
+
+def test_the_page_s_script_flies_in_virtual_time_as_a_flight_without_one(script):
+    phases, summary = asyncio.run(script(virtual=True))
+    assert phases == ["formation", "formation"]
+    assert summary.ok, summary.failures()
+    assert summary.formation_error_m.max_tail < 0.001
+    assert len(summary.phases) == 2
+
+
+def test_every_order_returns_when_it_is_obeyed(swarm_file):
+    async def fly():
+        seen = []
+        async with open_swarm(swarm_file, virtual=True) as flight:
+            await flight.start()
+            seen.append({drone.phase for drone in flight.drones.values()})
+            assert flight.drones[1].position[2] == pytest.approx(1.0, abs=0.1)
+            await flight.hold()
+            seen.append({drone.phase for drone in flight.drones.values()})
+            await flight.start()
+            seen.append({drone.phase for drone in flight.drones.values()})
+        seen.append({drone.phase for drone in flight.drones.values()})  # what flew at the end has landed
+        return seen
+
+    *flown, last = asyncio.run(fly())
+    assert flown == [{"formation"}, {"hold"}, {"formation"}]
+    assert last <= {"grounded", "ready"}
+
+
+def test_what_is_not_obeyed_is_an_error_that_says_why(swarm_file):
+    async def fly():
+        async with open_swarm(swarm_file, virtual=True) as flight:
+            with pytest.raises(FlightError, match="must be one of \\['wide'\\]"):
+                await flight.start("narrow")
+            with pytest.raises(FlightError, match="nobody flies a formation"):
+                await flight.formation("wide")
+            with pytest.raises(FlightError, match=r"not done after 1 s: .*leader"):
+                await flight.wait_for("formation", patience=1.0)
+            await flight.start()
+            await flight.stop("enough")
+        return flight.summary
+
+    assert any("enough" in sentence for sentence in asyncio.run(fly()).failures())
+
+
+@pytest.mark.long
+def test_the_page_s_script_flies_for_real_with_the_same_phases(script, swarm_file):
+    text = swarm_file.read_text()
+    swarm_file.write_text(f"{text}\n[network]\nbase_port = 29450\n")
+    phases, summary = asyncio.run(script(virtual=False))
+    assert phases == ["formation", "formation"]
+    assert summary.formation_error_m.max_tail < 0.05
+    assert not summary.messages.lost

@@ -1,0 +1,34 @@
+"""A socket that is closed while its peer is silent keeps nobody waiting."""
+
+import subprocess
+import sys
+
+import pytest
+
+LINGER = """
+import socket, struct, subprocess, sys
+from flockwire.runtime.linger import ignore_linger
+
+if sys.argv[1:] != ["child"]:
+    ignore_linger()
+    ignore_linger()
+with socket.socket() as opened:
+    opened.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 10))
+    opened.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    opened.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    lingers = struct.unpack("ii", opened.getsockopt(socket.SOL_SOCKET, socket.SO_LINGER, 8))
+    print(lingers, opened.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE))
+if sys.argv[1:] != ["child"]:
+    sys.stdout.flush()
+    subprocess.run([sys.executable, __file__, "child"], check=True)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is to be done")
+def test_no_socket_of_the_process_or_its_children_lingers_and_all_other_options_are_set(tmp_path):
+    script = tmp_path / "linger.py"
+    script.write_text(LINGER)
+    line = [sys.executable, str(script)]
+    done = subprocess.run(line, capture_output=True, text=True, timeout=30, check=True)
+    assert done.stdout == "(0, 0) 1\n(0, 0) 1\n"
+    assert "no filter" not in done.stderr

@@ -1,0 +1,46 @@
+"""The page of all keys, and the schema that editors take."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+from flockwire.swarm.model import Swarm
+from flockwire.swarm.outline import entries, explanation
+from flockwire.swarm.page import page, schema
+from jsonschema import Draft202012Validator
+
+ROOT = Path(__file__).parents[3]
+
+
+def test_the_page_is_current():
+    written = (ROOT / "docs" / "swarm_file.md").read_text(encoding="utf-8")
+    assert written == page(), "run scripts/document"
+
+
+def test_every_key_says_what_it_is():
+    assert not [entry.text for entry in entries(Swarm) if not explanation(entry.model, entry.name)[1]]
+
+
+@pytest.fixture(scope="module")
+def validator():
+    Draft202012Validator.check_schema(made := schema())
+    return Draft202012Validator(made)
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "swarms").glob("*.toml")), ids=lambda path: path.stem)
+def test_the_schema_accepts_the_shipped_swarms(validator, path):
+    assert not list(validator.iter_errors(tomllib.loads(path.read_text())))
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("speed", 3),
+        ("control.rate_hz", 5),
+        ("network.mode", "mesh"),
+        ("formation.kind", "heart"),
+        ("graph.edges.1", [1]),
+    ],
+)
+def test_the_schema_refuses_what_the_models_refuse(validator, swarm_table, key, value):
+    assert list(validator.iter_errors(swarm_table({key: value})))

@@ -1,0 +1,62 @@
+"""Unix time that a step of the wall clock does not move."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+from flockwire import clock
+from flockwire.clock import EPOCH, FIRST_SETTING, SteadyClock, epoch_environment
+from flockwire.nanoseconds import BILLION
+
+
+class Machine:
+    """A wall clock and a monotonic clock."""
+
+    def __init__(self):
+        self.wall, self.monotonic = 1_700_000_000 * BILLION, 50 * BILLION
+
+    def steady(self, epoch=None):
+        return SteadyClock(lambda: self.wall, lambda: self.monotonic, epoch)
+
+    def wait(self, seconds):
+        self.wall, self.monotonic = self.wall + seconds * BILLION, self.monotonic + seconds * BILLION
+
+
+@pytest.fixture
+def machine():
+    return Machine()
+
+
+@pytest.mark.parametrize("step", [-5 * BILLION, -1, 1, 5 * BILLION, FIRST_SETTING - 1])
+def test_a_step_of_the_wall_clock_makes_nothing_older_or_younger(machine, step):
+    steady = machine.steady()
+    received = steady.now()
+    machine.wall += step
+    machine.wait(2)
+    assert steady.now() - received == 2 * BILLION
+
+
+@pytest.mark.parametrize("step", [-FIRST_SETTING, FIRST_SETTING, 10**17])
+def test_a_clock_that_is_set_for_the_first_time_is_followed(machine, step):
+    steady = machine.steady()
+    machine.wall += step
+    assert steady.now() == machine.wall
+    machine.wait(3)
+    assert steady.now() == machine.wall
+
+
+def test_a_process_started_after_a_step_has_the_time_of_those_before_it(machine):
+    first = machine.steady()
+    machine.wall -= 5 * BILLION
+    assert machine.steady(first.epoch).now() == first.now() == machine.steady().now() + 5 * BILLION
+
+
+def test_a_child_is_given_the_time_of_its_parent():
+    ask = "import json; from flockwire import clock; print(json.dumps([clock.epoch_environment(), clock.now()]))"
+    shifted = {EPOCH: str(int(epoch_environment()[EPOCH]) + 5 * BILLION)}
+    for given, ahead in ((epoch_environment(), 0), (shifted, 5), ({EPOCH: "junk"}, 0)):
+        done = subprocess.run([sys.executable, "-c", ask], env=given, capture_output=True, check=True, timeout=30)
+        epoch, now = json.loads(done.stdout)
+        assert given[EPOCH] == "junk" or epoch == given
+        assert abs(now - clock.now() - ahead * BILLION) < BILLION

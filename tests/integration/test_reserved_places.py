@@ -1,0 +1,93 @@
+"""Places for persons at every process, which nobody else can use up, on real Zenoh."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+import zenoh
+from flockwire import clock
+from flockwire.loading import load_swarm
+from flockwire.runtime import configuration
+from flockwire.runtime.session import Session
+from flockwire.runtime.subscriptions import Newest
+from flockwire.security.files import files_of
+from flockwire.security.pki import make_keys
+from flockwire.wire.keys import STOP
+from flockwire.wire.messages import Stop
+from flockwire.wire.plan import Plan
+from flockwire_cli.attackers import Attacker, attacker_configuration
+
+DRIVER, OPERATOR = "kinematics", "operator"
+FOREIGN = 12
+
+
+@pytest.fixture
+def plan(make_swarm: Callable[..., Path], tmp_path: Path) -> Plan:
+    """Return the plan of the paper's swarm, whose keys are in `tmp_path`."""
+    plan = Plan(load_swarm(make_swarm()))
+    make_keys(plan, tmp_path, clock.utc())
+    return plan
+
+
+@pytest.fixture
+def driver(plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Session]:
+    """Open a driver's session that has places for those that it is linked to, and no others."""
+    monkeypatch.setattr(configuration, "SPARE_SESSIONS", 0)
+    with Session(plan, DRIVER, tmp_path) as session:
+        yield session
+
+
+@pytest.fixture
+def dial(plan: Plan, tmp_path: Path) -> Iterator[Callable[[str, str], zenoh.Session]]:
+    """Return a function that opens a session with an identity's certificate to an endpoint, and keeps to no rule."""
+    with ExitStack() as stack:
+
+        def dialled(identity: str, endpoint: str) -> zenoh.Session:
+            attacker = Attacker(identity, files_of(tmp_path, identity), "peer")
+            config = attacker_configuration(attacker, [f"tls/{endpoint}"], str(tmp_path / "ca.crt"))
+            return stack.enter_context(zenoh.open(config))
+
+        yield dialled
+
+
+def links(sessions: list[zenoh.Session], wanted: int, seconds: float = 3.0) -> int:
+    """Wait until `wanted` of `sessions` are linked, or `seconds` are over; returns how many are."""
+    deadline = time.monotonic() + seconds
+    while (found := sum(bool(session.info.links()) for session in sessions)) < wanted and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return found
+
+
+def stopped(plan: Plan, keys: Path, inbox: Newest) -> bool:
+    """Order an emergency stop, as one command does; returns whether it arrived."""
+    deadline = time.monotonic() + 3.0
+    with Session(plan, OPERATOR, keys) as session:
+        while time.monotonic() < deadline:
+            session.publish([(STOP, Stop(clock.now(), plan.swarm.frame, "test"))])
+            if inbox.message(clock.now()) is not None:
+                return True
+            time.sleep(0.01)
+    return False
+
+
+def test_a_stop_arrives_where_one_drone_has_taken_all_places(
+    plan: Plan, driver: Session, dial: Callable[[str, str], zenoh.Session], tmp_path: Path
+) -> None:
+    inbox, places = driver.newest(STOP), len(plan.links[DRIVER])
+    foreign = [dial("uav2", plan.endpoints[DRIVER]) for _ in range(FOREIGN)]
+    assert links(foreign, places) == places < FOREIGN
+    assert stopped(plan, tmp_path, inbox)
+
+
+def test_nobody_but_a_person_gets_a_reserved_place_and_no_person_needs_another(
+    plan: Plan, driver: Session, dial: Callable[[str, str], zenoh.Session]
+) -> None:
+    drone, person = dial("uav2", plan.reserved[DRIVER]), dial(OPERATOR, plan.endpoints[DRIVER])
+    welcome = [dial("uav2", plan.endpoints[DRIVER]), dial(OPERATOR, plan.reserved[DRIVER])]
+    assert links(welcome, 2) == 2
+    assert links([drone, person], 1, seconds=0.5) == 0
+    assert driver.linked() == (OPERATOR, "uav2")

@@ -1,0 +1,136 @@
+"""QTM's protocol: the vendor's own client reads the twin, over real sockets."""
+
+import asyncio
+from math import isnan, sqrt
+
+import pytest
+import qtm_rt
+from flockwire_mocap.core import make_core
+from flockwire_mocap.qualisys.client import QualisysClient
+from flockwire_mocap.qualisys.rotation import from_columns, to_columns
+from flockwire_mocap.qualisys.server import QtmServer
+from flockwire_mocap.qualisys.source import names_in
+from flockwire_mocap.qualisys.twin import QtmTwin
+from flockwire_mocap.tracking import ReportedBody, TrackerFrame
+from hypothesis import given
+from hypothesis import strategies as st
+
+HOME = "127.0.0.1"
+NAMES = [f"uav{i}" for i in range(5)]
+number = st.floats(-1.0, 1.0)
+
+
+@given(st.tuples(number, number, number, number).filter(lambda q: sum(c * c for c in q) > 0.01))
+def test_a_rotation_comes_back_from_its_matrix(q):
+    length = sqrt(sum(c * c for c in q))
+    unit = tuple(c / length for c in q)
+    back = from_columns(to_columns(unit))
+    same = sum(a * b for a, b in zip(unit, back, strict=True))
+    assert abs(same) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_quarter_turn_is_columns_of_turned_axes():
+    half = sqrt(0.5)
+    assert to_columns((0.0, 0.0, half, half)) == pytest.approx((0, 1, 0, -1, 0, 0, 0, 0, 1))
+    assert from_columns((0, 1, 0, -1, 0, 0, 0, 0, 1)) == pytest.approx((0.0, 0.0, half, half))
+
+
+def frame(k):
+    bodies = tuple(
+        ReportedBody(i, n, (1000.0 * i, 10.0 * k, 1000.0), (0.0, 0.0, 0.6, 0.8), i != 4) for i, n in enumerate(NAMES)
+    )
+    return TrackerFrame(k, 10_000_000 * k, 10_000_000 * k, bodies)
+
+
+async def until(condition, seconds=3.0):
+    async with asyncio.timeout(seconds):
+        while not condition():  # noqa: ASYNC110 sockets report to no event
+            await asyncio.sleep(0.01)
+
+
+def test_the_vendors_client_reads_the_twin():
+    async def read():
+        server, seen = QtmServer(NAMES, port=0), []
+        await server.open()
+        client = await qtm_rt.connect(HOME, port=server.port, timeout=2)
+        names = names_in(await client.get_parameters(["6d"]))
+        streaming = asyncio.ensure_future(client.stream_frames(components=["6d"], on_packet=seen.append))
+        await asyncio.sleep(0.05)
+        for k in range(5):
+            server.publish(frame(k))
+        assert await streaming == b"Ok"
+        await until(lambda: len(seen) == 5)
+        client.disconnect()
+        server.close()
+        return names, seen
+
+    names, seen = asyncio.run(read())
+    assert names == tuple(NAMES)
+    assert [packet.framenumber for packet in seen] == list(range(5))
+    _, bodies = seen[3].get_6d()
+    assert tuple(bodies[2][0]) == (2000.0, 30.0, 1000.0)
+    assert isnan(bodies[4][0].x)
+
+
+def test_the_gateway_gets_poses_in_metres_and_lost_bodies_say_nothing(start):
+    core, steps = None, []
+
+    async def fly():
+        nonlocal core
+        server = QtmServer(NAMES, port=0)
+        await server.open()
+        core = make_core(start(source="qualisys", qualisys={"port": server.port}))
+        client = QualisysClient(core.source, lambda: steps.append(core.source.complete()))
+        client.open()
+        await until(lambda: "streams nothing" in core.source.failure)
+        await asyncio.sleep(0.05)
+        for k in (1, 2, 4):
+            server.publish(frame(k))
+        await until(lambda: len(steps) == 3)
+        found = core.source.take(0)
+        server.close()
+        await until(lambda: "closed the connection" in core.source.failure)
+        await client.close()
+        return found
+
+    (found,) = asyncio.run(fly())
+    assert [body.name for body in found.bodies if body.tracked] == NAMES[:4]
+    assert found.bodies[2].position == pytest.approx((2.0, 0.04, 1.0))
+    assert found.bodies[2].orientation == pytest.approx((0.0, 0.0, 0.6, 0.8), abs=1e-6)
+    assert core.source.link(0).counts == (("frames missing", 1),)
+
+
+@pytest.mark.parametrize("serve", [True, False])
+def test_a_server_of_another_kind_or_none_is_a_line_with_a_remedy(start, serve, monkeypatch):
+    monkeypatch.setattr("flockwire_mocap.qualisys.client.PATIENCE", 0.3)
+
+    async def wait():
+        other = await asyncio.start_server(lambda reader, writer: None, HOME, 0)
+        port = other.sockets[0].getsockname()[1]
+        if not serve:
+            other.close()
+        source = make_core(start(source="qualisys", qualisys={"port": port})).source
+        client = QualisysClient(source, lambda: None)
+        client.open()
+        await until(lambda: not source.failure.startswith("waits"))
+        await client.close()
+        other.close()
+        return source.failure
+
+    assert ("does not answer as QTM does" if serve else "check address, port") in asyncio.run(wait())
+
+
+def test_settings_without_bodies_and_hostile_ones_are_lines():
+    with pytest.raises(ValueError, match="no rigid bodies"):
+        names_in(b"<QTM><The_6D><Bodies>0</Bodies></The_6D></QTM>")
+    with pytest.raises(ValueError, match="no XML"):
+        names_in(b"<QTM>")
+    with pytest.raises(ValueError, match="no plain XML"):
+        names_in(b'<!DOCTYPE x [<!ENTITY a "b">]><x/>')
+
+
+@given(st.binary(max_size=64))
+def test_whatever_a_client_sends_the_twin_answers_or_leaves(data):
+    twin = QtmTwin(NAMES)
+    twin.receive(data)
+    assert twin.outgoing()

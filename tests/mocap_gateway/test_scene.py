@@ -1,0 +1,74 @@
+import pytest
+from flockwire.nanoseconds import BILLION
+from flockwire.wire.messages import BodyKind
+from flockwire_mocap.scene import FEW, FORGET, Scene
+
+FRAME = BILLION // 100
+NOW = 1_790_000_000 * BILLION
+
+
+@pytest.fixture
+def scene(make_swarm):
+    """Return a scene of the small swarm, with a tracked cart."""
+    cart = {"body": "cart", "radius": 0.2, "height": 1.0}
+    return Scene(make_swarm({"tracked_obstacles": [cart], "gateway": {"person_radius": 0.5}}))
+
+
+def walk(scene, name, frames=60, speed=1.0):
+    for k in range(frames):
+        scene.see_other(name, NOW + k * FRAME, (speed * k / 100, 1.0, 1.7))
+    return NOW + (frames - 1) * FRAME, speed * (frames - 1) / 100
+
+
+def test_a_person_is_an_endless_cylinder_with_its_velocity(scene):
+    now, x = walk(scene, "Ada")
+    scene.see_drone(1, now, (x, 0.0, 0.4))
+    scene.arrange(now)
+    (body,) = scene.near(1, (x, 0.0, 0.4))
+    assert (body.kind, body.relative_position, body.radius) == (BodyKind.MOVER, (0.0, 1.0, 0.0), 0.5)
+    assert body.velocity == pytest.approx((1.0, 0.0, 0.0), abs=1e-6)
+
+
+def test_a_tracked_obstacle_has_the_size_of_the_swarm_file_and_stays_where_it_was_seen(scene):
+    now, x = walk(scene, "cart")
+    for later in (0, 5 * FORGET):
+        scene.arrange(now + later)
+        (body,) = scene.near(1, (x, 0.0, 2.0))
+        assert (body.relative_position, body.radius) == ((0.0, 1.0, -1.0), 0.2)
+
+
+def test_a_person_who_is_no_longer_seen_is_gone_after_a_second(scene):
+    now, x = walk(scene, "Ada")
+    scene.arrange(now + FORGET)
+    assert scene.near(1, (x, 0.0, 1.0)) == ()
+
+
+def test_one_who_comes_back_has_no_velocity_from_before(scene):
+    now, x = walk(scene, "Ada")
+    scene.see_other("Ada", now + 2 * FORGET, (x, 1.0, 1.7))
+    scene.arrange(now + 2 * FORGET)
+    assert scene.near(1, (x, 0.0, 1.0))[0].velocity == (0.0, 0.0, 0.0)
+
+
+def test_a_body_that_is_not_believed_to_be_a_drones_is_there_until_it_is(scene):
+    scene.see_held(2, NOW, (1.0, 0.0, 1.0))
+    scene.arrange(NOW)
+    assert [body.kind for body in scene.near(1, (0.0, 0.0, 1.0))] == [BodyKind.MOVER]
+    assert scene.others == ()
+    scene.see_drone(2, NOW, (1.0, 0.0, 1.0))
+    scene.arrange(NOW)
+    assert [body.kind for body in scene.near(1, (0.0, 0.0, 1.0))] == [BodyKind.DRONE]
+
+
+def test_a_crowd_sorted_by_place_shows_the_same_as_a_look_at_all(make_swarm, monkeypatch):
+    many, found = 2 * FEW, []
+    for few in (FEW, 10 * FEW):
+        monkeypatch.setattr("flockwire_mocap.scene.FEW", few)
+        scene = Scene(make_swarm({"gateway": {"person_radius": 0.9}}))
+        for k in range(many):
+            place = (k % 8 * 0.9, k // 8 * 0.9, 1.0)
+            (scene.see_drone(k, NOW, place) if k % 2 else scene.see_other(f"person {k}", NOW, place))
+        scene.arrange(NOW)
+        found.append([sorted(scene.near(k, (k % 8 * 0.9, k // 8 * 0.9, 1.0))) for k in range(1, many, 2)])
+    assert found[0] == found[1]
+    assert max(map(len, found[0])) > 8

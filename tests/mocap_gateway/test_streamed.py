@@ -1,0 +1,76 @@
+import pytest
+from flockwire.nanoseconds import BILLION
+from flockwire.wire.keys import MISSION
+from flockwire_mocap.coordinates import Coordinates
+from flockwire_mocap.source import Link
+from flockwire_mocap.streamed import StreamedSource
+from flockwire_mocap.tracking import ReportedBody, TrackerFrame
+
+NOW = 1_790_000_000 * BILLION
+MS = BILLION // 1000
+LEVEL = (0.0, 0.0, 0.0, 1.0)
+
+
+def body(identity, x=0.0, tracked=True):
+    return ReportedBody(identity, f"uav{identity}", (x, 0.0, 1.0), LEVEL, tracked)
+
+
+def frame(number, captured, *bodies, transmitted=None):
+    return TrackerFrame(number, captured, captured if transmitted is None else transmitted, bodies)
+
+
+def streamed(state=lambda now: Link(), **options):
+    return StreamedSource(Coordinates("y"), state, **options)
+
+
+def test_the_stamp_is_the_exposure_on_the_gateways_clock():
+    source = streamed()
+    source.arrived(frame(1, 5000 * MS, body(1), transmitted=5008 * MS), NOW)
+    source.take(NOW)
+    source.arrived(frame(2, 5010 * MS, body(1), transmitted=5018 * MS), NOW + 13 * MS)  # 3 ms late on the way
+    (found,) = source.take(NOW + 13 * MS)
+    assert found.captured == NOW + 2 * MS
+    assert found.bodies[0].position == (0.0, -1.0, 0.0)
+
+
+def test_a_latency_that_the_stamps_do_not_have_is_subtracted():
+    source = streamed(latency=8 * MS)
+    source.arrived(frame(1, 5000 * MS, body(1)), NOW)
+    assert source.take(NOW)[0].captured == NOW - 8 * MS
+
+
+def test_of_what_comes_faster_than_it_is_taken_the_newest_counts():
+    source = streamed()
+    source.arrived(frame(1, 0, body(1, 1.0), body(2, 1.0)), NOW)
+    source.arrived(frame(2, 10 * MS, body(1, 2.0)), NOW + 10 * MS)
+    first, second = source.take(NOW + 10 * MS)
+    assert [(b.name, b.position[0]) for b in first.bodies] == [("uav2", 1.0)]
+    assert [(b.name, b.position[0]) for b in second.bodies] == [("uav1", 2.0)]
+    assert (source.take(NOW), source.complete()) == ([], False)
+
+
+def test_a_body_that_is_there_twice_is_nowhere_and_counted():
+    source = streamed()
+    source.arrived(frame(1, 0, body(1, 1.0), body(1, 2.0), body(2)), NOW)
+    (found,) = source.take(NOW)
+    assert {b.name: b.tracked for b in found.bodies} == {"uav1": False, "uav2": True}
+    assert source.link(NOW).counts == (("uav1 twice in a frame", 1),)
+
+
+@pytest.mark.parametrize("awaited", [None, {"uav1": 1, "uav2": 2}])
+def test_whole_frames_are_complete_and_single_reports_with_the_last(awaited):
+    source = streamed(awaited=awaited)
+    source.arrived(frame(1, 0, body(1)), NOW)
+    assert source.complete() == (awaited is None)
+    source.arrived(frame(1, 0, body(7)), NOW)  # nobody waits for it
+    assert source.complete() == (awaited is None)
+    source.arrived(frame(2, 0, body(2)), NOW + MS)
+    assert source.complete()
+
+
+def test_it_reports_what_the_connection_lacks_and_restarts_of_the_trackers_clock():
+    source = streamed(lambda now: Link("no answer", (("frames missing", 3),)))
+    source.arrived(frame(1, 5 * BILLION, body(1)), NOW)
+    source.arrived(frame(2, 900 * BILLION, body(1)), NOW + MS)
+    assert source.link(NOW) == Link("no answer", (("frames missing", 3), ("steps of its clock", 1)))
+    assert source.triggers == {MISSION}

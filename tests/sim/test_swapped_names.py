@@ -1,0 +1,40 @@
+"""Two bodies change names in the air: both pilots hold, nobody collides, no pose is false."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import combinations
+from math import dist
+from typing import Any
+
+import pytest
+from flockwire.swarm.model import uav
+
+AT = 6.321
+
+
+@pytest.mark.parametrize(("drones", "pilots"), [([1, 4], ("uav1", "uav4")), ([0, 2], ("leader", "uav2"))])
+def test_both_hold_and_the_others_fly_on(fly: Callable[..., Any], drones: list[int], pilots: tuple[str, ...]) -> None:
+    swap = {"at": AT, "kind": "swap", "drones": drones, "duration": 1.0}
+    flown = fly({"control.law": "extended"}, swap, duration=10.0)
+    for drone, pilot in zip(drones, pilots, strict=True):
+        told = [t for t, _ in flown.of("doubt", uav(drone))]
+        assert AT < told[0] < AT + 0.03
+        held = next(t for t, phase, _ in flown.phases(pilot, AT) if phase == "hold")
+        assert held < AT + 0.03 + 0.1  # statuses come ten times a second
+        assert told[-1] < AT + 2.1
+    assert not [
+        key
+        for t, published, _ in flown.published
+        if (key := published.key).kind == "doubt" and key.owner not in map(uav, drones)
+    ]
+    frames: dict[int, dict[str, Any]] = {}
+    for i in range(5):
+        truth = {pose.stamp: pose.position for _, pose in flown.of("truth", uav(i))}
+        assert all(pose.position == truth[pose.stamp] for _, pose in flown.of("pose", uav(i)))
+        for stamp, place in truth.items():
+            frames.setdefault(stamp, {})[uav(i)] = place
+    assert min(dist(a, b) for frame in frames.values() for a, b in combinations(frame.values(), 2)) > 0.4
+    gateway = flown.of("status", "gateway")[-1][1].report
+    assert ("swaps", 1) in gateway.counts
+    assert gateway.latency >= 0.0
