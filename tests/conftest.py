@@ -25,21 +25,15 @@ Changes = Mapping[str, object]
 DOCS = Path(__file__).parents[1] / "docs"
 
 
-FLIGHTS = {"test_new_kind", "test_two_worlds", "test_up"}  # fly with `up`
-
-
 def group(module: Path) -> str:
-    """Return which tests run in one process, one after the other, beside those of a module: at most two swarms fly."""
-    if module.parent.name != "integration":
-        return str(module)
-    return "flights" if module.stem in FLIGHTS else "fleets"
+    """Return which tests run in one process with those of a module, one after the other: one swarm flies at a time."""
+    return "flights" if module.parent.name == "integration" else str(module)
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Let the groups that take longest begin first."""
-    first = {"flights": 0, "fleets": 1}
-    items.sort(key=lambda item: first.get(group(item.path), 2))
+    """Let the group that takes longest begin first."""
+    items.sort(key=lambda item: group(item.path) != "flights")
 
 
 class Groups(LoadScopeScheduling):

@@ -39,9 +39,12 @@ class Attacker:
 
 
 class Attack:
-    """One attacker's sessions: one that dials all endpoints, as client one for each. Use it as a context manager."""
+    """One attacker's sessions: one that dials all endpoints, as client one for each. Use it as a context manager.
 
-    def __init__(self, plan: Plan, attacker: Attacker, authority: str) -> None:
+    It gives the swarm `patience` times LINK_TIME.
+    """
+
+    def __init__(self, plan: Plan, attacker: Attacker, authority: str, patience: int = 1) -> None:
         self.received: set[str] = set()
         self.answered: set[str] = set()
         self._plan, self._attacker = plan, attacker
@@ -52,12 +55,12 @@ class Attack:
         everywhere = [*plan.endpoints.values(), *plan.reserved.values()]
         # A client waits long for each that refuses it; who may link does not depend on the mode, the peer tries all.
         groups = [[endpoint] for endpoint in wanted] if attacker.mode == "client" else [everywhere]
-        self._links_wanted = len(wanted)
+        self._links_wanted, self._link_time = len(wanted), patience * LINK_TIME
         self._sessions: list[zenoh.Session] = []
         for group in groups:
             with contextlib.suppress(zenoh.ZError):  # refused at once
                 targets = [plan.locator(endpoint) for endpoint in group]
-                self._sessions.append(zenoh.open(attacker_configuration(attacker, targets, authority)))
+                self._sessions.append(zenoh.open(attacker_configuration(attacker, targets, authority, self._link_time)))
 
     def __enter__(self) -> Attack:
         return self
@@ -68,8 +71,8 @@ class Attack:
                 session.close()  # type: ignore[no-untyped-call]
 
     def link(self) -> int:
-        """Wait until as many endpoints have accepted a link as are to, or LINK_TIME is over; returns how many have."""
-        deadline = clock.monotonic() + round(LINK_TIME * BILLION)
+        """Wait until as many endpoints have accepted a link as are to, or its time is over; returns how many have."""
+        deadline = clock.monotonic() + round(self._link_time * BILLION)
         while (linked := self._linked()) < self._links_wanted and clock.monotonic() < deadline:
             time.sleep(POLL)
         return linked
@@ -134,8 +137,13 @@ def open_to(plan: Plan, identity: str) -> Mapping[str, str]:
     return plan.reserved if plan.reserved and identity in plan.persons else plan.endpoints
 
 
-def attacker_configuration(attacker: Attacker, targets: Iterable[str], authority: str) -> zenoh.Config:
-    """Return the Zenoh configuration of an attacker that dials `targets`; `authority` is the certificate it trusts."""
+def attacker_configuration(
+    attacker: Attacker, targets: Iterable[str], authority: str, link_time: float = LINK_TIME
+) -> zenoh.Config:
+    """Return the Zenoh configuration of an attacker that dials `targets`; `authority` is the certificate it trusts.
+
+    A client gives up after `link_time` s.
+    """
     tls: dict[str, object] = {"root_ca_certificate": authority, "verify_name_on_connect": False}
     if attacker.credentials is not None:
         certificate, key = str(attacker.credentials.certificate), str(attacker.credentials.key)
@@ -145,7 +153,7 @@ def attacker_configuration(attacker: Attacker, targets: Iterable[str], authority
         "listen": {"endpoints": []},
         "connect": {
             "endpoints": list(targets),
-            "timeout_ms": round(LINK_TIME * 1000) if attacker.mode == "client" else -1,
+            "timeout_ms": round(link_time * 1000) if attacker.mode == "client" else -1,
             "exit_on_failure": attacker.mode == "client",
             "retry": {"period_init_ms": 100, "period_max_ms": 300, "period_increase_factor": 1.5},
         },

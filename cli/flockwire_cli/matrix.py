@@ -21,6 +21,11 @@ class AttackResult:
     published: frozenset[tuple[Key, str]]
     links: int
 
+    def __or__(self, other: AttackResult) -> AttackResult:
+        """Return what the attacker achieved in one of two attacks."""
+        received, published = self.received | other.received, self.published | other.published
+        return AttackResult(self.identity, self.mode, received, published, max(self.links, other.links))
+
 
 @dataclass(frozen=True, slots=True)
 class Finding:

@@ -36,6 +36,7 @@ ANSWER_TIME = 1.5  # s for a swarm that runs to answer
 START_TIME = 10.0  # s for it to start
 WAITING = ("grounded", "waiting")
 SETTLING = 0.3  # s, longer than two statuses take
+SECOND_LOOK = 4  # times as long for whom something was blocked: a busy machine is no refusal
 
 Accepted = dict[tuple[Key, str], int]
 
@@ -70,12 +71,15 @@ def probe(
     with tempfile.TemporaryDirectory() as scratch:
         for group in attackers(plan, keys, Path(scratch)):
             alive = _alive(operator)
-            for observation in _attack(plan, keys, group, operator):
-                observations.append(observation)
-                new = list(findings(plan, observation, alive & _alive(operator)))
-                found += new
-                for finding in new:
-                    show(finding.sentence())
+            observed = list(_attack(plan, keys, group, operator))
+            if any(not finding.leak for o in observed for finding in findings(plan, o, alive & _alive(operator))):
+                again = _attack(plan, keys, group, operator, SECOND_LOOK)
+                observed = [first | second for first, second in zip(observed, again, strict=True)]
+            observations += observed
+            new = [finding for o in observed for finding in findings(plan, o, alive & _alive(operator))]
+            found += new
+            for finding in new:
+                show(finding.sentence())
     return observations, found
 
 
@@ -155,18 +159,20 @@ def write(plan: Plan, observations: list[AttackResult], found: list[Finding], se
     )
 
 
-def _attack(plan: Plan, keys: Path, group: tuple[Attacker, ...], operator: Operator) -> Iterator[AttackResult]:
+def _attack(
+    plan: Plan, keys: Path, group: tuple[Attacker, ...], operator: Operator, patience: int = 1
+) -> Iterator[AttackResult]:
     """Receive in all modes at once, and publish in one after the other, so that it is known who published."""
     with ExitStack() as stack:
-        attacks = [stack.enter_context(Attack(plan, attacker, str(keys / "ca.crt"))) for attacker in group]
+        attacks = [stack.enter_context(Attack(plan, attacker, str(keys / "ca.crt"), patience)) for attacker in group]
         links = [attack.link() for attack in attacks]
         for attack in attacks:
             attack.subscribe()
-        _watch(operator, RECEIVING)
+        _watch(operator, patience * RECEIVING)
         for attacker, attack, linked in zip(group, attacks, links, strict=True):
             before = _accepted(plan, operator)
             attack.forge()
-            _watch(operator, SETTLING)
+            _watch(operator, patience * SETTLING)
             after = _accepted(plan, operator)
             published = frozenset(cell for cell, count in after.items() if count > before.get(cell, 0))
             yield AttackResult(attacker.identity, attacker.mode, frozenset(attack.keys_received()), published, linked)

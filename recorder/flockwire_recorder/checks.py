@@ -10,7 +10,6 @@ from flockwire_recorder.gaps import Gap
 from flockwire_recorder.whereabouts import LandingFigures
 
 SPEED_TOLERANCE = 0.02  # share by which a speed measured from noisy positions may exceed its limit
-LEAST_RATE = 0.95  # share of the control rate that the slowest agent must reach
 MOST_NAMED = 4  # drones that the sentence of a check names
 ABOUT_THE_RECORD = frozenset({"control rate", "recording", "lost messages"})  # not how the drones flew
 
@@ -135,7 +134,7 @@ def _record(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
     gap, longest = measured.gap, swarm.checks.recording_gap
     where = measured.gap_place if gap.length > longest else ""
     return (
-        _at_least("control rate", slowest, LEAST_RATE, "of the steps", measured.no_formation),
+        _at_least("control rate", slowest, swarm.checks.control_rate, "of the steps", measured.no_formation),
         _at_most("recording", gap.length, longest, "s", "", "without a record of what was published", where),
         Check("lost messages", float(measured.lost), 0.0, measured.lost == 0, "none"),
     )

@@ -149,6 +149,13 @@ def test_nothing_is_to_be_received_of_one_who_is_not_there(plan):
     assert judged(plan, "uav3", unreceived=[ESTIMATE], alive=everybody(plan) - {"uav2"}) == []
 
 
+def test_what_one_of_two_attacks_achieved_counts_as_achieved(plan):
+    right = rightful(plan, "uav1")
+    slow = AttackResult("uav1", "peer", right.received - {ESTIMATE}, right.published, 0)
+    busy = AttackResult("uav1", "peer", right.received, frozenset(), right.links)
+    assert slow | busy == busy | slow == right
+
+
 def test_an_attacker_does_not_wait_for_its_own_messages(plan):
     own = Key("status", "recorder")  # the recorder receives its own
     assert own in receivable(plan, "recorder")

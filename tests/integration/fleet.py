@@ -31,6 +31,7 @@ from flockwire_cli.attackers import Attacker, attacker_configuration, open_to
 from flockwire_cli.processes import command
 
 SWARMS = Path(__file__).parents[2] / "swarms"
+CONTROL_RATE = 0.5  # share of the steps that a flight passes with on a busy machine
 PATIENCE = 60.0  # s that a busy machine may take to do what a test waits for
 PORTS_NEEDED = SINGLE_PORTS + 5 * DRONE_PORTS  # of a swarm of up to five drones, ids 0 to 4; as many below them
 FIRST_PORT, PLACES = 20000, 170  # so many swarms fit in below the ports that the system gives to whoever dials
@@ -53,7 +54,10 @@ def free_ports() -> int:
 
 
 def copy_swarm(folder: Path, source: str = "paper_simulation", **replaced: str) -> Path:
-    """Copy a shipped swarm file into `folder`, to free ports; keywords replace lines `key = value`."""
+    """Copy a shipped swarm file into `folder`, to free ports; keywords replace lines `key = value`.
+
+    Other tests run beside it: how many of its steps an agent makes then says nothing of the agent.
+    """
     text = (SWARMS / f"{source}.toml").read_text()
     name = replaced.pop("name", tomllib.loads(text)["name"])
     lines = [f'name = "{name}"' if line.startswith("name = ") else line for line in text.splitlines()]
@@ -62,7 +66,7 @@ def copy_swarm(folder: Path, source: str = "paper_simulation", **replaced: str) 
         lines = [f"{key} = {value}" if line.startswith(f"{key} = ") else line for line in lines]
     text = "\n".join(line for line in lines if not line.startswith(("[network]", "base_port")))
     path = folder / f"{name}.toml"
-    path.write_text(f"{text}\n[network]\nbase_port = {free_ports()}\n")
+    path.write_text(f"{text}\n[network]\nbase_port = {free_ports()}\n[checks]\ncontrol_rate = {CONTROL_RATE}\n")
     return path
 
 

@@ -78,6 +78,7 @@ duration = 2.0
 """
 
 
+@pytest.mark.long
 def test_the_same_faults_have_the_same_end(make_swarm: Callable[..., Path], tmp_path: Path) -> None:
     faults = tmp_path / "faults.toml.txt"
     faults.write_text(FAULTS)

@@ -165,6 +165,7 @@ class Checks(Model):
     observation_tail: Positive = 0.1  # m, observation error, likewise
     settle_within: Positive = 20.0  # s, from the formation's time 0
     landing_radius: Positive = 0.5  # m, between where a landing begins and where it ends, on the ground plan
+    control_rate: Probability = 0.95  # share of its steps that the slowest agent must make in the formation phases
     recording_gap: Positive = 0.5  # s, of a topic that the recorder may miss
 
 
