@@ -150,7 +150,7 @@ def test_nothing_is_to_be_received_of_one_who_is_not_there(plan):
 
 
 def test_what_one_of_two_attacks_achieved_counts_as_achieved(plan):
-    right = rightful(plan, "uav1")
+    right = perfect(plan, "uav1")
     slow = AttackResult("uav1", "peer", right.received - {ESTIMATE}, right.published, 0)
     busy = AttackResult("uav1", "peer", right.received, frozenset(), right.links)
     assert slow | busy == busy | slow == right

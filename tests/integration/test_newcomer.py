@@ -32,6 +32,7 @@ def run(tmp_path):
     return run
 
 
+@pytest.mark.long
 def test_a_swarm_a_law_a_study_and_its_figures(run, tmp_path):
     assert "PYTHONPATH=. flockwire check mine.toml" in OWN_LAW
     swarm = block(README, "toml", "graph")

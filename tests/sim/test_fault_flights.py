@@ -10,7 +10,7 @@ from types import ModuleType
 import pytest
 
 BENCH = Path(__file__).parents[2] / "bench" / "fault_flights.py"
-FLIGHTS = 16
+FLIGHTS = 10
 
 
 @pytest.fixture(scope="module")

@@ -136,6 +136,7 @@ def again_by_its_seed(out: Path) -> None:
     assert f"--seed {worst['seed']}" in worst["command"]
 
 
+@pytest.mark.long
 def test_a_dask_cluster_finds_the_same(files: tuple[Path, Path], tmp_path: Path) -> None:
     from distributed import LocalCluster
 
