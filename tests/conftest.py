@@ -25,15 +25,20 @@ Changes = Mapping[str, object]
 DOCS = Path(__file__).parents[1] / "docs"
 
 
+MACHINES = {"test_console", "test_containers", "test_hosts"}  # wait for a browser and for images more than they compute
+
+
 def group(module: Path) -> str:
     """Return which tests run in one process with those of a module, one after the other: one swarm flies at a time."""
-    return "flights" if module.parent.name == "integration" else str(module)
+    if module.parent.name != "integration":
+        return str(module)
+    return "machines" if module.stem in MACHINES else "flights"
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Let the group that takes longest begin first."""
-    items.sort(key=lambda item: group(item.path) != "flights")
+    """Let the groups that take longest begin first."""
+    items.sort(key=lambda item: group(item.path) not in ("flights", "machines"))
 
 
 class Groups(LoadScopeScheduling):
