@@ -16,7 +16,17 @@ COMPILED = (
     *(f"core/flockwire/wire/{name}.py" for name in ("cdr", "inbox", "messages", "stamped", "status")),
     *(
         f"core/flockwire/flight/{name}.py"
-        for name in ("avoidance", "guard", "ladder", "phases", "pilot", "sidestepping", "stepping", "surroundings")
+        for name in (
+            "avoidance",
+            "guard",
+            "ladder",
+            "landing",
+            "phases",
+            "pilot",
+            "sidestepping",
+            "stepping",
+            "surroundings",
+        )
     ),
     "core/flockwire/law.py",
     "agent/flockwire_agent",

@@ -63,6 +63,7 @@ def test_a_hard_touch_down_would_be_seen(bench: ModuleType, flown: list, monkeyp
     "seed",
     [
         pytest.param(1464, id="drivers that stood still while told to end"),
+        pytest.param(2301, id="a landing into the hollow between two on the ground and the fence"),
         pytest.param(1767, id="a stop after the drivers' clock was set back"),
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import hypot
 
@@ -20,6 +21,13 @@ class Room:
     low: Vector
     high: Vector
     corners: tuple[Corner, ...] = ()
+
+    def walls(self) -> Iterator[tuple[Corner, Corner]]:
+        """Yield the walls on the ground plan, each from corner to corner: those of the box, then the polygon's."""
+        (a, b, _), (d, e, _) = self.low, self.high
+        yield from edges(((a, b), (d, b), (d, e), (a, e)))
+        if self.corners:
+            yield from edges(self.corners)
 
     def outside(self, position: Vector) -> float:
         """Return how far `position` is outside, m (the largest excess; 0 inside)."""

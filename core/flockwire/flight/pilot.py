@@ -13,6 +13,7 @@ from flockwire.control.vector import ZERO, Vector, add, limit, scale
 from flockwire.flight.avoidance import repulsion
 from flockwire.flight.guard import Guard
 from flockwire.flight.ladder import Inputs, all_well, hold_reason, land_reason, shown, speed_limit, unready_reason
+from flockwire.flight.landing import Landing
 from flockwire.flight.phases import (
     IN_FLIGHT,
     NEVER,
@@ -61,6 +62,7 @@ class Pilot:
         self._sensing = swarm.avoidance.sensing == "nearby"
         self._command_key = Key("command", uav(number))
         self._guard = Guard(swarm, number) if swarm.control.filtered else None
+        self._landing = Landing(swarm)
         airframe = swarm.airframe(number)
         self._airframe = AirframeState(airframe.lag, airframe.dead_time)
         self._surroundings = Surroundings(swarm)
@@ -208,12 +210,22 @@ class Pilot:
         """Return the velocity that keeps the place: on it, above it on the way up, or on the way down."""
         rise = self._limits.vertical_speed
         self._place = self._place or position
-        if phase is not Phase.HOLD:
-            return climb(position, self._place, -rise if phase is Phase.LANDING else rise)
+        if phase is Phase.LANDING:
+            return self._descend(position, self._place)
+        if phase is Phase.TAKEOFF:
+            return climb(position, self._place, rise)
         wanted = keep_place(position, self._place, rise)
         if self._guard is not None:
             return wanted
         return add(wanted, scale(repulsion(self.bodies, self._avoidance), -self._formation_gain))
+
+    def _descend(self, position: Vector, place: Vector) -> Vector:
+        """Return the velocity of going down on `place`, with the safety filter first over to a free one."""
+        rise, free = self._limits.vertical_speed, True
+        if self._guard is not None:
+            place, free = self._landing.place(position, place, self.bodies)
+            self._place = place
+        return climb(position, place, -rise) if free else keep_place(position, (*place[:2], position[2]), rise)
 
     def _blind_velocity(self) -> Vector:
         """Return the velocity to command without a fresh pose: straight down when landing, else none."""

@@ -1,0 +1,85 @@
+"""The nearest free place on the ground plan: outside every disc, inside the room."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+from math import dist, hypot, sqrt
+
+from flockwire.control.fence import Room
+from flockwire.control.plane_polygon import Corner, nearest_on_edge
+
+Disc = tuple[float, float, float]
+"""(x, y, r): the points nearer to (x, y) than r, m."""
+
+_TOLERANCE = 1e-9  # m by which a disc or the room may be missed: rounding
+
+
+def is_free(place: Corner, discs: Sequence[Disc]) -> bool:
+    """Return whether `place`, m, is outside every disc."""
+    px, py = place
+    for x, y, r in discs:  # a loop: this is on the 100 Hz path
+        dx, dy, least = px - x, py - y, r - _TOLERANCE
+        if dx * dx + dy * dy < least * least:
+            return False
+    return True
+
+
+def nearest_free_place(place: Corner, discs: Sequence[Disc], room: Room) -> Corner | None:
+    """Return the free point of the room that is nearest to `place` (m, world frame), None where there is none.
+
+        minimise |p − place|   subject to   |p − c_k| >= r_k for every disc k,   p in the room        (ours)
+
+    It is `place` itself, the nearest point of one circle or wall, or a point where two of them meet.
+    """
+    walls = tuple(room.walls())
+    candidates = [place, *(nearest_on_edge(place, wall) for wall in walls), *(wall[0] for wall in walls)]
+    candidates += [_nearest_on_circle(place, disc) for disc in discs]
+    for one, other in combinations(discs, 2):
+        candidates += _circles_meet(one, other)
+    for disc in discs:
+        for wall in walls:
+            candidates += _circle_meets(disc, wall)
+    candidates.sort(key=lambda point: dist(point, place))
+    low = room.low[2]
+    for x, y in candidates:
+        if is_free((x, y), discs) and room.outside((x, y, low)) <= _TOLERANCE:
+            return (x, y)
+    return None
+
+
+def _nearest_on_circle(place: Corner, disc: Disc) -> Corner:
+    x, y, r = disc
+    dx, dy = place[0] - x, place[1] - y
+    length = hypot(dx, dy)
+    return (x + r * dx / length, y + r * dy / length) if length > 0.0 else (x + r, y)
+
+
+def _circles_meet(one: Disc, other: Disc) -> Iterator[Corner]:
+    (ax, ay, a), (bx, by, b) = one, other
+    dx, dy = bx - ax, by - ay
+    square = dx * dx + dy * dy
+    if square == 0.0:
+        return
+    along = 0.5 * (1.0 + (a * a - b * b) / square)
+    beside = a * a / square - along * along
+    if beside < 0.0:
+        return
+    for across in (sqrt(beside), -sqrt(beside)):
+        yield (ax + along * dx - across * dy, ay + along * dy + across * dx)
+
+
+def _circle_meets(disc: Disc, wall: tuple[Corner, Corner]) -> Iterator[Corner]:
+    """Yield where a circle meets a wall."""
+    (cx, cy, r), ((ax, ay), (bx, by)) = disc, wall
+    dx, dy = bx - ax, by - ay
+    square = dx * dx + dy * dy
+    if square == 0.0:
+        return
+    foot = ((cx - ax) * dx + (cy - ay) * dy) / square
+    beside = r * r / square - (((cx - ax) * dy - (cy - ay) * dx) / square) ** 2
+    if beside < 0.0:
+        return
+    for share in (foot - sqrt(beside), foot + sqrt(beside)):
+        if 0.0 <= share <= 1.0:
+            yield (ax + share * dx, ay + share * dy)
