@@ -12,7 +12,8 @@ from flockwire.wire.plan import PERSONS, Plan
 BURST = 16  # messages of one step that may wait for the network before the next is dropped; 16 is the most
 LARGEST_MESSAGE = 65536  # bytes
 SPARE_SESSIONS = 512  # beside one for each link: a holder of one drone's certificate must not exhaust them easily
-ACCEPTING = 1000  # connections that may be under way at a time, and ms that each may take
+ACCEPTING = 1000  # connections that may be under way at a time
+ACCEPT_TIME = {"tls": 1000, "quic": 4000}  # ms that each may take; a radio link loses some of its packets
 ROUTER_PATIENCE = 500  # ms that one attempt to reach the router may take
 NO_DETOURS: Mapping[str, str] = MappingProxyType({})
 RETRY = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
@@ -65,7 +66,7 @@ def _configuration(
             "unicast": {
                 "max_sessions": len(plan.links[identity]) + SPARE_SESSIONS,
                 "accept_pending": ACCEPTING,
-                "accept_timeout": ACCEPTING,
+                "accept_timeout": ACCEPT_TIME[plan.swarm.network.link],
             },
             "shared_memory": {"enabled": False},
         },

@@ -1,0 +1,228 @@
+"""Four hosts on a radio network: each a network namespace with an address of its own; frames are lost and delayed.
+
+    sudo bench/hosts.py [--only partition|lossy|clocks] [--repeats 3] [--seconds 20] [--out FOLDER]
+
+partition: one host hears and reaches nobody for 5 s, in formation. lossy: 30 % of all frames are lost, the others take
+50 ± 20 ms. clocks: 5 % loss and 20 ± 20 ms, once with true clocks and once with clocks that are 200 ms off and drift by
+50 ppm (`faketime`). The swarm is that of bench/common_time.toml; a row for each flight. Needs root, `ip`, /dev/net/tun.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+from collections.abc import Callable, Iterator
+from itertools import combinations
+from math import dist
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+from air import Air, Conditions, air
+from flockwire import clock
+from flockwire.loading import load_swarm
+from flockwire.nanoseconds import BILLION
+from flockwire.security.pki import make_keys
+from flockwire.wire.messages import Pose
+from flockwire.wire.plan import Plan
+from flockwire.wire.status import Status
+from flockwire_cli.giving import give
+from flockwire_cli.order import Order
+from flockwire_cli.processes import command
+from flockwire_recorder.records import WholeRecords
+from mcap.records import Channel, Message
+from radio import LANDING, ages, ended
+
+SWARM = Path(__file__).with_name("common_time.toml")
+NETWORK = "10.78.0"
+QUIET = Conditions(0.0, 0.002, 0.001)
+LOSSY = Conditions(0.3, 0.05, 0.02)
+WIRELESS = Conditions(0.05, 0.02, 0.02)
+PARTED, VICTIMS = "two", ("uav3", "uav4")
+PARTITION, SETTLING, HEALED = 5.0, 12.0, 12.0  # s
+START_TIME = 90.0  # s that links may take to come up where frames are lost
+IN_PLACE = 0.1  # m of formation error, for STAYS s
+STAYS = 1.0
+IN_THE_AIR = 0.15  # m
+PATIENT = {  # s: two hops of up to 70 ms each, and some frames lost in a row
+    "pose_zero": 0.3, "nearby_slow": 0.3, "nearby_hold": 0.6, "command_zero": 0.4, "estimate_drop": 0.5,
+    "leader_silent": 2.0,
+}  # fmt: skip
+FAKETIME = "/usr/lib/x86_64-linux-gnu/faketime/libfaketimeMT.so.1"
+SHIFTS = {"field": (0.2, 5e-5), "one": (-0.2, -5e-5), "two": (0.2, -5e-5)}  # s, s/s, against the gateway's host
+
+
+def swarm_file(folder: Path, link: str, limits: dict[str, float]) -> Path:
+    """Write the swarm with an address for each host."""
+    table = tomllib.loads(SWARM.read_text())
+    del table["sim"]
+    for number, host in enumerate(table["hosts"].values()):
+        host["address"] = f"{NETWORK}.{number + 1}"
+    table |= {"network": {"link": link}, "limits": {"staleness": limits}}
+    path = folder / "swarm.toml"
+    path.write_text(tomli_w.dumps(table))
+    return path
+
+
+@contextlib.contextmanager
+def flying(plan: Plan, swarm: Path, folder: Path, conditions: Conditions, shifted: bool) -> Iterator[Air]:
+    """Start the processes of all hosts, and bring the swarm into formation; yields the network, lands in the end."""
+    keys, out = folder / "keys", folder / "out"
+    make_keys(plan, keys, clock.utc())
+    addresses = {host: str(found.address) for host, found in plan.swarm.hosts.items()}
+    with air(addresses, f"{NETWORK}.254") as (network, names), contextlib.ExitStack() as stack:
+        network.become(conditions)
+        for identity in plan.started:
+            host = plan.hosts[identity]
+            line = ["ip", "netns", "exec", names[host], *command(plan, identity, swarm, out, keys)]
+            environment = {**os.environ, **(_faketime(host) if shifted else {})}
+            with (folder / f"{identity}.log").open("wb") as log:
+                stack.enter_context(ended(subprocess.Popen(line, stdout=log, stderr=log, env=environment)))
+        start(plan, keys)
+        yield network
+        asyncio.run(give(plan, keys, Order("land")))
+        time.sleep(LANDING)
+
+
+def _faketime(host: str) -> dict[str, str]:
+    offset, drift = SHIFTS.get(host, (0.0, 0.0))
+    return {"LD_PRELOAD": FAKETIME, "FAKETIME": f"{offset:+} x{1.0 + drift}"} if host in SHIFTS else {}
+
+
+def start(plan: Plan, keys: Path) -> None:
+    """Give the order to start until all have confirmed it; raises SystemExit."""
+    deadline = time.monotonic() + START_TIME
+    while time.monotonic() < deadline:
+        answer = asyncio.run(give(plan, keys, Order("start")))
+        if not answer.refusal and not answer.missing:
+            return
+    raise SystemExit(f"the flight did not start: {answer.refusal or answer.missing}")
+
+
+def partition(folder: Path, _: float) -> dict[str, Any]:
+    """Part one host from all others, heal, and give one order to start."""
+    swarm = swarm_file(folder, "tls", {})
+    plan = Plan(load_swarm(swarm))
+    with flying(plan, swarm, folder, QUIET, shifted=False) as network:
+        time.sleep(SETTLING)
+        parted = clock.now()
+        network.become(QUIET, (PARTED,))
+        time.sleep(PARTITION)
+        network.become(QUIET)
+        healed = clock.now()
+        start(plan, folder / "keys")
+        time.sleep(HEALED)
+    phases: dict[str, list[str]] = {}
+    settled: dict[str, float | None] = {}
+    last: dict[str, int] = {}
+    for message in _said(folder / "out", "status", Status.decode):
+        who, report = message.identity, message.report
+        if who not in VICTIMS or message.stamp < parted:
+            continue
+        _note(phases.setdefault(who, []), report.phase)
+        if message.stamp > healed and not 0.0 <= report.formation_error < IN_PLACE:
+            last[who] = message.stamp
+        if message.stamp - last.get(who, healed) > STAYS * BILLION:
+            settled.setdefault(who, round((last.get(who, healed) - healed) / BILLION, 1))
+    return {"phases": phases, "in place again after s": settled, "closest m": closest(folder / "out")}
+
+
+def _note(phases: list[str], phase: str) -> None:
+    if not phases or phases[-1] != phase:
+        phases.append(phase)
+
+
+def flight(folder: Path, seconds: float, conditions: Conditions, shifted: bool = False) -> dict[str, Any]:
+    """Fly over QUIC under these conditions; returns the figures."""
+    swarm = swarm_file(folder, "quic", PATIENT)
+    plan = Plan(load_swarm(swarm))
+    with flying(plan, swarm, folder, conditions, shifted):
+        time.sleep(seconds)
+    out = folder / "out"
+    line = [sys.executable, "-m", "flockwire_cli", "report", str(out / "trace.mcap")]
+    subprocess.run(line, check=False, capture_output=True)
+    summary = json.loads((out / "summary.json").read_text())
+    return {
+        **ages(out / "trace.mcap"),
+        "formation tail rms mm": round(1e3 * summary["formation_error_m"]["rms_tail"], 1),
+        "closest m": closest(out),
+        "clock error ms": clock_error(plan, out, shifted),
+    }
+
+
+def clock_error(plan: Plan, out: Path, shifted: bool) -> float:
+    """Return the worst error of a corrected clock that a status has from ten seconds on, ms."""
+    first: dict[str, int] = {}
+    worst = 0.0
+    for status in _said(out, "status", Status.decode):
+        began = first.setdefault(status.identity, status.stamp)
+        age = (status.stamp - began) / BILLION
+        if age > 10.0:
+            offset, drift = SHIFTS.get(plan.hosts[status.identity], (0.0, 0.0)) if shifted else (0.0, 0.0)
+            worst = max(worst, abs(status.clock_offset + offset + drift * age))
+    return round(1e3 * worst, 2)
+
+
+def closest(out: Path) -> float:
+    """Return the smallest distance between two drones in the air, m, by the kinematics' truth."""
+    places: dict[str, Pose] = {}
+    least = float("inf")
+    for owner, pose in _owned(out, "truth", Pose.decode):
+        places[owner] = pose
+        aloft = [p.position for p in places.values() if p.position[2] > IN_THE_AIR]
+        least = min([least, *(dist(a, b) for a, b in combinations(aloft, 2))])
+    return round(least, 3)
+
+
+def _said(out: Path, kind: str, decode: Callable[[bytes], Any]) -> Iterator[Any]:
+    return (said for _, said in _owned(out, kind, decode))
+
+
+def _owned(out: Path, kind: str, decode: Callable[[bytes], Any]) -> Iterator[tuple[str, Any]]:
+    topics: dict[int, str] = {}
+    for record in WholeRecords(out / "trace.mcap"):
+        if isinstance(record, Channel):
+            topics[record.id] = record.topic
+        elif isinstance(record, Message) and topics[record.channel_id].endswith(f"/{kind}"):
+            yield topics[record.channel_id].split("/")[-2], decode(record.data)
+
+
+CASES = {
+    "partition": [("", partition)],
+    "lossy": [("", lambda folder, seconds: flight(folder, seconds, LOSSY))],
+    "clocks": [
+        ("true", lambda folder, seconds: flight(folder, seconds, WIRELESS)),
+        ("apart", lambda folder, seconds: flight(folder, seconds, WIRELESS, shifted=True)),
+    ],
+}
+
+
+def main() -> None:
+    """Fly all; print a row for each flight."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", choices=list(CASES))
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--out", type=Path, default=Path("runs/hosts"))
+    options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    results = []
+    for _ in range(options.repeats):
+        for case in [options.only] if options.only else CASES:
+            for variant, fly in CASES[case]:
+                with tempfile.TemporaryDirectory() as folder:
+                    results.append({"case": f"{case} {variant}".strip(), **fly(Path(folder), options.seconds)})
+                print(json.dumps(results[-1]), flush=True)
+                (options.out / "hosts.json").write_text(json.dumps(results, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
