@@ -4,12 +4,14 @@
 
 The bench is the pilots and the operator at one end of the real driver processes, and the Tellos at the other. Times are
 from before the message is published until the datagram has come, both ends and the network between included; with them
-the core alone. Stops are given with every agent under SIGSTOP.
+the same messages until they reach a session of the recorder's in this process, which is how long publishing and network
+take without a driver, and the core alone. Stops are given with every agent under SIGSTOP.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import select
 import signal
 import socket
@@ -19,14 +21,17 @@ import tempfile
 import time
 import tomllib
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import psutil
 import tomli_w
+import zenoh
 from flockwire import clock
 from flockwire.loading import load_swarm
 from flockwire.runtime.session import Session
+from flockwire.security.files import files_of
 from flockwire.security.pki import make_keys
 from flockwire.swarm.model import uav
 from flockwire.swarm.tello_addresses import COMMAND_PORT, tello_addresses
@@ -34,6 +39,7 @@ from flockwire.wire.keys import Key
 from flockwire.wire.messages import Command, Stop
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import AGENT, DRIVER, LEADING, OPERATOR
+from flockwire_cli.attackers import Attacker, attacker_configuration
 from flockwire_cli.operator import Operator
 from flockwire_cli.processes import command
 from flockwire_tello.driver import DriverCore
@@ -75,6 +81,7 @@ class Bench:
         flying = SimulatedTello(TelloParameters(), 0).state(0)._replace(h=100, tof=100)
         self.states = {i: format_state(flying._replace(bat=40 + i)) for i in self.tellos}
         self._state_at = 0.0
+        self.heard_at = 0.0  # when the recorder's session had the newest command
 
     def _pilot(self, identity: str) -> Session:
         return Session(self.plan, identity, self.keys)
@@ -128,15 +135,33 @@ class Bench:
             due += 0.01
             self.until(due)
 
-    def latencies(self, drone: int, seconds: float) -> list[float]:
-        """Return the s from a command to its datagram, of those commands that have one."""
-        taken, due = [], time.monotonic()
-        for _ in range(round(100 * seconds)):
-            began = time.monotonic()
-            self.give(drone)
-            due += 0.01
-            taken += [at - began for at, i, data in self.until(due) if i == drone and data.startswith(b"rc")]
-        return taken
+    def latencies(self, drone: int, seconds: float) -> tuple[list[float], list[float]]:
+        """Return the s from a command to its datagram, of those that have one, and to the recorder's session."""
+        taken, network, due = [], [], time.monotonic()
+        with self._recorder(drone):
+            for _ in range(round(100 * seconds)):
+                began = time.monotonic()
+                self.give(drone)
+                due += 0.01
+                taken += [at - began for at, i, data in self.until(due) if i == drone and data.startswith(b"rc")]
+                network += [self.heard_at - began] if self.heard_at > began else []
+        return taken, network
+
+    @contextlib.contextmanager
+    def _recorder(self, drone: int) -> Iterator[None]:
+        """Receive a drone's commands with the recorder's certificate."""
+        recorder, pilot = self.plan.recorders[0], self.plan.pilot[drone]
+        attacker = Attacker(recorder, files_of(self.keys, recorder), "peer")
+        target = self.plan.locator(self.plan.endpoints[pilot])
+
+        def arrived(_: zenoh.Sample) -> None:
+            self.heard_at = time.monotonic()
+
+        with zenoh.open(attacker_configuration(attacker, [target], str(self.keys / "ca.crt"))) as session:
+            key = self.plan.text(Key("command", uav(drone)))
+            session.declare_subscriber(key, zenoh.handlers.Callback(arrived, indirect=False))
+            self.run(1.0)
+            yield
 
     def stop(self) -> float:
         """Stop; return the s until each Tello had an `emergency`, the longest of them."""
@@ -175,12 +200,13 @@ def side_by_side(seconds: float) -> None:
             deadline = time.monotonic() + 30.0
             while len(bench.batteries()) < 10 and time.monotonic() < deadline:
                 bench.run(0.5)
-            alone = bench.latencies(3, seconds)
+            alone, network = bench.latencies(3, seconds)
             bench.rc.clear()
             began = time.monotonic()
             bench.run(seconds)
             lasted = time.monotonic() - began
             row("command -> datagram, processes and network", alone)
+            row("command -> another session, the network alone", network)
             rates = [count / lasted for count in bench.rc.values()]
             print(f"ten drivers: rc {min(rates):.1f} to {max(rates):.1f} Hz; {sum(bench.strange.values())} datagrams "
                   f"at another's Tello; batteries {'apart' if _apart(bench.batteries()) else 'MIXED UP'}")  # fmt: skip
