@@ -40,7 +40,16 @@ def test_a_circling_leader_is_followed(watch_swarm: Callable[..., Any]) -> None:
     assert flown.error <= 0.003
 
 
-@pytest.mark.parametrize(("lag", "dead_time"), [(1.0, 1.0), (1.2, 1.2), (0.8, 0.8), (1.2, 0.8), (0.8, 1.2)])
+@pytest.mark.parametrize(
+    ("lag", "dead_time"),
+    [
+        (1.0, 1.0),
+        (1.2, 1.2),
+        pytest.param(0.8, 0.8, marks=pytest.mark.long),
+        pytest.param(1.2, 0.8, marks=pytest.mark.long),
+        pytest.param(0.8, 1.2, marks=pytest.mark.long),
+    ],
+)
 def test_lag_and_dead_time_known_to_a_fifth_are_enough(
     lag: float, dead_time: float, watch_swarm: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -53,6 +62,7 @@ def test_lag_and_dead_time_known_to_a_fifth_are_enough(
     assert flown.error <= 0.015
 
 
+@pytest.mark.long
 def test_noise_does_not_grow_along_a_chain_of_twenty(watch_swarm: Callable[..., Any]) -> None:
     """30 ms a hop, 1 mm of noise on the leader's pose, a leader that turns."""
     swarm = extended("paper_simulation", leader={"trajectory": {"kind": "circle", "radius": 1.0, "rate": 0.14}})
@@ -78,7 +88,7 @@ WIDE = {"limits.fence": {"min": [-30.0, -30.0, -0.5], "max": [30.0, 30.0, 3.0]}}
 TELLO = {"airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}, "limits.speed": 1.0}
 
 
-@pytest.mark.parametrize("count", [2, 3, 6])
+@pytest.mark.parametrize("count", [2, pytest.param(3, marks=pytest.mark.long), 6])
 @pytest.mark.parametrize("airframe", [{}, TELLO], ids=["ideal", "tello"])
 def test_who_meets_face_to_face_passes(count: int, airframe: dict[str, Any], fly_flock: Callable[..., Any]) -> None:
     flown = fly_flock(*swap(count), {**WIDE, **airframe}, 15.0)

@@ -92,12 +92,12 @@ def assert_safe(flown: Any) -> Kept:
 @pytest.mark.parametrize(
     ("conditions", "bound"),
     [
-        pytest.param(OFFSET, 0.035, id="clock offset"),  # 30 ms at 1.1 m/s
-        pytest.param(DRIFT, 0.003, id="clock drift"),
-        pytest.param(DELAY, 0.005, id="delay"),
+        pytest.param(OFFSET, 0.035, id="clock offset", marks=pytest.mark.long),  # 30 ms at 1.1 m/s
+        pytest.param(DRIFT, 0.003, id="clock drift", marks=pytest.mark.long),
+        pytest.param(DELAY, 0.005, id="delay", marks=pytest.mark.long),
         pytest.param(JITTER, 0.010, id="jitter"),
         pytest.param(LOSS, 0.003, id="loss"),
-        pytest.param(REORDERING, 0.003, id="reordering"),
+        pytest.param(REORDERING, 0.003, id="reordering", marks=pytest.mark.long),
         pytest.param(ALL, 0.040, id="all"),
     ],
 )
@@ -107,7 +107,7 @@ def test_nobody_comes_too_close_and_the_formation_is_kept(conditions: dict[str, 
     assert assert_safe(flown).error <= bound
 
 
-@pytest.mark.parametrize("seed", [71, 105])
+@pytest.mark.parametrize("seed", [71, pytest.param(105, marks=pytest.mark.long)])
 def test_more_sight_and_margin_make_up_for_clocks_that_hide_how_old_things_are(
     seed: int, fly: Fly, make_swarm: Callable[..., Swarm]
 ) -> None:

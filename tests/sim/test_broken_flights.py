@@ -23,6 +23,7 @@ from flockwire_sim.world import EPOCH, World
 
 Fly = Callable[..., Any]
 LAWS = ("paper", "extended")
+MOSTLY = ("extended", pytest.param("paper", marks=pytest.mark.long))
 KILLED = 4.0  # s after the take-off
 DRONES = tuple(uav(i) for i in range(5))
 
@@ -183,7 +184,7 @@ def test_another_operators_landing_ends_the_flight_well(fly: Fly) -> None:
     assert len({m.stamp for _, m in flown.of("mission", "") if m.verb == "land"}) == 1  # the other's alone
 
 
-@pytest.fixture(scope="module", params=LAWS)
+@pytest.fixture(scope="module", params=MOSTLY)
 def joined(request: pytest.FixtureRequest, fly: Fly) -> Any:
     """Return a flight in which uav4 lands alone, and is brought back by a second order to start."""
 
@@ -265,7 +266,7 @@ class Retired:
         world.scheduler.at(self.at + 12 * BILLION, lambda _: world.scheduler.stop())
 
 
-@pytest.fixture(scope="module", params=LAWS)
+@pytest.fixture(scope="module", params=MOSTLY)
 def retired(request: pytest.FixtureRequest, fly: Fly) -> Any:
     """Return a flight whose processes are told to end, and who may end when."""
     told = Retired(5.0)
