@@ -74,6 +74,12 @@ def test_a_container_is_not_root_writes_nowhere_and_is_healthy(flight):
     assert sorted(keys) == ["ca.crt", "operators.crt", f"{KILLED}.crt", f"{KILLED}.key"]
 
 
+def test_a_container_that_is_down_delays_nobody_who_dials_it(flight):
+    code = "import socket, time; began = time.monotonic()\ntry: socket.getaddrinfo('nobody', 1)\n"
+    code += "except OSError: print(time.monotonic() - began)"
+    assert float(run("docker", "exec", flight.container(KILLED), "python", "-c", code).stdout) < 1.0
+
+
 def back(swarm, since):
     """Wait until KILLED has said since then that it flies, or that it is on the ground and ready."""
     said = ("formation", "hold", "ready")

@@ -53,6 +53,12 @@ def test_networks_of_services_are_those_at_the_end_and_let_nobody_out(composed):
     assert all(network["internal"] is True for network in composed["networks"].values())
 
 
+def test_the_name_of_who_is_down_is_not_asked_for_where_nobody_answers(composed):
+    for service in composed["services"].values():
+        assert service["dns_opt"] == ["ndots:1"]  # an engine then answers names without a dot itself, at once
+        assert service["dns_search"] == ["."]  # and no name gets one
+
+
 def test_the_papers_folder_is_what_the_command_writes():
     plan = Plan(load_swarm(ROOT / "swarms" / "paper_simulation.toml"))
     written = (ROOT / "deploy" / "paper" / "compose.yaml").read_text(encoding="utf-8")
