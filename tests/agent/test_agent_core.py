@@ -199,6 +199,17 @@ def test_a_restart_in_flight_does_not_land_before_the_first_pose_could_come(cock
     assert agent.phase is Phase.HOLD
 
 
+def test_a_restart_that_does_not_hear_its_driver_leaves_the_drone_to_it(cockpit):
+    agent = cockpit(position=(3.0, -2.0, 1.2))
+    agent.silent = {"telemetry"}
+    agent.run(0.5)
+    assert agent.command is None  # a driver that hovers by its commands would never land
+    agent.silent.clear()
+    agent.state = FlightState.FLYING
+    agent.run(0.2)
+    assert (agent.phase, agent.velocity) == (Phase.HOLD, (0.0, 0.0, 0.0))
+
+
 def test_what_it_says_never_goes_back_in_time(cockpit):
     """Its receivers turn away what is older than the last."""
     agent = cockpit().fly()

@@ -64,6 +64,7 @@ def test_a_hard_touch_down_would_be_seen(bench: ModuleType, flown: list, monkeyp
     [
         pytest.param(1464, id="drivers that stood still while told to end"),
         pytest.param(2301, id="a landing into the hollow between two on the ground and the fence"),
+        pytest.param(4087, id="an agent restarted in flight that does not hear its driver"),
         pytest.param(1767, id="a stop after the drivers' clock was set back"),
     ],
 )

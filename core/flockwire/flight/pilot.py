@@ -113,9 +113,10 @@ class Pilot:
     def command(self, wanted: Vector, now: int) -> list[tuple[Key, Message]]:
         """Return the command to publish at `now` (Unix ns); `wanted` (m/s) counts in the formation phase alone.
 
-        None after an emergency stop: a driver that missed it lands for want of commands, and does not hover.
+        None after an emergency stop, nor before the driver has said whether the drone flies: then it lands for want of
+        commands, and does not hover for good.
         """
-        if self.flight.phase is Phase.STOPPED:
+        if self.flight.phase is Phase.STOPPED or self._telemetry is None:
             return []
         motion = self.motion
         velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity()
