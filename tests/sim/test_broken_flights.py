@@ -221,6 +221,26 @@ def test_who_joins_comes_near_nobody_and_is_in_its_place(joined: Any) -> None:
     assert dist(own.position, [a + b for a, b in zip(leader.position, offset, strict=True)]) < 0.1
 
 
+@pytest.fixture(scope="module", params=["uav2", "leader"])
+def restarted(request: pytest.FixtureRequest, fly: Fly) -> Any:
+    """Return a flight in which a pilot is killed, restarted 3 s later, and a second order to start brings all back."""
+
+    def prepare(world: World) -> None:
+        world.conduct(OneShots(world, EPOCH + 20 * BILLION, 12.0))  # type: ignore[arg-type]
+
+    faults = {"at": KILLED, "kind": "kill"}, {"at": KILLED + 3.0, "kind": "restart"}
+    return fly(None, *(fault | {"process": request.param} for fault in faults), prepare=prepare)
+
+
+def test_one_start_brings_all_back_after_a_pilot_was_away_for_three_seconds(restarted: Any) -> None:
+    assert restarted.outcome.failure == ""
+    land = next(t for t, m in restarted.of("mission", "") if m.verb == "land")
+    for pilot in ("leader", "uav1", "uav2", "uav3", "uav4"):
+        assert [phase for t, phase, _ in restarted.phases(pilot) if t < land][-1] == "formation", pilot
+    assert closest(restarted, KILLED) >= restarted.world.swarm.avoidance.drone_safety_distance
+    assert all(is_down(restarted, owner) for owner in DRONES)
+
+
 def test_a_station_that_stands_still_for_a_while_lands_nobody_before_their_time(fly: Fly) -> None:
     def prepare(world: World) -> None:
         operator = world.processes["operator"]

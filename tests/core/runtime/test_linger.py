@@ -32,3 +32,42 @@ def test_no_socket_of_the_process_or_its_children_lingers_and_all_other_options_
     done = subprocess.run(line, capture_output=True, text=True, timeout=30, check=True)
     assert done.stdout == "(0, 0) 1\n(0, 0) 1\n"
     assert "no filter" not in done.stderr
+
+
+LINKS = """
+import os, socket, struct, sys, time
+from pathlib import Path
+from flockwire.loading import load_swarm
+from flockwire.runtime.session import Session
+from flockwire.wire.plan import Plan
+
+plan, lingers = Plan(load_swarm(Path(sys.argv[1]))), set()
+with Session(plan, "gateway") as one, Session(plan, "kinematics") as other:
+    deadline = time.monotonic() + 20.0
+    while not (one.linked() and other.linked()) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    for number in os.listdir("/proc/self/fd"):
+        try:
+            with socket.socket(fileno=os.dup(int(number))) as end:
+                end.getpeername()  # of a link, not of what listens
+                lingers.add(struct.unpack("ii", end.getsockopt(socket.SOL_SOCKET, socket.SO_LINGER, 8)))
+        except OSError:
+            pass
+print(sorted(lingers))
+"""
+SWARM = """
+name = "lingering"
+formation = { kind = "circle" }
+graph = { edges = [[0, 1]] }
+drones = [ { id = 0, start = [0.0, 0.0, 0.0] }, { id = 1, start = [1.0, 0.0, 0.0] } ]
+network = { security = "none", base_port = 17780 }
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is to be done")
+def test_no_link_between_two_sessions_lingers(tmp_path):
+    swarm = tmp_path / "swarm.toml"
+    swarm.write_text(SWARM)
+    line = [sys.executable, "-c", LINKS, str(swarm)]
+    done = subprocess.run(line, capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout == "[(0, 0)]\n", done.stderr
