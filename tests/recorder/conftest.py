@@ -51,6 +51,7 @@ class Flight:
     decay: float = 1.2  # s, of the followers' distance to their places
     observer_decay: float = 0.4  # s
     place_bias: float = 0.0  # of every follower, along X
+    leaps_at: float | None = None  # uav2 is 1e253 m away from then on
     estimate_bias: float = 0.0  # of every estimate, along Y
     noise: float = 0.0  # m, standard deviation of places and estimates
     deflection: float = 0.0  # how far from the obstacle's centre followers are pushed
@@ -112,6 +113,8 @@ class Flight:
         """Return x_i."""
         height, astray = self.height(i, t), self.drifts * (t - self.end) if i == 1 and t > self.end else 0.0
         x, y, z = self.place(i, min(t, self.end), height)
+        if i == 2 and self.leaps_at is not None and t > self.leaps_at:
+            x += 1e253
         return (x + astray, y, z)
 
     def place(self, i: int, t: float, height: float) -> tuple[float, float, float]:

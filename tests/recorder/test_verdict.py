@@ -33,9 +33,10 @@ def test_an_estimate_that_is_15_m_off(failures):
     assert found["observation tail"].endswith("m, must be at most 0.1 m in the last 30 % of each phase")
 
 
-@pytest.mark.filterwarnings("ignore:overflow")
-def test_a_drone_that_is_nowhere_in_this_world_fails_the_flight_and_not_the_summary(fly):
-    summary = summarise(read_trace(fly(begin=-2.0, end=4.0, place_bias=1e253)))
+@pytest.mark.filterwarnings("ignore:overflow", "ignore:invalid value")
+@pytest.mark.parametrize("nowhere", [{"place_bias": 1e253}, {"leaps_at": 2.0}])
+def test_a_drone_that_is_nowhere_in_this_world_fails_the_flight_and_not_the_summary(fly, nowhere):
+    summary = summarise(read_trace(fly(begin=-2.0, end=4.0, **nowhere)))
     assert not summary.ok
     assert json.loads(json.dumps(summary.as_json(), allow_nan=False))
 
