@@ -18,6 +18,9 @@ Booleans = NDArray[np.bool_]
 _WIDTHS: dict[type[Message], int] = {Pose: 3, Estimate: 6, Command: 3, Telemetry: 4, Nearby: 1}  # columns
 
 
+NOWHERE = 1e9  # m, m/s: what is further off is put there, whose square, and picture, is still one
+
+
 @dataclass(frozen=True, slots=True)
 class Series:
     """The messages of one topic in the order of their stamps, one row each.
@@ -25,7 +28,7 @@ class Series:
     `stamps` (for which the content holds), `published` and `logged` are Unix times in ns, `sequences` the publishers'
     counts. Columns of `values`, in m, m/s and s: pose and truth x y z; estimate x y z vx vy vz; command vx vy vz;
     telemetry flight state, battery (share of full), height, command age; nearby the distance to the surface of the
-    nearest mover, infinite without one; none for the others.
+    nearest mover, infinite without one; none for the others. Finite ones are at most NOWHERE.
     """
 
     stamps: Integers
@@ -68,4 +71,5 @@ class Columns:
         values = np.array(self._values, np.float64).reshape(len(times), self._width)
         order = np.argsort(times[:, 0], kind="stable")
         stamps, published, logged, sequences = np.ascontiguousarray(times[order].T)
+        np.clip(values, -NOWHERE, NOWHERE, out=values, where=np.isfinite(values))
         return Series(stamps, published, logged, sequences, values[order])

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from math import isfinite
 
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import uav
@@ -91,22 +90,9 @@ class Summary:
         return tuple(check.sentence() for check in self.checks if not check.ok)
 
     def as_json(self) -> dict[str, object]:
-        """Return the content of summary.json; a figure beyond all numbers (a drone that is nowhere) is null."""
+        """Return the content of summary.json."""
         lists = {"missing": list(self.missing), "phases": [asdict(phase) for phase in self.phases]}
-        content = asdict(self) | lists | {"checks": [check.as_json() for check in self.checks]}
-        return {name: _finite(value) for name, value in content.items()}
-
-
-def _finite(value: object) -> object:
-    """Return a value of summary.json with None for what JSON has no number for."""
-    match value:
-        case float():
-            return value if isfinite(value) else None
-        case dict():
-            return {name: _finite(inner) for name, inner in value.items()}
-        case list() | tuple():
-            return [_finite(inner) for inner in value]
-    return value
+        return asdict(self) | lists | {"checks": [check.as_json() for check in self.checks]}
 
 
 def summarise(trace: Trace) -> Summary:

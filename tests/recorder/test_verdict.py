@@ -6,6 +6,7 @@ import pytest
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.tables import Checks
 from flockwire_recorder.reading import read_trace
+from flockwire_recorder.report import write_files
 from flockwire_recorder.summary import summarise
 
 BOUNDS = Checks()
@@ -33,10 +34,12 @@ def test_an_estimate_that_is_15_m_off(failures):
     assert found["observation tail"].endswith("m, must be at most 0.1 m in the last 30 % of each phase")
 
 
-@pytest.mark.filterwarnings("ignore:overflow", "ignore:invalid value")
 @pytest.mark.parametrize("nowhere", [{"place_bias": 1e253}, {"leaps_at": 2.0}])
-def test_a_drone_that_is_nowhere_in_this_world_fails_the_flight_and_not_the_summary(fly, nowhere):
-    summary = summarise(read_trace(fly(begin=-2.0, end=4.0, **nowhere)))
+def test_a_drone_that_is_nowhere_in_this_world_fails_the_flight_and_not_the_report(fly, tmp_path, nowhere):
+    trace = read_trace(fly(begin=-2.0, end=4.0, **nowhere))
+    summary = summarise(trace)
+    write_files(trace, summary, tmp_path / "out")
+    assert (tmp_path / "out/report.html").exists()
     assert not summary.ok
     assert json.loads(json.dumps(summary.as_json(), allow_nan=False))
 
