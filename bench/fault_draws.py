@@ -1,0 +1,144 @@
+"""Short flights of the paper's swarm of five, each with one to three faults, all drawn by a seed."""
+
+from __future__ import annotations
+
+import tomllib
+from collections import defaultdict
+from dataclasses import dataclass
+from itertools import permutations
+from pathlib import Path
+from random import Random
+from typing import Any
+
+from flockwire.flight.faults import Fault, parse_faults
+from flockwire.loading import parse_swarm
+from flockwire.swarm.model import Swarm
+from flockwire.wire.plan import Plan
+from flockwire_sim.study.file import Starts
+from flockwire_sim.study.places import random_starts
+
+SWARMS = Path(__file__).parents[1] / "swarms"
+VARIANTS = {  # swarm file, law, starts drawn, share of the flights
+    "extended": ("paper_simulation", "extended", True, 0.55),
+    "extended, Tello": ("paper_flight", "extended", False, 0.2),
+    "paper": ("paper_simulation", "paper", False, 0.15),
+    "paper, Tello": ("paper_flight", "paper", False, 0.1),
+}
+DURATION = 8.0  # s from the order to take off to the order to land
+FILE_KINDS = ("kill", "restart", "freeze", "cut", "partition", "link", "tracker", "noise", "clock", "lag", "failure")
+KINDS = (*FILE_KINDS, "stop", "told to end", "station frozen", "station lost")
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """One flight as its seed has it: `faults` in order, those of FILE_KINDS for the world, the others for the tap."""
+
+    seed: int
+    variant: str
+    swarm: Swarm
+    faults: tuple[dict[str, Any], ...]
+    usual: bool  # the limits are those of the swarm file
+
+    def of_world(self) -> tuple[Fault, ...]:
+        """Return the faults that the simulated world injects."""
+        listed = [fault for fault in self.faults if fault["kind"] in FILE_KINDS]
+        return parse_faults({"faults": listed}, Plan(self.swarm), f"seed {self.seed}")
+
+
+def drawn(seed: int) -> Drawn:
+    """Draw the flight of `seed`."""
+    chance = Random(f"fault flight {seed}")
+    variant = chance.choices(tuple(VARIANTS), [share for *_, share in VARIANTS.values()])[0]
+    file, law, moved, _ = VARIANTS[variant]
+    table = tomllib.loads((SWARMS / f"{file}.toml").read_text())
+    table["control"]["law"] = law
+    usual = chance.random() < 0.4
+    if not usual:
+        table["limits"]["staleness"] = _staleness(chance)
+    if chance.random() < 0.08:
+        table.setdefault("airframes", {}).setdefault("kinematics", {})["endurance"] = chance.uniform(5.0, 12.0)
+    if chance.random() < 0.25:
+        _tighten_fence(table, file, chance)
+    if moved:
+        places = random_starts(parse_swarm(table, file), Starts(box=(6.0, 6.0), fixed=(0,)), chance)
+        for drone, (x, y) in zip(table["drones"], places, strict=True):
+            drone["start"] = [x, y, 0.0]
+    swarm = parse_swarm(table, file)
+    plan = Plan(swarm)
+    kinds = chance.choices((*KINDS, "cut"), k=chance.choice((1, 1, 2, 2, 3)))
+    faults = (_fault(kind, plan, chance) for kind in kinds)
+    return Drawn(seed, variant, swarm, tuple(sorted(faults, key=lambda fault: fault["at"])), usual)
+
+
+def _staleness(chance: Random) -> dict[str, float]:
+    pose, estimate, command = chance.uniform(0.1, 0.4), chance.uniform(0.5, 1.5), chance.uniform(0.1, 0.4)
+    telemetry = chance.uniform(0.3, 1.0)
+    return {
+        "pose_zero": pose,
+        "pose_land": pose + chance.uniform(0.2, 1.0),
+        "estimate_drop": chance.uniform(0.15, 0.5),
+        "estimates_hold": estimate,
+        "estimates_land": estimate + chance.uniform(0.5, 4.0),
+        "leader_silent": chance.uniform(0.3, 1.0),
+        "leader_land": chance.uniform(0.2, 2.0),
+        "nearby_slow": 0.1,
+        "nearby_hold": chance.uniform(0.15, 0.5),
+        "command_zero": command,
+        "command_land": command + chance.uniform(0.2, 1.0),
+        "telemetry_warn": telemetry,
+        "telemetry_land": telemetry + chance.uniform(0.2, 1.0),
+    }
+
+
+def _tighten_fence(table: dict[str, Any], file: str, chance: Random) -> None:
+    """Let the formation reach the fence, or the climb its top."""
+    reach, low = (3.05 if file == "paper_simulation" else 1.8), chance.random() < 0.5
+    table["limits"]["fence"] = {"min": [-reach, -reach, -0.5], "max": [reach, reach, 0.93 if low else 3.0]}
+    table["limits"]["fence"]["margin"] = chance.uniform(0.02, 0.1)
+    table["limits"]["takeoff_height"] = 0.9 if low else 1.0
+    table["leader"] |= {"trajectory": {"kind": "constant", "velocity": [0.3, 0.2, 0.0]}, "input_bound": 0.4}
+    table.pop("obstacles", None)
+
+
+def _fault(kind: str, plan: Plan, chance: Random) -> dict[str, Any]:
+    """Draw one fault of `kind`, keys as in a file of faults."""
+    lasting = round(min(8.0, 0.3 * (8.0 / 0.3) ** chance.random()), 3)  # s, as often short as long
+    fault: dict[str, Any] = {"at": round(chance.uniform(0.0, DURATION + 1.0), 3), "kind": kind}
+    if kind in ("freeze", "cut", "partition", "link", "tracker", "noise", "station frozen"):
+        fault["duration"] = round(chance.uniform(0.3, 8.0), 3) if kind == "cut" else lasting
+    if kind in ("tracker", "lag", "failure"):
+        fault["drone"] = chance.choice(plan.swarm.flying)
+    return fault | _keys(kind, plan, chance)
+
+
+def _keys(kind: str, plan: Plan, chance: Random) -> dict[str, Any]:
+    """Draw the keys that only some kinds have."""
+    processes = [identity for identity in plan.identities if identity not in plan.witnesses]
+    kinds = {plan.rows[identity].kind: [] for identity in processes}
+    for identity in processes:
+        kinds[plan.rows[identity].kind].append(identity)
+    keys: dict[str, Any] = {}
+    if kind in ("kill", "restart", "freeze", "clock"):
+        keys["process"] = chance.choice(kinds[chance.choice(tuple(kinds))])
+    match kind:
+        case "cut" | "link":
+            links: dict[tuple[str, str], list[tuple[str, str]]] = defaultdict(list)  # by the kinds at their ends
+            for a, b in permutations(processes, 2):
+                if plan.publishes_to(a, b):
+                    links[plan.rows[a].kind, plan.rows[b].kind].append((a, b))
+            keys["from"], keys["to"] = chance.choice(links[chance.choice(tuple(links))])
+            if kind == "link":
+                keys |= {"delay": chance.uniform(0.0, 0.3), "jitter": chance.uniform(0.0, 0.1)}
+                keys |= {"loss": chance.uniform(0.0, 0.6), "reordering": chance.uniform(0.0, 0.2)}
+        case "partition":
+            keys["processes"] = chance.sample(processes, chance.randint(1, 3))
+        case "noise":
+            keys["noise"] = chance.uniform(0.002, 0.03)
+        case "clock":
+            reach = chance.choice((0.2, 5.0))
+            keys["step"] = chance.uniform(-reach, reach)
+        case "lag":
+            keys |= {"lag": chance.uniform(0.0, 0.3), "dead_time": chance.uniform(0.0, 0.1)}
+        case "told to end":
+            keys["process"] = chance.choice(list(plan.pilots.values()))
+    return keys
