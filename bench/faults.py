@@ -35,8 +35,7 @@ from flockwire.loading import load_swarm
 from flockwire.wire.messages import Pose, Telemetry
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
-from flockwire_recorder.records import WholeRecords
-from mcap.records import Channel, Message
+from traced import published
 
 SWARM = Path(__file__).parents[1] / "swarms/paper_simulation.toml"
 FAULTS = ("kill", "freeze 0.3", "freeze 2", "freeze 8")
@@ -183,15 +182,9 @@ def judge(outcome: Outcome, traces: list[Path], at: int) -> None:
 def messages(outcome: Outcome, traces: list[Path]) -> Iterator[tuple[str, Pose | Telemetry | Status]]:
     """Yield owner and message of what is judged; keeps a trace that cannot be read."""
     for trace in traces:
-        topics: dict[int, str] = {}
         try:
-            for record in WholeRecords(trace):
-                if isinstance(record, Channel):
-                    topics[record.id] = record.topic
-                elif isinstance(record, Message) and topics[record.channel_id].count("/") == 3:
-                    _, owner, kind = topics[record.channel_id].rsplit("/", 2)
-                    if kind in JUDGED:
-                        yield owner, JUDGED[kind].decode(record.data)
+            for owner, kind, record in published(trace, *JUDGED):
+                yield owner, JUDGED[kind].decode(record.data)
         except (OSError, ValueError):
             outcome.readable = False
             shutil.copy(trace, Path(tempfile.gettempdir()) / f"unreadable-{trace.stat().st_mtime_ns}.mcap")

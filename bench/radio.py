@@ -33,9 +33,8 @@ from flockwire.wire.plan import Plan
 from flockwire_cli.giving import give
 from flockwire_cli.order import Order
 from flockwire_cli.processes import command
-from flockwire_recorder.records import WholeRecords
-from mcap.records import Channel, Message
 from silent_peer import SWARM, namespaces, spread
+from traced import published
 
 STARTS = 6  # how often `start` is given: links come up slowly where packets are lost
 LANDING = 6.0  # s
@@ -103,14 +102,9 @@ def ended(process: subprocess.Popen[bytes]) -> Iterator[None]:
 
 def ages(trace: Path) -> dict[str, float]:
     """Return median, 99th percentile and greatest age of the newest estimate of each follower, ms."""
-    topics: dict[int, str] = {}
     arrivals: dict[str, list[tuple[int, int]]] = defaultdict(list)
-    for record in WholeRecords(trace):
-        if isinstance(record, Channel):
-            topics[record.id] = record.topic
-        elif isinstance(record, Message) and topics[record.channel_id].endswith("/estimate"):
-            estimate = Estimate.decode(record.data)
-            arrivals[topics[record.channel_id]].append((record.log_time, estimate.stamp))
+    for owner, _, record in published(trace, "estimate"):
+        arrivals[owner].append((record.log_time, Estimate.decode(record.data).stamp))
     found: list[float] = []
     for listed in arrivals.values():
         times = [at for at, _ in sorted(listed)]
