@@ -1,11 +1,11 @@
 """Four hosts on a radio network: each a network namespace with an address of its own; frames are lost and delayed.
 
-    sudo bench/hosts.py [--only partition|lossy|clocks] [--repeats 3] [--seconds 20] [--out FOLDER]
+    sudo bench/hosts.py [--only probe|partition|lossy|clocks] [--repeats 3] [--seconds 20] [--out FOLDER]
 
-partition: one host hears and reaches nobody for 5 s, in formation. lossy: 30 % of all frames are lost, the others take
-50 ± 20 ms. clocks: 5 % loss and 20 ± 20 ms, once with true clocks and once with clocks that are 200 ms off (`faketime`;
-drift is flown in virtual time). The swarm is that of bench/common_time.toml; a row for each flight. Needs root, `ip`,
-/dev/net/tun.
+probe: all is attacked from a further host, over TLS and over QUIC. partition: one host hears and reaches nobody for
+5 s, in formation. lossy: 3, 10, 30 % of all frames are lost, the others take 50 ± 20 ms. clocks: 5 % loss, 20 ± 20 ms,
+once with true clocks and once with clocks that are 200 ms off (`faketime`; drift is flown in virtual time). The swarm
+is that of bench/common_time.toml; a row for each flight. Needs root, `ip`, /dev/net/tun.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import sys
 import tempfile
 import time
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import combinations
 from math import dist
 from pathlib import Path
@@ -38,14 +38,13 @@ from flockwire.wire.status import Status
 from flockwire_cli.giving import give
 from flockwire_cli.order import Order
 from flockwire_cli.processes import command
-from flockwire_recorder.records import WholeRecords
-from mcap.records import Channel, Message
 from radio import LANDING, ages, ended
+from traced import published
 
 SWARM = Path(__file__).with_name("common_time.toml")
 NETWORK = "10.78.0"
 QUIET = Conditions(0.0, 0.002, 0.001)
-LOSSY = Conditions(0.3, 0.05, 0.02)
+LOSSES = (3, 10, 30)  # %
 WIRELESS = Conditions(0.05, 0.02, 0.02)
 PARTED, VICTIMS = "two", ("uav3", "uav4")
 PARTITION, SETTLING, HEALED = 5.0, 12.0, 12.0  # s
@@ -74,8 +73,8 @@ def swarm_file(folder: Path, link: str, limits: dict[str, float]) -> Path:
 
 
 @contextlib.contextmanager
-def flying(plan: Plan, swarm: Path, folder: Path, conditions: Conditions, shifted: bool) -> Iterator[Air]:
-    """Start the processes of all hosts, and bring the swarm into formation; yields the network, lands in the end."""
+def running(plan: Plan, swarm: Path, folder: Path, conditions: Conditions, shifted: bool) -> Iterator[Air]:
+    """Start the processes of all hosts; yields the network, ends them."""
     keys, out = folder / "keys", folder / "out"
     make_keys(plan, keys, clock.utc())
     addresses = {host: str(found.address) for host, found in plan.swarm.hosts.items()}
@@ -87,10 +86,29 @@ def flying(plan: Plan, swarm: Path, folder: Path, conditions: Conditions, shifte
             environment = {**os.environ, **(_faketime(host) if shifted else {})}
             with (folder / f"{identity}.log").open("wb") as log:
                 stack.enter_context(ended(subprocess.Popen(line, stdout=log, stderr=log, env=environment)))
-        start(plan, keys)
         yield network
-        asyncio.run(give(plan, keys, Order("land")))
+
+
+@contextlib.contextmanager
+def flying(plan: Plan, swarm: Path, folder: Path, conditions: Conditions, shifted: bool = False) -> Iterator[Air]:
+    """Bring the swarm into formation; yields the network, lands in the end."""
+    with running(plan, swarm, folder, conditions, shifted) as network:
+        order(plan, folder / "keys", "start")
+        yield network
+        asyncio.run(give(plan, folder / "keys", Order("land")))
         time.sleep(LANDING)
+
+
+def probed(folder: Path, link: str) -> dict[str, Any]:
+    """Attack the processes of all hosts from one more host."""
+    swarm = swarm_file(folder, link, {})
+    plan = Plan(load_swarm(swarm))
+    with running(plan, swarm, folder, QUIET, shifted=False):
+        order(plan, folder / "keys", "land")  # means nothing on the ground, but that all links are there
+        line = [sys.executable, "-m", "flockwire_cli", "probe", str(swarm), "--keys", str(folder / "keys")]
+        done = subprocess.run([*line, "--out", str(folder)], check=False, capture_output=True, text=True)
+    said = [line for line in done.stdout.splitlines() if "leak" in line or "blocked" in line]
+    return {"exit status": done.returncode, "said": said}
 
 
 def _faketime(host: str) -> dict[str, str]:
@@ -99,33 +117,34 @@ def _faketime(host: str) -> dict[str, str]:
     return {"LD_PRELOAD": FAKETIME, "FAKETIME": f"{SHIFTS[host]:+}", "DONT_FAKE_MONOTONIC": "1"}
 
 
-def start(plan: Plan, keys: Path) -> None:
-    """Give the order to start until all have confirmed it; raises SystemExit."""
+def order(plan: Plan, keys: Path, verb: str) -> None:
+    """Give an order until all have confirmed it; raises TimeoutError."""
     deadline = time.monotonic() + START_TIME
     while time.monotonic() < deadline:
-        answer = asyncio.run(give(plan, keys, Order("start")))
+        answer = asyncio.run(give(plan, keys, Order(verb)))
         if not answer.refusal and not answer.missing:
             return
-    raise SystemExit(f"the flight did not start: {answer.refusal or answer.missing}")
+    raise TimeoutError(f"{verb} is not obeyed: {answer.refusal or answer.missing}")
 
 
 def partition(folder: Path, _: float) -> dict[str, Any]:
     """Part one host from all others, heal, and give one order to start."""
     swarm = swarm_file(folder, "tls", {})
     plan = Plan(load_swarm(swarm))
-    with flying(plan, swarm, folder, QUIET, shifted=False) as network:
+    with flying(plan, swarm, folder, QUIET) as network:
         time.sleep(SETTLING)
         parted = clock.now()
         network.become(QUIET, (PARTED,))
         time.sleep(PARTITION)
         network.become(QUIET)
         healed = clock.now()
-        start(plan, folder / "keys")
+        order(plan, folder / "keys", "start")
         time.sleep(HEALED)
     phases: dict[str, list[str]] = {}
     settled: dict[str, float | None] = {}
     last: dict[str, int] = {}
-    for message in _said(folder / "out", "status", Status.decode):
+    for _, _, record in published(folder / "out" / "trace.mcap", "status"):
+        message = Status.decode(record.data)
         who, report = message.identity, message.report
         if who not in VICTIMS or message.stamp < parted:
             continue
@@ -164,7 +183,8 @@ def clock_error(plan: Plan, out: Path, shifted: bool) -> float:
     """Return the worst error of a corrected clock that a status has from ten seconds on, ms."""
     first: dict[str, int] = {}
     worst = 0.0
-    for status in _said(out, "status", Status.decode):
+    for _, _, record in published(out / "trace.mcap", "status"):
+        status = Status.decode(record.data)
         began = first.setdefault(status.identity, status.stamp)
         if status.stamp - began > 10 * BILLION:
             offset = SHIFTS.get(plan.hosts[status.identity], 0.0) if shifted else 0.0
@@ -176,29 +196,20 @@ def closest(out: Path) -> float:
     """Return the smallest distance between two drones in the air, m, by the kinematics' truth."""
     places: dict[str, Pose] = {}
     least = float("inf")
-    for owner, pose in _owned(out, "truth", Pose.decode):
-        places[owner] = pose
+    for owner, _, record in published(out / "trace.mcap", "truth"):
+        places[owner] = Pose.decode(record.data)
         aloft = [p.position for p in places.values() if p.position[2] > IN_THE_AIR]
         least = min([least, *(dist(a, b) for a, b in combinations(aloft, 2))])
     return round(least, 3)
 
 
-def _said(out: Path, kind: str, decode: Callable[[bytes], Any]) -> Iterator[Any]:
-    return (said for _, said in _owned(out, kind, decode))
-
-
-def _owned(out: Path, kind: str, decode: Callable[[bytes], Any]) -> Iterator[tuple[str, Any]]:
-    topics: dict[int, str] = {}
-    for record in WholeRecords(out / "trace.mcap"):
-        if isinstance(record, Channel):
-            topics[record.id] = record.topic
-        elif isinstance(record, Message) and topics[record.channel_id].endswith(f"/{kind}"):
-            yield topics[record.channel_id].split("/")[-2], decode(record.data)
-
-
 CASES = {
+    "probe": [(link, lambda folder, _, link=link: probed(folder, link)) for link in ("tls", "quic")],
     "partition": [("", partition)],
-    "lossy": [("", lambda folder, seconds: flight(folder, seconds, LOSSY))],
+    "lossy": [
+        (f"{loss} %", lambda folder, seconds, loss=loss: flight(folder, seconds, Conditions(loss / 100, 0.05, 0.02)))
+        for loss in LOSSES
+    ],
     "clocks": [
         ("true", lambda folder, seconds: flight(folder, seconds, WIRELESS)),
         ("apart", lambda folder, seconds: flight(folder, seconds, WIRELESS, shifted=True)),
@@ -220,7 +231,11 @@ def main() -> None:
         for case in [options.only] if options.only else CASES:
             for variant, fly in CASES[case]:
                 with tempfile.TemporaryDirectory() as folder:
-                    results.append({"case": f"{case} {variant}".strip(), **fly(Path(folder), options.seconds)})
+                    try:
+                        found = fly(Path(folder), options.seconds)
+                    except TimeoutError as error:
+                        found = {"failed": str(error)}
+                results.append({"case": f"{case} {variant}".strip(), **found})
                 print(json.dumps(results[-1]), flush=True)
                 (options.out / "hosts.json").write_text(json.dumps(results, indent=1) + "\n")
 
