@@ -35,8 +35,8 @@ class Course:
         self._time = TrajectoryTime(LONGEST_STEP if self._filtered else inf)
         self._delay = airframe.lag + airframe.dead_time + 3.0 / swarm.control.rate_hz
         self._braking = swarm.limits.acceleration
-        self._drone_distance = safe.drone_safety_distance + safe.margin
-        self._obstacle_distance = safe.obstacle_safety_distance + safe.margin
+        self._drone_distance = safe.drone_distance_kept
+        self._obstacle_distance = safe.obstacle_distance_kept
         self._sidestepper = Sidestepper(safe, PATIENCE)
         self._origin = ZERO  # where the trajectory begins, m
         self._passed = 0.0  # m along the trajectory

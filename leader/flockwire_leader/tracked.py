@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from flockwire.control.graph import LEADER
 from flockwire.flight.cores import Ground
-from flockwire.flight.ladder import MISTAKEN
+from flockwire.flight.ladder import MISTAKEN, doubted
 from flockwire.flight.phases import NEVER, age
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import IdentityDoubt, Message, Mission, Pose
 from flockwire.wire.status import Report
-
-DOUBT_LASTS = 0.3  # s that a doubt holds after its last message
 
 
 class TrackedLeader(Ground):
@@ -56,5 +54,4 @@ class TrackedLeader(Ground):
             return f"the tracker has not seen its body {self._body!r} yet"
         if silence > self._limit:
             return f"the tracker has not seen its body {self._body!r} for {silence:.1f} s"
-        doubted = self._doubt is not None and age(self._doubt.stamp, now) <= DOUBT_LASTS
-        return MISTAKEN if doubted else ""
+        return MISTAKEN if doubted(self._doubt, now) else ""

@@ -52,7 +52,8 @@ class Rehearsal:
         self._before = _Course(swarm.build_formation(running.formation))
         self._after = _Course(swarm.build_formation(name))
         self._guards = [Guard(swarm, i) for i in swarm.followers] if swarm.control.filtered else []
-        self._safe = swarm.avoidance.drone_safety_distance + (swarm.avoidance.margin if self._guards else 0.0)
+        safe = swarm.avoidance
+        self._safe = safe.drone_distance_kept if self._guards else safe.drone_safety_distance
         self._speed = swarm.limits.speed - swarm.leader.speed_bound
         flown = max(swarm.survey(each).max_speed for each in (running.formation, name))
         sight = min((guard.speed for guard in self._guards), default=0.0) - swarm.leader.speed_bound

@@ -25,8 +25,8 @@ class Guard:
         period = 1.0 / swarm.control.rate_hz
         self._slowness = frame.lag + frame.dead_time
         self._limits = limits
-        self._drone_distance = safe.drone_safety_distance + safe.margin
-        self._obstacle_distance = safe.obstacle_safety_distance + safe.margin
+        self._drone_distance = safe.drone_distance_kept
+        self._obstacle_distance = safe.obstacle_distance_kept
         self.rate = min(safe.barrier_rate, BARRIER_PHASE / (self._slowness + 3.0 * period))
         self._braking = limits.acceleration
         self._delay = STOPPING_DISTANCE_FACTOR * self._slowness + 3.0 * period

@@ -5,9 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from flockwire.flight.phases import NEVER
+from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import uav
 from flockwire.swarm.tables import Limits, Staleness
+from flockwire.wire.messages import IdentityDoubt
 
+DOUBT_LASTS = 300_000_000  # ns that a doubt holds after its last message; the gateway repeats it with each frame
 MISTAKEN = "the tracker mistakes its body for another's"
 
 
@@ -22,6 +25,13 @@ class Inputs(NamedTuple):
     outside: float  # m outside the fence
     leader_down: float = 0.0  # s since the leader, whose formation is to be flown, is down; 0 while it leads
     doubt: float = 0.0  # s since the tracker has its name on another's body; 0 while it has not
+
+
+def doubted(doubt: IdentityDoubt | None, now: int) -> float:
+    """Return for how long, s, the tracker has had a drone's name on another's body; 0 when it has not."""
+    if doubt is None or now - doubt.stamp > DOUBT_LASTS:
+        return 0.0
+    return max((now - doubt.since) / BILLION, 1e-9)
 
 
 def all_well(inputs: Inputs, limits: Limits) -> bool:

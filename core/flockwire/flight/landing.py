@@ -17,8 +17,8 @@ class Landing:
 
     def __init__(self, swarm: Swarm) -> None:
         safe = swarm.avoidance
-        self._drone_distance = safe.drone_safety_distance + safe.margin
-        self._obstacle_distance = safe.obstacle_safety_distance + safe.margin
+        self._drone_distance = safe.drone_distance_kept
+        self._obstacle_distance = safe.obstacle_distance_kept
         self._room = swarm.limits.fence.room()
 
     def place(self, position: Vector, place: Vector, bodies: Sequence[Body]) -> tuple[Vector, bool]:

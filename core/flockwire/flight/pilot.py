@@ -12,7 +12,16 @@ from flockwire.control.airframe_state import AirframeState, Motion
 from flockwire.control.vector import ZERO, Vector, add, limit, scale
 from flockwire.flight.avoidance import repulsion
 from flockwire.flight.guard import Guard
-from flockwire.flight.ladder import Inputs, all_well, hold_reason, land_reason, shown, speed_limit, unready_reason
+from flockwire.flight.ladder import (
+    Inputs,
+    all_well,
+    doubted,
+    hold_reason,
+    land_reason,
+    shown,
+    speed_limit,
+    unready_reason,
+)
 from flockwire.flight.landing import Landing
 from flockwire.flight.phases import (
     IN_FLIGHT,
@@ -35,7 +44,6 @@ from flockwire.wire.status import Report
 AIRBORNE = frozenset({FlightState.FLYING, FlightState.LANDING})
 LEFT_OUT = "left out of this flight"
 DRIVER_LOST = 10.0  # s of silence after which a driver is not coming back
-DOUBT_LASTS = 300_000_000  # ns that a doubt holds after its last message; the gateway repeats it with each frame
 LONGEST_STEP = 0.1  # s: after a longer pause a pilot goes on as if only this had passed
 
 
@@ -156,15 +164,8 @@ class Pilot:
             telemetry.battery if telemetry is not None else 1.0,
             self._room.outside(pose.position) if pose is not None else 0.0,
             leader_down,
-            self._doubted(now),
+            doubted(self._doubt, now),
         )
-
-    def _doubted(self, now: int) -> float:
-        """Return for how long, s, the tracker has had its name on another's body; 0 when it has not."""
-        doubt = self._doubt
-        if doubt is None or now - doubt.stamp > DOUBT_LASTS:
-            return 0.0
-        return max((now - doubt.since) / BILLION, 1e-9)
 
     def retire(self, now: int) -> None:
         """Hold, then land: the process is to end."""

@@ -85,6 +85,16 @@ class Avoidance(Model):
     barrier_rate: Positive = 5.0  # 1/s, alpha: how fast the safety filter lets a gap close
     sidestep_reach: Positive = 0.6  # m, gap within which a body is in the way
 
+    @property
+    def drone_distance_kept(self) -> float:
+        """What the safety filter keeps between two centres, m."""
+        return self.drone_safety_distance + self.margin
+
+    @property
+    def obstacle_distance_kept(self) -> float:
+        """What the safety filter keeps from an obstacle's surface, m."""
+        return self.obstacle_safety_distance + self.margin
+
 
 class Fence(Model):
     """The room that no drone may leave: a box, and in it a polygon where there is one."""
