@@ -8,14 +8,15 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 
 EPOCH = "FLOCKWIRE_EPOCH"  # Unix time at the monotonic clock's zero, ns: what the processes of one flight share
-FIRST_SETTING = 60_000_000_000  # ns: a larger step is that of a clock that had not been set before
+FIRST_SETTING = 60_000_000_000  # ns: a larger step forward is that of a clock that had not been set before
 
 
 class SteadyClock:
     """Unix time in ns that goes on at the monotonic clock's pace, whatever the wall clock is set to meanwhile.
 
     Else a step of the wall clock would make all that was received before look older or younger. It is followed only
-    when it is larger than FIRST_SETTING: a host without a battery for its clock starts far from the others.
+    forward, when it is larger than FIRST_SETTING: a host without a battery for its clock starts far behind the others.
+    The time never goes back.
     """
 
     def __init__(self, wall: Callable[[], int], monotonic: Callable[[], int], epoch: int | None = None) -> None:
@@ -25,7 +26,7 @@ class SteadyClock:
     def now(self) -> int:
         """Return the time."""
         since, wall = self._monotonic(), self._wall()
-        if not -FIRST_SETTING < wall - self.epoch - since < FIRST_SETTING:
+        if wall - self.epoch - since >= FIRST_SETTING:
             self.epoch = wall - since
         return self.epoch + since
 

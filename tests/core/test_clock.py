@@ -28,7 +28,7 @@ def machine():
     return Machine()
 
 
-@pytest.mark.parametrize("step", [-5 * BILLION, -1, 1, 5 * BILLION, FIRST_SETTING - 1])
+@pytest.mark.parametrize("step", [-(10**17), -FIRST_SETTING, -5 * BILLION, -1, 1, 5 * BILLION, FIRST_SETTING - 1])
 def test_a_step_of_the_wall_clock_makes_nothing_older_or_younger(machine, step):
     steady = machine.steady()
     received = steady.now()
@@ -37,7 +37,7 @@ def test_a_step_of_the_wall_clock_makes_nothing_older_or_younger(machine, step):
     assert steady.now() - received == 2 * BILLION
 
 
-@pytest.mark.parametrize("step", [-FIRST_SETTING, FIRST_SETTING, 10**17])
+@pytest.mark.parametrize("step", [FIRST_SETTING, 10**17])
 def test_a_clock_that_is_set_for_the_first_time_is_followed(machine, step):
     steady = machine.steady()
     machine.wall += step

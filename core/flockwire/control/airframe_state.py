@@ -8,6 +8,9 @@ from typing import NamedTuple
 
 from flockwire.control.vector import ZERO, Vector
 
+REMEMBERED = 5.0  # s of commands, beyond the dead time: more than any pose that is flown by is old
+GAP = 1.0  # s between two poses, after which nothing is left of the old velocity
+
 
 class Motion(NamedTuple):
     """Where a drone was measured, m, its velocity there, m/s, and where it would stop if commanded to now, m."""
@@ -41,12 +44,20 @@ class AirframeState:
 
     def command(self, velocity: Vector, now: float) -> None:
         """Take note of the command `velocity` (m/s) given at `now`."""
-        self._commands.append((now, velocity, self._travelled(now)))
+        commands = self._commands
+        commands.append((now, velocity, self._travelled(now)))
+        while commands[0][0] < now - self._dead_time - REMEMBERED:
+            commands.popleft()
 
     def measure(self, position: Vector, stamp: float, now: float) -> Motion:
-        """Take the newest `position` (m), measured at `stamp`; return the motion at `now`, before the next command."""
+        """Take the newest `position` (m), measured at `stamp`; return the motion at `now`, before the next command.
+
+        A stamp that is older than the one before is of a clock that was set back: nothing before it counts any more.
+        """
         dt = stamp - self._stamp
-        if self._position is None or dt > 1.0:
+        if dt < 0.0:
+            self._commands.clear()
+        if self._position is None or not 0.0 <= dt <= GAP:
             self._position, self._velocity, self._stamp = position, ZERO, stamp
         elif dt > 0.0:
             q = exp(-dt / self._time_constant)
