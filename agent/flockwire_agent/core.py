@@ -128,7 +128,8 @@ class AgentCore:
         if not is_known(self._formations, mission):
             return
         flight = self._pilot.flight
-        flight.order(mission)
+        if not flight.order(mission):  # the gateway repeats the newest
+            return
         if flight.mission is not None:
             self._neighbourhood.leave_out(flight.mission.without)
         self._law.restart()

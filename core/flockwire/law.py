@@ -81,8 +81,8 @@ class Law(Protocol):
 
 def check_decision(decision: Decision) -> None:
     """Raise ValueError for a decision that cannot be flown."""
-    numbers = list(decision.velocity)
-    if decision.estimate is not None:
-        numbers += [*decision.estimate.position, *decision.estimate.velocity, *decision.estimate.acceleration]
-    if not isfinite(sum(numbers)):
+    vectors = (decision.velocity, *(decision.estimate or ()))
+    if any(len(vector) != 3 for vector in vectors) or not isinstance(decision.stamp, int):
+        raise ValueError(f"{decision}: its vectors must have three numbers each, its stamp must be an int, in ns")
+    if not isfinite(sum(map(sum, vectors))):
         raise ValueError(f"{decision}: holds a number that is not finite")

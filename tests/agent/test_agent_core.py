@@ -72,7 +72,7 @@ def test_it_takes_off_straight_up_and_holds(cockpit):
 def test_holding_it_comes_back_to_its_place(cockpit):
     agent = cockpit()
     agent.run(0.1)
-    agent.order("hold")
+    agent.order("takeoff")
     agent.run(3.0)
     agent.position = (3.4, 0.0, 0.95)
     agent.run(4.0)
@@ -164,7 +164,7 @@ def test_with_neighbours_sensing_known_neighbours_and_obstacles_push(cockpit):
 def test_two_drones_within_reach_drift_apart(cockpit):
     agent = cockpit()
     agent.run(0.1)
-    agent.order("hold")
+    agent.order("takeoff")
     agent.run(3.0)
     x = agent.position[0]
     agent.bodies = (Body(BodyKind.DRONE, (0.2, 0.0, 0.0), 0.0),)

@@ -232,7 +232,8 @@ def test_a_drone_whose_law_raises_in_flight_holds_its_place_and_says_why(
         ("formation", ""),
         ("hold", f"the law failed: ArithmeticError: no way (test_flights.py:{raised})"),
     ]
-    held = [m.position for _, m in flown.of("truth", "uav4", flying + 2.5, 5.9)]
+    assert [phase for _, phase, _ in flown.phases("uav4", flying)[2:3]] == ["landing"]  # no try before the next order
+    held = [m.position for _, m in flown.of("truth", "uav4", flying + 3.0, 5.9)]
     assert max(math.dist(place, held[0]) for place in held) < 0.02
     assert flown.of("status", "uav4")[-1][1].report.phase in ("landing", "grounded", "ready")
     assert max(formation_error(flown, i, 5.9) for i in (1, 2, 3)) < 0.01

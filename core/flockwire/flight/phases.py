@@ -56,19 +56,20 @@ class FlightPhases:
         self._obeyed_from = born  # a take-off needs an order given later than this
         self._retired: int | None = None  # when its shutdown began, Unix ns
 
-    def order(self, mission: Mission) -> None:
-        """Take the operator's newest order.
+    def order(self, mission: Mission) -> bool:
+        """Take the operator's newest order; returns whether it is a new one.
 
         A hold keeps in mind which formation it interrupts; like a landing, it is for those who fly.
         """
         was = self.mission
         if was is not None and mission.stamp <= was.stamp:
-            return
+            return False
         if was is not None and mission.verb in ("hold", "land"):
             mission = mission._replace(without=mission.without or was.without)
             if mission.verb == "hold" and not mission.start:
                 mission = mission._replace(start=was.start, formation=was.formation, change=was.change)
         self.mission = mission
+        return True
 
     def stop(self) -> None:
         """Stop for good: only a new process flies again."""
@@ -125,7 +126,7 @@ class FlightPhases:
             return Phase.HOLD, ""
         if at.unready:
             return Phase.GROUNDED, at.unready
-        if self.mission is None or verb not in ("takeoff", "start", "hold"):
+        if self.mission is None or verb not in ("takeoff", "start"):
             return Phase.READY, ""
         return (Phase.TAKEOFF, "") if self.mission.stamp > self._obeyed_from else (Phase.READY, OUTDATED)
 

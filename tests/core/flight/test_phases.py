@@ -81,10 +81,15 @@ def test_it_does_not_take_off_while_something_is_missing(pilot):
     assert pilot.update(unready="") is Phase.TAKEOFF
 
 
-@pytest.mark.parametrize("verb", ["takeoff", "start", "hold"])
-def test_any_order_to_fly_takes_off(pilot, verb):
+@pytest.mark.parametrize("verb", ["takeoff", "start"])
+def test_an_order_to_fly_takes_off(pilot, verb):
     pilot.update()
     assert pilot.order(verb) is Phase.TAKEOFF
+
+
+def test_an_order_to_hold_is_for_those_who_fly(pilot):
+    pilot.update()
+    assert pilot.order("hold") is Phase.READY
 
 
 def test_an_order_to_change_the_formation_does_not_take_off(pilot):
