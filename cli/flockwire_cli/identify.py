@@ -11,9 +11,11 @@ from pathlib import Path
 
 import numpy as np
 from flockwire import clock
+from flockwire.flight.timekeeping import PATIENCE
 from flockwire.runtime.refusals import Refusals
 from flockwire.runtime.session import connect
 from flockwire.runtime.shell import Shell
+from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.plan import Plan
 from flockwire_tello.excitation import Axis, ExcitationCore, Stage
@@ -44,8 +46,10 @@ async def excite(
             session = await connect(plan, pilot, keys, asyncio.Event())
             assert session is not None  # noqa: S101  (only the event that nobody sets would make it so)
             with session:
+                swarm_clock = SwarmClock(plan, pilot, session)
+                await swarm_clock.settled(asyncio.Event(), PATIENCE)
                 core = ExcitationCore(plan.swarm, number, clock.now(), axes)
-                shell = Shell(core, plan, pilot, session, Refusals(pilot), None)
+                shell = Shell(core, plan, pilot, session, swarm_clock, Refusals(pilot), None)
                 shell.start()
                 told = ""
                 while core.stage is not Stage.DONE:

@@ -51,7 +51,7 @@ class Recorder:
         except TraceFullError as error:
             self.full = error
             self._log.error(str(error))
-        if now >= self._status.deadline:
+        if self._status.due(now):
             self._status.update(now, self._report(), self._deadlines, (*self._rejected.items(), *self._dropped()))
 
     def drain(self, now: int) -> None:

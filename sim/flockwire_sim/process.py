@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from flockwire.flight.cores import Core, Datagram, Networked
 from flockwire.flight.stepping import StatusPublisher, Stepper, at_once, tick_period
-from flockwire.flight.timekeeping import Timekeeping
+from flockwire.flight.timekeeping import Timekeeping, is_known
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm
 from flockwire.wire.inbox import ATTACHMENT, Inbox, publisher_of
@@ -23,6 +23,7 @@ from flockwire_sim.sample import Parcel, Sample, Slot
 from flockwire_sim.scheduler import Scheduler
 
 UNREAD = 256  # datagrams that a socket keeps for a process that stands still
+POLL = BILLION // 50  # ns between two looks whether swarm time is known
 
 
 class Published(NamedTuple):
@@ -88,14 +89,16 @@ class VirtualProcess:
         tap: Tap | None,
         reports: bool,
         network: DatagramNetwork,
+        patience: float,
     ) -> None:
         self.identity, self.subscribed, self.clock = identity, subscribed, clock
         self.outlets: dict[Key, Outlet] = {}
         self.alive = False
         self._swarm, self._make_core, self._scheduler, self._seed, self._tap = swarm, make_core, scheduler, seed, tap
         self._make_timekeeping = make_timekeeping
-        self._starts, self._reports, self._network = 0, reports, network
+        self._starts, self._reports, self._network, self._patience = 0, reports, network, patience
         self._networked: Networked | None = None
+        self._stepper: Stepper | None = None  # None until swarm time is known
         self._unread: deque[Datagram] = deque(maxlen=UNREAD)
         self._frozen = False
         self._told = self._retired = False
@@ -109,19 +112,45 @@ class VirtualProcess:
         if self.alive:
             return
         self.clock.correct(0)
-        self._now = self.clock.read(self._scheduler.now)
-        core = self._core = self._make_core(self._now, self._starts)
+        now = self._now = self.clock.read(self._scheduler.now)
         self._starts += 1
         self.alive, self._frozen, self._missed = True, False, 0
         self._told = self._retired = False
+        self._stepper, self._networked = None, None
         session = blake2b(f"{self._seed} {self.identity} {self._starts}".encode(), digest_size=16).digest()
-        self._bind(core)
-        timekeeping = self._make_timekeeping(self.clock.correct)
-        prompt = at_once(core, timekeeping)
-        self._slots = [Slot(Inbox(key, ROWS[key.kind]), key in prompt) for key in self.subscribed]
-        self._waiting = {}
         for key, outlet in self.outlets.items():
             outlet.sequence, outlet.publisher = 0, publisher_of(session, key)
+        self._timekeeping = self._make_timekeeping(self.clock.correct)
+        self._slots = [Slot(Inbox(key, ROWS[key.kind]), key in self._timekeeping.keys) for key in self.subscribed]
+        self._waiting = {}
+        if is_known(self._timekeeping, now):
+            self._begin()
+        else:
+            self._scheduler.at(self._scheduler.now, self._wait, self._starts)
+
+    def _wait(self, starts: int, waited: int = 0) -> None:
+        """Ask for swarm time until it is known, for `patience` s at most."""
+        if not self.alive or starts != self._starts:
+            return
+        if self._told:
+            self.kill()
+            return
+        now = self._now = self.clock.read(self._scheduler.now)
+        if is_known(self._timekeeping, now) or waited > self._patience * BILLION:
+            self._begin()
+            return
+        if not self._frozen:
+            self._publish(self._timekeeping.step(now))
+            self._depart()
+        self._scheduler.at(self._scheduler.now + POLL, lambda _: self._wait(starts, waited + POLL))
+
+    def _begin(self) -> None:
+        """Run the core from now on."""
+        timekeeping = self._timekeeping
+        core = self._core = self._make_core(self._now, self._starts - 1)
+        self._bind(core)
+        prompt = at_once(core) | timekeeping.keys
+        self._slots = [Slot(slot.inbox, slot.inbox.key in prompt) for slot in self._slots]
         status = StatusPublisher(self._swarm, self.identity, self._publish, NoResources(), timekeeping, _log_nothing)
         buffered = [slot for slot in self._slots if not slot.prompt]
         self._stepper = Stepper(
@@ -193,7 +222,13 @@ class VirtualProcess:
 
     def _arrived(self, slot: Slot) -> None:
         now = self._now = self.clock.read(self._scheduler.now)
-        self._stepper.arrived(slot, now)
+        key = slot.inbox.key
+        if key in self._timekeeping.keys:
+            message = slot.message(now)
+            if message is not None:
+                self._publish(self._timekeeping.receive(key, message, now))
+        elif self._stepper is not None:
+            self._stepper.arrived(slot, now)
         if self._loaded:
             self._depart()
 
@@ -209,6 +244,7 @@ class VirtualProcess:
         if self._told and self._ends(now):
             self.kill()
             return
+        assert self._stepper is not None  # noqa: S101  (it ticks since `_begin`)
         self._stepper.tick(0, missed, now)
         if self._loaded:
             self._depart()

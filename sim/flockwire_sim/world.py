@@ -10,7 +10,7 @@ from flockwire.flight.cores import Core, Start, make_core
 from flockwire.flight.director import Director, Stage
 from flockwire.flight.faults import Fault, of_core
 from flockwire.flight.preflight import Preflight
-from flockwire.flight.timekeeping import timekeeping
+from flockwire.flight.timekeeping import patience, timekeeping
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import Key
@@ -106,7 +106,7 @@ class World:
             identity: VirtualProcess(
                 self.swarm, identity, self._maker(identity), partial(timekeeping, self.plan, identity),
                 self._subscribed(identity), self._clock(identity), self.scheduler, self._seed, self._tap,
-                identity not in self._persons, self._network,
+                identity not in self._persons, self._network, patience(self.plan, identity),
             )
             for identity in self.plan.identities
             if identity not in self.plan.routers and (identity in self.plan.started or identity in PRESENT)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from flockwire.flight.cores import Address, Datagram, Start
 from flockwire.flight.faults import AirframeFailure, AirframeLag, Fault
 from flockwire.flight.moving_point import MovingPoint
-from flockwire.flight.stepping import next_deadline
+from flockwire.flight.stepping import is_due, next_deadline
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import STOP, Key
@@ -97,7 +97,7 @@ class KinematicsCore:
                 self._flew = now
                 self._begin = now if self._begin is None else self._begin
             messages.append((Key("truth", owner), Pose(now, self._frame, tello.position, tello.orientation)))
-        if now >= self._telemetry_deadline:
+        if is_due(self._telemetry_deadline, now, TELEMETRY_PERIOD):
             self._telemetry_deadline = next_deadline(self._telemetry_deadline, now, TELEMETRY_PERIOD)
             for owner, drone in self._drones.items():
                 frame = drone.airframe

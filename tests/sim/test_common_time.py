@@ -12,7 +12,7 @@ from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
-from flockwire_sim.process import Published
+from flockwire_sim.process import MakeCore, Published
 from flockwire_sim.world import EPOCH, World
 
 SWARM = Path(__file__).parents[2] / "bench/common_time.toml"
@@ -76,3 +76,22 @@ def test_a_pilot_restarted_in_flight_knows_the_time_again() -> None:
     clocks = Clocks(swarm(jitter=0.005, delay=0.005), restart)
     clocks.world.run()
     assert clocks.worst["uav3"] < 2.5
+
+
+@pytest.mark.parametrize("minutes", [-5, 5])
+def test_hosts_whose_clocks_are_minutes_off_fly_as_all_others(minutes: int) -> None:
+    """A core that began by such a clock would obey orders from before it began, or none for minutes."""
+    clocks = Clocks(swarm(clock_offset=0.0, jitter=0.005, delay=0.005))
+    world, begun = clocks.world, dict[str, int]()
+
+    def noted(identity: str, make: MakeCore) -> MakeCore:
+        return lambda now, starts: make(begun.setdefault(identity, now), starts)
+
+    for identity, process in world.processes.items():
+        process._make_core = noted(identity, process._make_core)
+        if world.plan.hosts[identity] != "base":
+            process.clock.step(minutes * 60 * BILLION)
+    outcome = world.run()
+    assert outcome.failure == ""
+    assert max(clocks.worst.values()) < 2.5
+    assert max(abs(now - EPOCH) for now in begun.values()) < 2 * BILLION

@@ -66,9 +66,15 @@ class Deadlines:
 def next_deadline(deadline: int, now: int, period: int) -> int:
     """Return the next deadline (ns) of a periodic task whose last one was `deadline` and which is done at `now`.
 
-    A step that comes a little early or late does not shift those after it; missed periods are not made up for.
+    A step that comes a little early or late does not shift those after it; missed periods are not made up for, and a
+    clock that was set back begins again.
     """
-    return deadline + period if deadline + period > now else now + period
+    return deadline + period if now < deadline + period <= now + 2 * period else now + period
+
+
+def is_due(deadline: int, now: int, period: int) -> bool:
+    """Return whether a periodic task is due at `now`; it is too when the clock was set back below its last deadline."""
+    return now >= deadline or now < deadline - period
 
 
 class StatusPublisher:
@@ -88,6 +94,10 @@ class StatusPublisher:
         self.deadline = 0  # of the next status, Unix ns
         self._logged = ""
 
+    def due(self, now: int) -> bool:
+        """Return whether the next status is due."""
+        return is_due(self.deadline, now, STATUS_PERIOD)
+
     def update(self, now: int, report: Report, counts: Deadlines, rejected: Counts) -> None:
         """Publish the status, and log the state if it is a new one."""
         self.deadline = next_deadline(self.deadline, now, STATUS_PERIOD)
@@ -104,9 +114,9 @@ class StatusPublisher:
             self._log(state)
 
 
-def at_once(core: Core, timekeeping: Timekeeping) -> frozenset[Key]:
+def at_once(core: Core) -> frozenset[Key]:
     """Return the keys that are handed over as soon as they arrive; all others are buffered until the next step."""
-    return core.prompt | core.triggers | timekeeping.keys
+    return core.prompt | core.triggers
 
 
 def tick_period(core: Core) -> float:
@@ -132,7 +142,7 @@ class Stepper:
         flush: Callable[[int], None] | None = None,
     ) -> None:
         self._core, self._publish, self._status, self._flush = core, publish, status, flush
-        self._timekeeping, self._time_keys = timekeeping, timekeeping.keys
+        self._timekeeping = timekeeping
         self._receive = core.receive
         self._triggers = core.triggers
         self._buffered = tuple((source.inbox.key, source.message) for source in buffered)
@@ -149,16 +159,13 @@ class Stepper:
             return
         inbox = source.inbox
         key = inbox.key
-        if key in self._time_keys:
-            self._publish(self._timekeeping.receive(key, message, now))
-            return
         self._receive(key, message, now)
         if self._flush is not None:
             self._flush(now)
         if key not in self._triggers or not self._core.due(key):
             return
         stamp = message.stamp
-        if stamp >= self._next_stamp:  # poses may come faster than the control rate
+        if is_due(self._next_stamp, stamp, self._spacing):  # poses may come faster than the control rate
             self._next_stamp = stamp + self._spacing
             self._deadlines.count(now - inbox.sent, inbox.missed)
             self._step(now)
@@ -190,7 +197,7 @@ class Stepper:
         if self._flush is not None:
             self._flush(now)
         self._publish(messages)
-        if status is not None and now >= status.deadline:
+        if status is not None and status.due(now):
             status.update(now, core.report(now), self._deadlines, self._rejected())
 
     def _rejected(self) -> Counts:

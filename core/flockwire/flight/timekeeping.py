@@ -1,16 +1,17 @@
 """Swarm time: all hosts count by the gateway's clock. Each process elsewhere asks for it and corrects its own.
 
-No core knows of it: what runs a core (shell, virtual process) hands it corrected time. Processes on the gateway's host
-share its clock and ask nothing.
+No core knows of it: what runs a core (shell, virtual process) hands it corrected time, and does not begin before that
+is known. Processes on the gateway's host share its clock and ask nothing.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from math import inf
 from typing import Protocol
 
-from flockwire.control.clock_offset import Offset, OffsetEstimator
+from flockwire.control.clock_offset import DRIFT, Offset, OffsetEstimator
 from flockwire.nanoseconds import BILLION
 from flockwire.wire.keys import TIME_REPLY, TIME_REQUEST, Key
 from flockwire.wire.messages import Message, TimeReply, TimeRequest
@@ -24,6 +25,7 @@ STEP = 50_000_000  # ns beyond its bound by which an offset must be off to be co
 SLEW = 0.002  # s per s by which the time is corrected otherwise: 2 mm/s at 1 m/s
 DEADBAND = 100_000  # ns
 UNKNOWN = -1.0
+PATIENCE = 3.0  # s that a process waits for swarm time before it begins; one that flies a drone by poses waits longer
 
 Outgoing = tuple[tuple[Key, Message], ...]
 
@@ -41,6 +43,20 @@ class Timekeeping(Protocol):
 
     def figures(self, now: int) -> tuple[float, float]:
         """Return the offset that is corrected and its bound, s; the bound is UNKNOWN before the first replies."""
+
+
+def is_known(timed: Timekeeping, now: int) -> bool:
+    """Return whether swarm time is known at `now`."""
+    return timed.figures(now)[1] >= 0.0
+
+
+def patience(plan: Plan, identity: str) -> float:
+    """Return how long, s, a process waits at most for swarm time before it begins.
+
+    A pilot has no poses either where the gateway is silent, and by a wrong clock it would obey what was ordered before
+    it began. Any other does what it can: a driver lands its drone.
+    """
+    return inf if identity in plan.pilots.values() else PATIENCE
 
 
 class SharedClock:
@@ -88,6 +104,8 @@ class CorrectedClock:
     def step(self, now: int) -> Outgoing:
         """Correct the clock a little further, and ask again when it is time."""
         own = now - self._correction
+        if own < self._next - SLOW:  # the own clock was set back
+            self._next = self._estimated = own
         self._follow(own)
         if own < self._next:
             return ()
@@ -99,12 +117,16 @@ class CorrectedClock:
 
     def figures(self, now: int) -> tuple[float, float]:
         """Return the offset that is corrected and its bound, s; the bound is UNKNOWN before the first replies."""
-        bound = UNKNOWN if self._offset is None else self._offset.bound / BILLION
-        return self._correction / BILLION, bound
+        if self._offset is None:
+            return self._correction / BILLION, UNKNOWN
+        since = max(0, now - self._correction - self._estimated)  # both clocks may have drifted apart meanwhile
+        return self._correction / BILLION, (self._offset.bound + DRIFT * since) / BILLION
 
     def _estimate(self, own: int) -> None:
         if self._offset is None or own >= self._estimated + SLOW:
             self._estimated, self._offset = own, self._estimator.estimate(own)
+            if not self._corrected:  # once known, the time is right
+                self._follow(own)
 
     def _follow(self, own: int) -> None:
         """Bring the correction to the estimate: at once when it is new or far off, else too slowly to jerk anybody."""
@@ -117,7 +139,6 @@ class CorrectedClock:
         elif abs(error) > DEADBAND:
             most = round(SLEW * elapsed)
             self._correct_by(max(-most, min(most, error)))
-
         self._corrected = True
 
     def _correct_by(self, change: int) -> None:

@@ -15,7 +15,7 @@ from flockwire import clock
 from flockwire.flight.cores import Core, Start, make_core
 from flockwire.flight.faults import of_core
 from flockwire.flight.stepping import StatusPublisher, Stepper, at_once, tick_period
-from flockwire.flight.timekeeping import Timekeeping, timekeeping
+from flockwire.flight.timekeeping import Timekeeping, patience
 from flockwire.runtime.datagrams import Sockets, served
 from flockwire.runtime.detours import read_detours
 from flockwire.runtime.ending import Ending, finished, last_resort
@@ -25,6 +25,7 @@ from flockwire.runtime.resources import ProcessResources
 from flockwire.runtime.session import Session, connect
 from flockwire.runtime.subscriptions import Prompt, Wakeup
 from flockwire.runtime.supervision import Supervision
+from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.runtime.ticker import Ticker
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Message
@@ -39,17 +40,31 @@ class Shell:
     """Runs one core on one session in the running loop."""
 
     def __init__(
-        self, core: Core, plan: Plan, identity: str, session: Session, refusals: Refusals, sockets: Sockets | None
+        self,
+        core: Core,
+        plan: Plan,
+        identity: str,
+        session: Session,
+        swarm_clock: SwarmClock,
+        refusals: Refusals,
+        sockets: Sockets | None,
     ) -> None:
         self._running = False
-        timed = timekeeping(plan, identity, clock.correct)
-        keys, prompt_keys, wakeup = plan.subscribes[identity], at_once(core, timed), Wakeup(self._arrived)
+        timed, wakeup = swarm_clock.timekeeping, Wakeup(self._arrived)
+        keys, prompt_keys = [key for key in plan.subscribes[identity] if key not in timed.keys], at_once(core)
         buffered = [session.newest(key) for key in keys if key not in prompt_keys]
         prompts = [session.prompt(key, wakeup) for key in keys if key in prompt_keys]
         status = status_publisher(plan, identity, session, refusals, timed)
         flush = None if sockets is None else sockets.flush
         self._stepper = Stepper(
-            core, plan.swarm, buffered, [*buffered, *prompts], session.publish, timed, status, flush
+            core,
+            plan.swarm,
+            buffered,
+            [*buffered, *prompts, *swarm_clock.prompts],
+            session.publish,
+            timed,
+            status,
+            flush,
         )
         self._ticker = Ticker(tick_period(core), self._tick)
 
@@ -100,12 +115,14 @@ async def run_core(job: Job, feed: Feed | None = None) -> None:
     session = await connect(plan, identity, job.keys, ending.told, detours)
     if session is None:
         return
-    chance = Random(plan.swarm.gateway.seed)  # noqa: S311  (noise)
-    core = make_core(Start(plan, identity, clock.now(), chance, of_core(job.faults, plan, identity), job.took_off))
     async with contextlib.AsyncExitStack() as stack:
         stack.enter_context(session)
+        swarm_clock = SwarmClock(plan, identity, session)
+        await swarm_clock.settled(ending.told, patience(plan, identity))
+        chance = Random(plan.swarm.gateway.seed)  # noqa: S311  (noise)
+        core = make_core(Start(plan, identity, clock.now(), chance, of_core(job.faults, plan, identity), job.took_off))
         sockets = await stack.enter_async_context(served(core))
-        shell = Shell(core, plan, identity, session, refusals, sockets)
+        shell = Shell(core, plan, identity, session, swarm_clock, refusals, sockets)
         shell.start()
         try:
             async with (feed(core, shell.step) if feed is not None else None) or nullcontext():

@@ -1,12 +1,18 @@
-"""Swarm time for a process that runs no core: it corrects its clock as the shell does for all others."""
+"""Swarm time for a process: it asks for it, and corrects its clock."""
 
 from __future__ import annotations
 
+import asyncio
+import logging
+
 from flockwire import clock
-from flockwire.flight.timekeeping import Timekeeping, timekeeping
+from flockwire.flight.timekeeping import Timekeeping, is_known, timekeeping
+from flockwire.nanoseconds import BILLION
 from flockwire.runtime.session import Session
 from flockwire.runtime.subscriptions import Prompt, Wakeup
 from flockwire.wire.plan import Plan
+
+POLL = 0.02  # s between two looks whether swarm time is known
 
 
 class SwarmClock:
@@ -14,7 +20,8 @@ class SwarmClock:
 
     def __init__(self, plan: Plan, identity: str, session: Session) -> None:
         self.timekeeping: Timekeeping = timekeeping(plan, identity, clock.correct)
-        self._session, self._subscribed = session, False
+        self.prompts: list[Prompt] = []
+        self._identity, self._session, self._subscribed = identity, session, False
 
     def step(self) -> None:
         """Ask again when it is time: to be called ten times a second or more."""
@@ -24,15 +31,25 @@ class SwarmClock:
         if outgoing := self.timekeeping.step(clock.now()):
             self._session.publish(outgoing)
 
-    def _subscribe(self) -> None:
-        if self.timekeeping.keys:
-            wakeup = Wakeup(self._arrived)
-            for key in self.timekeeping.keys:
-                self._session.prompt(key, wakeup)
+    async def settled(self, ended: asyncio.Event, seconds: float) -> None:
+        """Wait until swarm time is known here, or the process is to end, or `seconds` have passed."""
+        self.step()
+        began, told = clock.monotonic(), False
+        while not (self.known() or ended.is_set() or clock.monotonic() - began > seconds * BILLION):
+            if not told and clock.monotonic() - began > BILLION:
+                told = True
+                logging.getLogger(self._identity).info("waits for the gateway's time")
+            await asyncio.sleep(POLL)
+            self.step()
 
     def known(self) -> bool:
         """Return whether swarm time is known here."""
-        return self.timekeeping.figures(clock.now())[1] >= 0.0
+        return is_known(self.timekeeping, clock.now())
+
+    def _subscribe(self) -> None:
+        if self.timekeeping.keys:
+            wakeup = Wakeup(self._arrived)
+            self.prompts = [self._session.prompt(key, wakeup) for key in self.timekeeping.keys]
 
     def _arrived(self, prompt: Prompt) -> None:
         now = clock.now()

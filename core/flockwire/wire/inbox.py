@@ -9,7 +9,7 @@ from zlib import crc32
 
 from flockwire.nanoseconds import BILLION
 from flockwire.wire.cdr import MessageError
-from flockwire.wire.keys import Key, KeyRow
+from flockwire.wire.keys import ANY_TIME, Key, KeyRow
 from flockwire.wire.messages import Message
 
 ATTACHMENT = Struct("<qqB16s")  # as rmw_zenoh: sequence number, source time in ns, 16, publisher id
@@ -114,7 +114,7 @@ class Inbox:
         self.sent = self.missed = 0
         self._row, self._mark = row, mark_of(key)
         self._maximum_age = None if row.maximum_age is None else round(row.maximum_age * BILLION)
-        self._ahead = round(row.ahead * BILLION)
+        self._ahead, self._any_time = round(row.ahead * BILLION), row.ahead >= ANY_TIME
         self._newest = 0
         self._publisher = b""
         self._sequence = -1
@@ -159,7 +159,7 @@ class Inbox:
                 return "repeated"
         elif not publisher.endswith(self._mark):
             return MISDIRECTED
-        if stamp < self._newest:
+        if stamp < self._newest and not self._any_time:  # its sequence tells what is repeated
             return "older than the last"
         if stamp > now + self._ahead:
             return "ahead of time"

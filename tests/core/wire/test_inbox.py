@@ -3,8 +3,8 @@ import tracemalloc
 import pytest
 from flockwire.nanoseconds import BILLION
 from flockwire.wire.inbox import ATTACHMENT, CANARY, MISDIRECTED, Inbox, attachment, publisher_of
-from flockwire.wire.keys import MISSION, ROWS, STOP, Key
-from flockwire.wire.messages import Mission, Pose, Stop
+from flockwire.wire.keys import MISSION, ROWS, STOP, TIME_REPLY, TIME_REQUEST, Key
+from flockwire.wire.messages import Mission, Pose, Stop, TimeReply, TimeRequest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -228,3 +228,16 @@ def test_a_sample_that_the_network_delivers_under_another_key_is_rejected():
     assert inbox.accept(pose(NOW + 1), attachment(7, NOW, US, leaders), NOW) is None
     assert inbox.accept(pose(NOW + 2), attachment(1, NOW, US, POSE), NOW).missed == 0
     assert inbox.rejected == {MISDIRECTED: 2}
+
+
+@pytest.mark.parametrize(("kind", "message"), [
+    (TIME_REQUEST, TimeRequest(NOW - 300 * BILLION, "world")),
+    (TIME_REPLY, TimeReply(NOW - 300 * BILLION, "world", NOW, NOW)),
+])  # fmt: skip
+def test_what_asks_for_the_time_passes_though_its_clock_was_set_back(kind, message):
+    key = Key(kind, "uav1")
+    inbox = inbox_of(key)
+    assert inbox.accept(message._replace(stamp=NOW).encode(), attachment(0, NOW, US, key), NOW)
+    assert inbox.accept(message.encode(), attachment(1, NOW, US, key), NOW)
+    assert inbox.accept(message.encode(), attachment(1, NOW, US, key), NOW) is None
+    assert inbox.rejected == {"repeated": 1}
