@@ -28,7 +28,7 @@ from flockwire_tello.timing import RETIREMENT, SETTLED, TELEMETRY_PERIOD
 
 JUMP = 0.05  # m/s, rad/s: a command that differs by more has its `rc` at once
 GIVEN_UP = 40 * BILLION  # ns after RETIREMENT, when a drone that went silent in the air counts as lost
-ON_GROUND = (Mode.GROUNDED, Mode.STOPPED)
+ON_GROUND = (FlightState.GROUNDED, FlightState.STOPPED)
 
 
 class DriverCore:
@@ -72,7 +72,6 @@ class DriverCore:
                 self._command(message, t)
             case Stop():
                 self._flight.stop(t)
-                self._telemetry_deadline = 0  # the operator waits for a report that the motors are off
             case Pose():
                 self._steering.see(message.orientation, t)
 
@@ -95,8 +94,8 @@ class DriverCore:
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Keep the link, the ladder and the sticks; publish the telemetry while the drone is heard."""
         t = self._time.at(now)
-        self._link.step(t)
         self._flight.update(self._climb(t), t)
+        self._link.step(t)  # behind it: an `emergency` takes the place of whatever waits
         self._descend(t)
         if t >= self._rc_deadline + self._spacing // 2:
             self._steer(t)
@@ -131,6 +130,7 @@ class DriverCore:
             self._link.named if grounded else "",
             self._link.trouble(t),
             self._flight.refusal,
+            "not known to be down after the stop: keep clear of it" if self._flight.stopping else "",
             self._monitor.imu_trouble(t) if grounded else "",
         )
         battery = self._monitor.battery if self._monitor.heard(t) else -1.0
@@ -180,7 +180,7 @@ class DriverCore:
         self._client.send(sticks.command, t)
 
     def _note_down(self, t: int) -> None:
-        if self._flight.mode in ON_GROUND and not self._monitor.airborne(t):
+        if self._flight.state in ON_GROUND and not self._monitor.airborne(t):
             self._down_since = t if self._down_since is None else self._down_since
             self._steering.release()
         else:
@@ -191,9 +191,8 @@ class DriverCore:
         if t < self._telemetry_deadline or state is None or not self._monitor.heard(t):
             return []
         self._telemetry_deadline = next_deadline(self._telemetry_deadline, t, TELEMETRY_PERIOD)
-        age = self._silence(t) if self._commanded is not None else -1.0
-        monitor = self._monitor
-        stamp = now if state is FlightState.STOPPED else now - monitor.silence(t)
+        age, monitor = self._silence(t) if self._commanded is not None else -1.0, self._monitor
+        stamp = now - monitor.silence(t)
         return [(self._telemetry_key, Telemetry(stamp, self._frame, state, monitor.battery, monitor.height, age))]
 
 

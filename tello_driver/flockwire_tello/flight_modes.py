@@ -20,7 +20,8 @@ LANDING_HEIGHT = 0.45  # m under which `land` does what sticks cannot
 NO_TAKEOFF = 3 * BILLION  # ns after `takeoff` without motors: its datagram was lost
 TAKEN_OFF = 6 * BILLION  # ns after `takeoff` that it flies though the reply was lost
 LAND_AGAIN = 12 * BILLION
-EMERGENCY_FOR = BILLION  # ns for which `emergency` is sent again and again
+EMERGENCY_FOR = BILLION  # ns for which `emergency` is sent at every update, whatever the state shows
+EMERGENCY_AGAIN = BILLION // 10  # ns from one to the next after that, until the state shows it down
 
 
 class Mode(StrEnum):
@@ -53,6 +54,8 @@ class FlightModes:
         self._since = 0  # of the mode
         self._meant_since: int | None = None
         self._refused = False  # no further `takeoff` before the pilot has stopped wanting it
+        self._down = False  # after a stop: whether it is known to be down
+        self._emergency_at = 0  # when `emergency` is sent again
 
     @property
     def steered(self) -> bool:
@@ -62,13 +65,17 @@ class FlightModes:
     @property
     def state(self) -> FlightState | None:
         """What the telemetry reports, None while nothing is known."""
-        return _STATES.get(self.mode)
+        return FlightState.FLYING if self.stopping else _STATES.get(self.mode)
+
+    @property
+    def stopping(self) -> bool:
+        """Whether a stop was ordered, and no state has shown the drone down since."""
+        return self.mode is Mode.STOPPED and not self._down
 
     def update(self, climb: float, now: int) -> None:
         """Go to the mode that follows; the pilot wants to climb at `climb` m/s."""
         if self.mode is Mode.STOPPED:
-            if now - self._since < EMERGENCY_FOR:
-                self._client.send("emergency", now)
+            self._keep_stopping(now)
         elif self._monitor.heard(now):
             self._follow(self._meaning(climb, now), self._monitor.airborne(now), now)
 
@@ -81,7 +88,9 @@ class FlightModes:
     def stop(self, now: int) -> None:
         """Turn the motors off, for good."""
         self._client.send("emergency", now)
+        self._emergency_at = now + EMERGENCY_AGAIN
         if self.mode is not Mode.STOPPED:
+            self._down = self.mode is Mode.GROUNDED
             self._go(Mode.STOPPED, now)
 
     def ended(self, done: Finished, now: int) -> None:
@@ -95,6 +104,14 @@ class FlightModes:
             self._go(Mode.GROUNDED, now)
             self._refused = True
             self.refusal = f"take-off refused ({done.reply}): battery low, propellers, or never activated by the app"
+
+    def _keep_stopping(self, now: int) -> None:
+        """Repeat `emergency`, which has no reply, until the state shows it down; silence shows nothing."""
+        lasted, seen = now - self._since, now - self._monitor.silence(now)
+        if lasted >= EMERGENCY_FOR and self._monitor.heard(now):
+            self._down = not self._monitor.airborne(seen)
+        if lasted < EMERGENCY_FOR or (not self._down and now >= self._emergency_at):
+            self.stop(now)
 
     def _meaning(self, climb: float, now: int) -> bool:
         """Return whether the pilot has meant to leave the ground, or to reach it, for MEANT."""

@@ -198,9 +198,10 @@ def test_a_stop_sends_emergency_three_times_at_once_without_a_step(aloft):
     aloft.give(STOP, Stop(aloft.now, "w", "test"))
     assert aloft.words() == ["emergency"] * 3
     aloft.run(0.2)
-    assert aloft.state is FlightState.STOPPED
+    assert aloft.state is FlightState.FLYING  # nothing shows yet that the motors are off
     assert "rc" not in aloft.words()
     aloft.run(2.0)
+    assert aloft.state is FlightState.STOPPED
     assert aloft.motion.position[2] == 0.0
     aloft.velocity = (0.0, 0.0, 0.7)
     aloft.run(2.0)
@@ -213,6 +214,69 @@ def test_a_stop_gets_through_a_lossy_network(aloft):
     aloft.give(STOP, Stop(aloft.now, "w", "test"))
     aloft.run(0.1)
     assert not aloft.tello._drone.flight.airframe.motors
+
+
+def test_a_stop_in_a_gap_of_the_link_is_repeated_until_it_is_over_and_the_drone_down(aloft):
+    aloft.lost = lambda _: True
+    aloft.on_air = lambda _: b""
+    aloft.give(STOP, Stop(aloft.now, "w", "test"))
+    aloft.run(5.0)
+    assert aloft.tello._drone.flight.airframe.motors
+    assert {telemetry.state for telemetry in aloft.telemetry[-20:]} == {FlightState.FLYING}
+    assert "keep clear of it" in aloft.driver.report(aloft.now).detail
+    assert not aloft.driver.may_end(aloft.now)
+    aloft.lost, aloft.on_air = lambda _: False, lambda data: data
+    aloft.run(0.2)
+    assert not aloft.tello._drone.flight.airframe.motors
+    aloft.run(2.5)
+    assert aloft.state is FlightState.STOPPED
+    assert "keep clear of it" not in aloft.driver.report(aloft.now).detail
+    end = aloft.t
+    aloft.run(5.0)
+    assert aloft.words(end) == []
+    assert aloft.driver.may_end(aloft.now)
+
+
+def test_a_stopped_drone_whose_commands_are_lost_is_reported_to_fly(aloft):
+    aloft.lost = lambda _: True
+    aloft.give(STOP, Stop(aloft.now, "w", "test"))
+    end = aloft.t
+    aloft.run(10.0)
+    assert {telemetry.state for telemetry in aloft.telemetry} <= {FlightState.GROUNDED, FlightState.FLYING}
+    assert aloft.words(end + 5.0).count("emergency") == pytest.approx(3 * 10 * 5, abs=3)
+
+
+def test_a_stopped_drone_whose_state_goes_to_another_client_is_asked_for_it_again(aloft):
+    aloft.tello.receive(b"command", ("127.0.0.77", 5000), aloft.now - BEGAN)
+    dropped = iter([True])
+    aloft.lost = lambda datagram: datagram.data == b"command" and next(dropped, False)
+    aloft.give(STOP, Stop(aloft.now, "w", "test"))
+    aloft.run(5.0)
+    assert aloft.state is FlightState.STOPPED
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_stopped_is_reported_only_of_motors_that_are_off(aloft, seed):
+    chance = Random(seed)
+    aloft.lost = lambda _: chance.random() < 0.99
+    aloft.on_air = lambda data: data if chance.random() < 0.5 else b""
+    aloft.give(STOP, Stop(aloft.now, "w", "test"))
+    while aloft.state is not FlightState.STOPPED:
+        assert aloft.t < 60.0
+        aloft.run(0.1)
+    assert not aloft.tello._drone.flight.airframe.motors
+
+
+def test_a_drone_on_the_ground_is_stopped_at_once(flight):
+    found = flight()
+    found.run(1.0)
+    found.give(STOP, Stop(found.now, "w", "test"))
+    found.run(0.2)
+    assert found.state is FlightState.STOPPED
+    found.run(1.0)
+    end = found.t
+    found.run(2.0)
+    assert found.words(end) == []
 
 
 def test_a_driver_that_is_restarted_in_flight_takes_the_drone_over_without_a_jump(aloft):
