@@ -29,6 +29,8 @@ from flockwire_tello.timing import RETIREMENT, SETTLED, TELEMETRY_PERIOD
 JUMP = 0.05  # m/s, rad/s: a command that differs by more has its `rc` at once
 GIVEN_UP = 40 * BILLION  # ns after RETIREMENT, when a drone that went silent in the air counts as lost
 ON_GROUND = (FlightState.GROUNDED, FlightState.STOPPED)
+HEADED = (Mode.GROUNDED, Mode.TAKING_OFF, Mode.FLYING)  # in which its heading counts
+BLIND = "no pose comes (it flies only up and down): look at the gateway, and at the link from it to this driver"
 
 
 class DriverCore:
@@ -48,8 +50,8 @@ class DriverCore:
         self._time = SteadyTime(now)
         self._client, self._monitor = TelloClient(), FlightMonitor()
         self._link = TelloLink(self._client, self._monitor, self._drone, table.state_port)
-        gains = airframe.stick_gains
-        self._steering = Steering(StickGains(gains.right, gains.forward, gains.up, gains.clockwise))
+        gains, yaw_age = airframe.stick_gains, round(swarm.limits.staleness.pose_land * BILLION)
+        self._steering = Steering(StickGains(gains.right, gains.forward, gains.up, gains.clockwise), yaw_age)
         self._flight = FlightModes(self._client, self._monitor)
         self._velocity, self._yaw_rate = ZERO, 0.0
         self._commanded: int | None = None
@@ -130,6 +132,7 @@ class DriverCore:
             self._link.named if grounded else "",
             self._link.trouble(t),
             self._flight.refusal,
+            BLIND if self._flight.mode in HEADED and self._steering.blind(t) else "",
             "not known to be down after the stop: keep clear of it" if self._flight.stopping else "",
             self._monitor.imu_trouble(t) if grounded else "",
         )

@@ -370,6 +370,36 @@ def test_without_a_pose_only_up_and_down_are_flown(aloft):
     assert aloft.motion.position[2] > before[2]
 
 
+def test_by_a_heading_that_is_too_old_only_up_and_down_are_flown_and_the_report_says_so(aloft):
+    def across() -> set[str]:
+        return {" ".join(command.split()[1:3]) for _, command in aloft.sent[-5:]}
+
+    aloft.velocity = (0.3, 0.3, 0.05)
+    aloft.posed = False
+    aloft.run(aloft.swarm.limits.staleness.pose_land - 0.1)
+    assert "0 0" not in across()
+    before = aloft.motion.position
+    aloft.run(1.5)
+    assert across() == {"0 0"}
+    assert "no pose comes" in aloft.driver.report(aloft.now).detail
+    assert aloft.motion.position[2] > before[2]
+    aloft.posed = True
+    aloft.run(0.2)
+    assert "0 0" not in across()
+    assert aloft.driver.report(aloft.now).detail == ""
+
+
+def test_a_loop_over_a_heading_that_drifts_unseen_does_not_run_away(aloft):
+    start, airframe = aloft.motion.position, aloft.tello._drone.flight.airframe
+    aloft.posed = False
+    for _ in range(100):  # the pilot's own pose is fresh: it draws its drone back to its place
+        airframe._motion = airframe._motion._replace(yaw=airframe._motion.yaw + 0.03)
+        x, y, _ = aloft.motion.position
+        aloft.velocity = (1.5 * (start[0] + 0.05 - x), 1.5 * (start[1] - y), 0.0)
+        aloft.run(0.1)
+    assert dist(aloft.motion.position, start) < 0.2
+
+
 def test_datagrams_of_others_are_left_out_unless_the_filter_is_off(make_swarm):
     for filtered in (True, False):
         swarm = make_swarm(TELLO | {"drones.1.tello": {"source_filter": filtered}})
