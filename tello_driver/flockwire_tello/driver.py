@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from flockwire.control.vector import ZERO, limit, norm, subtract
 from flockwire.flight.cores import Address, Datagram, Start
+from flockwire.flight.guard import Guard
 from flockwire.flight.stepping import next_deadline
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm, uav
@@ -52,7 +53,7 @@ class DriverCore:
         self._link = TelloLink(self._client, self._monitor, self._drone, table.state_port)
         gains, yaw_age = airframe.stick_gains, round(swarm.limits.staleness.pose_land * BILLION)
         self._steering = Steering(StickGains(gains.right, gains.forward, gains.up, gains.clockwise), yaw_age)
-        self._flight = FlightModes(self._client, self._monitor)
+        self._flight = FlightModes(self._client, self._monitor, slowest_climb(swarm, number))
         self._velocity, self._yaw_rate = ZERO, 0.0
         self._commanded: int | None = None
         self._spacing, self._rc_deadline = round(self.period * BILLION), 0
@@ -197,6 +198,13 @@ class DriverCore:
         age, monitor = self._silence(t) if self._commanded is not None else -1.0, self._monitor
         stamp = now - monitor.silence(t)
         return [(self._telemetry_key, Telemetry(stamp, self._frame, state, monitor.battery, monitor.height, age))]
+
+
+def slowest_climb(swarm: Swarm, number: int) -> float:
+    """Return the slowest, m/s, that the pilot of drone `number` takes off or lands: every limit on its speed counts."""
+    limits = swarm.limits
+    speed = Guard(swarm, number).speed if swarm.control.filtered else limits.speed
+    return min(limits.vertical_speed, limits.blind_speed, speed)
 
 
 def make_core(start: Start) -> DriverCore:

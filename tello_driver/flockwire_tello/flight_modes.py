@@ -14,7 +14,8 @@ from flockwire.wire.messages import FlightState
 from flockwire_tello.client import CommandOutcome, Finished, TelloClient
 from flockwire_tello.flight_monitor import FlightMonitor
 
-RISE = 0.2  # m/s up from which on a command means to take off; down, near the ground, to land
+RISE = 0.2  # m/s up, at most, above which a command means to take off; down, near the ground, to land
+SHARE = 0.5  # of a slow pilot's climb that means so too: 1/sqrt(2) is left where it has to go as far across
 MEANT = 3 * BILLION // 10  # ns that it must have meant so
 LANDING_HEIGHT = 0.45  # m under which `land` does what sticks cannot
 NO_TAKEOFF = 3 * BILLION  # ns after `takeoff` without motors: its datagram was lost
@@ -45,12 +46,15 @@ _STATES = {
 
 
 class FlightModes:
-    """Sends `takeoff`, `land` and `emergency` with `client`. Times are ns of one clock that does not go back."""
+    """Sends `takeoff`, `land` and `emergency` with `client`. Times are ns of one clock that does not go back.
 
-    def __init__(self, client: TelloClient, monitor: FlightMonitor) -> None:
+    `climb` is the slowest that its pilot takes off or lands, m/s.
+    """
+
+    def __init__(self, client: TelloClient, monitor: FlightMonitor, climb: float) -> None:
         self.mode = Mode.CONNECTING
         self.refusal = ""  # why it did not take off
-        self._client, self._monitor = client, monitor
+        self._client, self._monitor, self._rise = client, monitor, min(RISE, SHARE * climb)
         self._since = 0  # of the mode
         self._meant_since: int | None = None
         self._refused = False  # no further `takeoff` before the pilot has stopped wanting it
@@ -115,7 +119,7 @@ class FlightModes:
 
     def _meaning(self, climb: float, now: int) -> bool:
         """Return whether the pilot has meant to leave the ground, or to reach it, for MEANT."""
-        wants = climb > RISE if self.mode is Mode.GROUNDED else climb < -RISE
+        wants = climb > self._rise if self.mode is Mode.GROUNDED else climb < -self._rise
         self._meant_since = (now if self._meant_since is None else self._meant_since) if wants else None
         if climb <= 0.0:
             self._refused = False

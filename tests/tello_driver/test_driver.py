@@ -11,7 +11,7 @@ from flockwire.flight.cores import Datagram
 from flockwire.nanoseconds import BILLION
 from flockwire.wire.keys import STOP, Key
 from flockwire.wire.messages import Command, FlightState, Pose, Stop
-from flockwire_tello.driver import DriverCore
+from flockwire_tello.driver import DriverCore, slowest_climb
 from flockwire_tello.flight_monitor import FlightMonitor
 from flockwire_tello.quirks import switched
 from flockwire_tello.simulated_tello import SimulatedTello
@@ -120,6 +120,26 @@ def test_a_command_to_rise_takes_off_once_and_a_descent_near_the_ground_lands(fl
     assert found.state is FlightState.GROUNDED
     assert found.motion.position[2] == 0.0
     assert found.driver.may_end(found.now)
+
+
+@pytest.mark.parametrize(
+    ("changes", "climb"),
+    [
+        ({}, 0.5),  # the usual limits.blind_speed
+        ({"limits.vertical_speed": 0.2}, 0.2),
+        ({"limits.blind_speed": 0.1}, 0.1),
+        ({"control.law": "extended", "avoidance.sensing_radius": 0.6}, 0.18),
+    ],
+)
+def test_every_limit_counts_for_how_slowly_a_pilot_may_take_off(make_swarm, changes, climb):
+    assert slowest_climb(make_swarm(TELLO | changes), 1) == pytest.approx(climb, abs=0.01)
+
+
+def test_a_slow_descent_near_the_ground_is_no_landing_where_landings_are_faster(aloft):
+    aloft.velocity = (0.0, 0.0, -0.15)
+    aloft.run((aloft.motion.position[2] - 0.25) / 0.15)
+    assert 0.2 < aloft.motion.position[2] < 0.35
+    assert "land" not in aloft.words()
 
 
 def test_from_takeoff_on_it_is_reported_to_fly(flight):

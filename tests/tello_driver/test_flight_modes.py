@@ -15,7 +15,7 @@ TENTH = BILLION // 10
 
 def test_motors_that_ran_when_the_state_went_silent_are_not_taken_for_stopped() -> None:
     client, monitor = TelloClient(), FlightMonitor()
-    modes = FlightModes(client, monitor)
+    modes = FlightModes(client, monitor, 0.7)
     standing = SimulatedTello(TelloParameters(), 0).state(0)
     for tenth in range(18):  # low above the ground: the motors' time alone shows that it flies
         monitor.update(standing._replace(h=10, tof=15, time=5 + tenth // 10), tenth * TENTH)
