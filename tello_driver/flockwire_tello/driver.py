@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from flockwire.control.vector import ZERO, limit, norm, subtract
 from flockwire.flight.cores import Address, Datagram, Start
+from flockwire.flight.guard import Guard
 from flockwire.flight.stepping import next_deadline
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm, uav
@@ -28,7 +29,9 @@ from flockwire_tello.timing import RETIREMENT, SETTLED, TELEMETRY_PERIOD
 
 JUMP = 0.05  # m/s, rad/s: a command that differs by more has its `rc` at once
 GIVEN_UP = 40 * BILLION  # ns after RETIREMENT, when a drone that went silent in the air counts as lost
-ON_GROUND = (Mode.GROUNDED, Mode.STOPPED)
+ON_GROUND = (FlightState.GROUNDED, FlightState.STOPPED)
+HEADED = (Mode.GROUNDED, Mode.TAKING_OFF, Mode.FLYING)  # in which its heading counts
+BLIND = "no pose comes (it flies only up and down): look at the gateway, and at the link from it to this driver"
 
 
 class DriverCore:
@@ -48,9 +51,9 @@ class DriverCore:
         self._time = SteadyTime(now)
         self._client, self._monitor = TelloClient(), FlightMonitor()
         self._link = TelloLink(self._client, self._monitor, self._drone, table.state_port)
-        gains = airframe.stick_gains
-        self._steering = Steering(StickGains(gains.right, gains.forward, gains.up, gains.clockwise))
-        self._flight = FlightModes(self._client, self._monitor)
+        gains, yaw_age = airframe.stick_gains, round(swarm.limits.staleness.pose_land * BILLION)
+        self._steering = Steering(StickGains(gains.right, gains.forward, gains.up, gains.clockwise), yaw_age)
+        self._flight = FlightModes(self._client, self._monitor, slowest_climb(swarm, number))
         self._velocity, self._yaw_rate = ZERO, 0.0
         self._commanded: int | None = None
         self._spacing, self._rc_deadline = round(self.period * BILLION), 0
@@ -72,7 +75,6 @@ class DriverCore:
                 self._command(message, t)
             case Stop():
                 self._flight.stop(t)
-                self._telemetry_deadline = 0  # the operator waits for a report that the motors are off
             case Pose():
                 self._steering.see(message.orientation, t)
 
@@ -95,8 +97,8 @@ class DriverCore:
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Keep the link, the ladder and the sticks; publish the telemetry while the drone is heard."""
         t = self._time.at(now)
-        self._link.step(t)
         self._flight.update(self._climb(t), t)
+        self._link.step(t)  # behind it: an `emergency` takes the place of whatever waits
         self._descend(t)
         if t >= self._rc_deadline + self._spacing // 2:
             self._steer(t)
@@ -131,6 +133,8 @@ class DriverCore:
             self._link.named if grounded else "",
             self._link.trouble(t),
             self._flight.refusal,
+            BLIND if self._flight.mode in HEADED and self._steering.blind(t) else "",
+            "not known to be down after the stop: keep clear of it" if self._flight.stopping else "",
             self._monitor.imu_trouble(t) if grounded else "",
         )
         battery = self._monitor.battery if self._monitor.heard(t) else -1.0
@@ -180,7 +184,7 @@ class DriverCore:
         self._client.send(sticks.command, t)
 
     def _note_down(self, t: int) -> None:
-        if self._flight.mode in ON_GROUND and not self._monitor.airborne(t):
+        if self._flight.state in ON_GROUND and not self._monitor.airborne(t):
             self._down_since = t if self._down_since is None else self._down_since
             self._steering.release()
         else:
@@ -191,10 +195,16 @@ class DriverCore:
         if t < self._telemetry_deadline or state is None or not self._monitor.heard(t):
             return []
         self._telemetry_deadline = next_deadline(self._telemetry_deadline, t, TELEMETRY_PERIOD)
-        age = self._silence(t) if self._commanded is not None else -1.0
-        monitor = self._monitor
-        stamp = now if state is FlightState.STOPPED else now - monitor.silence(t)
+        age, monitor = self._silence(t) if self._commanded is not None else -1.0, self._monitor
+        stamp = now - monitor.silence(t)
         return [(self._telemetry_key, Telemetry(stamp, self._frame, state, monitor.battery, monitor.height, age))]
+
+
+def slowest_climb(swarm: Swarm, number: int) -> float:
+    """Return the slowest, m/s, that the pilot of drone `number` takes off or lands: every limit on its speed counts."""
+    limits = swarm.limits
+    speed = Guard(swarm, number).speed if swarm.control.filtered else limits.speed
+    return min(limits.vertical_speed, limits.blind_speed, speed)
 
 
 def make_core(start: Start) -> DriverCore:

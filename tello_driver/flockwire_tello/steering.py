@@ -24,10 +24,13 @@ Quaternion = tuple[float, float, float, float]
 
 
 class Steering:
-    """Steers one Tello by its tracked yaw. Times are ns of one clock that does not go back."""
+    """Steers one Tello by its tracked yaw, while that is newer than `maximum_age`.
 
-    def __init__(self, gains: StickGains) -> None:
-        self._gains = gains
+    Times are ns of one clock that does not go back.
+    """
+
+    def __init__(self, gains: StickGains, maximum_age: int) -> None:
+        self._gains, self._maximum_age = gains, maximum_age
         self._yaw: float | None = None  # rad, counter-clockwise from world x; None before the first pose
         self._seen = 0
         self._heading: float | None = None  # what is held, rad
@@ -41,13 +44,17 @@ class Steering:
         """Hold no heading any more; the next `sticks` takes the present one."""
         self._heading = None
 
+    def blind(self, now: int) -> bool:
+        """Return whether nobody knows where forward is: no pose has come yet, or none for too long."""
+        return self._yaw is None or now - self._seen >= self._maximum_age
+
     def sticks(self, velocity: Vector, yaw_rate: float, now: int) -> Sticks:
         """Return the sticks for a world velocity (m/s) and a yaw rate (rad/s, ccw); 0 holds the heading.
 
-        Before the first pose nobody knows where forward is: then only up and down count.
+        While it is blind, only up and down count: by a yaw that is far off, every correction would be an error.
         """
         yaw = self._yaw
-        if yaw is None:
+        if yaw is None or self.blind(now):
             return self._whole((0.0, 0.0, velocity[2]), 0.0)
         if yaw_rate or self._heading is None:
             self._heading = yaw

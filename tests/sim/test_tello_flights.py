@@ -64,3 +64,17 @@ def test_a_stop_makes_a_tello_fall_as_any_other(fly: Fly) -> None:
 def test_equal_seeds_fly_tellos_equally(fly: Fly) -> None:
     one, other = (fly(MIXED | {"gateway.noise": 0.001}, seed=3, duration=4.0) for _ in range(2))
     assert [p.sample.payload for _, p, _ in one.published] == [p.sample.payload for _, p, _ in other.published]
+
+
+@pytest.mark.parametrize(
+    "slow",
+    [{"limits.vertical_speed": 0.2}, {"limits.vertical_speed": 0.06}, {"avoidance.sensing_radius": 0.6}],
+    ids=str,
+)
+def test_tellos_take_off_and_land_however_slow_the_limits_let_them(fly: Fly, slow: dict) -> None:
+    flown = fly(MIXED | {"limits.takeoff_height": 0.7} | slow, duration=16.0)
+    assert flown.outcome.failure == ""
+    for identity in ("uav1", "uav3"):
+        states = [message.state for _, message in flown.of("telemetry", identity)]
+        assert FlightState.FLYING in states
+        assert states[-1] is FlightState.GROUNDED

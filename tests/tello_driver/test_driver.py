@@ -11,7 +11,7 @@ from flockwire.flight.cores import Datagram
 from flockwire.nanoseconds import BILLION
 from flockwire.wire.keys import STOP, Key
 from flockwire.wire.messages import Command, FlightState, Pose, Stop
-from flockwire_tello.driver import DriverCore
+from flockwire_tello.driver import DriverCore, slowest_climb
 from flockwire_tello.flight_monitor import FlightMonitor
 from flockwire_tello.quirks import switched
 from flockwire_tello.simulated_tello import SimulatedTello
@@ -122,6 +122,26 @@ def test_a_command_to_rise_takes_off_once_and_a_descent_near_the_ground_lands(fl
     assert found.driver.may_end(found.now)
 
 
+@pytest.mark.parametrize(
+    ("changes", "climb"),
+    [
+        ({}, 0.5),  # the usual limits.blind_speed
+        ({"limits.vertical_speed": 0.2}, 0.2),
+        ({"limits.blind_speed": 0.1}, 0.1),
+        ({"control.law": "extended", "avoidance.sensing_radius": 0.6}, 0.18),
+    ],
+)
+def test_every_limit_counts_for_how_slowly_a_pilot_may_take_off(make_swarm, changes, climb):
+    assert slowest_climb(make_swarm(TELLO | changes), 1) == pytest.approx(climb, abs=0.01)
+
+
+def test_a_slow_descent_near_the_ground_is_no_landing_where_landings_are_faster(aloft):
+    aloft.velocity = (0.0, 0.0, -0.15)
+    aloft.run((aloft.motion.position[2] - 0.25) / 0.15)
+    assert 0.2 < aloft.motion.position[2] < 0.35
+    assert "land" not in aloft.words()
+
+
 def test_from_takeoff_on_it_is_reported_to_fly(flight):
     found = flight()
     found.velocity = (0.0, 0.0, 0.7)
@@ -198,9 +218,10 @@ def test_a_stop_sends_emergency_three_times_at_once_without_a_step(aloft):
     aloft.give(STOP, Stop(aloft.now, "w", "test"))
     assert aloft.words() == ["emergency"] * 3
     aloft.run(0.2)
-    assert aloft.state is FlightState.STOPPED
+    assert aloft.state is FlightState.FLYING  # nothing shows yet that the motors are off
     assert "rc" not in aloft.words()
     aloft.run(2.0)
+    assert aloft.state is FlightState.STOPPED
     assert aloft.motion.position[2] == 0.0
     aloft.velocity = (0.0, 0.0, 0.7)
     aloft.run(2.0)
@@ -213,6 +234,69 @@ def test_a_stop_gets_through_a_lossy_network(aloft):
     aloft.give(STOP, Stop(aloft.now, "w", "test"))
     aloft.run(0.1)
     assert not aloft.tello._drone.flight.airframe.motors
+
+
+def test_a_stop_in_a_gap_of_the_link_is_repeated_until_it_is_over_and_the_drone_down(aloft):
+    aloft.lost = lambda _: True
+    aloft.on_air = lambda _: b""
+    aloft.give(STOP, Stop(aloft.now, "w", "test"))
+    aloft.run(5.0)
+    assert aloft.tello._drone.flight.airframe.motors
+    assert {telemetry.state for telemetry in aloft.telemetry[-20:]} == {FlightState.FLYING}
+    assert "keep clear of it" in aloft.driver.report(aloft.now).detail
+    assert not aloft.driver.may_end(aloft.now)
+    aloft.lost, aloft.on_air = lambda _: False, lambda data: data
+    aloft.run(0.2)
+    assert not aloft.tello._drone.flight.airframe.motors
+    aloft.run(2.5)
+    assert aloft.state is FlightState.STOPPED
+    assert "keep clear of it" not in aloft.driver.report(aloft.now).detail
+    end = aloft.t
+    aloft.run(5.0)
+    assert aloft.words(end) == []
+    assert aloft.driver.may_end(aloft.now)
+
+
+def test_a_stopped_drone_whose_commands_are_lost_is_reported_to_fly(aloft):
+    aloft.lost = lambda _: True
+    aloft.give(STOP, Stop(aloft.now, "w", "test"))
+    end = aloft.t
+    aloft.run(10.0)
+    assert {telemetry.state for telemetry in aloft.telemetry} <= {FlightState.GROUNDED, FlightState.FLYING}
+    assert aloft.words(end + 5.0).count("emergency") == pytest.approx(3 * 10 * 5, abs=3)
+
+
+def test_a_stopped_drone_whose_state_goes_to_another_client_is_asked_for_it_again(aloft):
+    aloft.tello.receive(b"command", ("127.0.0.77", 5000), aloft.now - BEGAN)
+    dropped = iter([True])
+    aloft.lost = lambda datagram: datagram.data == b"command" and next(dropped, False)
+    aloft.give(STOP, Stop(aloft.now, "w", "test"))
+    aloft.run(5.0)
+    assert aloft.state is FlightState.STOPPED
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_stopped_is_reported_only_of_motors_that_are_off(aloft, seed):
+    chance = Random(seed)
+    aloft.lost = lambda _: chance.random() < 0.99
+    aloft.on_air = lambda data: data if chance.random() < 0.5 else b""
+    aloft.give(STOP, Stop(aloft.now, "w", "test"))
+    while aloft.state is not FlightState.STOPPED:
+        assert aloft.t < 60.0
+        aloft.run(0.1)
+    assert not aloft.tello._drone.flight.airframe.motors
+
+
+def test_a_drone_on_the_ground_is_stopped_at_once(flight):
+    found = flight()
+    found.run(1.0)
+    found.give(STOP, Stop(found.now, "w", "test"))
+    found.run(0.2)
+    assert found.state is FlightState.STOPPED
+    found.run(1.0)
+    end = found.t
+    found.run(2.0)
+    assert found.words(end) == []
 
 
 def test_a_driver_that_is_restarted_in_flight_takes_the_drone_over_without_a_jump(aloft):
@@ -304,6 +388,36 @@ def test_without_a_pose_only_up_and_down_are_flown(aloft):
     aloft.run(0.5)
     assert {c.split()[1] + c.split()[2] for _, c in aloft.sent[-5:]} == {"00"}
     assert aloft.motion.position[2] > before[2]
+
+
+def test_by_a_heading_that_is_too_old_only_up_and_down_are_flown_and_the_report_says_so(aloft):
+    def across() -> set[str]:
+        return {" ".join(command.split()[1:3]) for _, command in aloft.sent[-5:]}
+
+    aloft.velocity = (0.3, 0.3, 0.05)
+    aloft.posed = False
+    aloft.run(aloft.swarm.limits.staleness.pose_land - 0.1)
+    assert "0 0" not in across()
+    before = aloft.motion.position
+    aloft.run(1.5)
+    assert across() == {"0 0"}
+    assert "no pose comes" in aloft.driver.report(aloft.now).detail
+    assert aloft.motion.position[2] > before[2]
+    aloft.posed = True
+    aloft.run(0.2)
+    assert "0 0" not in across()
+    assert aloft.driver.report(aloft.now).detail == ""
+
+
+def test_a_loop_over_a_heading_that_drifts_unseen_does_not_run_away(aloft):
+    start, airframe = aloft.motion.position, aloft.tello._drone.flight.airframe
+    aloft.posed = False
+    for _ in range(100):  # the pilot's own pose is fresh: it draws its drone back to its place
+        airframe._motion = airframe._motion._replace(yaw=airframe._motion.yaw + 0.03)
+        x, y, _ = aloft.motion.position
+        aloft.velocity = (1.5 * (start[0] + 0.05 - x), 1.5 * (start[1] - y), 0.0)
+        aloft.run(0.1)
+    assert dist(aloft.motion.position, start) < 0.2
 
 
 def test_datagrams_of_others_are_left_out_unless_the_filter_is_off(make_swarm):
