@@ -25,6 +25,14 @@ def test_frames_are_lines_and_lost_bodies_say_nothing(start):
     assert core.source.link(NOW) == ("", ())
 
 
+def test_frames_count_up_by_one(start):
+    source, numbers = make_core(start(source="vicon")).source, []
+    for now in (1, 2, 3):
+        source.line(line(uav1=[1, 2, 3, 0, 0, 0.6, 0.8]), now)
+        numbers += [frame.number for frame in source.take(now)]
+    assert numbers == [0, 1, 2]
+
+
 @pytest.mark.parametrize("bad", [b"", b"{", b"[1]", b'{"uav1": [1]}', b'{"uav1": 1}', b'{"uav1": ["x"]}', b"\xff"])
 def test_a_malformed_line_is_counted(start, bad):
     source = make_core(start(source="vicon")).source
