@@ -56,7 +56,7 @@ class Status(NamedTuple):
     skipped: int
     refused: int  # connections
     cpu: float  # share of one core since the last status
-    resident: int  # bytes
+    resident: int  # bytes, the most so far
     rejected: Counts  # messages dropped, by key
     links: tuple[str, ...]  # the processes that it is linked to
     clock_offset: float = 0.0  # s that its host's clock is behind the swarm's, and corrected
