@@ -29,11 +29,11 @@ class QualisysClient(PersistentConnection):
         self._where = f"{source.table.server}:{source.table.port}"
         self._lost = asyncio.Event()
 
-    async def connected(self) -> None:
-        """Stream until the connection is lost."""
-        self._source.failure = await self._connected()
+    def failed(self, why: str) -> None:
+        """Take note of why there is no connection."""
+        self._source.failure = why
 
-    async def _connected(self) -> str:
+    async def connected(self) -> str:
         """Stream until the connection is lost; returns why there is none."""
         table, self._lost = self._source.table, asyncio.Event()
         try:

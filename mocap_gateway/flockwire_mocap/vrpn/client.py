@@ -50,21 +50,24 @@ class VrpnClient(PersistentConnection):
         self._drained()
         return self.session.connection.outgoing()
 
-    async def connected(self) -> None:
-        """Connect, and return when the connection is lost, or there is none."""
+    def failed(self, why: str) -> None:
+        """Take note of why there is no connection."""
+        self.session.trouble = why
+
+    async def connected(self) -> str:
+        """Connect, and return when the connection is lost, or there is none: why."""
         session, where = self.session, f"{self._host}:{self._port}"
         try:
             async with asyncio.timeout(PATIENCE):
                 transport, link = await self._connect()
         except OSError as error:  # a time-out is one too
-            session.trouble = f"{where} cannot be reached ({str(error) or 'no answer'}): check address, port, firewall"
-            return
+            return f"{where} cannot be reached ({str(error) or 'no answer'}): check address, port, firewall"
         session.trouble = None
         try:
             await link.lost.wait()
         finally:
             transport.close()
-        session.trouble = f"{where} closed: {session.connection.failed or 'the server has ended it'}"
+        return f"{where} closed: {session.connection.failed or 'the server has ended it'}"
 
     async def _connect(self) -> tuple[asyncio.Transport, _Link]:
         self.session.reconnect()
