@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 from flockwire import clock
 
+from flockwire_mocap.keep_alive import keep_alive
 from flockwire_mocap.persistent import PersistentConnection
 from flockwire_mocap.tracking import TrackerFrame
 from flockwire_mocap.vrpn.session import VrpnSession
@@ -67,7 +68,7 @@ class VrpnClient(PersistentConnection):
             await link.lost.wait()
         finally:
             transport.close()
-        return f"{where} closed: {session.connection.failed or 'the server has ended it'}"
+        return f"{where} closed: {session.connection.failed or 'the server has ended it, or is gone'}"
 
     async def _connect(self) -> tuple[asyncio.Transport, _Link]:
         self.session.reconnect()
@@ -86,6 +87,7 @@ class _Link(asyncio.Protocol):
         assert isinstance(transport, asyncio.WriteTransport)  # noqa: S101 for the type: TCP can be written to
         self._transport = transport
         transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        keep_alive(transport)
         transport.write(self._client.session.connection.outgoing())
 
     def data_received(self, data: bytes) -> None:
