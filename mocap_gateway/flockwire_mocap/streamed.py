@@ -55,7 +55,7 @@ class StreamedSource:
 
     def arrived(self, frame: TrackerFrame, now: int) -> None:
         """Take in a frame that arrived at `now` (Unix ns), newer than all before."""
-        sent = self._clock.update(frame.transmitted, now)
+        sent = self._clock.update(frame.transmitted, now, frame.set_back)
         captured = sent - (frame.transmitted - frame.captured) - self._latency
         self._hold(captured, frame.bodies)
         self._complete = self._complete or self._completes(frame.bodies, now)
