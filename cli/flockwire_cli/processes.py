@@ -22,6 +22,7 @@ from flockwire_cli.command_lines import Place, arguments
 from flockwire_cli.interrupts import Interrupts
 
 GRACE = 2.5  # s between the signal to end and SIGKILL
+FILING = 30.0  # s for a recorder, which has a trace to complete
 LANDING_TIME = 60.0  # s that those may take which have something in the air
 POLL = 0.02  # s
 REFUSED = 2  # exit status of a process that cannot run as it is set up
@@ -171,11 +172,14 @@ class Children:
         if all(self._running[i].returncode is not None for i in flyers):
             for rank in ranks:
                 others = [i for i in self._running if self._plan.rows[i].rank == rank and i not in flyers]
-                await asyncio.gather(*(self._end(self._running[i], GRACE, None) for i in others))
+                await asyncio.gather(*(self._end(self._running[i], self._grace(i), None) for i in others))
         self._running.clear()
         for fd in (self._read_end, self._write_end):  # closed, it signals those left that the station is gone
             with contextlib.suppress(OSError):
                 os.close(fd)
+
+    def _grace(self, identity: str) -> float:
+        return FILING if self._plan.rows[identity].records else GRACE
 
     async def _end(self, process: asyncio.subprocess.Process, patience: float, interrupted: Interrupts | None) -> None:
         with contextlib.suppress(ProcessLookupError):

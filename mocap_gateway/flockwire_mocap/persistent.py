@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 from abc import ABC, abstractmethod
 from typing import ClassVar
 
+from flockwire.wire.processes import GATEWAY
+
 
 class PersistentConnection(ABC):
-    """Connects, and `PAUSE` s after each end again."""
+    """Connects, and `PAUSE` s after each end again, whatever ended it."""
 
     PAUSE: ClassVar[float] = 1.0
 
@@ -26,10 +29,22 @@ class PersistentConnection(ABC):
             await asyncio.gather(self._task, return_exceptions=True)
 
     @abstractmethod
-    async def connected(self) -> None:
-        """Connect, and return when the connection is lost, or there is none."""
+    async def connected(self) -> str:
+        """Connect, and return when the connection is lost, or there is none: why, and what to do, in one line."""
+
+    @abstractmethod
+    def failed(self, why: str) -> None:
+        """Take note of why there is no connection."""
 
     async def _keep_connected(self) -> None:
+        logged = ""
         while True:
-            await self.connected()
+            try:
+                why = await self.connected()
+            except Exception as error:  # an error of any kind is reported, and does not end the attempts
+                why = f"the connection failed: {error!r}"
+                if why != logged:
+                    logging.getLogger(GATEWAY.kind).exception("the connection to the tracker failed")
+                logged = why
+            self.failed(why)
             await asyncio.sleep(self.PAUSE)

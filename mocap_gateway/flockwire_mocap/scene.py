@@ -17,7 +17,7 @@ from flockwire_mocap.vicinity import Vicinity
 
 FEW = 30  # bodies up to which each drone looks at all others
 FORGET = BILLION  # ns after which a body that is no longer seen is no longer near anybody
-MOST_MOVERS = 500  # bodies of no drone that are kept
+MOST_MOVERS = 500  # bodies of no drone that are kept; beyond that those are forgotten that are no longer seen
 TIME_CONSTANT = 0.05  # s, of the trackers of their velocities
 
 
@@ -105,8 +105,10 @@ class Scene:
     def arrange(self, now: int) -> None:
         """Sort what has been seen lately by place: call it once before all calls to `near`; `now` in Unix ns."""
         self._places = {drone: place for drone, (stamp, place) in self._drones.items() if now - stamp < FORGET}
-        seen = [mover for name, mover in self._movers.items() if self._lasts(name) or now - mover.stamp < FORGET]
-        self._by_place = {-1 - k: mover for k, mover in enumerate(seen)}
+        seen = {name: one for name, one in self._movers.items() if self._lasts(name) or now - one.stamp < FORGET}
+        if len(self._movers) >= MOST_MOVERS:
+            self._movers = seen
+        self._by_place = {-1 - k: mover for k, mover in enumerate(seen.values())}
         self._places |= {key: mover.position for key, mover in self._by_place.items()}
         few = len(self._places) <= FEW
         self._vicinity = None if few else Vicinity(self._places, self._reach + (self._widest if seen else 0.0))

@@ -20,6 +20,7 @@ SLOPE_BLOCKS = 10  # blocks from which on the slope is believed; a level line be
 DRIFT_LIMIT = 500e-6  # no quartz is worse
 STEP = BILLION  # ns; a source whose clock jumps by more has been restarted
 STEP_PATIENCE = BILLION  # ns for which a step back must last; what comes out of a full queue is soon over
+AGREEMENT = BILLION // 100  # ns; a clock that is known to have been set back is followed if it is further off than that
 
 
 class SourceClock:
@@ -36,12 +37,16 @@ class SourceClock:
         self._base: DelayPoint | None = None  # a point of the line
         self._behind_since: int | None = None
 
-    def update(self, source_time: int, local_now: int) -> int:
-        """Take in that a message stamped `source_time` came at `local_now`, ns; return its stamp in local time, ns."""
+    def update(self, source_time: int, local_now: int, set_back: bool = False) -> int:
+        """Take in that a message stamped `source_time` came at `local_now`, ns; return its stamp in local time, ns.
+
+        With `set_back` the source's clock is known to have been set back: without it a step of less than STEP cannot be
+        told from a longer delay, and what is old must not pass for new.
+        """
         difference = local_now - source_time
         if self._base is None:
             self._begin(source_time, difference)
-        elif self._stepped(source_time, difference, local_now):
+        elif self._stepped(source_time, difference, local_now, set_back):
             self.steps += 1
             self._begin(source_time, difference)
         else:
@@ -65,9 +70,11 @@ class SourceClock:
         self._points.append((source_time, difference))
         self._base, self._slope, self._behind_since = (source_time, difference), 0.0, None
 
-    def _stepped(self, source_time: int, difference: int, local_now: int) -> bool:
+    def _stepped(self, source_time: int, difference: int, local_now: int, set_back: bool) -> bool:
         """Return whether the source's clock has jumped: ahead, which no delay does, or behind and stays there."""
         excess = difference - (self.local(source_time) - source_time)
+        if set_back and excess > AGREEMENT:
+            return True
         if excess <= STEP:
             self._behind_since = None
             return excess < -STEP

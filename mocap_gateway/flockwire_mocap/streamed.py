@@ -8,13 +8,15 @@ from collections.abc import Callable, Mapping
 from flockwire.swarm.gateway import Gateway
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Message
-from flockwire.wire.status import counted
+from flockwire.wire.status import OTHERS, counted
 
 from flockwire_mocap.completeness import Completeness
 from flockwire_mocap.coordinates import Coordinates
 from flockwire_mocap.source import Link
 from flockwire_mocap.source_clock import SourceClock
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, framed
+
+MOST_TWICE = 8  # bodies that were in a frame twice, of which the status has the names; the rest in one sum
 
 
 class StreamedSource:
@@ -53,7 +55,7 @@ class StreamedSource:
 
     def arrived(self, frame: TrackerFrame, now: int) -> None:
         """Take in a frame that arrived at `now` (Unix ns), newer than all before."""
-        sent = self._clock.update(frame.transmitted, now)
+        sent = self._clock.update(frame.transmitted, now, frame.set_back)
         captured = sent - (frame.transmitted - frame.captured) - self._latency
         self._hold(captured, frame.bodies)
         self._complete = self._complete or self._completes(frame.bodies, now)
@@ -63,7 +65,8 @@ class StreamedSource:
         here: dict[int, ReportedBody] = {}
         for body in bodies:
             if body.identity in here:
-                self._twice[f"{body.name or body.identity} twice in a frame"] += 1
+                who = str(body.name or body.identity)
+                self._twice[who if who in self._twice or len(self._twice) < MOST_TWICE else OTHERS] += 1
                 body = body._replace(tracked=False)  # noqa: PLW2901
             here[body.identity] = body
         for identity, body in here.items():
@@ -98,7 +101,8 @@ class StreamedSource:
     def link(self, now: int) -> Link:
         """Return how the connection is at `now` (Unix ns)."""
         found = self._state(now)
-        own = counted(("steps of its clock", self._clock.steps), *self._twice.items())
+        twice = [(f"{who} twice in a frame", count) for who, count in self._twice.items()]
+        own = counted(("steps of its clock", self._clock.steps), *twice)
         return found._replace(counts=(*found.counts, *own))
 
 

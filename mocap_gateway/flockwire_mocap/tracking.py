@@ -46,6 +46,7 @@ class TrackerFrame(NamedTuple):
         captured: when the cameras saw it, ns of the source's clock.
         transmitted: when the source sent it, ns of the same clock; `captured` where a protocol does not carry it.
         bodies: the bodies in the order of the source.
+        set_back: whether the source's clock is known to have been set back since the frame before it.
 
     """
 
@@ -53,6 +54,7 @@ class TrackerFrame(NamedTuple):
     captured: int
     transmitted: int
     bodies: tuple[ReportedBody, ...]
+    set_back: bool = False
 
 
 def framed(measured: Iterable[tuple[int, ReportedBody]], first: int, now: int) -> list[TrackerFrame]:

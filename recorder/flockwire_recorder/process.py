@@ -95,7 +95,7 @@ async def run(job: Job) -> None:
         ticker.start()
         try:
             await finished(RecorderCore(), plan, identity, session, ending)
+            recorder.close()  # before the last resort: a slow disk takes its time, who supervises ends what hangs
         finally:
             ticker.stop()
             last_resort()
-        recorder.close()

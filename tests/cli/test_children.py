@@ -101,6 +101,33 @@ def test_what_flies_has_its_time_to_land_and_the_others_have_not(family, monkeyp
     assert not family.when("gateway", "ended")
 
 
+def test_a_recorder_has_its_time_to_complete_the_trace(family, monkeypatch):
+    monkeypatch.setattr(processes, "GRACE", 0.1)
+    family.landing = {"recorder": 0.6}
+
+    async def run():
+        await family.start("recorder")
+        async with asyncio.timeout(SOON):
+            await family.children.end(family.interrupted)
+
+    asyncio.run(run())
+    assert family.when("recorder", "ended")
+
+
+def test_a_recorder_that_hangs_is_ended_at_last(family, monkeypatch):
+    monkeypatch.setattr(processes, "FILING", 0.2)
+    family.landing = {"recorder": 30.0}
+
+    async def run():
+        await family.start("recorder")
+        async with asyncio.timeout(SOON):
+            await family.children.end(family.interrupted)
+
+    asyncio.run(run())
+    assert family.when("recorder", "told")
+    assert not family.when("recorder", "ended")
+
+
 def test_what_does_not_land_in_its_time_is_ended_at_last(family, monkeypatch):
     monkeypatch.setattr(processes, "LANDING_TIME", 0.2)
     family.landing = {"uav1": 30.0}

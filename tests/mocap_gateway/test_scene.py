@@ -1,7 +1,7 @@
 import pytest
 from flockwire.nanoseconds import BILLION
 from flockwire.wire.messages import BodyKind
-from flockwire_mocap.scene import FEW, FORGET, Scene
+from flockwire_mocap.scene import FEW, FORGET, MOST_MOVERS, Scene
 
 FRAME = BILLION // 100
 NOW = 1_790_000_000 * BILLION
@@ -48,6 +48,17 @@ def test_one_who_comes_back_has_no_velocity_from_before(scene):
     scene.see_other("Ada", now + 2 * FORGET, (x, 1.0, 1.7))
     scene.arrange(now + 2 * FORGET)
     assert scene.near(1, (x, 0.0, 1.0))[0].velocity == (0.0, 0.0, 0.0)
+
+
+def test_a_new_person_is_seen_however_many_names_there_were_before(scene):
+    scene.see_other("cart", NOW, (0.0, 1.0, 0.0))
+    for k in range(MOST_MOVERS):
+        scene.see_other(f"marker {k}", NOW, (0.0, 0.0, 1.0))
+    scene.arrange(NOW + FORGET)
+    scene.see_other("Ada", NOW + FORGET, (1.0, 0.0, 1.7))
+    scene.arrange(NOW + FORGET)
+    assert scene.others == ("cart", "Ada")
+    assert [body.relative_position[:2] for body in scene.near(1, (0.0, 0.0, 1.0))] == [(0.0, 1.0), (1.0, 0.0)]
 
 
 def test_a_body_that_is_not_believed_to_be_a_drones_is_there_until_it_is(scene):

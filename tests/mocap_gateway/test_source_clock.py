@@ -74,6 +74,24 @@ def test_a_source_that_begins_again_is_followed(begin):
     assert all(error == pytest.approx(expected, abs=MILLI) for error, _ in results[150:])
 
 
+def test_a_clock_that_is_known_to_have_been_set_back_is_followed_once():
+    clock, back, now = SourceClock(), 3 * BILLION // 10, BOOT + 30 * BILLION + FLOOR
+    run(clock, seconds=30, delay=lambda source: FLOOR)
+    for late in (0, MILLI):  # two bodies show it
+        assert clock.update(30 * BILLION - back, now + late, set_back=True) == now
+    assert clock.steps == 1
+    later = run(clock, seconds=90, begin=30 * BILLION, delay=lambda source: FLOOR + back)
+    assert all(abs(age) < MILLI for _, age in later)
+
+
+def test_a_queue_that_stays_full_for_long_makes_no_stale_frame_fresh():
+    clock, queue = SourceClock(), 3 * BILLION // 10
+    run(clock, seconds=30, delay=lambda source: FLOOR)
+    held = run(clock, seconds=5, begin=30 * BILLION, delay=lambda source: FLOOR + queue)
+    assert all(age > 0.99 * queue for _, age in held)
+    assert clock.steps == 0
+
+
 def test_an_earlier_stamp_can_be_mapped_too():
     clock = SourceClock()
     run(clock, seconds=20, delay=lambda source: FLOOR)

@@ -3,7 +3,7 @@ from flockwire.nanoseconds import BILLION
 from flockwire.wire.keys import MISSION
 from flockwire_mocap.coordinates import Coordinates
 from flockwire_mocap.source import Link
-from flockwire_mocap.streamed import StreamedSource
+from flockwire_mocap.streamed import MOST_TWICE, StreamedSource
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 
 NOW = 1_790_000_000 * BILLION
@@ -55,6 +55,15 @@ def test_a_body_that_is_there_twice_is_nowhere_and_counted():
     (found,) = source.take(NOW)
     assert {b.name: b.tracked for b in found.bodies} == {"uav1": False, "uav2": True}
     assert source.link(NOW).counts == (("uav1 twice in a frame", 1),)
+
+
+def test_of_many_bodies_that_are_there_twice_the_first_are_named():
+    source = streamed()
+    for k in range(MOST_TWICE + 100):
+        source.arrived(frame(k, k * MS, body(k), body(k)), NOW)
+    counts = source.link(NOW).counts
+    assert counts[:2] == (("uav0 twice in a frame", 1), ("uav1 twice in a frame", 1))
+    assert (counts[-1], len(counts)) == (("others twice in a frame", 100), MOST_TWICE + 1)
 
 
 @pytest.mark.parametrize("awaited", [None, {"uav1": 1, "uav2": 2}])

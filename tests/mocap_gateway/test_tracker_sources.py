@@ -12,6 +12,7 @@ from flockwire_mocap.natnet.parsing import parse_request
 from flockwire_mocap.natnet.twin import NatNetTwin, TwinOptions
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 from flockwire_mocap.vrpn.connection import VrpnConnection
+from flockwire_mocap.vrpn.reports import SET_BACK
 from flockwire_mocap.vrpn.wire import PoseBody
 
 NOW = 1_790_000_000 * BILLION
@@ -114,6 +115,23 @@ def test_vrpn_reports_complete_a_frame_with_the_last_drone(start):
         assert core.source.complete() == (i == 4)
     published = core.step(NOW + 1)
     assert [key.owner for key, _ in published if key.kind == "pose"] == [uav(i) for i in PLACES]
+
+
+@pytest.mark.parametrize("back", [0.05, 0.3, 0.9, 5.0])
+def test_a_vrpn_servers_clock_that_is_set_back_blinds_nobody(start, back):
+    core, server = make_core(start(source="vrpn")), VrpnConnection()
+    session, ages = core.source.session, []
+    for k in range(400):
+        now = NOW + k * FRAME
+        for i, place in PLACES.items():
+            stamp = now - (round(back * BILLION) if k >= 200 else 0)
+            server.send_pose(uav(i), stamp, PoseBody(0, (place[0] + k * 1e-3, *place[1:]), LEVEL))
+            for frame in session.receive(server.outgoing()):
+                core.source.arrived(frame, now)
+        ages += [now - message.stamp for key, message in core.step(now) if key.kind == "pose"]
+    assert len(ages) == len(PLACES) * (400 - SET_BACK + 1)
+    assert max(ages) == 0
+    assert dict(core.source.link(now).counts) == {"reports late": len(PLACES) * (SET_BACK - 1), "steps of its clock": 1}
 
 
 @pytest.mark.parametrize(

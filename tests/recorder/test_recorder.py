@@ -1,6 +1,7 @@
 """The recorder on samples by hand: what it drops, and what it reports once its disk is full."""
 
 import asyncio
+from contextlib import nullcontext
 from errno import ENOSPC
 
 import pytest
@@ -12,7 +13,7 @@ from flockwire.wire.messages import Pose
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 from flockwire_cli.verdict import conclude, disk_full
-from flockwire_recorder import report
+from flockwire_recorder import process, report
 from flockwire_recorder.process import Recorder
 from flockwire_recorder.reading import read_trace
 from flockwire_recorder.trace import TraceFullError, TraceWriter, describe
@@ -22,6 +23,9 @@ class Refusals:
     """No connection was refused."""
 
     count = 0
+
+    def watch(self):
+        """Leave the standard output alone."""
 
 
 @pytest.fixture
@@ -70,6 +74,37 @@ def test_a_full_disk_shows_in_the_status_and_ends_with_a_sentence(recording, sma
     with pytest.raises(TraceFullError, match=r"^\S+trace\.mcap: the trace takes no more: File too large$"):
         recorder.close()
     assert read_trace(tmp_path / "trace.mcap").recorded > 100
+
+
+@pytest.mark.parametrize("full", [False, True])
+def test_the_trace_is_complete_before_the_process_is_ended_in_any_case(monkeypatch, swarm_of, tmp_path, full):
+    done, close = [], TraceWriter.close
+
+    class LinkedSession(BufferedSession):
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            done.append("session")
+
+    def close_trace(trace):
+        close(trace)
+        done.append("trace")
+        if full:
+            raise TraceFullError(ENOSPC, "the trace takes no more: No space left on device", "trace.mcap")
+
+    async def at_once(*_):
+        return LinkedSession()
+
+    monkeypatch.setattr(process, "Refusals", lambda _: Refusals())
+    monkeypatch.setattr(process, "connect", at_once)
+    monkeypatch.setattr(process, "finished", at_once)
+    monkeypatch.setattr(process, "last_resort", lambda: done.append("last resort"))
+    monkeypatch.setattr(TraceWriter, "close", close_trace)
+    job = Job(Plan(swarm_of()), "recorder", None, "", tmp_path)
+    with pytest.raises(TraceFullError) if full else nullcontext():
+        asyncio.run(process.run(job))
+    assert done == ["trace", "last resort", "session"]
 
 
 def test_a_process_whose_disk_is_full_ends_with_exit_status_1(monkeypatch, swarm_of, tmp_path, caplog):

@@ -40,7 +40,7 @@ class Resources(Protocol):
         """Return the share of one core used since the last call."""
 
     def resident(self) -> int:
-        """Return the bytes of memory in use."""
+        """Return the most memory that was resident so far, in bytes."""
 
     def refused(self) -> int:
         """Return the connections refused so far."""

@@ -13,7 +13,7 @@ NO_MISSION = Mission(0, "", "")
 
 MOST_REJECTIONS = 128  # keys and reasons that one status names; the most frequent ones, the rest in one sum
 MOST_LINKS = 256  # processes that one status names
-LONGEST_TEXT = 256  # characters of any of its texts (bytes of UTF-8, of a detail)
+LONGEST_TEXT = 256  # characters of any of its texts (of what `bounded` shortens, bytes of UTF-8)
 FULL = "full"  # the phase of a recorder whose disk takes no more
 OTHERS = "others"  # the sum of those rejections that are not named
 
@@ -56,7 +56,7 @@ class Status(NamedTuple):
     skipped: int
     refused: int  # connections
     cpu: float  # share of one core since the last status
-    resident: int  # bytes
+    resident: int  # bytes, the most so far
     rejected: Counts  # messages dropped, by key
     links: tuple[str, ...]  # the processes that it is linked to
     clock_offset: float = 0.0  # s that its host's clock is behind the swarm's, and corrected
@@ -69,11 +69,10 @@ class Status(NamedTuple):
             by_count = sorted(rejected, key=_count, reverse=True)
             rest = sum([count for _, count in by_count[MOST_REJECTIONS - 1 :]])
             rejected = (*by_count[: MOST_REJECTIONS - 1], (OTHERS, rest))
-        if len(report.detail.encode()) > LONGEST_TEXT:
-            report = report._replace(detail=_shortened(report.detail))
-        if len(report.counts) > MOST_REJECTIONS:
-            report = report._replace(counts=report.counts[:MOST_REJECTIONS])
-        return self._replace(report=report, rejected=rejected, links=self.links[:MOST_LINKS])
+        counts = _short_names(report.counts[:MOST_REJECTIONS])
+        report = report._replace(detail=_shortened(report.detail), counts=counts)
+        links = tuple([_shortened(name) for name in self.links[:MOST_LINKS]])
+        return self._replace(report=report, rejected=_short_names(rejected), links=links)
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
@@ -139,5 +138,12 @@ def _count(rejection: tuple[str, int]) -> int:
     return rejection[1]
 
 
+def _short_names(counts: Counts) -> Counts:
+    return tuple([(_shortened(name), count) for name, count in counts])
+
+
 def _shortened(text: str) -> str:
-    return text.encode()[: LONGEST_TEXT - 3].decode(errors="ignore") + "..."
+    encoded = text.encode()
+    if len(encoded) <= LONGEST_TEXT:
+        return text
+    return encoded[: LONGEST_TEXT - 3].decode(errors="ignore") + "..."

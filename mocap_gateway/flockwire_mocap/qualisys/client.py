@@ -10,6 +10,7 @@ from typing import Any
 from flockwire import clock
 
 from flockwire_mocap.extras import imported
+from flockwire_mocap.keep_alive import keep_alive
 from flockwire_mocap.persistent import PersistentConnection
 from flockwire_mocap.qualisys.source import QualisysSource, names_in
 
@@ -29,11 +30,11 @@ class QualisysClient(PersistentConnection):
         self._where = f"{source.table.server}:{source.table.port}"
         self._lost = asyncio.Event()
 
-    async def connected(self) -> None:
-        """Stream until the connection is lost."""
-        self._source.failure = await self._connected()
+    def failed(self, why: str) -> None:
+        """Take note of why there is no connection."""
+        self._source.failure = why
 
-    async def _connected(self) -> str:
+    async def connected(self) -> str:
         """Stream until the connection is lost; returns why there is none."""
         table, self._lost = self._source.table, asyncio.Event()
         try:
@@ -46,6 +47,8 @@ class QualisysClient(PersistentConnection):
         if connection is None:
             return f"{self._where} cannot be reached: check address, port (little-endian: 22223), firewall"
         try:
+            if connection.has_transport():
+                keep_alive(connection._protocol.transport)
             return await self._stream(connection)
         except (ValueError, TimeoutError, self._package.QRTCommandException) as error:
             return f"{self._where}: {str(error) or 'no answer'}"
@@ -62,7 +65,7 @@ class QualisysClient(PersistentConnection):
         finally:
             streaming.cancel()
             await asyncio.gather(streaming, return_exceptions=True)
-        return f"{self._where} has closed the connection"
+        return f"{self._where} has closed the connection, or is gone"
 
     def _packet(self, packet: Any) -> None:  # noqa: ANN401
         now, found = clock.now(), packet.get_6d()

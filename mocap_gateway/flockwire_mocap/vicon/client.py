@@ -15,6 +15,7 @@ from flockwire_mocap.persistent import PersistentConnection
 from flockwire_mocap.vicon.source import ViconSource
 
 PATIENCE = 2.5  # s without a frame after which the child is killed and started again
+LONGEST_LINE = 1 << 20  # bytes: a frame of MOST_BODIES with long names is a quarter of that
 
 
 class ViconClient(PersistentConnection):
@@ -32,27 +33,29 @@ class ViconClient(PersistentConnection):
         self._source, self._drained = source, drained
         self._command = command or [sys.executable, "-m", "flockwire_mocap.vicon.child", source.table.server]
 
-    async def connected(self) -> None:
-        """Run a child until it ends or hangs."""
-        child = await asyncio.create_subprocess_exec(*self._command, stdout=asyncio.subprocess.PIPE)
+    def failed(self, why: str) -> None:
+        """Take note of why no frames come."""
+        self._source.failure = why
+
+    async def connected(self) -> str:
+        """Run a child until it ends or hangs; returns why."""
+        child = await asyncio.create_subprocess_exec(*self._command, stdout=asyncio.subprocess.PIPE, limit=LONGEST_LINE)
         try:
-            await self._listen(child)
+            return await self._listen(child)
         finally:
             with contextlib.suppress(ProcessLookupError):
                 child.kill()  # nothing gentler reaches it while it connects
             await child.wait()
 
-    async def _listen(self, child: asyncio.subprocess.Process) -> None:
+    async def _listen(self, child: asyncio.subprocess.Process) -> str:
         assert child.stdout is not None  # noqa: S101  (it is a pipe)
         server = self._source.table.server
         while True:
             try:
                 line = await asyncio.wait_for(child.stdout.readline(), PATIENCE)
             except TimeoutError:
-                self._source.failure = f"{server} sends nothing: check its address, and that Tracker or Nexus is live"
-                return
+                return f"{server} sends nothing: check its address, and that Tracker or Nexus is live"
             if not line:
-                self._source.failure = f"{server}: {self._source.child or 'the client has ended'}"
-                return
+                return f"{server}: {self._source.child or 'the client has ended'}"
             self._source.line(line, clock.now())
             self._drained()

@@ -31,7 +31,7 @@ class ViconSource(StreamedSource):
         self.failure = f"waits for {self.table.server}"
         self.child = ""
         self._numbers: dict[str, int] = {}
-        self._frames = self._malformed = self._rejected = 0
+        self._lines = self._malformed = self._rejected = 0
         super().__init__(coordinates_of(gateway), self._state, round(self.table.latency * BILLION))
 
     def line(self, line: bytes, now: int) -> None:
@@ -45,9 +45,9 @@ class ViconSource(StreamedSource):
         except (ValueError, AttributeError, TypeError):
             self._malformed += 1
             return
-        self._frames += 1
+        self._lines += 1
         self.failure = ""
-        self.arrived(TrackerFrame(self._frames, now, now, bodies), now)
+        self.arrived(TrackerFrame(self._lines, now, now, bodies), now)
 
     def _body(self, name: str, row: list[float]) -> ReportedBody:
         x, y, z, qx, qy, qz, qw = row

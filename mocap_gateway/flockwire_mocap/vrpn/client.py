@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 from flockwire import clock
 
+from flockwire_mocap.keep_alive import keep_alive
 from flockwire_mocap.persistent import PersistentConnection
 from flockwire_mocap.tracking import TrackerFrame
 from flockwire_mocap.vrpn.session import VrpnSession
@@ -50,21 +51,24 @@ class VrpnClient(PersistentConnection):
         self._drained()
         return self.session.connection.outgoing()
 
-    async def connected(self) -> None:
-        """Connect, and return when the connection is lost, or there is none."""
+    def failed(self, why: str) -> None:
+        """Take note of why there is no connection."""
+        self.session.trouble = why
+
+    async def connected(self) -> str:
+        """Connect, and return when the connection is lost, or there is none: why."""
         session, where = self.session, f"{self._host}:{self._port}"
         try:
             async with asyncio.timeout(PATIENCE):
                 transport, link = await self._connect()
         except OSError as error:  # a time-out is one too
-            session.trouble = f"{where} cannot be reached ({str(error) or 'no answer'}): check address, port, firewall"
-            return
+            return f"{where} cannot be reached ({str(error) or 'no answer'}): check address, port, firewall"
         session.trouble = None
         try:
             await link.lost.wait()
         finally:
             transport.close()
-        session.trouble = f"{where} closed: {session.connection.failed or 'the server has ended it'}"
+        return f"{where} closed: {session.connection.failed or 'the server has ended it, or is gone'}"
 
     async def _connect(self) -> tuple[asyncio.Transport, _Link]:
         self.session.reconnect()
@@ -83,6 +87,7 @@ class _Link(asyncio.Protocol):
         assert isinstance(transport, asyncio.WriteTransport)  # noqa: S101 for the type: TCP can be written to
         self._transport = transport
         transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        keep_alive(transport)
         transport.write(self._client.session.connection.outgoing())
 
     def data_received(self, data: bytes) -> None:

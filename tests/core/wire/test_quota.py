@@ -67,6 +67,14 @@ def test_whatever_a_process_knows_of_itself_its_status_fits_the_quota():
     assert len(told.report.detail) == LONGEST_TEXT
 
 
+def test_names_that_are_too_long_are_shortened():
+    long = ("é" * 200, 3)
+    told = status(rejected=(long,), links=("x" * 300,))
+    told = told._replace(report=told.report._replace(counts=(long,))).bounded()
+    assert Status.decode(told.encode()) == told
+    assert told.report.counts == told.rejected == (("é" * 126 + "...", 3),)
+
+
 def test_a_small_status_is_left_as_it_is():
     told = status("waits", (("a", 1),), ("gateway",))
     assert told.bounded() == told

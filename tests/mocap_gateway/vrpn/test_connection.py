@@ -3,7 +3,7 @@ from struct import pack
 
 import pytest
 from flockwire_mocap.vrpn.connection import MOST_NAMES, VrpnConnection
-from flockwire_mocap.vrpn.reports import Reports
+from flockwire_mocap.vrpn.reports import SET_BACK, Reports
 from flockwire_mocap.vrpn.wire import (
     COOKIE,
     SENDER,
@@ -135,3 +135,22 @@ def test_a_clock_set_back_begins_again_and_sensors_are_bodies_of_their_own():
     assert gathered.frame(pose._replace(stamp=STAMP - 11_000_000_000)) is not None
     other = gathered.frame(pose._replace(pose=POSE._replace(sensor=3)))
     assert (other.bodies[0].identity, other.bodies[0].name) == (1, "uav0/3")
+
+
+@pytest.mark.parametrize("back", [1_000_000, 300_000_000, 9_000_000_000])
+def test_several_older_reports_in_a_row_come_from_a_clock_set_back(back):
+    gathered = Reports()
+    first, *rest = [pose for pose in VrpnConnection().receive(reports(40)) if pose.name == "uav0"]
+    assert not gathered.frame(first).set_back
+    frames = [gathered.frame(pose._replace(stamp=pose.stamp - back)) for pose in rest[: SET_BACK + 2]]
+    assert [frame is not None and frame.set_back for frame in frames] == [False] * (SET_BACK - 1) + [True, False, False]
+    assert [frame is None for frame in frames] == [True] * (SET_BACK - 1) + [False] * 3
+    assert gathered.late == SET_BACK - 1
+
+
+def test_older_reports_between_newer_ones_stay_late():
+    gathered = Reports()
+    new = VrpnConnection().receive(reports(40))[::2]
+    frames = [gathered.frame(pose._replace(stamp=at)) for pose in new for at in (pose.stamp, pose.stamp - 500)]
+    assert [frame is not None for frame in frames] == [True, False] * len(new)
+    assert not any(frame.set_back for frame in frames if frame is not None)

@@ -1,0 +1,44 @@
+"""A connection that is kept in spite of errors that nobody foresaw."""
+
+import asyncio
+
+import pytest
+from flockwire_mocap.persistent import PersistentConnection
+
+
+class Faulty(PersistentConnection):
+    """Fails with each of the errors by turns, and is then lost as a connection usually is."""
+
+    PAUSE = 0.001
+
+    def __init__(self, errors):
+        super().__init__()
+        self.errors, self.reasons, self.lost = errors, [], asyncio.Event()
+
+    def failed(self, why):
+        self.reasons.append(why)
+        if not self.errors:
+            self.lost.set()
+
+    async def connected(self):
+        if self.errors:
+            raise self.errors.pop(0)
+        return "the server has ended it"
+
+
+@pytest.mark.parametrize("error", [ValueError("a line\ntoo long"), OSError(11, "no more processes"), KeyError("x")])
+def test_an_unforeseen_error_is_reported_and_does_not_end_the_attempts(error, caplog):
+    async def run():
+        client = Faulty([error, error])
+        client.open()
+        async with asyncio.timeout(3.0):
+            await client.lost.wait()
+            while client.reasons[-1] != "the server has ended it":  # noqa: ASYNC110 the next attempt
+                await asyncio.sleep(0.001)
+        await client.close()
+        return client.reasons
+
+    reasons = asyncio.run(run())
+    assert reasons[0] == f"the connection failed: {error!r}"
+    assert len(reasons[0].splitlines()) == 1
+    assert [record.exc_info[1] for record in caplog.records] == [error]  # once, however often
