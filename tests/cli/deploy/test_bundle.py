@@ -11,54 +11,15 @@ from pathlib import Path
 import pytest
 import tomli_w
 import yaml
+from bundles import BOTH, HOSTS
 from command_line import refused
 from flockwire_cli.deploy.units import key_files, units
-from flockwire_cli.deploy.wheels import read_wheels
 from flockwire_cli.processes import command
-
-HOSTS = {
-    "hosts": {
-        "station": {"address": "192.0.2.1"},
-        "pi1": {"address": "192.0.2.11"},
-        "pi2": {"address": "192.0.2.12", "processes": ["gateway"]},
-    },
-    "drones.1.host": "pi1",
-    "drones.2.host": "pi1",
-    "drones.3.host": "pi2",
-    "drones.4.host": "pi2",
-}
-MINE = f"flockwire-{version('flockwire')}-py3-none-any.whl"
-BOTH = "numpy-2.4.0-cp311-cp311-manylinux_2_28_{}.whl"
 
 
 @pytest.fixture(params=["peers", "router"])
 def plan(make_plan, request):
     return make_plan({**HOSTS, "network.mode": request.param})
-
-
-@pytest.fixture
-def wheels(tmp_path):
-    """Return a folder of wheels, which are no wheels but in name."""
-    folder = tmp_path / "wheels"
-    folder.mkdir()
-    for name in (MINE, "pip-25.3-py3-none-any.whl", BOTH.format("x86_64"), BOTH.format("aarch64")):
-        (folder / name).write_text(name)
-    return folder
-
-
-@pytest.fixture
-def swarm_file(tmp_path, swarm_table):
-    path = tmp_path / "swarm.toml"
-    path.write_text(tomli_w.dumps(swarm_table(HOSTS)))
-    return path
-
-
-@pytest.fixture
-def bundled(flockwire, swarm_file, wheels, tmp_path):
-    out = tmp_path / "out"
-    done = flockwire("deploy", swarm_file, "--target", "ansible", "--wheels", wheels, "--out", out)
-    assert done.returncode == 0, done.stderr
-    return out
 
 
 def lines(unit, key):
@@ -154,51 +115,6 @@ def test_a_host_that_runs_nothing_is_refused(flockwire, swarm_file, swarm_table,
         flockwire("deploy", swarm_file, "--target", "systemd", "--wheels", wheels, "--out", tmp_path / "out")
     )
     assert "hosts.pi9: runs nothing" in line
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        (lambda folder: (folder / MINE).unlink(), "has no wheel of flockwire"),
-        (lambda folder: (folder / "pip-25.3-py3-none-any.whl").unlink(), "has no wheel of pip"),
-        (lambda folder: (folder / MINE).rename(folder / "flockwire-9.9-py3-none-any.whl"), "its flockwire is not"),
-        (lambda folder: (folder / BOTH.replace("0", "1", 1).format("x86_64")).touch(), "several versions of numpy"),
-        (lambda folder: (folder / "other.whl").touch(), "other.whl: is not named as a wheel is"),
-        (lambda folder: (folder / "lz4-4.0-cp311-cp311-win_arm64.whl").touch(), "no machine that all of them are for"),
-    ],
-)
-def test_wheels_that_cannot_be_installed_are_refused_with_what_makes_them(
-    flockwire, swarm_file, wheels, tmp_path, change, said
-):
-    change(wheels)
-    done = flockwire("deploy", swarm_file, "--target", "systemd", "--wheels", wheels, "--out", tmp_path / "out")
-    line = refused(done)
-    assert said in line
-    assert "scripts/wheels ARCHITECTURE makes them" in line
-
-
-def test_the_machines_that_wheels_are_for_are_those_that_all_are_for(wheels):
-    found = read_wheels(wheels)
-    assert (found.architectures, found.pythons) == (("x86_64", "aarch64"), ("3.11",))
-    (wheels / "lz4-4.0-cp311-cp311-manylinux_2_17_x86_64.whl").touch()
-    (wheels / "zenoh-1.0-cp39-abi3-manylinux_2_17_x86_64.manylinux2014_x86_64.whl").touch()
-    (wheels / "lz4-4.0-cp312-cp312-manylinux_2_17_x86_64.whl").touch()
-    found = read_wheels(wheels)
-    assert (found.architectures, found.pythons) == (("x86_64",), ("3.11",))
-
-
-def test_an_installer_refuses_a_file_that_is_not_what_was_deployed(bundled, tmp_path):
-    folder = bundled / "pi1"
-    (folder / "swarm" / "swarm.toml").write_text("another")
-    identity = tmp_path / "id"  # the check of root comes first
-    identity.mkdir()
-    (identity / "id").write_text("#!/bin/sh\necho 0\n")
-    (identity / "id").chmod(0o755)
-    done = subprocess.run(
-        [folder / "install.sh"], capture_output=True, text=True, check=False, env={"PATH": f"{identity}:/usr/bin:/bin"}
-    )
-    assert done.returncode == 2
-    assert "install: a file is not what was deployed" in done.stderr
 
 
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="there is no systemd-analyze")
