@@ -1,15 +1,70 @@
+import os
+import re
 import subprocess
 
+import pytest
 
-def test_an_installer_refuses_a_file_that_is_not_what_was_deployed(bundled, tmp_path):
-    folder = bundled / "pi1"
-    (folder / "swarm" / "swarm.toml").write_text("another")
-    identity = tmp_path / "id"  # the check of root comes first
-    identity.mkdir()
-    (identity / "id").write_text("#!/bin/sh\necho 0\n")
-    (identity / "id").chmod(0o755)
-    done = subprocess.run(
-        [folder / "install.sh"], capture_output=True, text=True, check=False, env={"PATH": f"{identity}:/usr/bin:/bin"}
-    )
+COMMANDS = {
+    "id": "echo 0",
+    "uname": "echo x86_64",
+    "systemctl": 'echo "systemctl $*" >> "$LOG"; [ "$1" != stop ]',  # which fails where there is nothing to stop
+    # Makes an environment with itself as its Python.
+    "python3": """
+case "$*" in
+  -c*) echo 3.11 ;;
+  "-m venv"*) mkdir -p "$4/bin"; cp "$0" "$4/bin/python" ;;
+  *) echo "python $*" >> "$LOG" ;;
+esac""",
+}
+
+
+class Host:
+    """A host in a folder, where the installer of a bundle is root."""
+
+    def __init__(self, bundle, folder):
+        self._bundle, self.root = bundle, folder / "root"
+        self._commands, self._log = folder / "commands", folder / "log"
+        self._commands.mkdir()
+        for path in ("etc/systemd/system", "opt", "run/systemd/system"):
+            (self.root / path).mkdir(parents=True)
+        for name, text in COMMANDS.items():
+            self.command(name, text)
+
+    def command(self, name, text):
+        """Let a command of the host do what `text` says."""
+        path = self._commands / name
+        path.write_text(f"#!/bin/sh\n{text}\n")
+        path.chmod(0o755)
+
+    def install(self, *arguments, umask=0o022):
+        """Run install.sh; return its process and what it had done by others, line by line."""
+        here = re.sub(r"(?<=[\s=])/(?=(etc|opt|run)/)", f"{self.root}/", (self._bundle / "install.sh").read_text())
+        assert not re.search(r"(?<!\S)/(etc|opt|run)/", here)
+        (self._bundle / "here.sh").write_text(here)
+        self._log.write_text("")
+        done = subprocess.run(
+            ["/bin/sh", self._bundle / "here.sh", *arguments], capture_output=True, text=True, check=False, umask=umask,
+            env={"PATH": f"{self._commands}:{os.defpath}", "LOG": str(self._log)},
+        )  # fmt: skip
+        return done, self._log.read_text().splitlines()
+
+
+@pytest.fixture
+def host(bundled, tmp_path):
+    """Return the host pi1."""
+    return Host(bundled / "pi1", tmp_path)
+
+
+def test_an_installer_refuses_a_file_that_is_not_what_was_deployed(bundled, host):
+    (bundled / "pi1" / "swarm" / "swarm.toml").write_text("another")
+    done, called = host.install()
     assert done.returncode == 2
     assert "install: a file is not what was deployed" in done.stderr
+    assert called == []
+
+
+def test_wheels_of_a_version_that_is_installed_already_replace_it(host):
+    done, called = host.install()
+    assert done.returncode == 0, done.stderr
+    (line,) = [line for line in called if line.startswith("python -m pip install")]
+    assert {"--force-reinstall", "--no-deps", "--require-hashes", "--no-index"} <= set(line.split())
