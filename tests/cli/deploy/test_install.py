@@ -1,5 +1,6 @@
 import os
 import re
+import stat
 import subprocess
 
 import pytest
@@ -68,3 +69,14 @@ def test_wheels_of_a_version_that_is_installed_already_replace_it(host):
     assert done.returncode == 0, done.stderr
     (line,) = [line for line in called if line.startswith("python -m pip install")]
     assert {"--force-reinstall", "--no-deps", "--require-hashes", "--no-index"} <= set(line.split())
+
+
+def test_what_is_installed_can_be_read_by_all_whatever_roots_umask_is_but_for_the_keys(host):
+    done, _ = host.install(umask=0o077)
+    assert done.returncode == 0, done.stderr
+    keys = host.root / "etc/flockwire/flock/keys"
+    for path in [*(host.root / "etc/flockwire").rglob("*"), *(host.root / "opt/flockwire").rglob("*")]:
+        private = keys in (path, *path.parents)
+        readable = 0o055 if path.is_dir() else 0o044
+        assert stat.S_IMODE(path.stat().st_mode) & readable == (0 if private else readable), path
+    assert len(list(keys.iterdir())) == 6
