@@ -80,3 +80,24 @@ def test_what_is_installed_can_be_read_by_all_whatever_roots_umask_is_but_for_th
         readable = 0o055 if path.is_dir() else 0o044
         assert stat.S_IMODE(path.stat().st_mode) & readable == (0 if private else readable), path
     assert len(list(keys.iterdir())) == 6
+
+
+def test_what_an_earlier_bundle_runs_is_stopped_while_its_units_are_there(host):
+    old = host.root / "etc/systemd/system/flockwire-flock-uav9.service"
+    old.touch()
+    host.command("systemctl", f'[ "$1" != stop ] || [ -e {old} ] && echo "systemctl $*" >> "$LOG"')
+    done, called = host.install()
+    assert done.returncode == 0, done.stderr
+    assert called[0] == "systemctl stop flockwire-flock.target"
+    assert called[1].startswith("python -m pip")
+    assert called[-1] == "systemctl restart flockwire-flock.target"
+    assert not old.exists()
+
+
+def test_an_installer_does_without_systemd(host):
+    (host.root / "run/systemd/system").rmdir()
+    host.command("systemctl", "exit 1")
+    done, _ = host.install()
+    assert done.returncode == 0, done.stderr
+    assert "is installed, not started" in done.stdout
+    assert (host.root / "etc/systemd/system/flockwire-flock.target").exists()
