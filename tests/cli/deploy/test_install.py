@@ -90,8 +90,14 @@ def test_what_an_earlier_bundle_runs_is_stopped_while_its_units_are_there(host):
     assert done.returncode == 0, done.stderr
     assert called[0] == "systemctl stop flockwire-flock.target"
     assert called[1].startswith("python -m pip")
-    assert called[-1] == "systemctl restart flockwire-flock.target"
     assert not old.exists()
+
+
+def test_an_installer_does_not_wait_for_processes_that_wait_for_other_hosts(host):
+    for arguments in ([], ["keys"]):
+        done, called = host.install(*arguments)
+        assert "flockwire-flock.target starts" in done.stdout
+        assert called[-1] == "systemctl restart --no-block flockwire-flock.target"
 
 
 def test_an_installer_does_without_systemd(host):
