@@ -64,6 +64,14 @@ def test_an_installer_refuses_a_file_that_is_not_what_was_deployed(bundled, host
     assert called == []
 
 
+@pytest.mark.parametrize("arguments", [["--keys"], ["keys", "now"]])
+def test_an_installer_refuses_an_argument_that_it_does_not_know(host, arguments):
+    done, called = host.install(*arguments)
+    assert done.returncode == 2
+    assert f"install: {' '.join(arguments)}: must be keys, or nothing" in done.stderr
+    assert called == []
+
+
 def test_wheels_of_a_version_that_is_installed_already_replace_it(host):
     done, called = host.install()
     assert done.returncode == 0, done.stderr
