@@ -115,3 +115,11 @@ def test_an_installer_does_without_systemd(host):
     assert done.returncode == 0, done.stderr
     assert "is installed, not started" in done.stdout
     assert (host.root / "etc/systemd/system/flockwire-flock.target").exists()
+
+
+def test_new_keys_leave_a_host_alone_on_which_nothing_is_installed(host):
+    done, called = host.install("keys")
+    assert done.returncode == 0, done.stderr
+    assert "is not installed on this host" in done.stdout
+    assert called == []
+    assert not (host.root / "etc/flockwire").exists()
