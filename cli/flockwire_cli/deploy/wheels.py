@@ -5,8 +5,10 @@ from __future__ import annotations
 import hashlib
 import re
 import shutil
+import zipfile
 from collections.abc import Iterable
 from importlib.metadata import version
+from importlib.resources import files
 from pathlib import Path
 from typing import NamedTuple
 
@@ -89,6 +91,9 @@ def read_wheels(folder: Path) -> Wheels:
         raise DeployError(f"--wheels = {folder}: has several versions of {several}; empty it, then {MAKE_THEM}")
     if mine not in versions["flockwire"]:
         raise DeployError(f"--wheels = {folder}: its flockwire is not {mine}, which this is; {MAKE_THEM}")
+    for wheel in found.wheels:
+        if wheel.name == "flockwire" and (name := _differing(wheel.file)):
+            raise DeployError(f"--wheels = {folder}: the code of its flockwire is another, {name} differs; {MAKE_THEM}")
     if not found.architectures:
         raise DeployError(f"--wheels = {folder}: there is no machine that all of them are for; {MAKE_THEM}")
     return found
@@ -97,6 +102,32 @@ def read_wheels(folder: Path) -> Wheels:
 def sums(folder: Path, names: Iterable[str]) -> str:
     """Return the lines of SHA256SUMS for the files `names` in `folder`."""
     return "".join(f"{hashlib.sha256((folder / name).read_bytes()).hexdigest()}  {name}\n" for name in sorted(names))
+
+
+def _differing(wheel: Path) -> str:
+    """Return the first file in a wheel of flockwire whose content is another here, empty where there is none."""
+    with _archive(wheel) as archive:
+        for name in archive.namelist():
+            package, _, path = name.partition("/")
+            made = package.endswith(".dist-info") or name.endswith(".so")  # for the wheel alone
+            if not made and archive.read(name) != _here(package, path):
+                return name
+    return ""
+
+
+def _here(package: str, path: str) -> bytes | None:
+    """Return the content of a file of an installed package, None where it has none."""
+    try:
+        return files(package).joinpath(path).read_bytes()
+    except (OSError, ModuleNotFoundError):
+        return None
+
+
+def _archive(wheel: Path) -> zipfile.ZipFile:
+    try:
+        return zipfile.ZipFile(wheel)
+    except zipfile.BadZipFile:
+        raise DeployError(f"{wheel}: is no wheel but in name; {MAKE_THEM}") from None
 
 
 def _wheel(file: Path) -> Wheel:

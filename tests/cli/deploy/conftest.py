@@ -1,5 +1,8 @@
 """A swarm of three hosts, deployed: its file, what its hosts install from, its bundles."""
 
+import zipfile
+from importlib.resources import files
+
 import pytest
 import tomli_w
 from bundles import BOTH, HOSTS, MINE, PIP
@@ -7,11 +10,14 @@ from bundles import BOTH, HOSTS, MINE, PIP
 
 @pytest.fixture
 def wheels(tmp_path):
-    """Return a folder of wheels, which are no wheels but in name."""
+    """Return a folder of wheels, which have next to nothing in them."""
     folder = tmp_path / "wheels"
     folder.mkdir()
     for name in (MINE, PIP, BOTH.format("x86_64"), BOTH.format("aarch64")):
-        (folder / name).write_text(name)
+        with zipfile.ZipFile(folder / name, "w") as archive:
+            archive.writestr(f"{name.partition('-')[0]}-0.dist-info/WHEEL", name)
+            if name == MINE:
+                archive.writestr("flockwire/law.py", files("flockwire").joinpath("law.py").read_bytes())
     return folder
 
 

@@ -1,7 +1,14 @@
+import zipfile
+
 import pytest
 from bundles import BOTH, MINE
 from command_line import refused
 from flockwire_cli.deploy.wheels import read_wheels
+
+
+def add(wheel, name, content):
+    with zipfile.ZipFile(wheel, "a") as archive:
+        archive.writestr(name, content)
 
 
 @pytest.mark.parametrize(
@@ -10,6 +17,10 @@ from flockwire_cli.deploy.wheels import read_wheels
         (lambda folder: (folder / MINE).unlink(), "has no wheel of flockwire"),
         (lambda folder: (folder / "pip-25.3-py3-none-any.whl").unlink(), "has no wheel of pip"),
         (lambda folder: (folder / MINE).rename(folder / "flockwire-9.9-py3-none-any.whl"), "its flockwire is not"),
+        (lambda folder: add(folder / MINE, "flockwire/clock.py", "older"), "is another, flockwire/clock.py differs"),
+        (lambda folder: add(folder / MINE, "flockwire/gone.py", ""), "is another, flockwire/gone.py differs"),
+        (lambda folder: add(folder / MINE, "flockwire_gone/core.py", ""), "is another, flockwire_gone/core.py differs"),
+        (lambda folder: (folder / MINE).write_text("cut off"), "is no wheel but in name"),
         (lambda folder: (folder / BOTH.replace("0", "1", 1).format("x86_64")).touch(), "several versions of numpy"),
         (lambda folder: (folder / "other.whl").touch(), "other.whl: is not named as a wheel is"),
         (lambda folder: (folder / "lz4-4.0-cp311-cp311-win_arm64.whl").touch(), "no machine that all of them are for"),
