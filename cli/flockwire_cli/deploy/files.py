@@ -22,10 +22,14 @@ class DeployError(ValueError):
 
 def write_swarm(swarm: Swarm, file: Path, folder: Path) -> None:
     """Copy the swarm file into `folder`, and what it names beside it. Raises DeployError."""
-    names = list(_named(swarm))
-    write(folder / SWARM_FILE, file.read_text(encoding="utf-8"))
-    for name in names:
-        write(folder / name, (file.parent / name).read_text(encoding="utf-8"))
+    named = dict(_named(swarm))
+    for key, name in named.items():
+        path = PurePosixPath(name)
+        if path.is_absolute() or ".." in path.parts or not (file.parent / path).is_file():
+            raise DeployError(f"{key} = {name!r}: must lie in the swarm file's folder to be deployed with it")
+    write(folder / SWARM_FILE, file.read_bytes())
+    for name in named.values():
+        write(folder / name, (file.parent / name).read_bytes())
 
 
 def write_keys(plan: Plan, keys: Path, identities: Iterable[str], folder: Path, owner: Owner | None = None) -> None:
@@ -63,20 +67,19 @@ def refuse_other_keys(plan: Plan, keys: Path) -> None:
         )
 
 
-def write(path: Path, text: str, mode: int = 0o644) -> None:
+def write(path: Path, content: str | bytes, mode: int = 0o644) -> None:
     """Write a file, and the folders above it."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8")
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
     path.chmod(mode)
 
 
-def _named(swarm: Swarm) -> Iterator[str]:
-    """Yield the files that the swarm file names, by their paths from its folder."""
+def _named(swarm: Swarm) -> Iterator[tuple[str, str]]:
+    """Yield the keys of the swarm file that name files, with the paths from its folder."""
     tables = {"formation": swarm.formation, **{f"formations.{name}": each for name, each in swarm.formations.items()}}
     for key, table in tables.items():
         name = getattr(table, "file", None)
         if name is not None:
-            path = PurePosixPath(name)
-            if path.is_absolute() or ".." in path.parts:
-                raise DeployError(f"{key}.file = {name!r}: must lie in the swarm file's folder to be deployed with it")
-            yield name
+            yield f"{key}.file", name
+    if swarm.gateway.source == "replay":
+        yield "gateway.replay.trace", swarm.gateway.replay.trace

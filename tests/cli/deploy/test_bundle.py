@@ -86,6 +86,19 @@ def test_every_file_of_a_bundle_is_summed_and_every_wheel_required_by_its_digest
         assert hashlib.sha256((wheels / name).read_bytes()).hexdigest() in required[1]
 
 
+def test_a_trace_that_is_replayed_goes_along_and_is_found_there(flockwire, swarm_file, swarm_table, wheels, tmp_path):
+    replay = {"gateway": {"source": "replay", "replay": {"trace": "runs/trace.mcap"}}}
+    swarm_file.write_text(tomli_w.dumps(swarm_table({**HOSTS, **replay})))
+    line = ["deploy", swarm_file, "--target", "systemd", "--wheels", wheels, "--out", tmp_path / "out"]
+    assert "gateway.replay.trace = 'runs/trace.mcap': must lie in the swarm file's folder" in refused(flockwire(*line))
+    (tmp_path / "runs").mkdir()
+    (tmp_path / "runs" / "trace.mcap").write_bytes(b"\x89MCAP")
+    assert flockwire(*line).returncode == 0
+    assert (tmp_path / "out" / "pi2" / "swarm" / "runs" / "trace.mcap").read_bytes() == b"\x89MCAP"
+    unit = (tmp_path / "out" / "pi2" / "units" / "flockwire-flock-gateway.service").read_text()
+    assert lines(unit, "WorkingDirectory") == ["/etc/flockwire/flock/swarm"]
+
+
 def test_the_inventory_has_the_hosts_addresses(bundled):
     hosts = yaml.safe_load((bundled / "inventory.yaml").read_text())["all"]["hosts"]
     assert {name: host["ansible_host"] for name, host in hosts.items()} == {
