@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from flockwire.swarm.rules import BUILT_IN
 from flockwire.wire.plan import Plan
 
 from flockwire_cli.deploy.files import DeployError, write, write_keys, write_swarm
@@ -28,7 +29,9 @@ class Bundler:
 
     def write(self, out: Path) -> tuple[str, ...]:
         """Write `out`/HOST for each host; returns the hosts. Raises DeployError, OSError."""
-        hosts = tuple(self.plan.swarm.hosts)
+        law, hosts = self.plan.swarm.control.law, tuple(self.plan.swarm.hosts)
+        if law not in BUILT_IN and not self.wheels.install(law.partition(":")[0]):
+            raise DeployError(f"control.law = {law!r}: no wheel in --wheels has it; build one of it into that folder")
         for host in hosts:
             if not self.plan.processes_on(host):
                 raise DeployError(

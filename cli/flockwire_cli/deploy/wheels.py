@@ -70,6 +70,12 @@ class Wheels(NamedTuple):
         for wheel in self.wheels:
             shutil.copyfile(wheel.file, folder / wheel.file.name)
 
+    def install(self, module: str) -> bool:
+        """Return whether one of them has the package, or file, of `module`. Raises DeployError."""
+        top = module.partition(".")[0]
+        names = (name for wheel in self.wheels for name in _archive(wheel.file).namelist())
+        return any(name.partition("/")[0] in (top, f"{top}.py") for name in names)
+
     def _complete(self, tags: set[str], field: str) -> bool:
         """Return whether every package has a wheel with one of `tags` in that field."""
         fitting = {wheel.name for wheel in self.wheels if tags & getattr(wheel, field)}

@@ -5,6 +5,7 @@ import stat
 import subprocess
 import sys
 import tarfile
+import zipfile
 from importlib.metadata import version
 from pathlib import Path
 
@@ -97,6 +98,18 @@ def test_a_trace_that_is_replayed_goes_along_and_is_found_there(flockwire, swarm
     assert (tmp_path / "out" / "pi2" / "swarm" / "runs" / "trace.mcap").read_bytes() == b"\x89MCAP"
     unit = (tmp_path / "out" / "pi2" / "units" / "flockwire-flock-gateway.service").read_text()
     assert lines(unit, "WorkingDirectory") == ["/etc/flockwire/flock/swarm"]
+
+
+def test_a_law_of_ones_own_is_installed_from_a_wheel_or_refused(
+    flockwire, swarm_file, swarm_table, wheels, tmp_path, documented_law
+):
+    swarm_file.write_text(tomli_w.dumps(swarm_table({**HOSTS, "control.law": documented_law})))
+    line = ["deploy", swarm_file, "--target", "systemd", "--wheels", wheels, "--out", tmp_path / "out"]
+    assert f"control.law = '{documented_law}': no wheel in --wheels has it" in refused(flockwire(*line))
+    with zipfile.ZipFile(wheels / "my_law-1.0-py3-none-any.whl", "w") as wheel:
+        wheel.write(tmp_path / "my_law.py", "my_law.py")
+    assert flockwire(*line).returncode == 0
+    assert "my-law==1.0" in (tmp_path / "out" / "pi1" / "requirements.txt").read_text()
 
 
 def test_the_inventory_has_the_hosts_addresses(bundled):

@@ -99,6 +99,12 @@ def test_what_containers_cannot_reach_is_refused(flockwire, write_swarm, tmp_pat
     assert "--target systemd" in line
 
 
+def test_a_law_of_ones_own_which_the_image_lacks_is_refused(flockwire, write_swarm, tmp_path, documented_law):
+    line = refused(flockwire("deploy", write_swarm({"control.law": documented_law}), "--out", tmp_path / "out"))
+    assert f"control.law = '{documented_law}': the image has only ['extended', 'paper']" in line
+    assert "--target systemd" in line
+
+
 def test_what_keeps_the_engine_from_flying_it_is_one_line_with_the_remedy(monkeypatch):
     answers = {}
 
