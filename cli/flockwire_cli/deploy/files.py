@@ -9,6 +9,7 @@ from pathlib import Path, PurePosixPath
 
 from cryptography import x509
 from flockwire.security.credentials import common_name
+from flockwire.security.pki import authority_name
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import AUTHORITY, Plan
 
@@ -61,7 +62,7 @@ def refuse_other_keys(plan: Plan, keys: Path) -> None:
         name = common_name(x509.load_pem_x509_certificate(path.read_bytes()))
     except (OSError, ValueError) as error:
         raise DeployError(f"--keys = {keys}: its {path.name} cannot be read: {error}") from None
-    if name != f"flockwire {plan.swarm.name}":
+    if name != authority_name(plan.swarm.name):
         raise DeployError(
             f"--keys = {keys}: are of {name!r}, this swarm is {plan.swarm.name!r}; name its own, or leave --keys out"
         )

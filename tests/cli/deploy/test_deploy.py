@@ -80,6 +80,13 @@ def test_keys_of_another_swarm_are_refused(flockwire, write_swarm, tmp_path):
     assert "are of 'flockwire other', this swarm is 'flock'" in line
 
 
+def test_the_keys_of_a_swarm_with_the_longest_name_are_its_own(flockwire, write_swarm, tmp_path):
+    file = write_swarm({"name": "a" * 64})
+    for _ in range(2):
+        done = flockwire("deploy", file, "--out", tmp_path / "out")
+        assert done.returncode == 0, done.stderr
+
+
 def test_a_bad_range_and_a_swarm_without_security_are_refused(flockwire, write_swarm, tmp_path):
     assert "--subnets = '10.0.0.1/8'" in refused(flockwire("deploy", write_swarm(), "--subnets", "10.0.0.1/8"))
     file = write_swarm({"network.security": "none"}, "open.toml")
