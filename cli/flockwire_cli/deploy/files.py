@@ -36,10 +36,15 @@ def write_swarm(swarm: Swarm, file: Path, folder: Path) -> None:
 def write_keys(plan: Plan, keys: Path, identities: Iterable[str], folder: Path, owner: Owner | None = None) -> None:
     """Copy the keys of `identities`, and the authorities' certificates, from `keys` into `folder`, which has no others.
 
-    They then belong to `owner`, where one is given and may be.
+    They then belong to `owner`, where one is given and may be. Raises DeployError where one is missing.
     """
     names = {f"{name}.crt" for name in plan.authorities}
     names |= {f"{identity}.{ending}" for identity in identities for ending in ("crt", "key")}
+    missing = next((name for name in sorted(names) if not (keys / name).is_file()), None)
+    if missing is not None:
+        raise DeployError(
+            f"--keys = {keys}: has no {missing}; run `flockwire keys` where authority/ca.key is and copy the files"
+        )
     folder.mkdir(parents=True, exist_ok=True)
     folder.chmod(0o700)
     for held in folder.iterdir():

@@ -1,4 +1,5 @@
 import os
+import shutil
 import stat
 import subprocess
 
@@ -85,6 +86,16 @@ def test_the_keys_of_a_swarm_with_the_longest_name_are_its_own(flockwire, write_
     for _ in range(2):
         done = flockwire("deploy", file, "--out", tmp_path / "out")
         assert done.returncode == 0, done.stderr
+
+
+def test_keys_that_lack_those_of_another_host_are_refused_by_name(flockwire, write_swarm, tmp_path):
+    file, keys = write_swarm(), tmp_path / "keys"
+    flockwire("keys", file, "--out", keys)
+    shutil.rmtree(keys / "authority")
+    (keys / "uav1.crt").unlink()
+    (keys / "uav1.key").unlink()
+    line = refused(flockwire("deploy", file, "--keys", keys, "--out", tmp_path / "out"))
+    assert f"--keys = {keys}: has no uav1.crt" in line
 
 
 def test_a_bad_range_and_a_swarm_without_security_are_refused(flockwire, write_swarm, tmp_path):
