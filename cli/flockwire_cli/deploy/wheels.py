@@ -16,7 +16,7 @@ from flockwire_cli.deploy.files import DeployError
 
 ARCHITECTURES = ("x86_64", "aarch64")
 INSTALLER = "pip"  # one of the wheels: a system's Python may lack it
-ANY = "any"
+ANY = "*"  # version of Python
 MAKE_THEM = "scripts/wheels ARCHITECTURE makes them"
 _NAME = re.compile(
     r"(?P<name>[^-]+)-(?P<version>[^-]+)(-\d[^-]*)?-(?P<python>[^-]+)-(?P<abi>[^-]+)-(?P<platform>[^-]+)\.whl"
@@ -40,16 +40,15 @@ class Wheels(NamedTuple):
     wheels: tuple[Wheel, ...]
 
     @property
-    def architectures(self) -> tuple[str, ...]:
-        """The machines for which every package is here."""
-        return tuple(arch for arch in ARCHITECTURES if self._complete({arch}, "architectures"))
-
-    @property
-    def pythons(self) -> tuple[str, ...]:
-        """The versions of Python, as 3.11, for which every package is here; empty: any."""
-        bound = {tag for wheel in self.wheels for tag in wheel.pythons}
-        fitting = [tag for tag in bound if self._complete({tag, ANY}, "pythons")]
-        return tuple(f"{tag[2]}.{tag[3:]}" for tag in sorted(fitting) if tag != ANY)
+    def machines(self) -> tuple[str, ...]:
+        """The machines for which every package is here: architecture and Python as x86_64/3.11, or x86_64/* for any."""
+        bound = {tag for wheel in self.wheels for tag in wheel.pythons} - {ANY} or {ANY}
+        return tuple(
+            f"{arch}/{tag if tag == ANY else f'{tag[2]}.{tag[3:]}'}"
+            for arch in ARCHITECTURES
+            for tag in sorted(bound)
+            if self._complete(arch, tag)
+        )
 
     def requirements(self) -> str:
         """Return what pip installs with --require-hashes: each package at its version, with its wheels' digests."""
@@ -76,9 +75,13 @@ class Wheels(NamedTuple):
         names = (name for wheel in self.wheels for name in _archive(wheel.file).namelist())
         return any(name.partition("/")[0] in (top, f"{top}.py") for name in names)
 
-    def _complete(self, tags: set[str], field: str) -> bool:
-        """Return whether every package has a wheel with one of `tags` in that field."""
-        fitting = {wheel.name for wheel in self.wheels if tags & getattr(wheel, field)}
+    def _complete(self, architecture: str, python: str) -> bool:
+        """Return whether every package has a wheel for that machine."""
+        fitting = {
+            wheel.name
+            for wheel in self.wheels
+            if architecture in wheel.architectures and not wheel.pythons.isdisjoint({python, ANY})
+        }
         return fitting == {wheel.name for wheel in self.wheels}
 
 
@@ -100,7 +103,7 @@ def read_wheels(folder: Path) -> Wheels:
     for wheel in found.wheels:
         if wheel.name == "flockwire" and (name := _differing(wheel.file)):
             raise DeployError(f"--wheels = {folder}: the code of its flockwire is another, {name} differs; {MAKE_THEM}")
-    if not found.architectures:
+    if not found.machines:
         raise DeployError(f"--wheels = {folder}: there is no machine that all of them are for; {MAKE_THEM}")
     return found
 

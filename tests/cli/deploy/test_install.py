@@ -72,6 +72,17 @@ def test_an_installer_refuses_an_argument_that_it_does_not_know(host, arguments)
     assert called == []
 
 
+@pytest.mark.parametrize(("command", "machine"), [("uname", "riscv64/3.11"), ("python3", "x86_64/3.13")])
+def test_an_installer_on_another_machine_names_the_wheels_to_fetch(host, command, machine):
+    architecture, _, python = machine.partition("/")
+    host.command(command, f"echo {architecture if command == 'uname' else python}")
+    done, called = host.install()
+    assert done.returncode == 2
+    wanted = f"this machine is {machine}; scripts/wheels {architecture} {python}"
+    assert f"the wheels are for x86_64/3.11, aarch64/3.11, {wanted}" in done.stderr
+    assert called == []
+
+
 def test_wheels_of_a_version_that_is_installed_already_replace_it(host):
     done, called = host.install()
     assert done.returncode == 0, done.stderr

@@ -37,10 +37,19 @@ def test_wheels_that_cannot_be_installed_are_refused_with_what_makes_them(
 
 
 def test_the_machines_that_wheels_are_for_are_those_that_all_are_for(wheels):
-    found = read_wheels(wheels)
-    assert (found.architectures, found.pythons) == (("x86_64", "aarch64"), ("3.11",))
+    assert read_wheels(wheels).machines == ("x86_64/3.11", "aarch64/3.11")
     (wheels / "lz4-4.0-cp311-cp311-manylinux_2_17_x86_64.whl").touch()
     (wheels / "zenoh-1.0-cp39-abi3-manylinux_2_17_x86_64.manylinux2014_x86_64.whl").touch()
     (wheels / "lz4-4.0-cp312-cp312-manylinux_2_17_x86_64.whl").touch()
-    found = read_wheels(wheels)
-    assert (found.architectures, found.pythons) == (("x86_64",), ("3.11",))
+    assert read_wheels(wheels).machines == ("x86_64/3.11",)
+
+
+def test_a_machine_has_an_architecture_and_a_python_of_the_same_wheels(wheels):
+    (wheels / BOTH.format("x86_64")).rename(wheels / BOTH.replace("cp311", "cp312").format("x86_64"))
+    assert read_wheels(wheels).machines == ("x86_64/3.12", "aarch64/3.11")
+
+
+def test_wheels_without_machine_code_are_for_every_python(wheels):
+    for arch in ("x86_64", "aarch64"):
+        (wheels / BOTH.format(arch)).unlink()
+    assert read_wheels(wheels).machines == ("x86_64/*", "aarch64/*")
