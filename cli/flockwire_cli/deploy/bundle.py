@@ -39,7 +39,17 @@ class Bundler:
                 )
         for host in hosts:
             self._write_host(host, out / host)
+        self._remove_others(hosts, out)
         return hosts
+
+    def _remove_others(self, hosts: tuple[str, ...], out: Path) -> None:
+        """Remove the bundles, with their keys, of hosts that the swarm no longer has."""
+        for unit in list(out.glob(f"*/units/{target_name(self.plan)}")):
+            folder = unit.parents[1]
+            copied = f" on {folder.name}\n" not in unit.read_text(encoding="utf-8")  # by the user, under another name
+            if folder.name not in hosts and not copied:
+                shutil.rmtree(folder)
+                packed(folder).unlink(missing_ok=True)
 
     def _write_host(self, host: str, folder: Path) -> None:
         plan = self.plan
@@ -61,6 +71,11 @@ class Bundler:
         )
         write(folder / "install.sh", script, 0o755)
         write(folder / SUMS, sums(folder, _files(folder)))
+
+
+def packed(folder: Path) -> Path:
+    """Return the file that a bundle is packed into."""
+    return folder.with_name(f"{folder.name}.tar")
 
 
 def _files(folder: Path) -> Iterator[str]:

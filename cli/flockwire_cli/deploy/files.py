@@ -58,6 +58,14 @@ def write_keys(plan: Plan, keys: Path, identities: Iterable[str], folder: Path, 
             os.chown(path, *owner)
 
 
+def remove_other_keys(folder: Path, identities: Iterable[str]) -> None:
+    """Remove from `folder` the folders of keys of all but `identities`: each is called as its identity."""
+    kept = set(identities)
+    for held in folder.iterdir():
+        if held.name not in kept and (held / f"{held.name}.key").exists():
+            shutil.rmtree(held)
+
+
 def refuse_other_keys(plan: Plan, keys: Path) -> None:
     """Raise DeployError where the folder `keys` is another swarm's."""
     path = keys / f"{AUTHORITY}.crt"

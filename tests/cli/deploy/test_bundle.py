@@ -135,6 +135,24 @@ def test_deploying_again_takes_out_what_a_host_runs_no_more(bundled, flockwire, 
     assert (bundled / "pi2" / "keys" / "uav2.key").exists()
 
 
+def test_the_bundle_of_a_host_that_is_no_more_is_removed_and_nothing_else_is(
+    bundled, flockwire, swarm_table, swarm_file, wheels
+):
+    moved = {**HOSTS, "drones.1.host": "pi2", "drones.2.host": "pi2", "hosts.pi1": None}
+    (bundled / "notes").mkdir()
+    shutil.copytree(bundled / "pi1", bundled / "kept")
+    shutil.copytree(bundled / "pi1", bundled / "another")
+    target = bundled / "another" / "units" / "flockwire-flock.target"
+    target.rename(target.with_name("flockwire-another.target"))
+    swarm_file.write_text(tomli_w.dumps(swarm_table(moved)))
+    done = flockwire("deploy", swarm_file, "--target", "ansible", "--wheels", wheels, "--out", bundled)
+    assert done.returncode == 0, done.stderr
+    held = {path.name for path in bundled.iterdir()}
+    assert held == {
+        "station", "pi2", "station.tar", "pi2.tar", "another", "kept", "notes", "inventory.yaml", "playbook.yaml",
+    }  # fmt: skip
+
+
 def test_a_host_that_runs_nothing_is_refused(flockwire, swarm_file, swarm_table, wheels, tmp_path):
     swarm_file.write_text(tomli_w.dumps(swarm_table({**HOSTS, "hosts.pi9.address": "192.0.2.19"})))
     line = refused(

@@ -61,6 +61,19 @@ def test_rotated_keys_are_brought_out_by_deploying_again(flockwire, write_swarm,
     assert not (out / "keys" / "uav1" / "gateway.key").exists()
 
 
+def test_the_keys_of_a_process_that_is_no_more_are_removed_and_nothing_else_is(flockwire, write_swarm, tmp_path):
+    out = tmp_path / "out"
+    more = {"graph.edges": [[0, 1], [0, 2]], "drones": [{"id": i, "start": [3.0 * i, 0.0, 0.0]} for i in range(3)]}
+    flockwire("deploy", write_swarm(more), "--out", out)
+    assert (out / "keys" / "uav2" / "uav2.key").exists()
+    (out / "keys" / "mine").mkdir()
+    (out / "keys" / "note").touch()
+    flockwire("deploy", write_swarm(), "--out", out)
+    held = {path.name for path in (out / "keys").iterdir()}
+    assert {"uav1", "gateway", "mine", "note"} < held
+    assert "uav2" not in held
+
+
 def test_files_that_the_swarm_names_go_along(flockwire, write_swarm, tmp_path):
     (tmp_path / "frames").mkdir()
     (tmp_path / "frames" / "f.csv").write_text("t,drone,x,y,z\n0,1,1,0,0\n5,1,2,0,0\n")
