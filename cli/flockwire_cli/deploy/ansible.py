@@ -8,6 +8,7 @@ from pathlib import Path
 
 from flockwire.wire.plan import Plan
 
+from flockwire_cli.deploy.bundle import packed
 from flockwire_cli.deploy.files import write
 from flockwire_cli.deploy.pages import template
 
@@ -16,7 +17,7 @@ def write_playbook(plan: Plan, out: Path) -> None:
     """Write inventory.yaml and playbook.yaml beside the bundles in `out`, each of which becomes one file to copy."""
     hosts = {name: host.address for name, host in plan.swarm.hosts.items()}
     for host in hosts:
-        _pack(out / host, out / f"{host}.tar")
+        _pack(out / host, packed(out / host))
     write(out / "inventory.yaml", template("inventory.yaml.j2").render(swarm=plan.swarm.name, hosts=hosts))
     write(out / "playbook.yaml", template("playbook.yaml.j2").render(swarm=plan.swarm.name))
 

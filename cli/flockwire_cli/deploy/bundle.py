@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from flockwire.swarm.rules import BUILT_IN
 from flockwire.wire.plan import Plan
 
 from flockwire_cli.deploy.files import DeployError, write, write_keys, write_swarm
@@ -28,7 +29,9 @@ class Bundler:
 
     def write(self, out: Path) -> tuple[str, ...]:
         """Write `out`/HOST for each host; returns the hosts. Raises DeployError, OSError."""
-        hosts = tuple(self.plan.swarm.hosts)
+        law, hosts = self.plan.swarm.control.law, tuple(self.plan.swarm.hosts)
+        if law not in BUILT_IN and not self.wheels.install(law.partition(":")[0]):
+            raise DeployError(f"control.law = {law!r}: no wheel in --wheels has it; build one of it into that folder")
         for host in hosts:
             if not self.plan.processes_on(host):
                 raise DeployError(
@@ -36,7 +39,17 @@ class Bundler:
                 )
         for host in hosts:
             self._write_host(host, out / host)
+        self._remove_others(hosts, out)
         return hosts
+
+    def _remove_others(self, hosts: tuple[str, ...], out: Path) -> None:
+        """Remove the bundles, with their keys, of hosts that the swarm no longer has."""
+        for unit in list(out.glob(f"*/units/{target_name(self.plan)}")):
+            folder = unit.parents[1]
+            copied = f" on {folder.name}\n" not in unit.read_text(encoding="utf-8")  # by the user, under another name
+            if folder.name not in hosts and not copied:
+                shutil.rmtree(folder)
+                packed(folder).unlink(missing_ok=True)
 
     def _write_host(self, host: str, folder: Path) -> None:
         plan = self.plan
@@ -58,6 +71,11 @@ class Bundler:
         )
         write(folder / "install.sh", script, 0o755)
         write(folder / SUMS, sums(folder, _files(folder)))
+
+
+def packed(folder: Path) -> Path:
+    """Return the file that a bundle is packed into."""
+    return folder.with_name(f"{folder.name}.tar")
 
 
 def _files(folder: Path) -> Iterator[str]:

@@ -6,6 +6,7 @@ from ipaddress import IPv4Network
 from typing import NamedTuple
 
 from flockwire.swarm.model import Swarm
+from flockwire.swarm.rules import BUILT_IN
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 
@@ -45,8 +46,10 @@ def services(plan: Plan, within: IPv4Network | None = None) -> tuple[Service, ..
 
 
 def outside(swarm: Swarm) -> str:
-    """Return a line about what the swarm's containers, on private networks, could not reach; empty when nothing."""
+    """Return a line about what the swarm's containers, on private networks, would lack; empty when nothing."""
     remedy = "deploy with --target systemd, or fly it with `flockwire up`"
+    if swarm.control.law not in BUILT_IN:
+        return f"control.law = {swarm.control.law!r}: the image has only {sorted(BUILT_IN)}; {remedy}"
     if swarm.gateway.source != "simulated":
         return f"gateway.source = {swarm.gateway.source!r}: no container reaches a tracker; {remedy}"
     if swarm.tellos:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
-
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 
@@ -14,5 +12,4 @@ def template(name: str) -> Template:
         loader=PackageLoader("flockwire_cli.deploy"), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
         keep_trailing_newline=True,
     )  # fmt: skip
-    pages.filters["shell"] = shlex.join
     return pages.get_template(name)

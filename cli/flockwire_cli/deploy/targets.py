@@ -13,7 +13,7 @@ from flockwire.wire.plan import Plan
 from flockwire_cli.deploy.ansible import write_playbook
 from flockwire_cli.deploy.bundle import Bundler
 from flockwire_cli.deploy.compose import compose_file, outside
-from flockwire_cli.deploy.files import DeployError, write, write_keys, write_swarm
+from flockwire_cli.deploy.files import DeployError, remove_other_keys, write, write_keys, write_swarm
 from flockwire_cli.deploy.networks import aboard
 from flockwire_cli.deploy.wheels import read_wheels
 
@@ -50,6 +50,7 @@ def write_compose(deployment: Deployment, within: IPv4Network | None) -> str:
     owner = caller if caller[0] else NOT_ROOT
     for identity in aboard(plan):
         write_keys(plan, deployment.keys, [identity], out / "keys" / identity, None if owner == caller else owner)
+    remove_other_keys(out / "keys", aboard(plan))
     (out / "runs").mkdir(exist_ok=True)
     if owner != caller:
         os.chown(out / "runs", *owner)

@@ -5,8 +5,10 @@ from __future__ import annotations
 import hashlib
 import re
 import shutil
+import zipfile
 from collections.abc import Iterable
 from importlib.metadata import version
+from importlib.resources import files
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,7 +16,7 @@ from flockwire_cli.deploy.files import DeployError
 
 ARCHITECTURES = ("x86_64", "aarch64")
 INSTALLER = "pip"  # one of the wheels: a system's Python may lack it
-ANY = "any"
+ANY = "*"  # version of Python
 MAKE_THEM = "scripts/wheels ARCHITECTURE makes them"
 _NAME = re.compile(
     r"(?P<name>[^-]+)-(?P<version>[^-]+)(-\d[^-]*)?-(?P<python>[^-]+)-(?P<abi>[^-]+)-(?P<platform>[^-]+)\.whl"
@@ -38,16 +40,15 @@ class Wheels(NamedTuple):
     wheels: tuple[Wheel, ...]
 
     @property
-    def architectures(self) -> tuple[str, ...]:
-        """The machines for which every package is here."""
-        return tuple(arch for arch in ARCHITECTURES if self._complete({arch}, "architectures"))
-
-    @property
-    def pythons(self) -> tuple[str, ...]:
-        """The versions of Python, as 3.11, for which every package is here; empty: any."""
-        bound = {tag for wheel in self.wheels for tag in wheel.pythons}
-        fitting = [tag for tag in bound if self._complete({tag, ANY}, "pythons")]
-        return tuple(f"{tag[2]}.{tag[3:]}" for tag in sorted(fitting) if tag != ANY)
+    def machines(self) -> tuple[str, ...]:
+        """The machines for which every package is here: architecture and Python as x86_64/3.11, or x86_64/* for any."""
+        bound = {tag for wheel in self.wheels for tag in wheel.pythons} - {ANY} or {ANY}
+        return tuple(
+            f"{arch}/{tag if tag == ANY else f'{tag[2]}.{tag[3:]}'}"
+            for arch in ARCHITECTURES
+            for tag in sorted(bound)
+            if self._complete(arch, tag)
+        )
 
     def requirements(self) -> str:
         """Return what pip installs with --require-hashes: each package at its version, with its wheels' digests."""
@@ -68,9 +69,19 @@ class Wheels(NamedTuple):
         for wheel in self.wheels:
             shutil.copyfile(wheel.file, folder / wheel.file.name)
 
-    def _complete(self, tags: set[str], field: str) -> bool:
-        """Return whether every package has a wheel with one of `tags` in that field."""
-        fitting = {wheel.name for wheel in self.wheels if tags & getattr(wheel, field)}
+    def install(self, module: str) -> bool:
+        """Return whether one of them has the package, or file, of `module`. Raises DeployError."""
+        top = module.partition(".")[0]
+        names = (name for wheel in self.wheels for name in _archive(wheel.file).namelist())
+        return any(name.partition("/")[0] in (top, f"{top}.py") for name in names)
+
+    def _complete(self, architecture: str, python: str) -> bool:
+        """Return whether every package has a wheel for that machine."""
+        fitting = {
+            wheel.name
+            for wheel in self.wheels
+            if architecture in wheel.architectures and not wheel.pythons.isdisjoint({python, ANY})
+        }
         return fitting == {wheel.name for wheel in self.wheels}
 
 
@@ -89,7 +100,10 @@ def read_wheels(folder: Path) -> Wheels:
         raise DeployError(f"--wheels = {folder}: has several versions of {several}; empty it, then {MAKE_THEM}")
     if mine not in versions["flockwire"]:
         raise DeployError(f"--wheels = {folder}: its flockwire is not {mine}, which this is; {MAKE_THEM}")
-    if not found.architectures:
+    for wheel in found.wheels:
+        if wheel.name == "flockwire" and (name := _differing(wheel.file)):
+            raise DeployError(f"--wheels = {folder}: the code of its flockwire is another, {name} differs; {MAKE_THEM}")
+    if not found.machines:
         raise DeployError(f"--wheels = {folder}: there is no machine that all of them are for; {MAKE_THEM}")
     return found
 
@@ -97,6 +111,32 @@ def read_wheels(folder: Path) -> Wheels:
 def sums(folder: Path, names: Iterable[str]) -> str:
     """Return the lines of SHA256SUMS for the files `names` in `folder`."""
     return "".join(f"{hashlib.sha256((folder / name).read_bytes()).hexdigest()}  {name}\n" for name in sorted(names))
+
+
+def _differing(wheel: Path) -> str:
+    """Return the first file in a wheel of flockwire whose content is another here, empty where there is none."""
+    with _archive(wheel) as archive:
+        for name in archive.namelist():
+            package, _, path = name.partition("/")
+            made = package.endswith(".dist-info") or name.endswith(".so")  # for the wheel alone
+            if not made and archive.read(name) != _here(package, path):
+                return name
+    return ""
+
+
+def _here(package: str, path: str) -> bytes | None:
+    """Return the content of a file of an installed package, None where it has none."""
+    try:
+        return files(package).joinpath(path).read_bytes()
+    except (OSError, ModuleNotFoundError):
+        return None
+
+
+def _archive(wheel: Path) -> zipfile.ZipFile:
+    try:
+        return zipfile.ZipFile(wheel)
+    except zipfile.BadZipFile:
+        raise DeployError(f"{wheel}: is no wheel but in name; {MAKE_THEM}") from None
 
 
 def _wheel(file: Path) -> Wheel:

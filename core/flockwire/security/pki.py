@@ -170,13 +170,18 @@ def _read_authority(folder: Path, name: str) -> Signer | None:
 def new_authority(name: str, now: datetime) -> Signer:
     """Return a new authority for the swarm called `name`."""
     key = ec.generate_private_key(ec.SECP256R1())
-    common_name = f"flockwire {name}"[:64]  # no longer one fits into a certificate
+    common_name = authority_name(name)
     certificate = (
         _builder(common_name, _name(common_name), key, now - BACKDATED, now + AUTHORITY_LIFE)
         .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
         .sign(key, hashes.SHA256())
     )
     return Signer(certificate, key)
+
+
+def authority_name(swarm: str) -> str:
+    """Return what the authority of the swarm called `swarm` is called: no longer a name fits into a certificate."""
+    return f"flockwire {swarm}"[:64]
 
 
 def _builder(

@@ -5,60 +5,22 @@ import stat
 import subprocess
 import sys
 import tarfile
+import zipfile
 from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 import tomli_w
 import yaml
+from bundles import BOTH, HOSTS
 from command_line import refused
 from flockwire_cli.deploy.units import key_files, units
-from flockwire_cli.deploy.wheels import read_wheels
 from flockwire_cli.processes import command
-
-HOSTS = {
-    "hosts": {
-        "station": {"address": "192.0.2.1"},
-        "pi1": {"address": "192.0.2.11"},
-        "pi2": {"address": "192.0.2.12", "processes": ["gateway"]},
-    },
-    "drones.1.host": "pi1",
-    "drones.2.host": "pi1",
-    "drones.3.host": "pi2",
-    "drones.4.host": "pi2",
-}
-MINE = f"flockwire-{version('flockwire')}-py3-none-any.whl"
-BOTH = "numpy-2.4.0-cp311-cp311-manylinux_2_28_{}.whl"
 
 
 @pytest.fixture(params=["peers", "router"])
 def plan(make_plan, request):
     return make_plan({**HOSTS, "network.mode": request.param})
-
-
-@pytest.fixture
-def wheels(tmp_path):
-    """Return a folder of wheels, which are no wheels but in name."""
-    folder = tmp_path / "wheels"
-    folder.mkdir()
-    for name in (MINE, "pip-25.3-py3-none-any.whl", BOTH.format("x86_64"), BOTH.format("aarch64")):
-        (folder / name).write_text(name)
-    return folder
-
-
-@pytest.fixture
-def swarm_file(tmp_path, swarm_table):
-    path = tmp_path / "swarm.toml"
-    path.write_text(tomli_w.dumps(swarm_table(HOSTS)))
-    return path
-
-
-@pytest.fixture
-def bundled(flockwire, swarm_file, wheels, tmp_path):
-    out = tmp_path / "out"
-    done = flockwire("deploy", swarm_file, "--target", "ansible", "--wheels", wheels, "--out", out)
-    assert done.returncode == 0, done.stderr
-    return out
 
 
 def lines(unit, key):
@@ -122,7 +84,32 @@ def test_every_file_of_a_bundle_is_summed_and_every_wheel_required_by_its_digest
     required = (folder / "requirements.txt").read_text().splitlines()
     assert [line.split()[0] for line in required] == [f"flockwire=={version('flockwire')}", "numpy==2.4.0"]
     for name in (BOTH.format("x86_64"), BOTH.format("aarch64")):
-        assert hashlib.sha256(name.encode()).hexdigest() in required[1]
+        assert hashlib.sha256((wheels / name).read_bytes()).hexdigest() in required[1]
+
+
+def test_a_trace_that_is_replayed_goes_along_and_is_found_there(flockwire, swarm_file, swarm_table, wheels, tmp_path):
+    replay = {"gateway": {"source": "replay", "replay": {"trace": "runs/trace.mcap"}}}
+    swarm_file.write_text(tomli_w.dumps(swarm_table({**HOSTS, **replay})))
+    line = ["deploy", swarm_file, "--target", "systemd", "--wheels", wheels, "--out", tmp_path / "out"]
+    assert "gateway.replay.trace = 'runs/trace.mcap': must lie in the swarm file's folder" in refused(flockwire(*line))
+    (tmp_path / "runs").mkdir()
+    (tmp_path / "runs" / "trace.mcap").write_bytes(b"\x89MCAP")
+    assert flockwire(*line).returncode == 0
+    assert (tmp_path / "out" / "pi2" / "swarm" / "runs" / "trace.mcap").read_bytes() == b"\x89MCAP"
+    unit = (tmp_path / "out" / "pi2" / "units" / "flockwire-flock-gateway.service").read_text()
+    assert lines(unit, "WorkingDirectory") == ["/etc/flockwire/flock/swarm"]
+
+
+def test_a_law_of_ones_own_is_installed_from_a_wheel_or_refused(
+    flockwire, swarm_file, swarm_table, wheels, tmp_path, documented_law
+):
+    swarm_file.write_text(tomli_w.dumps(swarm_table({**HOSTS, "control.law": documented_law})))
+    line = ["deploy", swarm_file, "--target", "systemd", "--wheels", wheels, "--out", tmp_path / "out"]
+    assert f"control.law = '{documented_law}': no wheel in --wheels has it" in refused(flockwire(*line))
+    with zipfile.ZipFile(wheels / "my_law-1.0-py3-none-any.whl", "w") as wheel:
+        wheel.write(tmp_path / "my_law.py", "my_law.py")
+    assert flockwire(*line).returncode == 0
+    assert "my-law==1.0" in (tmp_path / "out" / "pi1" / "requirements.txt").read_text()
 
 
 def test_the_inventory_has_the_hosts_addresses(bundled):
@@ -148,57 +135,30 @@ def test_deploying_again_takes_out_what_a_host_runs_no_more(bundled, flockwire, 
     assert (bundled / "pi2" / "keys" / "uav2.key").exists()
 
 
+def test_the_bundle_of_a_host_that_is_no_more_is_removed_and_nothing_else_is(
+    bundled, flockwire, swarm_table, swarm_file, wheels
+):
+    moved = {**HOSTS, "drones.1.host": "pi2", "drones.2.host": "pi2", "hosts.pi1": None}
+    (bundled / "notes").mkdir()
+    shutil.copytree(bundled / "pi1", bundled / "kept")
+    shutil.copytree(bundled / "pi1", bundled / "another")
+    target = bundled / "another" / "units" / "flockwire-flock.target"
+    target.rename(target.with_name("flockwire-another.target"))
+    swarm_file.write_text(tomli_w.dumps(swarm_table(moved)))
+    done = flockwire("deploy", swarm_file, "--target", "ansible", "--wheels", wheels, "--out", bundled)
+    assert done.returncode == 0, done.stderr
+    held = {path.name for path in bundled.iterdir()}
+    assert held == {
+        "station", "pi2", "station.tar", "pi2.tar", "another", "kept", "notes", "inventory.yaml", "playbook.yaml",
+    }  # fmt: skip
+
+
 def test_a_host_that_runs_nothing_is_refused(flockwire, swarm_file, swarm_table, wheels, tmp_path):
     swarm_file.write_text(tomli_w.dumps(swarm_table({**HOSTS, "hosts.pi9.address": "192.0.2.19"})))
     line = refused(
         flockwire("deploy", swarm_file, "--target", "systemd", "--wheels", wheels, "--out", tmp_path / "out")
     )
     assert "hosts.pi9: runs nothing" in line
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        (lambda folder: (folder / MINE).unlink(), "has no wheel of flockwire"),
-        (lambda folder: (folder / "pip-25.3-py3-none-any.whl").unlink(), "has no wheel of pip"),
-        (lambda folder: (folder / MINE).rename(folder / "flockwire-9.9-py3-none-any.whl"), "its flockwire is not"),
-        (lambda folder: (folder / BOTH.replace("0", "1", 1).format("x86_64")).touch(), "several versions of numpy"),
-        (lambda folder: (folder / "other.whl").touch(), "other.whl: is not named as a wheel is"),
-        (lambda folder: (folder / "lz4-4.0-cp311-cp311-win_arm64.whl").touch(), "no machine that all of them are for"),
-    ],
-)
-def test_wheels_that_cannot_be_installed_are_refused_with_what_makes_them(
-    flockwire, swarm_file, wheels, tmp_path, change, said
-):
-    change(wheels)
-    done = flockwire("deploy", swarm_file, "--target", "systemd", "--wheels", wheels, "--out", tmp_path / "out")
-    line = refused(done)
-    assert said in line
-    assert "scripts/wheels ARCHITECTURE makes them" in line
-
-
-def test_the_machines_that_wheels_are_for_are_those_that_all_are_for(wheels):
-    found = read_wheels(wheels)
-    assert (found.architectures, found.pythons) == (("x86_64", "aarch64"), ("3.11",))
-    (wheels / "lz4-4.0-cp311-cp311-manylinux_2_17_x86_64.whl").touch()
-    (wheels / "zenoh-1.0-cp39-abi3-manylinux_2_17_x86_64.manylinux2014_x86_64.whl").touch()
-    (wheels / "lz4-4.0-cp312-cp312-manylinux_2_17_x86_64.whl").touch()
-    found = read_wheels(wheels)
-    assert (found.architectures, found.pythons) == (("x86_64",), ("3.11",))
-
-
-def test_an_installer_refuses_a_file_that_is_not_what_was_deployed(bundled, tmp_path):
-    folder = bundled / "pi1"
-    (folder / "swarm" / "swarm.toml").write_text("another")
-    identity = tmp_path / "id"  # the check of root comes first
-    identity.mkdir()
-    (identity / "id").write_text("#!/bin/sh\necho 0\n")
-    (identity / "id").chmod(0o755)
-    done = subprocess.run(
-        [folder / "install.sh"], capture_output=True, text=True, check=False, env={"PATH": f"{identity}:/usr/bin:/bin"}
-    )
-    assert done.returncode == 2
-    assert "install: a file is not what was deployed" in done.stderr
 
 
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="there is no systemd-analyze")

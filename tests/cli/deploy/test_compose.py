@@ -59,6 +59,11 @@ def test_the_name_of_who_is_down_is_not_asked_for_where_nobody_answers(composed)
         assert service["dns_search"] == ["."]  # and no name gets one
 
 
+def test_an_order_that_the_file_shows_starts_no_other_service_first(plan):
+    (line,) = [line for line in compose_file(plan).splitlines() if " run --rm " in line]
+    assert "run --rm --no-deps operator land /swarm/swarm.toml --keys /keys" in line
+
+
 def test_the_papers_folder_is_what_the_command_writes():
     plan = Plan(load_swarm(ROOT / "swarms" / "paper_simulation.toml"))
     written = (ROOT / "deploy" / "paper" / "compose.yaml").read_text(encoding="utf-8")

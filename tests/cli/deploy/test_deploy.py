@@ -1,4 +1,5 @@
 import os
+import shutil
 import stat
 import subprocess
 
@@ -60,6 +61,19 @@ def test_rotated_keys_are_brought_out_by_deploying_again(flockwire, write_swarm,
     assert not (out / "keys" / "uav1" / "gateway.key").exists()
 
 
+def test_the_keys_of_a_process_that_is_no_more_are_removed_and_nothing_else_is(flockwire, write_swarm, tmp_path):
+    out = tmp_path / "out"
+    more = {"graph.edges": [[0, 1], [0, 2]], "drones": [{"id": i, "start": [3.0 * i, 0.0, 0.0]} for i in range(3)]}
+    flockwire("deploy", write_swarm(more), "--out", out)
+    assert (out / "keys" / "uav2" / "uav2.key").exists()
+    (out / "keys" / "mine").mkdir()
+    (out / "keys" / "note").touch()
+    flockwire("deploy", write_swarm(), "--out", out)
+    held = {path.name for path in (out / "keys").iterdir()}
+    assert {"uav1", "gateway", "mine", "note"} < held
+    assert "uav2" not in held
+
+
 def test_files_that_the_swarm_names_go_along(flockwire, write_swarm, tmp_path):
     (tmp_path / "frames").mkdir()
     (tmp_path / "frames" / "f.csv").write_text("t,drone,x,y,z\n0,1,1,0,0\n5,1,2,0,0\n")
@@ -80,6 +94,23 @@ def test_keys_of_another_swarm_are_refused(flockwire, write_swarm, tmp_path):
     assert "are of 'flockwire other', this swarm is 'flock'" in line
 
 
+def test_the_keys_of_a_swarm_with_the_longest_name_are_its_own(flockwire, write_swarm, tmp_path):
+    file = write_swarm({"name": "a" * 64})
+    for _ in range(2):
+        done = flockwire("deploy", file, "--out", tmp_path / "out")
+        assert done.returncode == 0, done.stderr
+
+
+def test_keys_that_lack_those_of_another_host_are_refused_by_name(flockwire, write_swarm, tmp_path):
+    file, keys = write_swarm(), tmp_path / "keys"
+    flockwire("keys", file, "--out", keys)
+    shutil.rmtree(keys / "authority")
+    (keys / "uav1.crt").unlink()
+    (keys / "uav1.key").unlink()
+    line = refused(flockwire("deploy", file, "--keys", keys, "--out", tmp_path / "out"))
+    assert f"--keys = {keys}: has no uav1.crt" in line
+
+
 def test_a_bad_range_and_a_swarm_without_security_are_refused(flockwire, write_swarm, tmp_path):
     assert "--subnets = '10.0.0.1/8'" in refused(flockwire("deploy", write_swarm(), "--subnets", "10.0.0.1/8"))
     file = write_swarm({"network.security": "none"}, "open.toml")
@@ -96,6 +127,12 @@ def test_a_bad_range_and_a_swarm_without_security_are_refused(flockwire, write_s
 def test_what_containers_cannot_reach_is_refused(flockwire, write_swarm, tmp_path, changes, said):
     line = refused(flockwire("deploy", write_swarm(changes), "--out", tmp_path / "out"))
     assert said in line
+    assert "--target systemd" in line
+
+
+def test_a_law_of_ones_own_which_the_image_lacks_is_refused(flockwire, write_swarm, tmp_path, documented_law):
+    line = refused(flockwire("deploy", write_swarm({"control.law": documented_law}), "--out", tmp_path / "out"))
+    assert f"control.law = '{documented_law}': the image has only ['extended', 'paper']" in line
     assert "--target systemd" in line
 
 
