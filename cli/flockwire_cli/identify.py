@@ -40,7 +40,7 @@ async def excite(
     with interrupts() as interrupted:
         try:
             for identity in needed:
-                await children.start(identity)
+                children.start(identity)
             session = await connect(plan, pilot, keys, asyncio.Event())
             assert session is not None  # noqa: S101  (only the event that nobody sets would make it so)
             with session:

@@ -98,7 +98,7 @@ async def run(plan: Plan, swarm_file: Path, keys: Path, out: Path) -> list[Findi
                 raise PortInUseError(busy)
             print(f"flockwire: {plan.swarm.name} does not run: starting it, on the ground")
             for identity in plan.started:
-                await children.start(identity)
+                children.start(identity)
         session = await connect(plan, OPERATOR.kind, keys, asyncio.Event())
         assert session is not None  # noqa: S101  (only the event that nobody sets would make it so)
         operator = Operator(plan, session)

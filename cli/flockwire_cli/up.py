@@ -115,7 +115,7 @@ async def start_processes(
     plan = flight.plan
     for router in plan.routers:
         if router in here:
-            await children.start(router)
+            children.start(router)
     session = await connect(plan, OPERATOR.kind, flight.keys, asyncio.Event())
     assert session is not None  # noqa: S101  (only the event that nobody sets would make it so)
     operator, waiting = Operator(plan, session), [identity for identity in here if identity not in plan.routers]
@@ -125,7 +125,7 @@ async def start_processes(
         late = clock.monotonic() > deadline or bool(children.died())
         ready = [i for i in waiting if late or not _awaited(plan, i, here).difference(operator.statuses)]
         for identity in ready:
-            await children.start(identity)
+            children.start(identity)
         waiting = [identity for identity in waiting if identity not in ready]
         if waiting:
             await asyncio.sleep(POLL_PERIOD)

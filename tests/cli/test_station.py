@@ -41,10 +41,11 @@ class Processes:
     def kill(self, identity):
         self.dead.remove(identity)  # its exit is expected
 
-    async def start(self, identity):
+    def start(self, identity):
         self.started.append(identity)
 
-    restart = start
+    async def restart(self, identity):
+        self.start(identity)
 
 
 class Scene:
