@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 from flockwire import clock
 from flockwire.runtime.refusals import Refusals
-from flockwire.runtime.session import connect
 from flockwire.runtime.shell import Shell
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.plan import Plan
@@ -20,6 +19,7 @@ from flockwire_tello.excitation import Axis, ExcitationCore, Stage
 from flockwire_tello.identification import AxisFit, Response, combined, fit_axis
 from matplotlib.figure import Figure
 
+from flockwire_cli.connecting import UNANSWERED, connected
 from flockwire_cli.interrupts import interrupts
 from flockwire_cli.processes import Children, PortInUseError, busy_endpoint
 
@@ -41,10 +41,12 @@ async def excite(
         try:
             for identity in needed:
                 children.start(identity)
-            session = await connect(plan, pilot, keys, asyncio.Event())
-            assert session is not None  # noqa: S101  (only the event that nobody sets would make it so)
+            session = await connected(plan, pilot, keys, interrupted, hopeless=children.died)
+            core = ExcitationCore(plan.swarm, number, clock.now(), axes)
+            if session is None:
+                core.failure = children.died() or UNANSWERED
+                return core
             with session:
-                core = ExcitationCore(plan.swarm, number, clock.now(), axes)
                 shell = Shell(core, plan, pilot, session, Refusals(pilot), None)
                 shell.start()
                 told = ""

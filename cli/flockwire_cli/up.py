@@ -20,11 +20,12 @@ from flockwire.flight.director import POLL_PERIOD, STOP_FOR, Director, Stage
 from flockwire.flight.faults import Fault
 from flockwire.flight.preflight import Preflight
 from flockwire.nanoseconds import BILLION
-from flockwire.runtime.session import Session, connect
+from flockwire.runtime.session import Session
 from flockwire.wire.messages import Stop
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 
+from flockwire_cli.connecting import UNANSWERED, connected
 from flockwire_cli.display import Display
 from flockwire_cli.fault_injection import FaultInjector
 from flockwire_cli.interrupts import Interrupts, interrupts
@@ -96,6 +97,8 @@ async def _fly(flight: UpOptions, relays: Relays) -> str:
     with interrupts() as interrupted:
         try:
             session = await start_processes(flight, children, here, interrupted)
+            if session is None:
+                return children.died() or UNANSWERED
             with session:
                 injector = FaultInjector(flight.faults, flight.plan, here, children, relays)
                 station = Station(flight, children, Operator(flight.plan, session), injector)
@@ -110,14 +113,18 @@ async def _fly(flight: UpOptions, relays: Relays) -> str:
 
 async def start_processes(
     flight: UpOptions, children: Children, here: tuple[str, ...], interrupted: Interrupts
-) -> Session:
-    """Start the processes of this host, each after those it waits for; returns the operator's session."""
+) -> Session | None:
+    """Start the processes of this host, each after those it waits for; returns the operator's session.
+
+    None when interrupted, or when a child died, before the router answered.
+    """
     plan = flight.plan
     for router in plan.routers:
         if router in here:
             children.start(router)
-    session = await connect(plan, OPERATOR.kind, flight.keys, asyncio.Event())
-    assert session is not None  # noqa: S101  (only the event that nobody sets would make it so)
+    session = await connected(plan, OPERATOR.kind, flight.keys, interrupted, hopeless=children.died)
+    if session is None:
+        return None
     operator, waiting = Operator(plan, session), [identity for identity in here if identity not in plan.routers]
     deadline = clock.monotonic() + round(START_TIME * BILLION)
     while waiting and not interrupted.count:

@@ -15,10 +15,11 @@ from flockwire.wire.plan import Plan
 from flockwire_recorder.report import write_report
 
 from flockwire_cli.arguments import made_keys
+from flockwire_cli.connecting import UNANSWERED
 from flockwire_cli.interrupts import interrupts
 from flockwire_cli.operator import Operator
 from flockwire_cli.processes import Children, PortInUseError, busy_endpoint
-from flockwire_cli.scripting.flight import Flight
+from flockwire_cli.scripting.flight import Flight, FlightError
 from flockwire_cli.scripting.script_director import ScriptDirector
 from flockwire_cli.up import UpOptions, alone, start_processes
 
@@ -47,6 +48,8 @@ class RealFlight(Flight):
             with interrupts() as interrupted:
                 here = flight.plan.processes_on(flight.host)
                 session = await start_processes(flight, children, here, interrupted)
+            if session is None:
+                raise FlightError(children.died() or UNANSWERED)
             self._operator = Operator(flight.plan, stack.enter_context(session))
             self._conducting = asyncio.create_task(self._conduct())
         except BaseException:
