@@ -96,12 +96,14 @@ async def _fly(flight: UpOptions, relays: Relays) -> str:
     children = Children(flight.plan, flight.swarm_file, flight.out, flight.keys, flight.faults_file, relays.detours)
     with interrupts() as interrupted:
         try:
-            session = await start_processes(flight, children, here, interrupted)
+            session = await open_session(flight, children, here, interrupted)
             if session is None:
                 return children.died() or UNANSWERED
             with session:
+                operator = Operator(flight.plan, session)
+                await start_processes(flight, children, here, operator, interrupted)
                 injector = FaultInjector(flight.faults, flight.plan, here, children, relays)
-                station = Station(flight, children, Operator(flight.plan, session), injector)
+                station = Station(flight, children, operator, injector)
                 try:
                     return await station.conduct(interrupted)
                 finally:
@@ -111,21 +113,25 @@ async def _fly(flight: UpOptions, relays: Relays) -> str:
             await children.end(interrupted)
 
 
-async def start_processes(
+async def open_session(
     flight: UpOptions, children: Children, here: tuple[str, ...], interrupted: Interrupts
 ) -> Session | None:
-    """Start the processes of this host, each after those it waits for; returns the operator's session.
+    """Start this host's router, where it has one; returns the operator's session.
 
-    None when interrupted, or when a child died, before the router answered.
+    None when interrupted, or when the router died, before the router answered.
     """
-    plan = flight.plan
-    for router in plan.routers:
+    for router in flight.plan.routers:
         if router in here:
             children.start(router)
-    session = await connected(plan, OPERATOR.kind, flight.keys, interrupted, hopeless=children.died)
-    if session is None:
-        return None
-    operator, waiting = Operator(plan, session), [identity for identity in here if identity not in plan.routers]
+    return await connected(flight.plan, OPERATOR.kind, flight.keys, interrupted, hopeless=children.died)
+
+
+async def start_processes(
+    flight: UpOptions, children: Children, here: tuple[str, ...], operator: Operator, interrupted: Interrupts
+) -> None:
+    """Start the other processes of this host, each after those it waits for."""
+    plan = flight.plan
+    waiting = [identity for identity in here if identity not in plan.routers]
     deadline = clock.monotonic() + round(START_TIME * BILLION)
     while waiting and not interrupted.count:
         operator.poll()
@@ -136,7 +142,6 @@ async def start_processes(
         waiting = [identity for identity in waiting if identity not in ready]
         if waiting:
             await asyncio.sleep(POLL_PERIOD)
-    return session
 
 
 def _awaited(plan: Plan, identity: str, here: tuple[str, ...]) -> set[str]:

@@ -252,9 +252,14 @@ def starting(make_plan, monkeypatch):
         async def connected(*_, **__):
             return swarm
 
+        async def run():
+            here, operator = plan.processes_on(options.host), Operator(plan, swarm)
+            await up.open_session(options, children, here, interrupted)
+            await up.start_processes(options, children, here, operator, interrupted)
+
         monkeypatch.setattr(up, "connected", connected)
         options = UpOptions(plan, None, plan.hosts["recorder"], 1.0, None, None, True)
-        asyncio.run(up.start_processes(options, children, plan.processes_on(plan.hosts["recorder"]), interrupted))
+        asyncio.run(run())
         return children.started
 
     monkeypatch.setattr(up, "POLL_PERIOD", TICK)

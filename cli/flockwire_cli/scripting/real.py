@@ -15,17 +15,19 @@ from flockwire.wire.plan import Plan
 from flockwire_recorder.report import write_report
 
 from flockwire_cli.arguments import made_keys
-from flockwire_cli.connecting import UNANSWERED
-from flockwire_cli.interrupts import interrupts
+from flockwire_cli.interrupts import Interrupts
 from flockwire_cli.operator import Operator
 from flockwire_cli.processes import Children, PortInUseError, busy_endpoint
 from flockwire_cli.scripting.flight import Flight, FlightError
 from flockwire_cli.scripting.script_director import ScriptDirector
-from flockwire_cli.up import UpOptions, alone, start_processes
+from flockwire_cli.up import UpOptions, alone, open_session, start_processes
 
 
 class RealFlight(Flight):
-    """A flight of `plan`, of the swarm file `file`; trace, report and logs go into the folder `out`."""
+    """A flight of `plan`, of the swarm file `file`; trace, report and logs go into the folder `out`.
+
+    Signals are the script's own: asyncio.run's Ctrl-C cancels its task alone, and what conducts the flight lands it.
+    """
 
     def __init__(self, plan: Plan, file: Path, out: Path) -> None:
         super().__init__(plan, ScriptDirector(plan, clock.now()))
@@ -45,12 +47,12 @@ class RealFlight(Flight):
         try:
             children = Children(flight.plan, flight.swarm_file, flight.out, flight.keys)
             stack.push_async_callback(children.end)
-            with interrupts() as interrupted:
-                here = flight.plan.processes_on(flight.host)
-                session = await start_processes(flight, children, here, interrupted)
+            here, never = flight.plan.processes_on(flight.host), Interrupts()
+            session = await open_session(flight, children, here, never)
             if session is None:
-                raise FlightError(children.died() or UNANSWERED)
+                raise FlightError(children.died())
             self._operator = Operator(flight.plan, stack.enter_context(session))
+            await start_processes(flight, children, here, self._operator, never)
             self._conducting = asyncio.create_task(self._conduct())
         except BaseException:
             await stack.aclose()
@@ -61,7 +63,7 @@ class RealFlight(Flight):
         """Land what flies, end all processes, write the report."""
         try:
             if self._director.begun and self._director.stage is not Stage.OVER:
-                self._director.land(self._now())
+                self._operator.order(self._director.land(self._now()))
                 await self._until(lambda: self._director.stage is Stage.OVER, "land", failing=True)
         finally:
             self._conducting.cancel()
