@@ -9,7 +9,6 @@ from __future__ import annotations
 import asyncio
 import fcntl
 import os
-from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -33,10 +32,10 @@ from flockwire_cli.keyboard import Keyboard, keys_pressed
 from flockwire_cli.operator import Operator
 from flockwire_cli.processes import Children, PortInUseError, busy_endpoint
 from flockwire_cli.relay.links import Relays
+from flockwire_cli.restarting import Restarts
 from flockwire_cli.verdict import disk_full
 
 START_TIME = 10.0  # s that a process may take to be there before those that wait for it are started all the same
-MOST_RESTARTS = 5  # of one process in one flight
 LEFT = "left before the drones were known to be down: they land by themselves, the recorder ends last"
 
 
@@ -164,8 +163,7 @@ class Station:
             without=flight.without,
         )
         self._display = Display(plan, plan.processes_on(flight.host), self._director, flight.headless)
-        self._restarts: list[asyncio.Task[None]] = []
-        self._counts: Counter[str] = Counter()  # of restarts, by identity
+        self._restarts = Restarts(plan, children, lambda event: self._display.note(event, clock.now()))
         self._stop_until = 0  # an emergency stop is repeated until then, Unix ns
 
     async def conduct(self, interrupted: Interrupts) -> str:
@@ -175,8 +173,7 @@ class Station:
         with self._display.shown(), keys_pressed(Keyboard(self._order)):
             while director.stage is not Stage.OVER:
                 now = self._operator.poll()
-                self._restart_dead()
-                died = died or self._children.died()
+                died = self._restarts.step() or died
                 if not self._flight.conducts and (died or interrupted.count):
                     return died
                 if interrupted.count > 1:
@@ -193,17 +190,7 @@ class Station:
 
     async def end(self) -> None:
         """Wait for what is under way."""
-        await asyncio.gather(*self._restarts)
-
-    def _restart_dead(self) -> None:
-        """Start what died again, where the process table has it so; not what refused to run."""
-        for identity in self._children.ended():
-            again = self._flight.plan.rows[identity].restarts and not self._children.refused(identity)
-            if again and self._counts[identity] < MOST_RESTARTS:
-                self._counts[identity] += 1
-                self._display.note(f"{self._children.how(identity)}; started again", clock.now())
-                self._children.kill(identity)  # its exit is then expected
-                self._restarts.append(asyncio.create_task(self._children.restart(identity)))
+        await self._restarts.end()
 
     def _step(self, now: int) -> None:
         director, operator = self._director, self._operator

@@ -4,7 +4,11 @@ import asyncio
 import runpy
 
 import pytest
-from flockwire_cli.scripting import FlightError, open_swarm
+from flockwire.flight import director
+from flockwire.nanoseconds import BILLION
+from flockwire_cli.scripting import FlightError, open_swarm, real
+from simulated_children import Processes
+from simulated_pilots import SimulatedSwarm
 
 
 @pytest.fixture
@@ -62,6 +66,67 @@ def test_what_is_not_obeyed_is_an_error_that_says_why(swarm_file):
         return flight.summary
 
     assert any("enough" in sentence for sentence in asyncio.run(fly()).failures())
+
+
+@pytest.fixture
+def children():
+    return Processes()
+
+
+@pytest.fixture
+def opened(make_plan, children, tmp_path, monkeypatch):
+    """Return what opens a real flight of processes and pilots that are simulated."""
+    plan = make_plan({"network.security": "none"})
+
+    async def open_session(*_):
+        return SimulatedSwarm(plan)
+
+    async def start_processes(*_):
+        """All run."""
+
+    monkeypatch.setattr(director, "LEAD_TIME", BILLION // 50)
+    monkeypatch.setattr(real, "Children", lambda *_: children)
+    monkeypatch.setattr(real, "busy_endpoint", lambda *_: "")
+    monkeypatch.setattr(real, "open_session", open_session)
+    monkeypatch.setattr(real, "start_processes", start_processes)
+    monkeypatch.setattr(real, "write_report", lambda *_: None)
+    return lambda: real.RealFlight(plan, tmp_path / "mine.toml", tmp_path)
+
+
+def test_a_recorder_that_dies_is_started_again_in_a_real_flight(opened, children, capsys):
+    async def fly():
+        async with opened() as flight:
+            await flight.start()
+            children.dead.append("recorder")
+            await flight.sleep(0.2)
+            assert {drone.phase for drone in flight.drones.values()} == {"formation"}
+
+    asyncio.run(fly())
+    assert children.started == ["recorder"]
+    assert "flockwire: recorder ended by itself (signal SIGKILL); started again\n" in capsys.readouterr().err
+
+
+def test_another_process_that_dies_lands_a_real_flight_and_fails_its_order(opened, children):
+    async def fly():
+        async with opened() as flight:
+            await flight.start()
+            children.dead.append("uav2")
+            with pytest.raises(FlightError, match=r"^wait for 'hold': uav2 ended by itself \(signal SIGKILL\)"):
+                await flight.wait_for("hold")
+            await flight.wait_for("ready")
+
+    asyncio.run(fly())
+
+
+def test_a_process_that_died_before_the_start_is_why_nobody_starts(opened, children):
+    async def fly():
+        async with opened() as flight:
+            children.dead.append("uav2")
+            await flight.sleep(0.2)
+            with pytest.raises(FlightError, match=r"^start: uav2 ended by itself"):
+                await flight.start()
+
+    asyncio.run(fly())
 
 
 @pytest.mark.long

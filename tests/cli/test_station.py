@@ -18,42 +18,12 @@ from flockwire_cli.connecting import UNANSWERED
 from flockwire_cli.interrupts import Interrupts
 from flockwire_cli.operator import Operator
 from flockwire_cli.processes import PortInUseError
-from flockwire_cli.up import LEFT, MOST_RESTARTS, Station, UpOptions
+from flockwire_cli.restarting import MOST_RESTARTS
+from flockwire_cli.up import LEFT, Station, UpOptions
+from simulated_children import Processes
 from simulated_pilots import SimulatedSwarm
 
 TICK = 0.005  # s between two looks of these tests' stations
-
-
-class Processes:
-    """The children, all of which live but those named in `dead`."""
-
-    def __init__(self):
-        self.dead, self.took_off, self.started = [], None, []
-        self.refusing = False
-
-    def refused(self, identity):
-        return self.refusing
-
-    def ended(self):
-        return tuple(self.dead)
-
-    def died(self):
-        return self.how(self.dead[0]) if self.dead else ""
-
-    def how(self, identity):
-        return f"{identity} ended by itself (signal SIGKILL)"
-
-    def kill(self, identity):
-        self.dead.remove(identity)  # its exit is expected
-
-    async def end(self, interrupted):
-        """Nobody is left."""
-
-    def start(self, identity):
-        self.started.append(identity)
-
-    async def restart(self, identity):
-        self.start(identity)
 
 
 class Scene:

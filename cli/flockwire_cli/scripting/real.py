@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import sys
 from contextlib import AsyncExitStack
 from pathlib import Path
 from typing import Self
@@ -18,6 +19,7 @@ from flockwire_cli.arguments import made_keys
 from flockwire_cli.interrupts import Interrupts
 from flockwire_cli.operator import Operator
 from flockwire_cli.processes import Children, PortInUseError, busy_endpoint
+from flockwire_cli.restarting import Restarts
 from flockwire_cli.scripting.flight import Flight, FlightError
 from flockwire_cli.scripting.script_director import ScriptDirector
 from flockwire_cli.up import UpOptions, alone, open_session, start_processes
@@ -53,7 +55,9 @@ class RealFlight(Flight):
                 raise FlightError(children.died())
             self._operator = Operator(flight.plan, stack.enter_context(session))
             await start_processes(flight, children, here, self._operator, never)
-            self._conducting = asyncio.create_task(self._conduct())
+            restarts = Restarts(flight.plan, children, lambda event: print(f"flockwire: {event}", file=sys.stderr))
+            stack.push_async_callback(restarts.end)
+            self._conducting = asyncio.create_task(self._conduct(restarts))
         except BaseException:
             await stack.aclose()
             raise
@@ -77,11 +81,14 @@ class RealFlight(Flight):
         """Wait."""
         await asyncio.sleep(seconds)
 
-    async def _conduct(self) -> None:
-        """Give the orders that are due, as long as the flight lasts."""
+    async def _conduct(self, restarts: Restarts) -> None:
+        """Give the orders that are due, as long as the flight lasts; a process that dies for good lands all."""
         operator, director = self._operator, self._director
         while True:
             now = operator.poll()
+            died = restarts.step()
+            if died and director.begun and not director.failure:
+                operator.order(director.abort(died, now))
             operator.order(director.step(operator.statuses, operator.telemetry, now))
             if self._stopping is not None and now < self._stop_until:
                 operator.order(self._stopping._replace(stamp=now))
