@@ -6,6 +6,7 @@ import runpy
 import pytest
 from flockwire.flight import director
 from flockwire.nanoseconds import BILLION
+from flockwire.security.files import CredentialsError
 from flockwire_cli.scripting import FlightError, open_swarm, real
 from simulated_children import Processes
 from simulated_pilots import SimulatedSwarm
@@ -66,6 +67,26 @@ def test_what_is_not_obeyed_is_an_error_that_says_why(swarm_file):
         return flight.summary
 
     assert any("enough" in sentence for sentence in asyncio.run(fly()).failures())
+
+
+def opening(*arguments, **more):
+    async def run():
+        async with open_swarm(*arguments, **more):
+            pass
+
+    asyncio.run(run())
+
+
+def test_keys_that_cannot_be_used_are_an_error_of_the_script(swarm_file, tmp_path):
+    (tmp_path / ".flockwire").touch()
+    with pytest.raises(CredentialsError, match="cannot write keys there"):
+        opening(swarm_file)
+    (tmp_path / ".flockwire").unlink()
+    keys = tmp_path / ".flockwire" / "mine" / "keys"
+    keys.mkdir(parents=True)
+    (keys / "ca.crt").write_text("junk")
+    with pytest.raises(CredentialsError, match=f"{keys}"):
+        opening(swarm_file)
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from flockwire.wire.messages import Stop
 from flockwire.wire.plan import Plan
 from flockwire_recorder.report import write_report
 
-from flockwire_cli.arguments import made_keys
+from flockwire_cli.arguments import complete_keys
 from flockwire_cli.interrupts import Interrupts
 from flockwire_cli.operator import Operator
 from flockwire_cli.processes import Children, PortInUseError, busy_endpoint
@@ -34,7 +34,7 @@ class RealFlight(Flight):
     def __init__(self, plan: Plan, file: Path, out: Path) -> None:
         super().__init__(plan, ScriptDirector(plan, clock.now()))
         host = next(iter(plan.swarm.hosts))
-        self._options = UpOptions(plan, file, host, 0.0, out, made_keys(file, plan, None, host), headless=True)
+        self._options = UpOptions(plan, file, host, 0.0, out, complete_keys(file, plan, None, host), headless=True)
         self._resources = AsyncExitStack()
         self._stopping: Stop | None = None
         self._stop_until = 0
