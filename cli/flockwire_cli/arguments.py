@@ -77,8 +77,16 @@ def left_out(plan: Plan, without: list[int] | None) -> tuple[int, ...]:
 
 def refuse_a_second_trace(out: Path) -> None:
     """Refuse a folder that has a flight's trace already."""
+    try:
+        check_no_trace(out)
+    except FileExistsError as error:
+        refuse(f"--out = {error}")
+
+
+def check_no_trace(out: Path) -> None:
+    """Raise FileExistsError for a folder that has a flight's trace already."""
     if (out / "trace.mcap").exists():
-        refuse(f"--out = {out}: there is a trace of another flight; name a new folder")
+        raise FileExistsError(f"{out}: there is a trace of another flight; name a new folder")
 
 
 def load(path: Path, checked: bool = True) -> Plan:

@@ -89,6 +89,14 @@ def test_keys_that_cannot_be_used_are_an_error_of_the_script(swarm_file, tmp_pat
         opening(swarm_file)
 
 
+@pytest.mark.parametrize("virtual", [False, True])
+def test_a_second_flight_into_one_folder_is_refused(swarm_file, tmp_path, virtual):
+    (tmp_path / "trace.mcap").write_text("another flight's")
+    with pytest.raises(FileExistsError, match="there is a trace of another flight; name a new folder"):
+        opening(swarm_file, virtual=virtual, out=tmp_path)
+    assert (tmp_path / "trace.mcap").read_text() == "another flight's"
+
+
 @pytest.fixture
 def children():
     return Processes()
