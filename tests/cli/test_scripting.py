@@ -103,8 +103,8 @@ def children():
 
 
 @pytest.fixture
-def opened(make_plan, children, tmp_path, monkeypatch):
-    """Return what opens a real flight of processes and pilots that are simulated."""
+def opened_without_trace(make_plan, children, tmp_path, monkeypatch):
+    """Return what opens a real flight of processes and pilots that are simulated, and that nobody records."""
     plan = make_plan({"network.security": "none"})
 
     async def open_session(*_):
@@ -118,8 +118,14 @@ def opened(make_plan, children, tmp_path, monkeypatch):
     monkeypatch.setattr(real, "busy_endpoint", lambda *_: "")
     monkeypatch.setattr(real, "open_session", open_session)
     monkeypatch.setattr(real, "start_processes", start_processes)
-    monkeypatch.setattr(real, "write_report", lambda *_: None)
     return lambda: real.RealFlight(plan, tmp_path / "mine.toml", tmp_path)
+
+
+@pytest.fixture
+def opened(opened_without_trace, monkeypatch):
+    """Return what opens such a flight, with a report."""
+    monkeypatch.setattr(real, "write_report", lambda *_: None)
+    return opened_without_trace
 
 
 def test_a_recorder_that_dies_is_started_again_in_a_real_flight(opened, children, capsys):
@@ -156,6 +162,18 @@ def test_a_process_that_died_before_the_start_is_why_nobody_starts(opened, child
                 await flight.start()
 
     asyncio.run(fly())
+
+
+def test_without_a_trace_the_flights_own_failure_is_what_the_script_gets(opened_without_trace):
+    async def fly(failure):
+        async with opened_without_trace():
+            if failure:
+                raise failure
+
+    with pytest.raises(FlightError, match=r"there is no report: .*trace\.mcap"):
+        asyncio.run(fly(None))
+    with pytest.raises(ZeroDivisionError):
+        asyncio.run(fly(ZeroDivisionError()))
 
 
 @pytest.mark.long

@@ -63,8 +63,11 @@ class RealFlight(Flight):
             raise
         return self
 
-    async def __aexit__(self, *_: object) -> None:
-        """Land what flies, end all processes, write the report."""
+    async def __aexit__(self, _: object, failure: BaseException | None, __: object) -> None:
+        """Land what flies, end all processes, write the report; raises FlightError where that cannot be written.
+
+        Where the flight failed already, its failure is what the script gets.
+        """
         try:
             if self._director.begun and self._director.stage is not Stage.OVER:
                 self._operator.order(self._director.land(self._now()))
@@ -75,7 +78,11 @@ class RealFlight(Flight):
                 await self._conducting
             await self._resources.aclose()
         out = self._options.out
-        self.summary = write_report(out / "trace.mcap", out)
+        try:
+            self.summary = write_report(out / "trace.mcap", out)
+        except (OSError, ValueError) as error:
+            if failure is None:
+                raise FlightError(f"there is no report: {error}") from error
 
     async def sleep(self, seconds: float) -> None:
         """Wait."""
