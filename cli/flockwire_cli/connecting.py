@@ -24,7 +24,7 @@ async def connected(
     Raises CredentialsError.
     """
     ended = asyncio.Event()
-    opening = asyncio.create_task(connect(plan, identity, keys, ended, note=_say))
+    opening = asyncio.create_task(connect(plan, identity, keys, ended, note=_print))
     try:
         while not opening.done():
             if interrupted.count or hopeless():
@@ -38,5 +38,5 @@ async def connected(
     return opening.result()
 
 
-def _say(note: str) -> None:
+def _print(note: str) -> None:
     print(f"flockwire: {note}", file=sys.stderr, flush=True)

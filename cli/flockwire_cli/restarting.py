@@ -1,4 +1,4 @@
-"""Processes that die in flight: which are started again, and what is to be said of the others."""
+"""Processes that die in flight: which are started again, and which end the flight."""
 
 from __future__ import annotations
 

@@ -10,12 +10,13 @@ from functools import partial
 import pytest
 from flockwire.runtime import session as sessions
 from flockwire.runtime.session import RouterAbsentError
-from flockwire_cli import watching
+from flockwire_cli import identify, watching
 from flockwire_cli.conduct import conduct
 from flockwire_cli.connecting import UNANSWERED, connected
 from flockwire_cli.console.command import serve
 from flockwire_cli.interrupts import Interrupts
 from flockwire_cli.teleop import steer
+from simulated_children import Processes
 
 TRY = 0.02  # s that an attempt to reach the router takes
 SOON = 10.0  # s
@@ -104,6 +105,15 @@ def test_an_interrupt_ends_each_command_while_it_waits(router, plan, tmp_path, c
         return await command(plan, tmp_path)
 
     assert run(interrupt()) == result
+
+
+def test_who_identifies_a_drone_stops_waiting_when_the_router_died(router, plan, tmp_path, monkeypatch):
+    children = Processes()
+    children.dead.append("router")
+    monkeypatch.setattr(identify, "Children", lambda *_: children)
+    monkeypatch.setattr(identify, "busy_endpoint", lambda *_: "")
+    core = run(identify.excite(plan, tmp_path / "mine.toml", tmp_path, 1, tmp_path))
+    assert (core.failure, core.responses) == ("router ended by itself (signal SIGKILL)", {})
 
 
 def test_a_table_that_is_shown_once_does_not_wait_for_long(router, plan, tmp_path, monkeypatch):
