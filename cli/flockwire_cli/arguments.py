@@ -77,8 +77,16 @@ def left_out(plan: Plan, without: list[int] | None) -> tuple[int, ...]:
 
 def refuse_a_second_trace(out: Path) -> None:
     """Refuse a folder that has a flight's trace already."""
+    try:
+        check_no_trace(out)
+    except FileExistsError as error:
+        refuse(f"--out = {error}")
+
+
+def check_no_trace(out: Path) -> None:
+    """Raise FileExistsError for a folder that has a flight's trace already."""
     if (out / "trace.mcap").exists():
-        refuse(f"--out = {out}: there is a trace of another flight; name a new folder")
+        raise FileExistsError(f"{out}: there is a trace of another flight; name a new folder")
 
 
 def load(path: Path, checked: bool = True) -> Plan:
@@ -114,7 +122,18 @@ def keys_folder(file: Path, plan: Plan, keys: Path | None) -> Path:
 
 
 def made_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
-    """Return the folder of the certificates, after making what it lacks where the authority's key is or may be here."""
+    """Return the folder of the certificates as `complete_keys` does, or refuse them."""
+    try:
+        return complete_keys(file, plan, keys, host)
+    except CredentialsError as error:
+        refuse(str(error))
+
+
+def complete_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
+    """Return the folder of the certificates, after making what it lacks where the authority's key is or may be here.
+
+    Raises CredentialsError.
+    """
     from flockwire.security.credentials import load_credentials  # noqa: PLC0415
     from flockwire.security.pki import make_keys  # noqa: PLC0415
 
@@ -125,21 +144,26 @@ def made_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
     here = (first and not (folder / "ca.crt").exists()) or (folder / "authority" / "ca.key").exists()
     if swarm.network.security == "mtls":
         if here:
-            written(folder, lambda: make_keys(plan, folder, clock.utc()))
-        try:
-            for identity in (*plan.processes_on(host), OPERATOR.kind):
-                if identity in plan.certified:
-                    load_credentials(folder, identity, clock.utc(), plan.issuer(identity), plan.authorities)
-        except CredentialsError as error:
-            refuse(str(error))
+            _write(folder, lambda: make_keys(plan, folder, clock.utc()))
+        for identity in (*plan.processes_on(host), OPERATOR.kind):
+            if identity in plan.certified:
+                load_credentials(folder, identity, clock.utc(), plan.issuer(identity), plan.authorities)
     return folder
 
 
 def written(folder: Path, work: Any) -> Any:  # noqa: ANN401  (it passes through whatever `work` returns)
     """Do `work` on the keys in `folder`; refuse when that cannot be done."""
     try:
+        return _write(folder, work)
+    except CredentialsError as error:
+        refuse(str(error))
+
+
+def _write(folder: Path, work: Any) -> Any:  # noqa: ANN401
+    """Do `work` on the keys in `folder`; raises CredentialsError when that cannot be done."""
+    try:
         return work()
     except OSError as error:
-        refuse(f"{folder}: cannot write keys there: {error.strerror or error}")
+        raise CredentialsError(f"{folder}: cannot write keys there: {error.strerror or error}") from None
     except ValueError as error:
-        refuse(str(error))
+        raise CredentialsError(str(error)) from None

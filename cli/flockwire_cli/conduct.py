@@ -9,10 +9,10 @@ from flockwire import clock
 from flockwire.flight.director import POLL_PERIOD, Director, Stage
 from flockwire.flight.preflight import Preflight
 from flockwire.nanoseconds import BILLION
-from flockwire.runtime.session import connect
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 
+from flockwire_cli.connecting import UNANSWERED, connected
 from flockwire_cli.display import Display
 from flockwire_cli.interrupts import interrupts
 from flockwire_cli.operator import Operator
@@ -28,10 +28,11 @@ async def conduct(plan: Plan, keys: Path, duration: float, out: Path | None, hea
     """
     ready = Preflight.of(plan.swarm)
     director = Director(plan.pilots, plan.swarm.frame, duration, clock.now(), grace=COMES_BACK, preflight=ready)
-    display, heeded, ended = Display(plan, plan.started, director, headless), 0, asyncio.Event()
+    display, heeded = Display(plan, plan.started, director, headless), 0
     with interrupts() as interrupted:
-        session = await connect(plan, OPERATOR.kind, keys, ended)
-        assert session is not None  # noqa: S101  (only the event that nobody sets would make it so)
+        session = await connected(plan, OPERATOR.kind, keys, interrupted)
+        if session is None:
+            return UNANSWERED
         with session, display.shown():
             operator = Operator(plan, session)
             if out is not None:

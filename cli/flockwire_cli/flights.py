@@ -220,6 +220,8 @@ def probe(
     keys: Keys = None,
 ) -> None:
     """Attack the swarm with every identity, key and link mode; name each leak and each thing blocked."""
+    from flockwire.runtime.session import RouterAbsentError  # noqa: PLC0415  (zenoh)
+
     from flockwire_cli.probe import run  # noqa: PLC0415
     from flockwire_cli.processes import PortInUseError  # noqa: PLC0415
 
@@ -228,7 +230,7 @@ def probe(
         refuse("network.security = 'none': there is nothing to prove; anybody who reaches a port reads and writes all")
     try:
         found = asyncio.run(run(plan, swarm, made_keys(swarm, plan, keys, next(iter(plan.swarm.hosts))), out))
-    except (PortInUseError, CredentialsError, FileNotFoundError) as error:
+    except (PortInUseError, RouterAbsentError, CredentialsError, FileNotFoundError) as error:
         refuse(str(error))
     if found:
         print(f"flockwire: the wire does not conform to the graph: {found[0].sentence()}", file=sys.stderr)

@@ -13,7 +13,6 @@ import numpy as np
 from flockwire import clock
 from flockwire.flight.timekeeping import PATIENCE
 from flockwire.runtime.refusals import Refusals
-from flockwire.runtime.session import connect
 from flockwire.runtime.shell import Shell
 from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.swarm.model import Swarm, uav
@@ -22,6 +21,7 @@ from flockwire_tello.excitation import Axis, ExcitationCore, Stage
 from flockwire_tello.identification import AxisFit, Response, combined, fit_axis
 from matplotlib.figure import Figure
 
+from flockwire_cli.connecting import UNANSWERED, connected
 from flockwire_cli.interrupts import interrupts
 from flockwire_cli.processes import Children, PortInUseError, busy_endpoint
 
@@ -42,13 +42,15 @@ async def excite(
     with interrupts() as interrupted:
         try:
             for identity in needed:
-                await children.start(identity)
-            session = await connect(plan, pilot, keys, asyncio.Event())
-            assert session is not None  # noqa: S101  (only the event that nobody sets would make it so)
+                children.start(identity)
+            session = await connected(plan, pilot, keys, interrupted, hopeless=children.died)
+            core = ExcitationCore(plan.swarm, number, clock.now(), axes)
+            if session is None:
+                core.failure = children.died() or UNANSWERED
+                return core
             with session:
                 swarm_clock = SwarmClock(plan, pilot, session)
                 await swarm_clock.settled(asyncio.Event(), PATIENCE)
-                core = ExcitationCore(plan.swarm, number, clock.now(), axes)
                 shell = Shell(core, plan, pilot, session, swarm_clock, Refusals(pilot), None)
                 shell.start()
                 told = ""

@@ -111,9 +111,10 @@ def teleop(swarm: SwarmFile, keys: Keys = None) -> None:
         refuse("there is no terminal to take keys from, and no gamepad")
     warn_of(plan.swarm)
     try:
-        asyncio.run(steer(plan, keys_folder(swarm, plan, keys), gamepad))
+        steered = asyncio.run(steer(plan, keys_folder(swarm, plan, keys), gamepad))
     except CredentialsError as error:
         refuse(str(error))
+    raise typer.Exit(0 if steered else 1)
 
 
 @app.command()
@@ -140,11 +141,12 @@ def console(
 
     plan = load(swarm, checked=False)
     try:
-        asyncio.run(serve(plan, keys_folder(swarm, plan, keys), address, port, foxglove))
+        served = asyncio.run(serve(plan, keys_folder(swarm, plan, keys), address, port, foxglove))
     except (CredentialsError, FoxgloveError) as error:
         refuse(str(error))
     except OSError as error:
         refuse(f"--port = {port}: cannot listen at {address}:{port}: {error.strerror}")
+    raise typer.Exit(0 if served else 1)
 
 
 @app.command()

@@ -18,7 +18,7 @@ from pathlib import Path
 
 from flockwire import clock
 from flockwire.nanoseconds import BILLION
-from flockwire.runtime.session import RouterAbsentError, Session, connect
+from flockwire.runtime.session import RouterAbsentError, Session
 from flockwire.security.files import Credentials
 from flockwire.security.pki import Signer, alternative_names, issue, new_authority, read_authority, save
 from flockwire.wire.keys import Key
@@ -27,6 +27,8 @@ from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 
 from flockwire_cli.attackers import MODES, POLL, Attack, Attacker
+from flockwire_cli.connecting import connected
+from flockwire_cli.interrupts import Interrupts
 from flockwire_cli.matrix import OUTSIDERS, AttackResult, Finding, as_json, draw, findings
 from flockwire_cli.operator import Operator
 from flockwire_cli.processes import Children, PortInUseError, busy_endpoint
@@ -86,7 +88,7 @@ def probe(
 async def run(plan: Plan, swarm_file: Path, keys: Path, out: Path) -> list[Finding]:
     """Probe the swarm, after starting it where it does not run yet; returns all findings, after printing them.
 
-    Raises CredentialsError, FileNotFoundError without the authority's key, PortInUseError.
+    Raises CredentialsError, FileNotFoundError without the authority's key, PortInUseError, RouterAbsentError.
     """
     children = None
     session = None
@@ -98,9 +100,11 @@ async def run(plan: Plan, swarm_file: Path, keys: Path, out: Path) -> list[Findi
                 raise PortInUseError(busy)
             print(f"flockwire: {plan.swarm.name} does not run: starting it, on the ground")
             for identity in plan.started:
-                await children.start(identity)
-        session = await connect(plan, OPERATOR.kind, keys, asyncio.Event())
-        assert session is not None  # noqa: S101  (only the event that nobody sets would make it so)
+                children.start(identity)
+        died = children.died if children is not None else str
+        session = await connected(plan, OPERATOR.kind, keys, Interrupts(), hopeless=died)
+        if session is None:
+            raise RouterAbsentError(died())
         operator = Operator(plan, session)
         operator.poll()  # its clock is corrected in this loop, not in those of threads
         for line in await asyncio.to_thread(_await_all, plan, operator):

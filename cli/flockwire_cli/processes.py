@@ -8,6 +8,7 @@ import errno
 import os
 import signal
 import socket
+import subprocess
 import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -81,6 +82,8 @@ def busy_endpoint(plan: Plan, identities: Iterable[str]) -> str:
 class Children:
     """The running processes, by identity. Their standard error goes to `out`/logs/IDENTITY.log.
 
+    They outlive this object and its loop (asyncio's own subprocesses are killed when they are collected).
+
     `detours` has by identity, for those whose links have relays, where they dial whom.
     """
 
@@ -96,18 +99,18 @@ class Children:
         self._plan, self._swarm_file, self._out, self._keys, self._faults = plan, swarm_file, out, keys, faults
         self.took_off: int | None = None  # when the flight's faults count from, Unix ns
         self._detours = detours or {}
-        self._running: dict[str, asyncio.subprocess.Process] = {}
+        self._running: dict[str, subprocess.Popen[bytes]] = {}
         self._expected_exits: set[str] = set()
         self._read_end, self._write_end = os.pipe()
         (out / "logs").mkdir(parents=True, exist_ok=True)
 
-    async def start(self, identity: str) -> None:
+    def start(self, identity: str) -> None:
         """Start the process of `identity`."""
         detours = detour_environment(self._detours.get(identity, {}))
         with self.log(identity).open("ab") as log:
-            self._running[identity] = await asyncio.create_subprocess_exec(
-                *command(self._plan, identity, self._swarm_file, self._out, self._keys, self._faults, self.took_off),
-                stdin=asyncio.subprocess.DEVNULL,
+            self._running[identity] = subprocess.Popen(  # noqa: S603  (the command is this package's own)
+                command(self._plan, identity, self._swarm_file, self._out, self._keys, self._faults, self.took_off),
+                stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,
                 pass_fds=(self._read_end,),
@@ -117,9 +120,8 @@ class Children:
 
     def signal(self, identity: str, number: int) -> None:
         """Send a signal to the process of `identity`, if there is one."""
-        process = self._running.get(identity)
-        if process is not None and process.returncode is None:
-            process.send_signal(number)
+        if identity in self._running:
+            self._running[identity].send_signal(number)
 
     def kill(self, identity: str) -> None:
         """End the process of `identity` at once; its exit is then expected."""
@@ -130,8 +132,8 @@ class Children:
         """Kill the process of `identity`, if it runs, and start it again."""
         self.kill(identity)
         if identity in self._running:
-            await self._running[identity].wait()
-        await self.start(identity)
+            await _exited(self._running[identity])
+        self.start(identity)
         self._expected_exits.discard(identity)
 
     def log(self, identity: str) -> Path:
@@ -143,12 +145,12 @@ class Children:
         return tuple(
             identity
             for identity, process in self._running.items()
-            if process.returncode is not None and identity not in self._expected_exits
+            if process.poll() is not None and identity not in self._expected_exits
         )
 
     def refused(self, identity: str) -> bool:
         """Return whether a process ended because it cannot run as it is set up: it would do so again."""
-        return self._running[identity].returncode == REFUSED
+        return self._running[identity].poll() == REFUSED
 
     def died(self) -> str:
         """Return a line about a process that ended by itself, empty when all run."""
@@ -157,7 +159,7 @@ class Children:
     def how(self, identity: str) -> str:
         """Return a line about how a process ended by itself, with what it said last."""
         lines = self.log(identity).read_text(errors="replace").strip().splitlines()
-        how = _how(self._running[identity].returncode or 0)
+        how = _how(self._running[identity].poll() or 0)
         return f"{identity} ended by itself ({how}){': ' + lines[-1] if lines else ''}"
 
     async def end(self, interrupted: Interrupts | None = None) -> None:
@@ -169,10 +171,12 @@ class Children:
         ranks = sorted({self._plan.rows[identity].rank for identity in self._running})
         flyers = {identity for identity in self._running if self._plan.rows[identity].flies}
         await asyncio.gather(*(self._end(self._running[i], LANDING_TIME, interrupted) for i in flyers))
-        if all(self._running[i].returncode is not None for i in flyers):
+        if all(self._running[i].poll() is not None for i in flyers):
             for rank in ranks:
                 others = [i for i in self._running if self._plan.rows[i].rank == rank and i not in flyers]
                 await asyncio.gather(*(self._end(self._running[i], self._grace(i), None) for i in others))
+        for process in self._running.values():
+            process.returncode = process.poll() or 0  # of one that is left to itself: Popen's end would warn of it
         self._running.clear()
         for fd in (self._read_end, self._write_end):  # closed, it signals those left that the station is gone
             with contextlib.suppress(OSError):
@@ -181,19 +185,22 @@ class Children:
     def _grace(self, identity: str) -> float:
         return FILING if self._plan.rows[identity].records else GRACE
 
-    async def _end(self, process: asyncio.subprocess.Process, patience: float, interrupted: Interrupts | None) -> None:
-        with contextlib.suppress(ProcessLookupError):
-            process.send_signal(signal.SIGCONT)  # one that stands still would not get the other
-            process.terminate()
+    async def _end(self, process: subprocess.Popen[bytes], patience: float, interrupted: Interrupts | None) -> None:
+        process.send_signal(signal.SIGCONT)  # one that stands still would not get the other
+        process.terminate()
         deadline = clock.monotonic() + round(patience * BILLION)
-        while process.returncode is None and clock.monotonic() < deadline:
+        while process.poll() is None and clock.monotonic() < deadline:
             if interrupted is not None and interrupted.count > 1:
                 return
             await asyncio.sleep(POLL)
-        if process.returncode is None:
-            with contextlib.suppress(ProcessLookupError):
-                process.kill()
-            await process.wait()
+        process.kill()
+        await _exited(process)
+
+
+async def _exited(process: subprocess.Popen[bytes]) -> None:
+    """Wait until a process has ended."""
+    while process.poll() is None:  # noqa: ASYNC110  (nobody sets an event at a child's end)
+        await asyncio.sleep(POLL)
 
 
 def _how(status: int) -> str:

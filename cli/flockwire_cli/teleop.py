@@ -13,7 +13,6 @@ from flockwire import clock
 from flockwire.control.graph import LEADER
 from flockwire.control.vector import ZERO, Vector, add, limit, scale
 from flockwire.nanoseconds import BILLION
-from flockwire.runtime.session import connect
 from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import STEERING, Key
@@ -21,6 +20,7 @@ from flockwire.wire.messages import Command
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import TELEOP
 
+from flockwire_cli.connecting import connected
 from flockwire_cli.gamepad import Gamepad
 from flockwire_cli.interrupts import interrupts
 from flockwire_cli.keyboard import keys_pressed
@@ -61,15 +61,16 @@ class SteeringKeys:
         return limit(scale(total, self._speed), self._speed)
 
 
-async def steer(plan: Plan, keys: Path, gamepad: Gamepad | None = None) -> None:
-    """Publish steering commands until `q` or an interrupt; raises CredentialsError.
+async def steer(plan: Plan, keys: Path, gamepad: Gamepad | None = None) -> bool:
+    """Publish steering commands until `q` or an interrupt; returns whether it could. Raises CredentialsError.
 
     A stick that is moved counts before the keys.
     """
     pressed, key = SteeringKeys(plan.swarm.leader.speed), Key(STEERING, uav(LEADER))
     with interrupts() as interrupted:
-        session = await connect(plan, TELEOP.kind, keys, asyncio.Event())
-        assert session is not None  # noqa: S101  (only the event that nobody sets would make it so)
+        session = await connected(plan, TELEOP.kind, keys, interrupted)
+        if session is None:
+            return False
         followed = gamepad.followed() if gamepad is not None else contextlib.nullcontext()
         with session, keys_pressed(pressed), followed:
             swarm_clock = SwarmClock(plan, TELEOP.kind, session)
@@ -82,3 +83,4 @@ async def steer(plan: Plan, keys: Path, gamepad: Gamepad | None = None) -> None:
                 velocity = velocity if velocity != ZERO else pressed.velocity(clock.monotonic())
                 session.publish([(key, Command(clock.now(), plan.swarm.frame, velocity))])
                 await asyncio.sleep(PERIOD)
+    return True

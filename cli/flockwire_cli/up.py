@@ -9,7 +9,6 @@ from __future__ import annotations
 import asyncio
 import fcntl
 import os
-from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -20,11 +19,12 @@ from flockwire.flight.director import POLL_PERIOD, STOP_FOR, Director, Stage
 from flockwire.flight.faults import Fault
 from flockwire.flight.preflight import Preflight
 from flockwire.nanoseconds import BILLION
-from flockwire.runtime.session import Session, connect
+from flockwire.runtime.session import Session
 from flockwire.wire.messages import Stop
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 
+from flockwire_cli.connecting import UNANSWERED, connected
 from flockwire_cli.display import Display
 from flockwire_cli.fault_injection import FaultInjector
 from flockwire_cli.interrupts import Interrupts, interrupts
@@ -32,10 +32,10 @@ from flockwire_cli.keyboard import Keyboard, keys_pressed
 from flockwire_cli.operator import Operator
 from flockwire_cli.processes import Children, PortInUseError, busy_endpoint
 from flockwire_cli.relay.links import Relays
+from flockwire_cli.restarting import Restarts
 from flockwire_cli.verdict import disk_full
 
 START_TIME = 10.0  # s that a process may take to be there before those that wait for it are started all the same
-MOST_RESTARTS = 5  # of one process in one flight
 LEFT = "left before the drones were known to be down: they land by themselves, the recorder ends last"
 
 
@@ -95,10 +95,14 @@ async def _fly(flight: UpOptions, relays: Relays) -> str:
     children = Children(flight.plan, flight.swarm_file, flight.out, flight.keys, flight.faults_file, relays.detours)
     with interrupts() as interrupted:
         try:
-            session = await start_processes(flight, children, here, interrupted)
+            session = await open_session(flight, children, here, interrupted)
+            if session is None:
+                return children.died() or UNANSWERED
             with session:
+                operator = Operator(flight.plan, session)
+                await start_processes(flight, children, here, operator, interrupted)
                 injector = FaultInjector(flight.faults, flight.plan, here, children, relays)
-                station = Station(flight, children, Operator(flight.plan, session), injector)
+                station = Station(flight, children, operator, injector)
                 try:
                     return await station.conduct(interrupted)
                 finally:
@@ -108,28 +112,35 @@ async def _fly(flight: UpOptions, relays: Relays) -> str:
             await children.end(interrupted)
 
 
-async def start_processes(
+async def open_session(
     flight: UpOptions, children: Children, here: tuple[str, ...], interrupted: Interrupts
-) -> Session:
-    """Start the processes of this host, each after those it waits for; returns the operator's session."""
-    plan = flight.plan
-    for router in plan.routers:
+) -> Session | None:
+    """Start this host's router, where it has one; returns the operator's session.
+
+    None when interrupted, or when the router died, before the router answered.
+    """
+    for router in flight.plan.routers:
         if router in here:
-            await children.start(router)
-    session = await connect(plan, OPERATOR.kind, flight.keys, asyncio.Event())
-    assert session is not None  # noqa: S101  (only the event that nobody sets would make it so)
-    operator, waiting = Operator(plan, session), [identity for identity in here if identity not in plan.routers]
+            children.start(router)
+    return await connected(flight.plan, OPERATOR.kind, flight.keys, interrupted, hopeless=children.died)
+
+
+async def start_processes(
+    flight: UpOptions, children: Children, here: tuple[str, ...], operator: Operator, interrupted: Interrupts
+) -> None:
+    """Start the other processes of this host, each after those it waits for."""
+    plan = flight.plan
+    waiting = [identity for identity in here if identity not in plan.routers]
     deadline = clock.monotonic() + round(START_TIME * BILLION)
     while waiting and not interrupted.count:
         operator.poll()
         late = clock.monotonic() > deadline or bool(children.died())
         ready = [i for i in waiting if late or not _awaited(plan, i, here).difference(operator.statuses)]
         for identity in ready:
-            await children.start(identity)
+            children.start(identity)
         waiting = [identity for identity in waiting if identity not in ready]
         if waiting:
             await asyncio.sleep(POLL_PERIOD)
-    return session
 
 
 def _awaited(plan: Plan, identity: str, here: tuple[str, ...]) -> set[str]:
@@ -152,8 +163,7 @@ class Station:
             without=flight.without,
         )
         self._display = Display(plan, plan.processes_on(flight.host), self._director, flight.headless)
-        self._restarts: list[asyncio.Task[None]] = []
-        self._counts: Counter[str] = Counter()  # of restarts, by identity
+        self._restarts = Restarts(plan, children, lambda event: self._display.note(event, clock.now()))
         self._stop_until = 0  # an emergency stop is repeated until then, Unix ns
 
     async def conduct(self, interrupted: Interrupts) -> str:
@@ -163,8 +173,7 @@ class Station:
         with self._display.shown(), keys_pressed(Keyboard(self._order)):
             while director.stage is not Stage.OVER:
                 now = self._operator.poll()
-                self._restart_dead()
-                died = died or self._children.died()
+                died = self._restarts.step() or died
                 if not self._flight.conducts and (died or interrupted.count):
                     return died
                 if interrupted.count > 1:
@@ -181,17 +190,7 @@ class Station:
 
     async def end(self) -> None:
         """Wait for what is under way."""
-        await asyncio.gather(*self._restarts)
-
-    def _restart_dead(self) -> None:
-        """Start what died again, where the process table has it so; not what refused to run."""
-        for identity in self._children.ended():
-            again = self._flight.plan.rows[identity].restarts and not self._children.refused(identity)
-            if again and self._counts[identity] < MOST_RESTARTS:
-                self._counts[identity] += 1
-                self._display.note(f"{self._children.how(identity)}; started again", clock.now())
-                self._children.kill(identity)  # its exit is then expected
-                self._restarts.append(asyncio.create_task(self._children.restart(identity)))
+        await self._restarts.end()
 
     def _step(self, now: int) -> None:
         director, operator = self._director, self._operator

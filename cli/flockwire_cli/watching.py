@@ -8,12 +8,12 @@ from pathlib import Path
 from flockwire import clock
 from flockwire.flight.director import POLL_PERIOD
 from flockwire.nanoseconds import BILLION
-from flockwire.runtime.session import connect
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 from rich.console import Console
 from rich.live import Live
 
+from flockwire_cli.connecting import connected
 from flockwire_cli.interrupts import interrupts
 from flockwire_cli.operator import Operator
 from flockwire_cli.table import Rates, draw
@@ -23,15 +23,23 @@ REFRESH = 0.25  # s
 
 
 async def watch(plan: Plan, keys: Path, once: bool) -> tuple[str, ...]:
-    """Show the table until it is interrupted, or print it once; returns who had no status."""
+    """Show the table until it is interrupted, or print it once; returns who had no status. Raises CredentialsError.
+
+    Once, it does not wait for a router that does not answer.
+    """
+    console = Console()
+    once = once or not console.is_terminal
+    late = clock.monotonic() + round(LOOK_TIME * BILLION)
     with interrupts() as interrupted:
-        ended = asyncio.Event()
-        session = await connect(plan, OPERATOR.kind, keys, ended)
-        assert session is not None  # noqa: S101  (nobody sets the event)
+        session = await connected(
+            plan, OPERATOR.kind, keys, interrupted, hopeless=lambda: once and clock.monotonic() > late
+        )
+        if session is None:
+            return plan.started
         with session:
-            operator, rates, console = Operator(plan, session), Rates(), Console()
+            operator, rates = Operator(plan, session), Rates()
             await _settle(operator, plan)
-            if once or not console.is_terminal:
+            if once:
                 console.print(draw(_title(plan), plan, plan.started, operator.statuses, rates, operator.poll()))
                 return tuple(identity for identity in plan.started if identity not in operator.statuses)
             with Live(console=console, refresh_per_second=1 / REFRESH) as live:

@@ -2,9 +2,12 @@
 
 import asyncio
 import contextlib
+import gc
 import os
 import signal
 import sys
+import time
+import warnings
 from itertools import pairwise
 from pathlib import Path
 
@@ -44,7 +47,7 @@ class Family:
 
     async def start(self, *identities):
         for identity in identities:
-            await self.children.start(identity)
+            self.children.start(identity)
         async with asyncio.timeout(SOON):
             for identity in identities:
                 while not self.when(identity, "runs"):  # noqa: ASYNC110
@@ -168,6 +171,28 @@ def test_a_second_interrupt_leaves_what_flies_and_kills_nobody(family):
     asyncio.run(run())
 
 
+def test_a_child_outlives_the_object_that_started_it_and_every_loop(family):
+    async def run():
+        await family.start("uav1")
+        family.interrupted.count = 2
+        await family.children.end(family.interrupted)
+
+    family.landing = {"uav1": 0.5}
+    family.children.start("recorder")  # there is no loop that could own it
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        asyncio.run(run())
+        del family.children
+        gc.collect()
+    assert not said
+    deadline = time.monotonic() + SOON
+    while not (family.when("uav1", "ended") and family.when("recorder", "runs")) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert family.when("uav1", "ended")
+    assert family.when("recorder", "runs")
+    assert not family.when("recorder", "told")
+
+
 STATION = """
 import asyncio, sys
 from pathlib import Path
@@ -180,7 +205,7 @@ processes.command = lambda _, identity, *__: [sys.executable, "-SEc", {child!r},
 async def run():
     children = processes.Children(Plan(load_swarm(Path({swarm!r}))), Path("s"), out, Path("k"))
     for identity in ("uav1", "recorder"):
-        await children.start(identity)
+        children.start(identity)
     while not all((out / f"{{i}}.runs").exists() for i in ("uav1", "recorder")):
         await asyncio.sleep(0.01)
     interrupted = Interrupts()

@@ -4,7 +4,12 @@ import asyncio
 import runpy
 
 import pytest
-from flockwire_cli.scripting import FlightError, open_swarm
+from flockwire.flight import director
+from flockwire.nanoseconds import BILLION
+from flockwire.security.files import CredentialsError
+from flockwire_cli.scripting import FlightError, open_swarm, real
+from simulated_children import Processes
+from simulated_pilots import SimulatedSwarm
 
 
 @pytest.fixture
@@ -62,6 +67,113 @@ def test_what_is_not_obeyed_is_an_error_that_says_why(swarm_file):
         return flight.summary
 
     assert any("enough" in sentence for sentence in asyncio.run(fly()).failures())
+
+
+def opening(*arguments, **more):
+    async def run():
+        async with open_swarm(*arguments, **more):
+            pass
+
+    asyncio.run(run())
+
+
+def test_keys_that_cannot_be_used_are_an_error_of_the_script(swarm_file, tmp_path):
+    (tmp_path / ".flockwire").touch()
+    with pytest.raises(CredentialsError, match="cannot write keys there"):
+        opening(swarm_file)
+    (tmp_path / ".flockwire").unlink()
+    keys = tmp_path / ".flockwire" / "mine" / "keys"
+    keys.mkdir(parents=True)
+    (keys / "ca.crt").write_text("junk")
+    with pytest.raises(CredentialsError, match=f"{keys}"):
+        opening(swarm_file)
+
+
+@pytest.mark.parametrize("virtual", [False, True])
+def test_a_second_flight_into_one_folder_is_refused(swarm_file, tmp_path, virtual):
+    (tmp_path / "trace.mcap").write_text("another flight's")
+    with pytest.raises(FileExistsError, match="there is a trace of another flight; name a new folder"):
+        opening(swarm_file, virtual=virtual, out=tmp_path)
+    assert (tmp_path / "trace.mcap").read_text() == "another flight's"
+
+
+@pytest.fixture
+def children():
+    return Processes()
+
+
+@pytest.fixture
+def opened_without_trace(make_plan, children, tmp_path, monkeypatch):
+    """Return what opens a real flight of processes and pilots that are simulated, and that nobody records."""
+    plan = make_plan({"network.security": "none"})
+
+    async def open_session(*_):
+        return SimulatedSwarm(plan)
+
+    async def start_processes(*_):
+        """All run."""
+
+    monkeypatch.setattr(director, "LEAD_TIME", BILLION // 50)
+    monkeypatch.setattr(real, "Children", lambda *_: children)
+    monkeypatch.setattr(real, "busy_endpoint", lambda *_: "")
+    monkeypatch.setattr(real, "open_session", open_session)
+    monkeypatch.setattr(real, "start_processes", start_processes)
+    return lambda: real.RealFlight(plan, tmp_path / "mine.toml", tmp_path)
+
+
+@pytest.fixture
+def opened(opened_without_trace, monkeypatch):
+    """Return what opens such a flight, with a report."""
+    monkeypatch.setattr(real, "write_report", lambda *_: None)
+    return opened_without_trace
+
+
+def test_a_recorder_that_dies_is_started_again_in_a_real_flight(opened, children, capsys):
+    async def fly():
+        async with opened() as flight:
+            await flight.start()
+            children.dead.append("recorder")
+            await flight.sleep(0.2)
+            assert {drone.phase for drone in flight.drones.values()} == {"formation"}
+
+    asyncio.run(fly())
+    assert children.started == ["recorder"]
+    assert "flockwire: recorder ended by itself (signal SIGKILL); started again\n" in capsys.readouterr().err
+
+
+def test_another_process_that_dies_lands_a_real_flight_and_fails_its_order(opened, children):
+    async def fly():
+        async with opened() as flight:
+            await flight.start()
+            children.dead.append("uav2")
+            with pytest.raises(FlightError, match=r"^wait for 'hold': uav2 ended by itself \(signal SIGKILL\)"):
+                await flight.wait_for("hold")
+            await flight.wait_for("ready")
+
+    asyncio.run(fly())
+
+
+def test_a_process_that_died_before_the_start_is_why_nobody_starts(opened, children):
+    async def fly():
+        async with opened() as flight:
+            children.dead.append("uav2")
+            await flight.sleep(0.2)
+            with pytest.raises(FlightError, match=r"^start: uav2 ended by itself"):
+                await flight.start()
+
+    asyncio.run(fly())
+
+
+def test_without_a_trace_the_flights_own_failure_is_what_the_script_gets(opened_without_trace):
+    async def fly(failure):
+        async with opened_without_trace():
+            if failure:
+                raise failure
+
+    with pytest.raises(FlightError, match=r"there is no report: .*trace\.mcap"):
+        asyncio.run(fly(None))
+    with pytest.raises(ZeroDivisionError):
+        asyncio.run(fly(ZeroDivisionError()))
 
 
 @pytest.mark.long

@@ -1,6 +1,8 @@
 """`up` while it flies: stages, keys, interrupts, processes that die, statuses that are waited for, and its lock."""
 
 import asyncio
+import os
+import signal
 from types import SimpleNamespace
 
 import pytest
@@ -8,43 +10,20 @@ from flockwire.flight import director
 from flockwire.flight.director import Stage
 from flockwire.flight.phases import Phase
 from flockwire.nanoseconds import BILLION
+from flockwire.runtime import session as sessions
+from flockwire.runtime.session import RouterAbsentError
 from flockwire.wire.messages import Mission, Stop
 from flockwire_cli import up
+from flockwire_cli.connecting import UNANSWERED
 from flockwire_cli.interrupts import Interrupts
 from flockwire_cli.operator import Operator
 from flockwire_cli.processes import PortInUseError
-from flockwire_cli.up import LEFT, MOST_RESTARTS, Station, UpOptions
+from flockwire_cli.restarting import MOST_RESTARTS
+from flockwire_cli.up import LEFT, Station, UpOptions
+from simulated_children import Processes
 from simulated_pilots import SimulatedSwarm
 
 TICK = 0.005  # s between two looks of these tests' stations
-
-
-class Processes:
-    """The children, all of which live but those named in `dead`."""
-
-    def __init__(self):
-        self.dead, self.took_off, self.started = [], None, []
-        self.refusing = False
-
-    def refused(self, identity):
-        return self.refusing
-
-    def ended(self):
-        return tuple(self.dead)
-
-    def died(self):
-        return self.how(self.dead[0]) if self.dead else ""
-
-    def how(self, identity):
-        return f"{identity} ended by itself (signal SIGKILL)"
-
-    def kill(self, identity):
-        self.dead.remove(identity)  # its exit is expected
-
-    async def start(self, identity):
-        self.started.append(identity)
-
-    restart = start
 
 
 class Scene:
@@ -240,12 +219,17 @@ def starting(make_plan, monkeypatch):
             message(key, now) if key.kind != "status" or (key.owner in children.started and lives(key.owner)) else None
         )
 
-        async def connect(*_):
+        async def connected(*_, **__):
             return swarm
 
-        monkeypatch.setattr(up, "connect", connect)
+        async def run():
+            here, operator = plan.processes_on(options.host), Operator(plan, swarm)
+            await up.open_session(options, children, here, interrupted)
+            await up.start_processes(options, children, here, operator, interrupted)
+
+        monkeypatch.setattr(up, "connected", connected)
         options = UpOptions(plan, None, plan.hosts["recorder"], 1.0, None, None, True)
-        asyncio.run(up.start_processes(options, children, plan.processes_on(plan.hosts["recorder"]), interrupted))
+        asyncio.run(run())
         return children.started
 
     monkeypatch.setattr(up, "POLL_PERIOD", TICK)
@@ -264,6 +248,39 @@ def test_who_does_not_report_in_time_is_waited_for_no_more(starting):
 
 def test_interrupted_it_starts_nobody_any_more(starting):
     assert starting(interrupts=1) == []
+
+
+@pytest.fixture
+def without_router(make_plan, monkeypatch):
+    """Return what flies a swarm whose router never answers, and returns why that failed; `act` happens meanwhile."""
+
+    def fly(act):
+        plan, children, acts = make_plan({"network.mode": "router"}), Processes(), [act]
+
+        def unanswered(*_):
+            if acts:
+                acts.pop()(children)
+            raise RouterAbsentError
+
+        async def run():
+            options = UpOptions(plan, None, plan.hosts["recorder"], 1.0, None, None, True)
+            async with asyncio.timeout(10):
+                return await up._fly(options, SimpleNamespace(detours={}))
+
+        monkeypatch.setattr(up, "Children", lambda *_: children)
+        monkeypatch.setattr(sessions, "Session", unanswered)
+        return asyncio.run(run()), children.started
+
+    return fly
+
+
+def test_a_router_that_dies_before_it_answers_is_the_failure(without_router):
+    dead = "router ended by itself (signal SIGKILL)"
+    assert without_router(lambda children: children.dead.append("router")) == (dead, ["router"])
+
+
+def test_an_interrupt_ends_the_wait_for_the_router(without_router):
+    assert without_router(lambda _: os.kill(os.getpid(), signal.SIGINT)) == (UNANSWERED, ["router"])
 
 
 def test_two_stations_of_one_swarm_exclude_each_other(make_plan, tmp_path):

@@ -9,10 +9,10 @@ from pathlib import Path
 
 from aiohttp import web
 from flockwire import clock
-from flockwire.runtime.session import connect
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import CONSOLE
 
+from flockwire_cli.connecting import connected
 from flockwire_cli.console.foxglove_server import FoxgloveServer
 from flockwire_cli.console.server import Pages
 from flockwire_cli.interrupts import interrupts
@@ -21,15 +21,17 @@ from flockwire_cli.operator import Operator
 POLL = 0.1  # s
 
 
-async def serve(plan: Plan, keys: Path, address: str, port: int, foxglove: int | None = None) -> None:
+async def serve(plan: Plan, keys: Path, address: str, port: int, foxglove: int | None = None) -> bool:
     """Serve the pages of a swarm at `address`, and Foxglove at the port `foxglove` of it, None: not at all.
 
-    Raises OSError where it cannot be listened at, CredentialsError, FoxgloveError.
+    Returns whether it could, False when interrupted before the router answered. Raises OSError where it cannot be
+    listened at, CredentialsError, FoxgloveError.
     """
     token = secrets.token_urlsafe(16)
     with interrupts() as interrupted, ExitStack() as stack:
-        session = await connect(plan, CONSOLE.kind, keys, asyncio.Event())
-        assert session is not None  # noqa: S101  (nobody sets the event)
+        session = await connected(plan, CONSOLE.kind, keys, interrupted)
+        if session is None:
+            return False
         stack.enter_context(session)
         host = f"[{address}]" if ":" in address else address
         viewers = None
@@ -48,3 +50,4 @@ async def serve(plan: Plan, keys: Path, address: str, port: int, foxglove: int |
                 await asyncio.sleep(POLL)
         finally:
             await runner.cleanup()
+    return True

@@ -10,6 +10,7 @@ from flockwire import clock
 from flockwire.loading import load_swarm
 from flockwire.wire.plan import Plan
 
+from flockwire_cli.arguments import check_no_trace
 from flockwire_cli.scripting.flight import Flight
 
 
@@ -21,10 +22,12 @@ async def open_swarm(
 
     What flies at the end of the context lands. `virtual` flies in virtual time, by `seed`. Trace and report go into the
     folder `out` (default: runs/NAME-script-TIME; in virtual time nothing is written without it). Raises SwarmFileError,
-    PortInUseError, CredentialsError.
+    PortInUseError, CredentialsError, FileExistsError where `out` has a trace of another flight.
     """
     file = Path(swarm)
     plan = Plan(load_swarm(file))
+    if out is not None:
+        check_no_trace(Path(out))
     if virtual:
         from flockwire_cli.scripting.virtual import VirtualFlight  # noqa: PLC0415
 

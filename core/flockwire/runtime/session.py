@@ -16,7 +16,7 @@ import json
 import logging
 import os
 import uuid
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -58,11 +58,16 @@ class RouterAbsentError(OSError):
 
 
 async def connect(
-    plan: Plan, identity: str, keys: Path | None, ended: asyncio.Event, detours: Mapping[str, str] = NO_DETOURS
+    plan: Plan,
+    identity: str,
+    keys: Path | None,
+    ended: asyncio.Event,
+    detours: Mapping[str, str] = NO_DETOURS,
+    note: Callable[[str], None] | None = None,
 ) -> Session | None:
     """Open the session of `identity`, in router mode as soon as the router is there; None when `ended` comes first.
 
-    Raises CredentialsError, and EndpointInUseError.
+    What it waits for goes to `note`, the log without one. Raises CredentialsError, and EndpointInUseError.
     """
     waiting = False
     while not ended.is_set():
@@ -71,7 +76,7 @@ async def connect(
         except RouterAbsentError:
             if not waiting:
                 router = ", ".join(plan.endpoints[router] for router in plan.routers)
-                logging.getLogger(identity).info("waits for the router at %s", router)
+                (note or logging.getLogger(identity).info)(f"waits for the router at {router}")
             waiting = True
     return None
 
