@@ -36,6 +36,9 @@ class Stage(StrEnum):
     OVER = "over"
 
 
+UNDER_WAY = (Stage.TAKING_OFF, Stage.FLYING)
+
+
 class Director:
     """Conducts the flight of `pilots` (by drone) for `duration` s from take-off to landing (0: until ordered).
 
@@ -89,19 +92,21 @@ class Director:
         return self._go(Stage.LANDING, self._mission(now, "land"))
 
     def hold(self, now: int) -> Mission | None:
-        """Return the order to hold, None when nobody flies."""
-        return self._go(self.stage, self._mission(now, "hold")) if self.stage is Stage.FLYING else None
+        """Return the order to hold, None when nobody flies; given during take-off, no formation follows it."""
+        return self._go(self.stage, self._mission(now, "hold")) if self.stage in UNDER_WAY else None
 
     def resume(self, now: int) -> Mission | None:
-        """Return the order to fly the formation again whose time goes on, None when none was started.
+        """Return the order to fly the formation, None when nobody flies; the time of one that was started goes on.
 
         During take-off, that to take off again: it brings in a pilot that was restarted on the ground.
         """
-        if self.stage is Stage.TAKING_OFF and self._order is not None:
-            return self._go(self.stage, self._order._replace(stamp=now))
-        if self.stage is not Stage.FLYING or self._started is None:
+        if self.stage not in UNDER_WAY:
             return None
-        return self._go(self.stage, self._started._replace(stamp=now, verb="start"))
+        if self._started is not None:
+            order = self._started._replace(stamp=now, verb="start")
+        else:
+            order = self._mission(now, "takeoff") if self.stage is Stage.TAKING_OFF else self._start(now)
+        return self._go(self.stage, order)
 
     def change(self, order: Mission) -> Mission | None:
         """Return `order`, a planned change of formation, None when nobody flies."""
@@ -123,16 +128,23 @@ class Director:
         self.failure = self.failure or reason
         return self.land(now) if self.stage is not Stage.LANDING else None
 
+    @property
+    def ordered(self) -> str:
+        """The verb of the newest order, this flight's own or another operator's; empty before the first."""
+        return self._order.verb if self._order is not None else ""
+
     def _next(self, fleet: Fleet) -> Mission | None:
         """Return the order with which the next stage begins, None while the stage lasts."""
         now = fleet.now
         if self.stage is Stage.PREPARING:
             return self._take_off(fleet)
         if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.HOLD):
-            return self._go(Stage.FLYING, self._mission(now, "start", now + LEAD_TIME, self._formation))
+            if self.ordered != "hold":
+                return self._go(Stage.FLYING, self._start(now))
+            self.stage, self._since = Stage.FLYING, now
         if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.FORMATION):  # the last joined a formation that flew
             self.stage, self._since = Stage.FLYING, now
-        if self.stage in (Stage.TAKING_OFF, Stage.FLYING):
+        if self.stage in UNDER_WAY:
             lost = next((drone for drone in self.pilots if self._is_lost(fleet, drone)), None)
             if lost is not None:
                 what = "left the formation" if self.stage is Stage.FLYING else "did not take off"
@@ -159,18 +171,27 @@ class Director:
             return self._go(Stage.TAKING_OFF, running._replace(stamp=now, verb="start", without=self._without))
         return self._go(Stage.TAKING_OFF, self._mission(now, "takeoff"))
 
+    def _start(self, now: int) -> Mission:
+        """Return the order to start the formation, so that all begin it together."""
+        return self._mission(now, "start", now + LEAD_TIME, self._formation)
+
     def _mission(self, now: int, verb: str, start: int = 0, formation: str = "") -> Mission:
         return Mission(now, self._frame, verb, start, formation, without=self._without)
 
     def _heed_others(self, fleet: Fleet) -> None:
-        """Take another operator's newer order for this flight's."""
+        """Take another operator's newer order for this flight's; before any of its own, only one to hold or to land."""
         mission = fleet.mission()
-        if self._order is None or mission is None or mission.stamp <= self._order.stamp:
+        if mission is None or mission.stamp <= (self._order.stamp if self._order is not None else self._since):
+            return
+        if self._order is None and (self.stage is not Stage.PREPARING or mission.verb not in ("hold", "land")):
             return
         self._order = mission
         self._started = mission if mission.in_formation else self._started
         if mission.verb == "land" and self.stage is not Stage.OVER:
             self.stage, self._since = Stage.LANDING, fleet.now
+        elif mission.verb == "hold" and self.stage is Stage.PREPARING:  # by which pilots that are ready take off
+            self.stage = Stage.TAKING_OFF
+            self._since = self._took_off = self.took_off = fleet.now
 
     def _is_lost(self, fleet: Fleet, drone: int) -> bool:
         """Return whether a drone flies no more, by its status or telemetry; one that has not taken off yet waits."""
