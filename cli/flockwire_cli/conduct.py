@@ -16,6 +16,8 @@ from flockwire.wire.processes import OPERATOR
 from flockwire_cli.display import Display
 from flockwire_cli.giving import tell_time
 from flockwire_cli.interrupts import Interrupts, interrupts
+from flockwire_cli.key_orders import KeyOrders
+from flockwire_cli.keyboard import Keyboard, keys_pressed
 from flockwire_cli.operator import Operator
 
 COMES_BACK = 10 * BILLION  # ns in which a supervisor has started a process again that ended in flight
@@ -38,11 +40,14 @@ async def conduct(plan: Plan, keys: Path, duration: float, out: Path | None, hea
             display = Display(plan, plan.started, director, headless)
             if out is not None:
                 display.begin(out)
-            with display.shown():
-                return await _fly(operator, director, display, interrupted)
+            orders = KeyOrders(plan, operator, director, display.note)
+            with display.shown(), keys_pressed(Keyboard(orders.give)):
+                return await _fly(operator, director, display, orders, interrupted)
 
 
-async def _fly(operator: Operator, director: Director, display: Display, interrupted: Interrupts) -> str:
+async def _fly(
+    operator: Operator, director: Director, display: Display, orders: KeyOrders, interrupted: Interrupts
+) -> str:
     heeded = 0
     while director.stage is not Stage.OVER:
         now = operator.poll()
@@ -52,6 +57,7 @@ async def _fly(operator: Operator, director: Director, display: Display, interru
             heeded = interrupted.count
             operator.order(director.land(now))
         operator.order(director.step(operator.statuses, operator.telemetry, now))
+        orders.repeat(now)
         display.update(operator, now)
         await asyncio.sleep(POLL_PERIOD)
     return director.failure

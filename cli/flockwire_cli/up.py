@@ -16,18 +16,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from flockwire import clock
-from flockwire.flight.director import POLL_PERIOD, STOP_FOR, Director, Stage
+from flockwire.flight.director import POLL_PERIOD, Director, Stage
 from flockwire.flight.faults import Fault
 from flockwire.flight.preflight import Preflight
 from flockwire.nanoseconds import BILLION
 from flockwire.runtime.session import Session, connect
-from flockwire.wire.messages import Stop
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 
 from flockwire_cli.display import Display
 from flockwire_cli.fault_injection import FaultInjector
 from flockwire_cli.interrupts import Interrupts, interrupts
+from flockwire_cli.key_orders import KeyOrders
 from flockwire_cli.keyboard import Keyboard, keys_pressed
 from flockwire_cli.operator import Operator
 from flockwire_cli.processes import Children, PortInUseError, busy_endpoint
@@ -151,16 +151,17 @@ class Station:
             preflight=Preflight.of(plan.swarm),
             without=flight.without,
         )
-        self._display = Display(plan, plan.processes_on(flight.host), self._director, flight.headless)
+        conducting = self._director if flight.conducts else None
+        self._display = Display(plan, plan.processes_on(flight.host), conducting, flight.headless)
+        self._orders = KeyOrders(plan, operator, conducting, self._display.note)
         self._restarts: list[asyncio.Task[None]] = []
         self._counts: Counter[str] = Counter()  # of restarts, by identity
-        self._stop_until = 0  # an emergency stop is repeated until then, Unix ns
 
     async def conduct(self, interrupted: Interrupts) -> str:
         """Fly from take-off to landing; returns why the flight failed, empty when it did not."""
         director, heeded, died = self._director, 0, ""
         self._display.begin(self._flight.out)
-        with self._display.shown(), keys_pressed(Keyboard(self._order)):
+        with self._display.shown(), keys_pressed(Keyboard(self._orders.give)):
             while director.stage is not Stage.OVER:
                 now = self._operator.poll()
                 self._restart_dead()
@@ -180,7 +181,8 @@ class Station:
         return "; ".join(filter(None, (director.failure, unrecorded)))
 
     async def end(self) -> None:
-        """Wait for what is under way."""
+        """Wait for what is under way; orders are repeated no more."""
+        self._orders.end()
         await asyncio.gather(*self._restarts)
 
     def _restart_dead(self) -> None:
@@ -189,7 +191,7 @@ class Station:
             again = self._flight.plan.rows[identity].restarts and not self._children.refused(identity)
             if again and self._counts[identity] < MOST_RESTARTS:
                 self._counts[identity] += 1
-                self._display.note(f"{self._children.how(identity)}; started again", clock.now())
+                self._display.note(f"{self._children.how(identity)}; started again")
                 self._children.kill(identity)  # its exit is then expected
                 self._restarts.append(asyncio.create_task(self._children.restart(identity)))
 
@@ -197,20 +199,8 @@ class Station:
         director, operator = self._director, self._operator
         if self._flight.conducts:
             operator.order(director.step(operator.statuses, operator.telemetry, now))
-        if now < self._stop_until:
-            operator.order(Stop(now, self._flight.plan.swarm.frame, "the operator's order"))
+        self._orders.repeat(now)
         if director.took_off is not None:
             self._children.took_off = director.took_off
             self._injector.step(now - director.took_off)
         self._display.update(operator, now)
-
-    def _order(self, verb: str) -> None:
-        """Give the order of a key, at once."""
-        now, director, operator = clock.now(), self._director, self._operator
-        if verb == "stop":
-            operator.order(Stop(now, self._flight.plan.swarm.frame, "the operator's order"))
-            self._stop_until = now + STOP_FOR
-            director.stop(now)
-        else:
-            orders = {"hold": director.hold, "land": director.land, "formation": director.resume}
-            operator.order(orders[verb](now))

@@ -67,6 +67,7 @@ class Director:
         self._since = self._took_off = now
         self._lost_since: dict[int, int] = {}
         self._rose: set[int] = set()  # the drones that followed the order to take off
+        self._aloft = False  # something flew at the last step
         self._order: Mission | None = None  # the newest, its own or another operator's
         self._started: Mission | None = None  # the newest order to start
         self._sent = 0
@@ -74,6 +75,7 @@ class Director:
     def step(self, statuses: Mapping[str, Status], telemetry: Mapping[int, Telemetry], now: int) -> Mission | None:
         """Return the order that is due at `now` (Unix ns), or again because not all confirmed it; else None."""
         fleet = Fleet(self.pilots, statuses, telemetry, now)
+        self._aloft = any(state in IN_THE_AIR for state in fleet.states.values())
         self._heed_others(fleet)
         order = self._next(fleet)
         if order is None and self.stage not in (Stage.FLYING, Stage.OVER) and now - self._since > PATIENCE:
@@ -85,8 +87,8 @@ class Director:
         return order
 
     def land(self, now: int) -> Mission | None:
-        """Return the order to land, None when nobody was ordered to take off (the flight is then over)."""
-        if self.stage in (Stage.PREPARING, Stage.OVER):
+        """Return the order to land, None when nobody was ordered to take off and nothing flies: the flight is over."""
+        if self.stage is Stage.OVER or (self.stage is Stage.PREPARING and not self._aloft):
             self.stage = Stage.OVER
             return None
         return self._go(Stage.LANDING, self._mission(now, "land"))
@@ -124,8 +126,11 @@ class Director:
         self.stage, self._since, self._order = Stage.LANDING, now, None
 
     def abort(self, reason: str, now: int) -> Mission | None:
-        """Land because of `reason`, which becomes the flight's failure."""
+        """Land because of `reason`, which becomes the flight's failure; before take-off, end without an order."""
         self.failure = self.failure or reason
+        if self.stage is Stage.PREPARING:
+            self.stage = Stage.OVER
+            return None
         return self.land(now) if self.stage is not Stage.LANDING else None
 
     @property

@@ -584,6 +584,12 @@ def test_before_take_off_an_order_to_land_just_ends(tower):
     assert tower.stage is Stage.OVER
 
 
+def test_before_take_off_an_order_to_land_lands_what_flies_already(tower):
+    fly_without("uav2", tower)
+    tower.step(uav2=(Phase.GROUNDED, "waits for its own pose"))
+    assert (tower.director.land(tower.now).verb, tower.stage) == ("land", Stage.LANDING)
+
+
 def test_who_is_left_out_is_told_first_and_not_waited_for():
     tower = Tower()
     tower.director = Director(PILOTS, "world", 60.0, BEGAN, without=(2,))
