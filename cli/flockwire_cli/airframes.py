@@ -12,7 +12,7 @@ from flockwire import clock
 from flockwire.security.files import CredentialsError
 from flockwire.swarm.model import uav
 
-from flockwire_cli.arguments import Keys, Number, SwarmFile, load, made_keys, refuse
+from flockwire_cli.arguments import Keys, Number, SwarmFile, load, made_keys, refuse, unwritable
 
 app = typer.Typer()
 
@@ -32,7 +32,6 @@ def identify(
     from flockwire_tello.identification import IdentificationError  # noqa: PLC0415  (scipy)
 
     from flockwire_cli import identify as identifying  # noqa: PLC0415
-    from flockwire_cli.processes import PortInUseError  # noqa: PLC0415
 
     plan = load(swarm)
     loaded = plan.swarm
@@ -46,8 +45,10 @@ def identify(
     try:
         core = asyncio.run(identifying.excite(plan, swarm, secrets, number, folder, axes))
         found = identifying.fits(core.responses)
-    except (PortInUseError, CredentialsError) as error:
+    except CredentialsError as error:
         refuse(str(error))
+    except OSError as error:
+        unwritable(folder, error)
     except IdentificationError as error:
         _fail(str(error))
     if found:

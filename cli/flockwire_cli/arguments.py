@@ -50,6 +50,11 @@ def refuse(reason: str) -> NoReturn:
     raise typer.Exit(2)
 
 
+def unwritable(out: Path, error: OSError) -> NoReturn:
+    """Refuse the folder `out`; an error that is not of the system (a port in use) has a sentence of its own."""
+    refuse(f"--out = {out}: cannot write there: {error.strerror}" if error.strerror else str(error))
+
+
 def this_host(swarm: Swarm, host: str | None) -> str:
     """Return which of [hosts] this machine is, the first unless --host names one; refuses a name that is not there."""
     if host is not None and host not in swarm.hosts:
@@ -85,7 +90,7 @@ def refuse_a_second_trace(out: Path) -> None:
 
 def check_no_trace(out: Path) -> None:
     """Raise FileExistsError for a folder that has a flight's trace already."""
-    if (out / "trace.mcap").exists():
+    if os.access(out / "trace.mcap", os.F_OK):
         raise FileExistsError(f"{out}: there is a trace of another flight; name a new folder")
 
 
@@ -141,7 +146,8 @@ def complete_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
     folder = keys_folder(file, plan, keys)
     warn_of(swarm)
     first = next(iter(swarm.hosts)) == host  # another host's keys come from the first one
-    here = (first and not (folder / "ca.crt").exists()) or (folder / "authority" / "ca.key").exists()
+    made, authority = (os.access(folder / name, os.F_OK) for name in ("ca.crt", "authority/ca.key"))
+    here = (first and not made) or authority
     if swarm.network.security == "mtls":
         if here:
             _write(folder, lambda: make_keys(plan, folder, clock.utc()))

@@ -29,6 +29,7 @@ from flockwire_cli.arguments import (
     refuse_a_second_trace,
     refuse_endless,
     this_host,
+    unwritable,
     warn_of,
 )
 
@@ -89,7 +90,6 @@ def up(
 ) -> None:
     """Start all processes of this host, fly, land, report."""
     from flockwire_cli.fault_injection import refusal  # noqa: PLC0415
-    from flockwire_cli.processes import PortInUseError  # noqa: PLC0415
     from flockwire_cli.up import UpOptions, fly  # noqa: PLC0415
     from flockwire_cli.verdict import conclude  # noqa: PLC0415
 
@@ -110,10 +110,10 @@ def up(
     _foretell(loaded, duration)
     try:
         failure = asyncio.run(fly(flight))
-    except (PortInUseError, CredentialsError) as error:
+    except CredentialsError as error:
         refuse(str(error))
     except OSError as error:
-        refuse(f"--out = {folder}: cannot write there: {error.strerror}")
+        unwritable(folder, error)
     raise typer.Exit(conclude(failure, folder, flight.conducts))
 
 
@@ -178,7 +178,7 @@ def sim(
         toml = swarm.read_text(encoding="utf-8")
         status = simulate(loaded, toml, seed, duration, wrong, folder, absent)
     except OSError as error:
-        refuse(f"--out = {folder}: cannot write there: {error.strerror}")
+        unwritable(folder, error)
     raise typer.Exit(status)
 
 
@@ -209,7 +209,7 @@ def study(
     except (StudyError, SwarmFileError) as error:
         refuse(str(error))
     except OSError as error:
-        refuse(f"--out = {folder}: cannot write there: {error.strerror}")
+        unwritable(folder, error)
     raise typer.Exit(status)
 
 
@@ -223,15 +223,16 @@ def probe(
     from flockwire.runtime.session import RouterAbsentError  # noqa: PLC0415  (zenoh)
 
     from flockwire_cli.probe import run  # noqa: PLC0415
-    from flockwire_cli.processes import PortInUseError  # noqa: PLC0415
 
     plan = load(swarm)
     if plan.swarm.network.security == "none":
         refuse("network.security = 'none': there is nothing to prove; anybody who reaches a port reads and writes all")
     try:
         found = asyncio.run(run(plan, swarm, made_keys(swarm, plan, keys, next(iter(plan.swarm.hosts))), out))
-    except (PortInUseError, RouterAbsentError, CredentialsError, FileNotFoundError) as error:
+    except (RouterAbsentError, CredentialsError) as error:
         refuse(str(error))
+    except OSError as error:
+        unwritable(out, error)
     if found:
         print(f"flockwire: the wire does not conform to the graph: {found[0].sentence()}", file=sys.stderr)
         raise typer.Exit(1)

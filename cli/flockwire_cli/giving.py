@@ -26,6 +26,7 @@ from flockwire.wire.processes import OPERATOR
 from flockwire_cli.operator import Operator
 from flockwire_cli.order import Order
 
+ENDING = ("hold", "land", "stop")  # orders that end a start that is under way
 DELIBERATE = ("start", "formation")  # orders that may wait until the operator's own certificate is verified
 REPEAT = 0.02  # s between two repetitions of an order
 ANSWER_TIME = 3.0  # s in which everybody should have confirmed an order
@@ -56,7 +57,7 @@ async def obey(operator: Operator, plan: Plan, order: Order) -> Answer:
     """Give one order by an operator whose session is open, as `give` does."""
     if order.verb == "stop":
         return await _stop(operator, plan)
-    await _tell_time(operator)
+    await tell_time(operator)
     if order.verb == "start":
         return await _start(operator, plan, order)
     if order.verb == "formation":
@@ -111,14 +112,14 @@ async def _start(operator: Operator, plan: Plan, order: Order) -> Answer:
     ready = Preflight.of(plan.swarm)
     director = Director(plan.pilots, plan.swarm.frame, 0.0, clock.now(), formation, preflight=ready, without=without)
     deadline = clock.monotonic() + round(READY_TIME * BILLION)
-    while director.stage not in (Stage.FLYING, Stage.OVER) and not director.failure:
+    while director.stage not in (Stage.FLYING, Stage.OVER) and not director.failure and director.ordered not in ENDING:
         operator.order(director.step(operator.statuses, operator.telemetry, operator.poll()))
         if director.stage is Stage.PREPARING and clock.monotonic() > deadline:
             late = director.unready(operator.statuses, operator.telemetry, operator.poll())
             return Answer(refusal=f"not ready: {'; '.join(late)} (`--without ID` flies without a drone)")
         await asyncio.sleep(POLL_PERIOD)
-    if director.failure:
-        return Answer(refusal=director.failure)
+    if director.failure or director.ordered in ENDING:
+        return Answer(refusal=director.failure or f"{director.ordered} was ordered meanwhile")
     return await _started(operator, director)
 
 
@@ -160,7 +161,7 @@ async def _change(operator: Operator, plan: Plan, order: Order) -> Answer:
     return answer._replace(note=f"the change takes {change.duration:.1f} s")
 
 
-async def _tell_time(operator: Operator) -> None:
+async def tell_time(operator: Operator) -> None:
     """Wait until the swarm's time is known here, LOOK_TIME at most: without a gateway the own clock has to do."""
     deadline = clock.monotonic() + round(LOOK_TIME * BILLION)
     while not operator.knows_time() and clock.monotonic() < deadline:

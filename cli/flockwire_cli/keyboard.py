@@ -1,4 +1,4 @@
-"""Orders by single keys while `up` shows its table: h hold, l land, f the formation again, s twice stop."""
+"""Orders by single keys while `up` or `conduct` flies: h hold, l land, f the formation again, s twice stop."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from flockwire.nanoseconds import BILLION
 
 TWICE = BILLION  # ns within which the second press must follow for a stop
 VERBS = {"h": "hold", "l": "land", "f": "formation"}
-HINT = "h hold, f formation, l land, ss stop; Ctrl-C lands"
+HINT = "h hold, f formation, l land, ss stop"
+INTERRUPT = "Ctrl-C lands"
 
 
 class Keyboard:
@@ -43,10 +44,20 @@ class Keys(Protocol):
         """Take one key that was pressed at `now` (ns of a clock that does not go back)."""
 
 
+def attached() -> bool:
+    """Return whether there is a terminal to read keys from."""
+    return sys.stdin is not None and sys.stdin.isatty()
+
+
+def hint() -> str:
+    """Return which keys are orders here."""
+    return f"{HINT}; {INTERRUPT}" if attached() else INTERRUPT
+
+
 @contextlib.contextmanager
 def keys_pressed(keyboard: Keys) -> Iterator[None]:
     """Read keys from the terminal in the running loop for as long as the context lasts; without one do nothing."""
-    if not sys.stdin.isatty():
+    if not attached():
         yield
         return
     fd, loop = sys.stdin.fileno(), asyncio.get_running_loop()

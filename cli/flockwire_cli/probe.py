@@ -90,6 +90,7 @@ async def run(plan: Plan, swarm_file: Path, keys: Path, out: Path) -> list[Findi
 
     Raises CredentialsError, FileNotFoundError without the authority's key, PortInUseError, RouterAbsentError.
     """
+    out.mkdir(parents=True, exist_ok=True)
     children = None
     session = None
     try:
@@ -152,7 +153,6 @@ def _await_all(plan: Plan, operator: Operator) -> list[str]:
 def write(plan: Plan, observations: list[AttackResult], found: list[Finding], seconds: float, out: Path) -> None:
     """Print the matrix and write it as probe.json into the folder `out`."""
     print("\n".join(draw(plan, observations)))
-    out.mkdir(parents=True, exist_ok=True)
     results = as_json(plan, observations, found, seconds)
     (out / "probe.json").write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
     leaks = sum(finding.leak for finding in found)

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from flockwire_cli.arguments import refuse
+from flockwire_cli.arguments import refuse, unwritable
 
 app = typer.Typer()
 
@@ -85,7 +85,10 @@ def compare(
     traces = _trace(lambda: (read_trace(first), read_trace(second)))
     names = _names(first, second)
     print(beside(names, tuple(summarise(trace) for trace in traces)))
-    out.mkdir(parents=True, exist_ok=True)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        unwritable(out, error)
     for path in _trace(lambda: draw(traces, names, out)):
         print(path)
 

@@ -15,12 +15,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from flockwire import clock
-from flockwire.flight.director import POLL_PERIOD, STOP_FOR, Director, Stage
+from flockwire.flight.director import POLL_PERIOD, Director, Stage
 from flockwire.flight.faults import Fault
 from flockwire.flight.preflight import Preflight
 from flockwire.nanoseconds import BILLION
 from flockwire.runtime.session import Session
-from flockwire.wire.messages import Stop
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 
@@ -28,6 +27,7 @@ from flockwire_cli.connecting import UNANSWERED, connected
 from flockwire_cli.display import Display
 from flockwire_cli.fault_injection import FaultInjector
 from flockwire_cli.interrupts import Interrupts, interrupts
+from flockwire_cli.key_orders import KeyOrders
 from flockwire_cli.keyboard import Keyboard, keys_pressed
 from flockwire_cli.operator import Operator
 from flockwire_cli.processes import Children, PortInUseError, busy_endpoint
@@ -162,15 +162,16 @@ class Station:
             preflight=Preflight.of(plan.swarm),
             without=flight.without,
         )
-        self._display = Display(plan, plan.processes_on(flight.host), self._director, flight.headless)
-        self._restarts = Restarts(plan, children, lambda event: self._display.note(event, clock.now()))
-        self._stop_until = 0  # an emergency stop is repeated until then, Unix ns
+        conducting = self._director if flight.conducts else None
+        self._display = Display(plan, plan.processes_on(flight.host), conducting, flight.headless)
+        self._orders = KeyOrders(plan, operator, conducting, self._display.note)
+        self._restarts = Restarts(plan, children, self._display.note)
 
     async def conduct(self, interrupted: Interrupts) -> str:
         """Fly from take-off to landing; returns why the flight failed, empty when it did not."""
         director, heeded, died = self._director, 0, ""
         self._display.begin(self._flight.out)
-        with self._display.shown(), keys_pressed(Keyboard(self._order)):
+        with self._display.shown(), keys_pressed(Keyboard(self._orders.give)):
             while director.stage is not Stage.OVER:
                 now = self._operator.poll()
                 died = self._restarts.step() or died
@@ -189,27 +190,16 @@ class Station:
         return "; ".join(filter(None, (director.failure, unrecorded)))
 
     async def end(self) -> None:
-        """Wait for what is under way."""
+        """Wait for what is under way; orders are repeated no more."""
+        self._orders.end()
         await self._restarts.end()
 
     def _step(self, now: int) -> None:
         director, operator = self._director, self._operator
         if self._flight.conducts:
             operator.order(director.step(operator.statuses, operator.telemetry, now))
-        if now < self._stop_until:
-            operator.order(Stop(now, self._flight.plan.swarm.frame, "the operator's order"))
+        self._orders.repeat(now)
         if director.took_off is not None:
             self._children.took_off = director.took_off
             self._injector.step(now - director.took_off)
         self._display.update(operator, now)
-
-    def _order(self, verb: str) -> None:
-        """Give the order of a key, at once."""
-        now, director, operator = clock.now(), self._director, self._operator
-        if verb == "stop":
-            operator.order(Stop(now, self._flight.plan.swarm.frame, "the operator's order"))
-            self._stop_until = now + STOP_FOR
-            director.stop(now)
-        else:
-            orders = {"hold": director.hold, "land": director.land, "formation": director.resume}
-            operator.order(orders[verb](now))

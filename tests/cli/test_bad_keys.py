@@ -1,6 +1,8 @@
 """Keys that cannot be used end a command at once: exit status 2 and one line."""
 
+import errno
 import logging
+import os
 import socket
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -48,6 +50,43 @@ def test_a_keys_folder_that_is_missing(flockwire, verb):
 def test_a_keys_folder_that_is_missing_in_an_interpreter_of_its_own():
     line = refused(interpreter("stop", PAPER, "--keys", "nowhere"))
     assert line == "flockwire: nowhere: there is no such keys folder; `flockwire keys SWARM` makes it"
+
+
+@pytest.fixture
+def denied(folder, monkeypatch):
+    """Make keys that another user (sudo) owns: the folder may not be entered."""
+    within, reason = folder(), os.strerror(errno.EACCES)
+
+    def refusing(call, *answer):
+        def ask(path, *more, **options):
+            if within.name not in Path(path).parts[-3:-1]:
+                return call(path, *more, **options)
+            if answer:
+                return answer[0]
+            raise PermissionError(errno.EACCES, reason, str(path))
+
+        return ask
+
+    monkeypatch.setattr(Path, "stat", refusing(Path.stat))
+    monkeypatch.setattr(Path, "read_bytes", refusing(Path.read_bytes))
+    monkeypatch.setattr(os, "access", refusing(os.access, False))
+
+
+@pytest.mark.parametrize("verb", ["stop", "land", "hold", "start", "conduct"])
+def test_a_keys_folder_that_may_not_be_entered(flockwire, denied, verb):
+    line = refused(flockwire(verb, PAPER, "--keys", "keys"))
+    assert line.startswith("flockwire: keys/ca.crt: cannot read it: Permission denied; `chown -R` the keys folder")
+
+
+def test_a_keys_folder_that_may_not_be_entered_is_none_to_fly_with(flockwire, denied):
+    line = refused(flockwire("up", PAPER, "--keys", "keys", "--out", "out"))
+    assert line == "flockwire: keys: cannot write keys there: Permission denied"
+
+
+@pytest.mark.parametrize("verb", ["stop", "land", "hold", "start"])
+def test_a_keys_folder_that_cannot_be_looked_at(flockwire, verb):
+    line = refused(flockwire(verb, PAPER, "--keys", 300 * "x"))
+    assert line.endswith("x: cannot read this keys folder: File name too long")
 
 
 def test_an_order_without_the_operators_own_key(flockwire, folder):

@@ -131,6 +131,30 @@ def test_a_start_is_refused_with_the_list_of_who_is_not_ready_and_why(swarm, mon
     assert swarm.published == []
 
 
+@pytest.mark.parametrize("verb", ["hold", "land"])
+@pytest.mark.parametrize("under_way", [False, True])
+def test_a_start_ends_when_another_operator_orders_a_hold_or_a_landing(swarm, verb, under_way):
+    """Preparing (uav2 is not ready yet), or during take-off: it orders nothing after that."""
+    if under_way:
+        for pilot in swarm.pilots.values():
+            pilot.stays = True
+    else:
+        swarm["uav2"].phase, swarm["uav2"].stays = Phase.GROUNDED, True
+
+    async def run():
+        start = asyncio.create_task(giving.give(swarm.plan, None, Order("start")))
+        await asyncio.sleep(0.1)
+        before = swarm.orders
+        swarm.publish([(None, Mission(clock.now(), "world", verb))])
+        for pilot in swarm.pilots.values():
+            pilot.phase, pilot.stays = Phase.READY, False
+        return before, await start
+
+    before, answer = asyncio.run(run())
+    assert answer.refusal == f"{verb} was ordered meanwhile"
+    assert (before, swarm.orders) == ((["takeoff"], ["takeoff", verb]) if under_way else ([], [verb]))
+
+
 def test_a_start_without_a_drone_flies_the_others_and_waits_only_for_them(swarm):
     swarm["uav3"].silent = True
     answer = asyncio.run(giving.give(swarm.plan, None, Order("start", without=(3,))))

@@ -2,7 +2,6 @@
 
 import asyncio
 import os
-import pty
 import signal
 import termios
 from pathlib import Path
@@ -10,7 +9,7 @@ from pathlib import Path
 import pytest
 from flockwire.nanoseconds import BILLION
 from flockwire_cli.interrupts import Interrupts, interrupts
-from flockwire_cli.keyboard import TWICE, Keyboard, keys_pressed
+from flockwire_cli.keyboard import TWICE, Keyboard, hint, keys_pressed
 
 
 @pytest.fixture
@@ -39,15 +38,6 @@ def test_a_stop_takes_two_presses_within_a_second(orders, pressed, stops):
     for moment in pressed:
         keyboard.press("s", 10 * BILLION + moment)
     assert orders == ["stop"] * stops
-
-
-@pytest.fixture
-def terminal(monkeypatch):
-    """Return both ends of a terminal, whose inner end is the standard input."""
-    ours, theirs = pty.openpty()
-    with os.fdopen(theirs) as stdin:
-        monkeypatch.setattr("sys.stdin", stdin)
-        yield ours, theirs
 
 
 def test_keys_come_from_the_terminal_and_it_is_left_as_it_was(orders, terminal):
@@ -83,6 +73,15 @@ def test_without_a_terminal_nothing_is_read(orders, monkeypatch):
         with keys_pressed(Keyboard(orders.append)):
             pass
     assert orders == []
+
+
+def test_keys_are_shown_only_where_there_is_a_terminal_to_press_them(terminal, monkeypatch):
+    assert hint() == "h hold, f formation, l land, ss stop; Ctrl-C lands"
+    with Path(os.devnull).open() as stdin:
+        monkeypatch.setattr("sys.stdin", stdin)
+        assert hint() == "Ctrl-C lands"
+    monkeypatch.setattr("sys.stdin", None)  # which was closed before this process began
+    assert hint() == "Ctrl-C lands"
 
 
 def test_a_terminal_that_closes_counts_once_however_it_says_so():

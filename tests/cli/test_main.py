@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from command_line import interpreter, refused
+from flockwire.runtime.session import EndpointInUseError
 
 PAPER = Path(__file__).parents[2] / "swarms" / "paper_simulation.toml"
 
@@ -75,6 +76,48 @@ def test_a_trace_of_another_flight_is_never_written_over(flockwire, tmp_path):
     (tmp_path / "trace.mcap").touch()
     for process in ("up", "recorder"):
         assert "there is a trace of another flight" in refused(flockwire(process, PAPER, "--out", tmp_path))
+
+
+def refused_after_warnings(done):
+    """Return the line that refuses a command which has printed what it expects of the flight."""
+    assert done.returncode == 2
+    assert all(line.startswith("flockwire: warning: ") for line in done.stdout.splitlines())
+    (line,) = done.stderr.splitlines()
+    return line
+
+
+@pytest.mark.parametrize(("command", "number"), [("up", ()), ("probe", ()), ("identify", (1,))])
+def test_a_folder_that_cannot_be_written_is_refused_in_one_line(flockwire, broken, tmp_path, command, number):
+    path, out = broken("[control]", "[network]\nbase_port = 28650\n[control]"), tmp_path / "file"
+    out.touch()
+    line = refused_after_warnings(flockwire(command, path, *number, "--out", out, "--keys", tmp_path / "keys"))
+    assert line.startswith(f"flockwire: --out = {out}: cannot write there: ")
+
+
+def test_two_flights_are_not_compared_into_a_file(flockwire, tmp_path, monkeypatch):
+    (tmp_path / "file").touch()
+    for function in ("reading.read_trace", "summary.summarise"):
+        monkeypatch.setattr(f"flockwire_recorder.{function}", lambda _: None)
+    monkeypatch.setattr("flockwire_cli.verdict.beside", lambda *_: "figures")
+    done = flockwire("compare", "a.mcap", "b.mcap", "--out", tmp_path / "file")
+    assert (done.returncode, done.stdout) == (2, "figures\n")
+    assert done.stderr == f"flockwire: --out = {tmp_path / 'file'}: cannot write there: File exists\n"
+
+
+@pytest.mark.parametrize("command", ["up", "sim"])
+def test_a_folder_that_cannot_be_looked_at_is_refused_in_one_line(flockwire, tmp_path, command):
+    keys = ("--keys", tmp_path / "keys") if command == "up" else ()
+    line = refused_after_warnings(flockwire(command, PAPER, "--out", 300 * "x", *keys))
+    assert "x: cannot write there: File name too long" in line
+
+
+def test_an_endpoint_in_use_is_no_folder_that_cannot_be_written(flockwire, tmp_path, monkeypatch):
+    async def fly(_):
+        raise EndpointInUseError("operator cannot listen at 127.0.0.1:7447")
+
+    monkeypatch.setattr("flockwire_cli.up.fly", fly)
+    line = refused_after_warnings(flockwire("up", PAPER, "--out", tmp_path / "out", "--keys", tmp_path / "keys"))
+    assert line == "flockwire: operator cannot listen at 127.0.0.1:7447"
 
 
 def test_a_flight_of_endless_duration_is_refused_before_anything_starts(flockwire, broken, tmp_path):

@@ -13,7 +13,7 @@ from flockwire.nanoseconds import BILLION
 from flockwire.runtime import session as sessions
 from flockwire.runtime.session import RouterAbsentError
 from flockwire.wire.messages import Mission, Stop
-from flockwire_cli import up
+from flockwire_cli import giving, up
 from flockwire_cli.connecting import UNANSWERED
 from flockwire_cli.interrupts import Interrupts
 from flockwire_cli.operator import Operator
@@ -21,7 +21,7 @@ from flockwire_cli.processes import PortInUseError
 from flockwire_cli.restarting import MOST_RESTARTS
 from flockwire_cli.up import LEFT, Station, UpOptions
 from simulated_children import Processes
-from simulated_pilots import SimulatedSwarm
+from simulated_pilots import SimulatedSwarm, started
 
 TICK = 0.005  # s between two looks of these tests' stations
 
@@ -157,7 +157,7 @@ def test_it_is_over_only_when_telemetry_says_so(scene, monkeypatch):
 def press(flight, *verbs):
     def act():
         for verb in verbs:
-            flight.station._order(verb)
+            flight.station._orders.give(verb)
 
     return act
 
@@ -197,13 +197,77 @@ def test_another_operators_landing_is_no_failure(scene):
     assert flight.conduct() == ""
 
 
-def test_a_host_that_does_not_conduct_gives_no_orders(make_plan, monkeypatch):
+@pytest.fixture
+def serving(make_plan, monkeypatch):
+    """Return a scene on a host that does not conduct, whose swarm flies; nobody there has the time."""
+    monkeypatch.setattr(giving, "LOOK_TIME", TICK)
     monkeypatch.setattr(up, "POLL_PERIOD", TICK)
     hosts = {"ground": {"address": "127.0.0.1"}, "air": {"address": "127.0.0.1", "processes": ["leader"]}}
     flight = Scene(make_plan({"hosts": hosts, "network.base_port": 29000}), "air")
-    flight.at = {Stage.PREPARING: interrupt(flight)}
+    flight.swarm.all(Phase.FORMATION, started())
+    return flight
+
+
+def press_then_interrupt(flight, *verbs):
+    """Return what presses keys, and some time later interrupts."""
+
+    def act():
+        press(flight, *verbs)()
+        asyncio.get_running_loop().call_later(0.2, interrupt(flight))
+
+    return act
+
+
+def test_a_host_that_does_not_conduct_gives_no_orders(serving, capsys):
+    serving.at = {Stage.PREPARING: interrupt(serving)}
+    assert serving.conduct() == ""
+    assert serving.swarm.published == []
+    assert capsys.readouterr().out.endswith("s  serving\n")
+
+
+@pytest.mark.parametrize(("verb", "phase"), [("land", Phase.READY), ("hold", Phase.HOLD)])
+def test_a_key_of_a_host_that_does_not_conduct_is_an_order_to_all_and_the_host_serves_on(serving, capsys, verb, phase):
+    serving.at = {Stage.PREPARING: press_then_interrupt(serving, verb)}
+    assert serving.conduct() == ""
+    assert serving.swarm.orders == [verb]
+    assert {pilot.phase for pilot in serving.swarm.pilots.values()} == {phase}
+    assert f"{verb}: confirmed by leader, uav1, uav2, uav3, uav4\n" in capsys.readouterr().out
+
+
+def test_who_does_not_confirm_the_order_of_a_key_is_named(serving, capsys, monkeypatch):
+    monkeypatch.setattr(giving, "ANSWER_TIME", 0.1)
+    serving.swarm["uav3"].deaf = True
+    serving.at = {Stage.PREPARING: press_then_interrupt(serving, "land")}
+    serving.conduct()
+    assert "land: confirmed by leader, uav1, uav2, uav4; not confirmed by uav3\n" in capsys.readouterr().out
+
+
+def test_a_host_that_does_not_conduct_starts_no_formation_and_says_who_does(serving, capsys):
+    serving.at = {Stage.PREPARING: press_then_interrupt(serving, "formation")}
+    serving.conduct()
+    assert serving.swarm.published == []
+    assert "formation: this host does not conduct the flight; " in capsys.readouterr().out
+
+
+def test_a_stop_by_a_key_counts_on_every_host(serving):
+    serving.at = {Stage.PREPARING: press_then_interrupt(serving, "stop")}
+    serving.conduct()
+    assert len([order for order in serving.swarm.published if isinstance(order, Stop)]) > 10
+
+
+def test_a_key_that_orders_nothing_says_why(scene, capsys):
+    flight = scene()
+    flight.swarm["uav3"].phase, flight.swarm["uav3"].stays = Phase.GROUNDED, True
+
+    def press_and_go_on():
+        press(flight, "hold", "formation")()
+        flight.swarm["uav3"].phase, flight.swarm["uav3"].stays = Phase.READY, False
+
+    flight.at = {Stage.PREPARING: press_and_go_on}
     assert flight.conduct() == ""
-    assert flight.swarm.published == []
+    printed = capsys.readouterr().out
+    assert "hold: nothing ordered while preparing\n" in printed
+    assert "formation: nothing ordered while preparing\n" in printed
 
 
 @pytest.fixture

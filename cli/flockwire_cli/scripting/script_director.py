@@ -32,6 +32,7 @@ class ScriptDirector(Director):
     def begin(self, formation: str, now: int) -> None:
         """Take off, then fly `formation`."""
         self.begun, self.stage, self._formation, self._since = True, Stage.PREPARING, formation, now
+        self._started = None
 
     @property
     def fleet(self) -> Fleet:

@@ -36,6 +36,9 @@ class Stage(StrEnum):
     OVER = "over"
 
 
+UNDER_WAY = (Stage.TAKING_OFF, Stage.FLYING)
+
+
 class Director:
     """Conducts the flight of `pilots` (by drone) for `duration` s from take-off to landing (0: until ordered).
 
@@ -64,6 +67,7 @@ class Director:
         self._since = self._took_off = now
         self._lost_since: dict[int, int] = {}
         self._rose: set[int] = set()  # the drones that followed the order to take off
+        self._aloft = False  # something flew at the last step
         self._order: Mission | None = None  # the newest, its own or another operator's
         self._started: Mission | None = None  # the newest order to start
         self._sent = 0
@@ -71,6 +75,7 @@ class Director:
     def step(self, statuses: Mapping[str, Status], telemetry: Mapping[int, Telemetry], now: int) -> Mission | None:
         """Return the order that is due at `now` (Unix ns), or again because not all confirmed it; else None."""
         fleet = Fleet(self.pilots, statuses, telemetry, now)
+        self._aloft = any(state in IN_THE_AIR for state in fleet.states.values())
         self._heed_others(fleet)
         order = self._next(fleet)
         if order is None and self.stage not in (Stage.FLYING, Stage.OVER) and now - self._since > PATIENCE:
@@ -82,26 +87,28 @@ class Director:
         return order
 
     def land(self, now: int) -> Mission | None:
-        """Return the order to land, None when nobody was ordered to take off (the flight is then over)."""
-        if self.stage in (Stage.PREPARING, Stage.OVER):
+        """Return the order to land, None when nobody was ordered to take off and nothing flies: the flight is over."""
+        if self.stage is Stage.OVER or (self.stage is Stage.PREPARING and not self._aloft):
             self.stage = Stage.OVER
             return None
         return self._go(Stage.LANDING, self._mission(now, "land"))
 
     def hold(self, now: int) -> Mission | None:
-        """Return the order to hold, None when nobody flies."""
-        return self._go(self.stage, self._mission(now, "hold")) if self.stage is Stage.FLYING else None
+        """Return the order to hold, None when nobody flies; given during take-off, no formation follows it."""
+        return self._go(self.stage, self._mission(now, "hold")) if self.stage in UNDER_WAY else None
 
     def resume(self, now: int) -> Mission | None:
-        """Return the order to fly the formation again whose time goes on, None when none was started.
+        """Return the order to fly the formation, None when nobody flies; the time of one that was started goes on.
 
         During take-off, that to take off again: it brings in a pilot that was restarted on the ground.
         """
-        if self.stage is Stage.TAKING_OFF and self._order is not None:
-            return self._go(self.stage, self._order._replace(stamp=now))
-        if self.stage is not Stage.FLYING or self._started is None:
+        if self.stage not in UNDER_WAY:
             return None
-        return self._go(self.stage, self._started._replace(stamp=now, verb="start"))
+        if self._started is not None:
+            order = self._started._replace(stamp=now, verb="start")
+        else:
+            order = self._mission(now, "takeoff") if self.stage is Stage.TAKING_OFF else self._start(now)
+        return self._go(self.stage, order)
 
     def change(self, order: Mission) -> Mission | None:
         """Return `order`, a planned change of formation, None when nobody flies."""
@@ -119,9 +126,17 @@ class Director:
         self.stage, self._since, self._order = Stage.LANDING, now, None
 
     def abort(self, reason: str, now: int) -> Mission | None:
-        """Land because of `reason`, which becomes the flight's failure."""
+        """Land because of `reason`, which becomes the flight's failure; before take-off, end without an order."""
         self.failure = self.failure or reason
+        if self.stage is Stage.PREPARING:
+            self.stage = Stage.OVER
+            return None
         return self.land(now) if self.stage is not Stage.LANDING else None
+
+    @property
+    def ordered(self) -> str:
+        """The verb of the newest order, this flight's own or another operator's; empty before the first."""
+        return self._order.verb if self._order is not None else ""
 
     def _next(self, fleet: Fleet) -> Mission | None:
         """Return the order with which the next stage begins, None while the stage lasts."""
@@ -129,10 +144,12 @@ class Director:
         if self.stage is Stage.PREPARING:
             return self._take_off(fleet)
         if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.HOLD):
-            return self._go(Stage.FLYING, self._mission(now, "start", now + LEAD_TIME, self._formation))
+            if self.ordered != "hold":
+                return self._go(Stage.FLYING, self._start(now))
+            self.stage, self._since = Stage.FLYING, now
         if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.FORMATION):  # the last joined a formation that flew
             self.stage, self._since = Stage.FLYING, now
-        if self.stage in (Stage.TAKING_OFF, Stage.FLYING):
+        if self.stage in UNDER_WAY:
             lost = next((drone for drone in self.pilots if self._is_lost(fleet, drone)), None)
             if lost is not None:
                 what = "left the formation" if self.stage is Stage.FLYING else "did not take off"
@@ -159,18 +176,27 @@ class Director:
             return self._go(Stage.TAKING_OFF, running._replace(stamp=now, verb="start", without=self._without))
         return self._go(Stage.TAKING_OFF, self._mission(now, "takeoff"))
 
+    def _start(self, now: int) -> Mission:
+        """Return the order to start the formation, so that all begin it together."""
+        return self._mission(now, "start", now + LEAD_TIME, self._formation)
+
     def _mission(self, now: int, verb: str, start: int = 0, formation: str = "") -> Mission:
         return Mission(now, self._frame, verb, start, formation, without=self._without)
 
     def _heed_others(self, fleet: Fleet) -> None:
-        """Take another operator's newer order for this flight's."""
+        """Take another operator's newer order for this flight's; before any of its own, only one to hold or to land."""
         mission = fleet.mission()
-        if self._order is None or mission is None or mission.stamp <= self._order.stamp:
+        if mission is None or mission.stamp <= (self._order.stamp if self._order is not None else self._since):
+            return
+        if self._order is None and (self.stage is not Stage.PREPARING or mission.verb not in ("hold", "land")):
             return
         self._order = mission
         self._started = mission if mission.in_formation else self._started
         if mission.verb == "land" and self.stage is not Stage.OVER:
             self.stage, self._since = Stage.LANDING, fleet.now
+        elif mission.verb == "hold" and self.stage is Stage.PREPARING:  # by which pilots that are ready take off
+            self.stage = Stage.TAKING_OFF
+            self._since = self._took_off = self.took_off = fleet.now
 
     def _is_lost(self, fleet: Fleet, drone: int) -> bool:
         """Return whether a drone flies no more, by its status or telemetry; one that has not taken off yet waits."""

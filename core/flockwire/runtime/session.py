@@ -193,7 +193,7 @@ class Session:
 
 def _credentials(plan: Plan, folder: Path, identity: str, verified: bool) -> Credentials:
     files = files_of(folder, identity)
-    if not verified and all(path.exists() for path in (files.authority, files.certificate, files.key)):
+    if not verified and all(os.access(path, os.R_OK) for path in (files.authority, files.certificate, files.key)):
         return files
     from flockwire.security.credentials import load_credentials  # noqa: PLC0415  (takes 0.1 s)
 

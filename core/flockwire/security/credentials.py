@@ -16,7 +16,9 @@ from cryptography.x509.oid import NameOID
 from flockwire.security.files import Credentials, CredentialsError, files_of
 from flockwire.wire.plan import AUTHORITY
 
-NO_FOLDER = "there is no such keys folder; `flockwire keys SWARM` makes it"
+MAKE = "`flockwire keys SWARM` makes it"
+NO_FOLDER = f"there is no such keys folder; {MAKE}"
+CHOWN = "`chown -R` the keys folder to the user who runs this"
 SYSTEMD = "CREDENTIALS_DIRECTORY"  # names the folder of a service's own keys
 FORMAT = "%Y-%m-%d %H:%M UTC"
 
@@ -62,6 +64,8 @@ def _check_folder(folder: Path) -> None:
         mode = folder.stat().st_mode
     except FileNotFoundError:
         raise CredentialsError(f"{folder}: {NO_FOLDER}") from None
+    except PermissionError as error:
+        raise CredentialsError(f"{folder}: cannot read this keys folder: {error.strerror}; {CHOWN}") from None
     except OSError as error:
         raise CredentialsError(f"{folder}: cannot read this keys folder: {error.strerror}") from None
     if not stat.S_ISDIR(mode):
@@ -94,7 +98,8 @@ def _read(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        raise CredentialsError(f"{path}: cannot read it: {error.strerror}; `flockwire keys SWARM` makes it") from None
+        remedy = CHOWN if isinstance(error, PermissionError) else MAKE
+        raise CredentialsError(f"{path}: cannot read it: {error.strerror}; {remedy}") from None
 
 
 def _certificate(path: Path) -> x509.Certificate:

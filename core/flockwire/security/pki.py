@@ -131,7 +131,9 @@ def expiring(plan: Plan, folder: Path, now: datetime) -> Iterator[str]:
             end = x509.load_pem_x509_certificate(path.read_bytes()).not_valid_after_utc
         except FileNotFoundError:
             continue
-        except (OSError, ValueError):
+        except OSError as error:
+            yield f"{path}: cannot read it: {error.strerror}"
+        except ValueError:
             yield f"{path}: is not a certificate; `flockwire keys` makes it again"
         else:
             if end - now < WARN:

@@ -349,6 +349,96 @@ def test_another_operators_formation_is_what_resume_goes_back_to(flying):
     assert flying.director.resume(flying.now).formation == "wide"
 
 
+@pytest.mark.parametrize("without", [(), (2,)])
+def test_another_operators_landing_before_take_off_ends_the_flight(without):
+    tower = Tower()
+    tower.director = Director(PILOTS, "world", 60.0, BEGAN, without=without)
+    tower.step(leader=Phase.READY, uav1=Phase.READY, uav2=(Phase.GROUNDED, "waits for its own pose"))
+    tower.take(Mission(tower.now + 1, "world", "land"))
+    assert tower.all(Phase.READY, 0.5) == []
+    assert (tower.stage, tower.failure) == (Stage.OVER, "")
+
+
+@pytest.mark.parametrize("verb", ["land", "hold"])
+def test_an_order_from_before_the_flight_does_not_keep_it_on_the_ground(tower, verb):
+    tower.take(Mission(BEGAN, "world", verb))
+    assert tower.all(Phase.READY) == ["takeoff"]
+
+
+@pytest.mark.parametrize("verb", ["takeoff", "start"])
+def test_another_operators_start_before_take_off_does_not_change_this_one(tower, verb):
+    tower.step(leader=Phase.READY)
+    tower.take(Mission(tower.now + 1, "world", verb))
+    assert tower.all(Phase.HOLD) == ["takeoff"]
+    assert tower.all(Phase.HOLD) == ["start"]
+
+
+def test_another_operators_landing_during_take_off_ends_it(tower):
+    tower.all(Phase.READY)
+    tower.take(Mission(tower.now + 1, "world", "land"))
+    assert tower.all(Phase.LANDING) == []
+    assert (tower.stage, tower.failure) == (Stage.LANDING, "")
+
+
+def hold_by_another(tower):
+    tower.take(Mission(tower.now + 1, "world", "hold"))
+
+
+def hold_by_key(tower):
+    tower.take(tower.director.hold(tower.now))
+
+
+@pytest.mark.parametrize("hold", [hold_by_another, hold_by_key])
+def test_no_formation_follows_a_take_off_during_which_a_hold_was_ordered(tower, hold):
+    tower.all(Phase.READY)
+    hold(tower)
+    assert tower.all(Phase.TAKEOFF) == []
+    assert tower.stage is Stage.TAKING_OFF
+    assert tower.all(Phase.HOLD, 5.0) == []
+    assert (tower.stage, tower.failure) == (Stage.FLYING, "")
+    start = tower.director.resume(tower.now)
+    assert (start.verb, start.start) == ("start", tower.now + LEAD_TIME)
+    tower.take(start)
+    assert tower.all(Phase.FORMATION, 54.0) == []
+    assert "land" in tower.all(Phase.FORMATION, 2.0)  # 60 s from take-off
+
+
+def test_after_a_hold_during_take_off_the_take_off_may_be_ordered_again(tower):
+    tower.all(Phase.READY)
+    hold_by_another(tower)
+    tower.all(Phase.TAKEOFF)
+    again = tower.director.resume(tower.now)
+    assert (again.verb, again.stamp) == ("takeoff", tower.now)
+    tower.take(again)
+    assert tower.all(Phase.HOLD) == ["start"]
+
+
+def test_another_operators_hold_before_take_off_is_followed_by_no_formation(tower):
+    """Pilots that are ready take off by it."""
+    tower.step(leader=Phase.READY, uav1=Phase.READY, uav2=(Phase.GROUNDED, "waits for its own pose"))
+    hold_by_another(tower)
+    assert tower.step(leader=Phase.TAKEOFF, uav1=Phase.TAKEOFF) == []
+    assert (tower.stage, tower.director.took_off) == (Stage.TAKING_OFF, tower.now)
+    assert tower.all(Phase.HOLD, 5.0) == []
+    assert (tower.stage, tower.failure) == (Stage.FLYING, "")
+
+
+def test_a_hold_while_a_straggler_joins_interrupts_the_formation_whose_time_goes_on(tower):
+    running = fly_without("uav2", tower)
+    tower.orders()
+    hold_by_another(tower)
+    assert tower.all(Phase.HOLD, 5.0) == []
+    assert tower.stage is Stage.FLYING
+    assert tower.director.resume(tower.now) == running._replace(stamp=tower.now)
+
+
+def test_after_a_stop_no_order_of_another_operator_is_repeated(flying):
+    flying.director.stop(flying.now)
+    flying.pilots["uav2"].state = FLYING
+    flying.pilots["uav1"].mission = Mission(flying.now + 1, "world", "hold")
+    assert flying.all(Phase.STOPPED, 1.0) == []
+
+
 def test_an_older_order_changes_nothing(flying):
     for pilot in flying.pilots.values():
         pilot.mission, pilot.deaf = Mission(BEGAN - 1, "world", "land"), True
@@ -492,6 +582,12 @@ def test_before_take_off_an_order_to_land_just_ends(tower):
     tower.all(Phase.GROUNDED)
     assert tower.director.land(tower.now) is None
     assert tower.stage is Stage.OVER
+
+
+def test_before_take_off_an_order_to_land_lands_what_flies_already(tower):
+    fly_without("uav2", tower)
+    tower.step(uav2=(Phase.GROUNDED, "waits for its own pose"))
+    assert (tower.director.land(tower.now).verb, tower.stage) == ("land", Stage.LANDING)
 
 
 def test_who_is_left_out_is_told_first_and_not_waited_for():

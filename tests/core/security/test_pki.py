@@ -349,3 +349,9 @@ def test_a_certificate_of_any_name_and_dates_can_be_made_for_tests_of_others(tmp
     assert common_name(certificate(tmp_path, "forged")) == "uav1"
     certificate(tmp_path, "forged").verify_directly_issued_by(authority.certificate)
     assert stat.S_IMODE((tmp_path / "forged.key").stat().st_mode) == 0o600
+
+
+def test_a_certificate_that_may_not_be_read_is_a_warning_with_its_cause(keys, plan, made):
+    (keys / "uav1.crt").unlink()
+    (keys / "uav1.crt").mkdir()
+    assert f"{keys / 'uav1.crt'}: cannot read it: Is a directory" in expiring(plan, keys, made)

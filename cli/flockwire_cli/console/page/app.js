@@ -9,6 +9,8 @@ let picture = null;
 let socket = null;
 let trails = new Map();
 let armed = 0;
+let connected = ""; // what to show while pictures come
+let newest = 0; // when the newest picture came, ms
 
 const token = decodeURIComponent(location.hash.slice(1));
 const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -25,6 +27,7 @@ function connect() {
   socket = new WebSocket(`${scheme}://${location.host}/live${token ? `?token=${encodeURIComponent(token)}` : ""}`);
   socket.onmessage = (event) => take(JSON.parse(event.data));
   socket.onclose = () => {
+    connected = "";
     state("not connected", true);
     setTimeout(connect, 1000);
   };
@@ -35,6 +38,7 @@ function take(message) {
   else if (message.answer) answer(message.answer);
   else {
     picture = message;
+    newest = performance.now();
     remember();
     table();
     requestAnimationFrame(draw);
@@ -45,9 +49,16 @@ function begin(message) {
   outline = message.outline;
   trails = new Map();
   document.title = $("name").textContent = outline.name;
-  state(message.orders ? "connected" : "connected, view only: the link lacks its token", false);
+  connected = message.orders ? "connected" : "connected, view only: the link lacks its token";
+  newest = performance.now();
+  state(connected, false);
   $("orders").hidden = !message.orders;
   $("formations").replaceChildren(...["", ...outline.formations].map((name) => new Option(name || "first formation", name)));
+}
+
+function check() {
+  const late = performance.now() - newest;
+  if (connected) state(late > 1000 ? `no picture for ${Math.round(late / 1000)} s` : connected, late > 1000);
 }
 
 function state(text, bad) {
@@ -239,4 +250,5 @@ function ring(pen, [x, y], radius, stroke) {
 for (const button of document.querySelectorAll("button[data-order]")) {
   button.addEventListener("click", () => order(button.dataset.order));
 }
+setInterval(check, 250);
 connect();

@@ -1,0 +1,116 @@
+"""The console's server with real connections: pages that stop reading, pictures that fail, orders that end a start."""
+
+import asyncio
+import socket
+from contextlib import asynccontextmanager
+
+import aiohttp
+import pytest
+from flockwire.flight.phases import Phase
+from flockwire_cli import giving
+from flockwire_cli.console import server
+from served_pages import TOKEN, serving
+from simulated_pilots import SimulatedSwarm
+
+HANDSHAKE = (
+    "GET /live HTTP/1.1\r\nHost: here\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+)
+
+
+@pytest.fixture
+def swarm(make_plan, monkeypatch):
+    """Return a swarm on the ground; pictures come every 0.02 s, and a page has 0.3 s to take one."""
+    monkeypatch.setattr(server, "PERIOD", 0.02)
+    monkeypatch.setattr(server, "LONGEST_SEND", 0.3)
+    return SimulatedSwarm(make_plan())
+
+
+@asynccontextmanager
+async def looking(port):
+    """Open a page that may give orders."""
+    address = f"http://127.0.0.1:{port}/live?token={TOKEN}"
+    async with aiohttp.ClientSession() as session, session.ws_connect(address, max_msg_size=0) as page:
+        assert (await page.receive_json())["orders"] is True
+        yield page
+
+
+async def vanished(port):
+    """Return a connection that asked for pictures and reads none."""
+    silent = socket.socket()
+    silent.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    silent.setblocking(False)
+    await asyncio.get_running_loop().sock_connect(silent, ("127.0.0.1", port))
+    await asyncio.get_running_loop().sock_sendall(silent, HANDSHAKE.encode())
+    return silent
+
+
+async def answers(page, count):
+    """Return the answers to the orders of a page."""
+    found = []
+    while len(found) < count:
+        message = await page.receive_json()
+        if "answer" in message:
+            found.append(message["answer"])
+    return found
+
+
+def test_a_page_that_has_vanished_keeps_no_picture_from_the_others_and_its_connection_ends(swarm):
+    async def run():
+        async with serving(swarm) as (pages, port), looking(port) as page, asyncio.timeout(10):
+            pages._scene.snapshot = lambda *_: {"filling": 2**20 * "x"}  # no buffer takes many of these
+            silent = await vanished(port)
+            while len(pages._sockets) < 2:
+                await page.receive_json()
+            loop, longest = asyncio.get_running_loop(), 0.0
+            while len(pages._sockets) == 2:
+                before = loop.time()
+                await page.receive_json()
+                longest = max(longest, loop.time() - before)
+            silent.close()
+            assert longest < server.LONGEST_SEND
+            assert list(pages._sockets)
+            await page.receive_json()
+
+    asyncio.run(run())
+
+
+def test_a_picture_that_cannot_be_made_is_logged_once_and_the_next_one_is_sent(swarm, caplog):
+    async def run():
+        async with serving(swarm) as (pages, port), looking(port) as page, asyncio.timeout(10):
+            made, calls = pages._scene.snapshot, []
+
+            def snapshot(*given):
+                calls.append(given)
+                if len(calls) < 5:
+                    raise ZeroDivisionError
+                return made(*given)
+
+            pages._scene.snapshot = snapshot
+            while len(calls) < 5:
+                await page.receive_json()
+
+    asyncio.run(run())
+    (record,) = [record for record in caplog.records if record.name == "console"]
+    assert record.exc_info[0] is ZeroDivisionError
+
+
+@pytest.mark.parametrize("verb", ["hold", "land", "stop"])
+def test_an_order_ends_a_start_that_is_under_way(swarm, verb, monkeypatch):
+    monkeypatch.setattr(giving, "LOOK_TIME", 0.05)
+    swarm["uav2"].phase, swarm["uav2"].stays = Phase.GROUNDED, True
+
+    async def run():
+        async with serving(swarm) as (_, port), looking(port) as page, asyncio.timeout(10):
+            await page.send_json({"order": "start"})
+            await asyncio.sleep(0.2)
+            for pilot in swarm.pilots.values():
+                pilot.deaf = True  # so that no status names the order
+            await page.send_json({"order": verb})
+            swarm["uav2"].phase = Phase.READY
+            (start,) = await answers(page, 1)
+            await asyncio.sleep(0.3)
+            return start
+
+    assert asyncio.run(run()) == {"order": "start", "failed": "another order was given meanwhile", "note": ""}
+    assert swarm.orders == [verb]
