@@ -19,10 +19,10 @@ def swarm(make_plan, monkeypatch):
     """Return the swarm that `conduct` finds."""
     found = SimulatedSwarm(make_plan())
 
-    async def connect(*_):
+    async def connected(*_):
         return found
 
-    monkeypatch.setattr(conducting, "connect", connect)
+    monkeypatch.setattr(conducting, "connected", connected)
     monkeypatch.setattr(conducting, "POLL_PERIOD", TICK)
     monkeypatch.setattr(director, "LEAD_TIME", BILLION // 50)
     return found
