@@ -192,9 +192,10 @@ class Director:
             return
         self._order = mission
         self._started = mission if mission.in_formation else self._started
-        if mission.verb == "land" and self.stage is not Stage.OVER:
+        grounded = self.stage is Stage.PREPARING and not self._aloft  # a hold there: nobody is to take off
+        if self.stage is not Stage.OVER and (mission.verb == "land" or (mission.verb == "hold" and grounded)):
             self.stage, self._since = Stage.LANDING, fleet.now
-        elif mission.verb == "hold" and self.stage is Stage.PREPARING:  # by which pilots that are ready take off
+        elif mission.verb == "hold" and self.stage is Stage.PREPARING:
             self.stage = Stage.TAKING_OFF
             self._since = self._took_off = self.took_off = fleet.now
 

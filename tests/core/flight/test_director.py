@@ -349,12 +349,13 @@ def test_another_operators_formation_is_what_resume_goes_back_to(flying):
     assert flying.director.resume(flying.now).formation == "wide"
 
 
+@pytest.mark.parametrize("verb", ["land", "hold"])
 @pytest.mark.parametrize("without", [(), (2,)])
-def test_another_operators_landing_before_take_off_ends_the_flight(without):
+def test_another_operators_landing_or_hold_before_take_off_ends_the_flight(without, verb):
     tower = Tower()
     tower.director = Director(PILOTS, "world", 60.0, BEGAN, without=without)
     tower.step(leader=Phase.READY, uav1=Phase.READY, uav2=(Phase.GROUNDED, "waits for its own pose"))
-    tower.take(Mission(tower.now + 1, "world", "land"))
+    tower.take(Mission(tower.now + 1, "world", verb))
     assert tower.all(Phase.READY, 0.5) == []
     assert (tower.stage, tower.failure) == (Stage.OVER, "")
 
@@ -413,11 +414,11 @@ def test_after_a_hold_during_take_off_the_take_off_may_be_ordered_again(tower):
     assert tower.all(Phase.HOLD) == ["start"]
 
 
-def test_another_operators_hold_before_take_off_is_followed_by_no_formation(tower):
-    """Pilots that are ready take off by it."""
-    tower.step(leader=Phase.READY, uav1=Phase.READY, uav2=(Phase.GROUNDED, "waits for its own pose"))
+def test_another_operators_hold_of_drones_in_flight_is_followed_by_no_formation(tower):
+    """This one has begun above them, and uav2 does not answer yet."""
+    tower.step(leader=Phase.HOLD, uav1=Phase.HOLD, uav2=(Phase.GROUNDED, "waits for its own pose"))
     hold_by_another(tower)
-    assert tower.step(leader=Phase.TAKEOFF, uav1=Phase.TAKEOFF) == []
+    assert tower.step(leader=Phase.HOLD, uav1=Phase.HOLD) == []
     assert (tower.stage, tower.director.took_off) == (Stage.TAKING_OFF, tower.now)
     assert tower.all(Phase.HOLD, 5.0) == []
     assert (tower.stage, tower.failure) == (Stage.FLYING, "")
