@@ -83,6 +83,6 @@ def check_decision(decision: Decision) -> None:
     """Raise ValueError for a decision that cannot be flown."""
     vectors = (decision.velocity, *(decision.estimate or ()))
     if any(len(vector) != 3 for vector in vectors) or not isinstance(decision.stamp, int):
-        raise ValueError(f"{decision}: its vectors must have three numbers each, its stamp must be an int, in ns")
+        raise ValueError(f"a vector must have three numbers, the stamp must be an int, in ns: {decision}")
     if not isfinite(sum([number for vector in vectors for number in vector])):
         raise ValueError(f"{decision}: holds a number that is not finite")
