@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from flockwire.wire.keys import ROWS, Delivery, Key
+from flockwire.wire.keys import ROWS, TIME_REPLY, Delivery, Key
 from flockwire.wire.plan import Plan
 
 OUTSIDERS = ("no certificate", "foreign certificate", "expired certificate")
@@ -91,7 +91,8 @@ def findings(plan: Plan, observation: AttackResult, alive: frozenset[str]) -> It
     for key, receiver in sorted(observation.published - may_publish):
         yield Finding(*who, "published", plan.text(key), receiver, leak=True)
     for key in sorted(may_receive - observation.received):
-        if _flows(plan, key, alive - {observation.identity}):
+        asked = key.kind != TIME_REPLY or key.owner in alive  # nobody is told the time who does not ask
+        if asked and _flows(plan, key, alive - {observation.identity}):
             yield Finding(*who, "received", plan.text(key), "", leak=False)
     for key, receiver in sorted(may_publish - observation.published):
         if receiver in alive:

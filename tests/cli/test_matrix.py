@@ -149,6 +149,12 @@ def test_nothing_is_to_be_received_of_one_who_is_not_there(plan):
     assert judged(plan, "uav3", unreceived=[ESTIMATE], alive=everybody(plan) - {"uav2"}) == []
 
 
+def test_nobody_is_told_the_time_who_does_not_ask_for_it(make_plan):
+    plan = make_plan({"hosts": {"base": {}, "far": {"processes": ["leader"]}}})
+    asking, absent = Key("time_reply", "leader"), Key("time_reply", CONSOLE)
+    assert [found.key for found in judged(plan, RECORDER, unreceived=[asking, absent])] == [plan.text(asking)]
+
+
 def test_what_one_of_two_attacks_achieved_counts_as_achieved(plan):
     right = perfect(plan, "uav1")
     slow = AttackResult("uav1", "peer", right.received - {ESTIMATE}, right.published, 0)
