@@ -87,6 +87,7 @@ def main() -> None:
             f"separation {min(f.separation for f in flights):.3f} m at least, "
             f"tail {1e3 * median(f.tail for f in flights):.1f} mm median "
             f"{1e3 * max(f.tail for f in flights):.1f} worst, "
+            f"rms {1e3 * median(f.rms for f in flights):.1f} median {1e3 * max(f.rms for f in flights):.1f} worst, "
             f"clock off by {max(f.clock for f in flights):.2f} ms at most, bound {max(f.bound for f in flights):.1f} ms"
         )
         for flight in failed[:5]:

@@ -17,8 +17,8 @@ from flockwire.wire.keys import TIME_REPLY, TIME_REQUEST, Key
 from flockwire.wire.messages import Message, TimeReply, TimeRequest
 from flockwire.wire.plan import Plan
 
-FIRST = 20  # requests at FAST, whatever the bound
-FAST, SLOW = BILLION // 10, BILLION  # ns between two requests: while the bound is above GOOD, and otherwise
+FIRST, FASTEST = 200, BILLION // 20  # the first requests, and the ns between two of them, whatever the bound
+FAST, SLOW = BILLION // 10, BILLION  # ns between two later ones: while the bound is above GOOD, and otherwise
 GOOD = 1_000_000  # ns
 OUTSTANDING = 64  # requests whose replies may still come: 6 s of them
 STEP = 50_000_000  # ns beyond its bound by which an offset must be off to be corrected at once
@@ -111,8 +111,8 @@ class CorrectedClock:
             return ()
         self._asked.append(own)
         self._sent += 1
-        known = self._offset is not None and self._offset.bound <= GOOD and self._sent > FIRST
-        self._next = own + (SLOW if known else FAST)
+        good = self._offset is not None and self._offset.bound <= GOOD
+        self._next = own + (FASTEST if self._sent < FIRST else SLOW if good else FAST)
         return ((self._request, TimeRequest(own, self._frame)),)
 
     def figures(self, now: int) -> tuple[float, float]:
