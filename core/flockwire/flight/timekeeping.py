@@ -20,7 +20,7 @@ from flockwire.wire.plan import Plan
 FIRST, FASTEST = 200, BILLION // 20  # the first requests, and the ns between two of them, whatever the bound
 FAST, SLOW = BILLION // 10, BILLION  # ns between two later ones: while the bound is above GOOD, and otherwise
 GOOD = 1_000_000  # ns
-OUTSTANDING = 64  # requests whose replies may still come: 6 s of them
+OUTSTANDING = 64  # requests whose replies may still come: 3 s of them at first
 STEP = 50_000_000  # ns beyond its bound by which an offset must be off to be corrected at once
 SLEW = 0.002  # s per s by which the time is corrected otherwise: 2 mm/s at 1 m/s
 DEADBAND = 100_000  # ns
