@@ -20,6 +20,7 @@ from flockwire.wire.plan import Plan
 FIRST, FASTEST = 200, BILLION // 20  # the first requests, and the ns between two of them, whatever the bound
 FAST, SLOW = BILLION // 10, BILLION  # ns between two later ones: while the bound is above GOOD, and otherwise
 GOOD = 1_000_000  # ns
+FAIR, MANY = 5_000_000, 16  # the bound, ns, that the first estimate must have, or the replies that it must be of
 OUTSTANDING = 64  # requests whose replies may still come: 3 s of them at first
 STEP = 50_000_000  # ns beyond its bound by which an offset must be off to be corrected at once
 SLEW = 0.002  # s per s by which the time is corrected otherwise: 2 mm/s at 1 m/s
@@ -90,6 +91,7 @@ class CorrectedClock:
         self._offset: Offset | None = None
         self._correction, self._corrected = 0, False
         self._asked: deque[int] = deque(maxlen=OUTSTANDING)
+        self._replies = 0
         self._sent = self._next = self._estimated = self._stepped = 0
 
     def receive(self, key: Key, message: Message, now: int) -> Outgoing:
@@ -98,6 +100,7 @@ class CorrectedClock:
         if isinstance(message, TimeReply) and message.requested in self._asked:
             self._asked.remove(message.requested)
             if self._estimator.add(message.requested, message.received, message.stamp, own):
+                self._replies += 1
                 self._estimate(own)
         return ()
 
@@ -123,10 +126,14 @@ class CorrectedClock:
         return self._correction / BILLION, (self._offset.bound + DRIFT * since) / BILLION
 
     def _estimate(self, own: int) -> None:
-        if self._offset is None or own >= self._estimated + SLOW:
-            self._estimated, self._offset = own, self._estimator.estimate(own)
-            if not self._corrected:  # once known, the time is right
-                self._follow(own)
+        if self._offset is not None and own < self._estimated + SLOW:
+            return
+        offset = self._estimator.estimate(own)
+        if not self._corrected and (offset is None or (offset.bound > FAIR and self._replies < MANY)):
+            return  # what it is off by at first takes long to correct
+        self._estimated, self._offset = own, offset
+        if not self._corrected:  # once known, the time is right
+            self._follow(own)
 
     def _follow(self, own: int) -> None:
         """Bring the correction to the estimate: at once when it is new or far off, else too slowly to jerk anybody."""
