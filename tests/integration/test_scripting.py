@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from fleet import PATIENCE, processes_of
 from flockwire_recorder.reading import read_trace
 
@@ -42,6 +43,7 @@ def interrupted(process: subprocess.Popen[str], swarm: Path) -> None:
     assert not processes_of(swarm)
 
 
+@pytest.mark.long
 def test_an_interrupt_in_flight_lands_the_drones(make_swarm: Callable[..., Path], tmp_path: Path) -> None:
     swarm, out = make_swarm(), tmp_path / "out"
     process = script(swarm, out)

@@ -108,6 +108,7 @@ def test_every_kind_of_network_keeps_to_the_same_graph(tmp_path: Path, mode: str
     assert len(results["attackers"]) == (3 * (3 + 9) if mode == "router" else 3 * (3 + 8))
 
 
+@pytest.mark.long
 def test_the_router_dies_and_returns_and_the_flight_resumes(
     make_swarm: MakeSwarm, make_fleet: MakeFleet, make_tower: MakeTower
 ) -> None:

@@ -45,7 +45,9 @@ def qualisys(start, server):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the cable is pulled by a filter of Linux's kernel")
-@pytest.mark.parametrize(("kind", "connect"), [(VrpnServer, vrpn), (QtmServer, qualisys)])
+@pytest.mark.parametrize(
+    ("kind", "connect"), [(VrpnServer, vrpn), pytest.param(QtmServer, qualisys, marks=pytest.mark.long)]
+)
 def test_a_silent_server_keeps_its_connection_and_one_that_is_gone_gets_another(start, kind, connect, monkeypatch):
     monkeypatch.setattr(keep_alive, "SILENCE", 1)  # s
 

@@ -100,6 +100,7 @@ def test_random_trees_reach_everybody_within_their_depth(make_swarm: Callable[..
         random_edges(swarm, RandomGraph(extra_edges=99), Random(0))
 
 
+@pytest.mark.long
 def test_a_study_goes_on_where_it_stopped_and_ends_like_one_in_a_single_call(
     files: tuple[Path, Path], tmp_path: Path
 ) -> None:

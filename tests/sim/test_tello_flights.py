@@ -68,7 +68,11 @@ def test_equal_seeds_fly_tellos_equally(fly: Fly) -> None:
 
 @pytest.mark.parametrize(
     "slow",
-    [{"limits.vertical_speed": 0.2}, {"limits.vertical_speed": 0.06}, {"avoidance.sensing_radius": 0.6}],
+    [
+        {"limits.vertical_speed": 0.06},
+        pytest.param({"limits.vertical_speed": 0.2}, marks=pytest.mark.long),
+        pytest.param({"avoidance.sensing_radius": 0.6}, marks=pytest.mark.long),
+    ],
     ids=str,
 )
 def test_tellos_take_off_and_land_however_slow_the_limits_let_them(fly: Fly, slow: dict) -> None:
