@@ -8,9 +8,10 @@ With theta = reference - own and delays d_out, d_back >= 0, each direction bound
     t2 - t1 = theta + d_out >= theta        t3 - t4 = theta - d_back <= theta
 
 Over a window theta is a line theta(t) = a + s (t - now), |s| <= DRIFT, below all points of the first kind and above all
-of the second. All such lines bound theta(now); the estimate is the middle of the slope that leaves most room between
-the two kinds. Each direction meets its shortest delay by itself, which happens far sooner than that one round trip
-meets both. On links with equal shortest delays the error is a small part of the bound, which holds on any.
+of the second. All such lines bound theta(now); the estimate is the middle of those that leave about the most room
+between the two kinds: over a short window noise alone would choose among the slopes. Each direction meets its shortest
+delay by itself, which happens far sooner than that one round trip meets both. On links with equal shortest delays the
+error is a small part of the bound, which holds on any.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from flockwire.nanoseconds import BILLION
 DRIFT = 100e-6  # s per s by which two clocks drift apart: twice what a quartz is off by
 SLOPES = tuple(DRIFT * k / 8 for k in range(-8, 9))
 WINDOW = 60  # s
+LIKELY = 1_000_000  # ns of room less than the most that a line may have and still be as likely
 ENOUGH = 4  # replies before the offset is known
 
 Point = tuple[int, int]  # value and when, ns
@@ -67,8 +69,9 @@ class OffsetEstimator:
         if not fitting:
             self._above, self._below, self._replies = {}, {}, 0
             return None
-        _, above, below = max(fitting)
-        offset = round((above + below) / 2)
+        room, _, _ = max(fitting)
+        likely = [(above, below) for has, above, below in fitting if has >= room - LIKELY]
+        offset = round((max(above for above, _ in likely) + min(below for _, below in likely)) / 2)
         highest, lowest = max(line[1] for line in fitting), min(line[2] for line in fitting)
         return Offset(offset, round(max(highest - offset, offset - lowest)))
 
