@@ -13,7 +13,7 @@ import numpy as np
 from flockwire import clock
 from flockwire.flight.timekeeping import PATIENCE
 from flockwire.runtime.refusals import Refusals
-from flockwire.runtime.shell import Shell
+from flockwire.runtime.shell import Shell, status_publisher
 from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.plan import Plan
@@ -51,7 +51,8 @@ async def excite(
             with session:
                 swarm_clock = SwarmClock(plan, pilot, session)
                 await swarm_clock.settled(asyncio.Event(), PATIENCE)
-                shell = Shell(core, plan, pilot, session, swarm_clock, Refusals(pilot), None)
+                status = status_publisher(plan, pilot, session, Refusals(pilot), swarm_clock.timekeeping)
+                shell = Shell(core, plan, pilot, session, swarm_clock, status, None)
                 shell.start()
                 told = ""
                 while core.stage is not Stage.DONE:

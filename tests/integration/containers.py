@@ -98,7 +98,7 @@ class Swarm:
 
     def container(self, identity: str) -> str:
         """Return the id of the container of a process."""
-        return self("ps", "-q", identity).split()[0]
+        return self("ps", "--all", "--quiet", identity).split()[0]
 
     def inspected(self, identity: str) -> dict:
         return json.loads(run("docker", "inspect", self.container(identity)).stdout)[0]

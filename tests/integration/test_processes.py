@@ -14,7 +14,7 @@ from flockwire import clock
 from flockwire.nanoseconds import BILLION
 from flockwire.runtime.refusals import Refusals
 from flockwire.runtime.session import Session
-from flockwire.runtime.shell import Shell
+from flockwire.runtime.shell import Shell, status_publisher
 from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import Key
@@ -99,7 +99,8 @@ def test_an_agent_receives_its_own_and_its_neighbours_and_nothing_else(
     async def listen() -> None:
         with Session(fleet.plan, "uav3", fleet.keys) as session:
             swarm_clock = SwarmClock(fleet.plan, "uav3", session)
-            shell = Shell(spy, fleet.plan, "uav3", session, swarm_clock, Refusals("uav3"), None)
+            status = status_publisher(fleet.plan, "uav3", session, Refusals("uav3"), swarm_clock.timekeeping)
+            shell = Shell(spy, fleet.plan, "uav3", session, swarm_clock, status, None)
             shell.start()
             await asyncio.to_thread(
                 tower.wait, lambda seen: "uav3" in seen and seen.get("uav1") and seen["uav1"].report.phase == "ready"

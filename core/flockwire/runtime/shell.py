@@ -14,7 +14,7 @@ from random import Random
 from flockwire import clock
 from flockwire.flight.cores import Core, Start, make_core
 from flockwire.flight.faults import of_core
-from flockwire.flight.stepping import StatusPublisher, Stepper, at_once, tick_period
+from flockwire.flight.stepping import Deadlines, StatusPublisher, Stepper, at_once, tick_period
 from flockwire.flight.timekeeping import Timekeeping, patience
 from flockwire.runtime.datagrams import Sockets, served
 from flockwire.runtime.detours import read_detours
@@ -30,7 +30,7 @@ from flockwire.runtime.ticker import Ticker
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Message
 from flockwire.wire.plan import Plan
-from flockwire.wire.status import Status
+from flockwire.wire.status import Report, Status
 
 Feed = Callable[[Core, Callable[[], None]], AbstractAsyncContextManager[None] | None]
 """Opens an input that is no key, for a core; calls the function it is given when the core is to step for it."""
@@ -46,7 +46,7 @@ class Shell:
         identity: str,
         session: Session,
         swarm_clock: SwarmClock,
-        refusals: Refusals,
+        status: StatusPublisher,
         sockets: Sockets | None,
     ) -> None:
         self._running = False
@@ -54,7 +54,6 @@ class Shell:
         keys, prompt_keys = [key for key in plan.subscribes[identity] if key not in timed.keys], at_once(core)
         buffered = [session.newest(key) for key in keys if key not in prompt_keys]
         prompts = [session.prompt(key, wakeup) for key in keys if key in prompt_keys]
-        status = status_publisher(plan, identity, session, refusals, timed)
         flush = None if sockets is None else sockets.flush
         self._stepper = Stepper(
             core,
@@ -106,6 +105,13 @@ def status_publisher(
     return StatusPublisher(plan.swarm, identity, publish, resources, timed, logging.getLogger(identity).info)
 
 
+def _waits(status: StatusPublisher) -> None:
+    """Publish, when it is time, that the process has no core yet."""
+    now = clock.now()
+    if status.due(now):
+        status.update(now, Report("waiting", "waits for the gateway's time"), Deadlines(), ())
+
+
 async def run_core(job: Job, feed: Feed | None = None) -> None:
     """Run the core that the process table names until the process is to end, with the input of its own that it has."""
     plan, identity = job.plan, job.identity
@@ -118,11 +124,12 @@ async def run_core(job: Job, feed: Feed | None = None) -> None:
     async with contextlib.AsyncExitStack() as stack:
         stack.enter_context(session)
         swarm_clock = SwarmClock(plan, identity, session)
-        await swarm_clock.settled(ending.told, patience(plan, identity))
+        status = status_publisher(plan, identity, session, refusals, swarm_clock.timekeeping)
+        await swarm_clock.settled(ending.told, patience(plan, identity), lambda: _waits(status))
         chance = Random(plan.swarm.gateway.seed)  # noqa: S311  (noise)
         core = make_core(Start(plan, identity, clock.now(), chance, of_core(job.faults, plan, identity), job.took_off))
         sockets = await stack.enter_async_context(served(core))
-        shell = Shell(core, plan, identity, session, swarm_clock, refusals, sockets)
+        shell = Shell(core, plan, identity, session, swarm_clock, status, sockets)
         shell.start()
         try:
             async with (feed(core, shell.step) if feed is not None else None) or nullcontext():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-import logging
+from collections.abc import Callable
 
 from flockwire import clock
 from flockwire.flight.timekeeping import Timekeeping, is_known, timekeeping
@@ -13,6 +13,7 @@ from flockwire.runtime.subscriptions import Prompt, Wakeup
 from flockwire.wire.plan import Plan
 
 POLL = 0.02  # s between two looks whether swarm time is known
+LONG = 1.0  # s
 
 
 class SwarmClock:
@@ -21,7 +22,7 @@ class SwarmClock:
     def __init__(self, plan: Plan, identity: str, session: Session) -> None:
         self.timekeeping: Timekeeping = timekeeping(plan, identity, clock.correct)
         self.prompts: list[Prompt] = []
-        self._identity, self._session, self._subscribed = identity, session, False
+        self._session, self._subscribed = session, False
 
     def step(self) -> None:
         """Ask again when it is time: to be called ten times a second or more."""
@@ -31,14 +32,16 @@ class SwarmClock:
         if outgoing := self.timekeeping.step(clock.now()):
             self._session.publish(outgoing)
 
-    async def settled(self, ended: asyncio.Event, seconds: float) -> None:
-        """Wait until swarm time is known here, or the process is to end, or `seconds` have passed."""
+    async def settled(self, ended: asyncio.Event, seconds: float, idle: Callable[[], None] = lambda: None) -> None:
+        """Wait until swarm time is known here, or the process is to end, or `seconds` have passed.
+
+        `idle` is called again and again when that takes longer than LONG.
+        """
         self.step()
-        began, told = clock.monotonic(), False
+        began = clock.monotonic()
         while not (self.known() or ended.is_set() or clock.monotonic() - began > seconds * BILLION):
-            if not told and clock.monotonic() - began > BILLION:
-                told = True
-                logging.getLogger(self._identity).info("waits for the gateway's time")
+            if clock.monotonic() - began > LONG * BILLION:
+                idle()
             await asyncio.sleep(POLL)
             self.step()
 
