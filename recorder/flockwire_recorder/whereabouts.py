@@ -34,10 +34,14 @@ class LandingFigures:
 
 
 def lost(trace: Trace) -> tuple[str, ...]:
-    """Return a sentence for each drone whose messages ended, or whose motors stopped without an order."""
+    """Return a sentence for each drone whose messages ended, or whose motors stopped without an order.
+
+    What ended when all were down counts for nothing: containers and services end one after another.
+    """
     ends = [series.logged[-1] for i in trace.flying for _, series in _reports(trace, i) if len(series)]
     end = max(ends, default=trace.end)
-    return tuple(sentence for i in trace.flying for sentence in _losses(trace, i, int(end)))
+    down = max((_last_aloft(trace, i) for i in trace.flying), default=0)
+    return tuple(sentence for i in trace.flying for sentence in _losses(trace, i, int(end), down))
 
 
 def grounded(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[str, ...]:
@@ -71,11 +75,18 @@ def _reports(trace: Trace, number: int) -> tuple[tuple[str, Series], ...]:
     )
 
 
-def _losses(trace: Trace, number: int, end: int) -> Iterator[str]:
+def _last_aloft(trace: Trace, number: int) -> int:
+    """Return when telemetry last had a drone elsewhere than on the ground, Unix ns."""
+    telemetry = trace.of("telemetry", number)
+    aloft = telemetry.logged[~np.isin(telemetry.values[:, 0], DOWN)] if len(telemetry) else telemetry.logged
+    return int(aloft[-1]) if len(aloft) else 0
+
+
+def _losses(trace: Trace, number: int, end: int, down: int) -> Iterator[str]:
     for name, series in _reports(trace, number):
         if not len(series):
             yield f"no {name} was recorded"
-        elif series.logged[-1] < end - SILENCE:
+        elif series.logged[-1] < end - SILENCE and series.logged[-1] <= down:
             before = (end - int(series.logged[-1])) / BILLION
             yield f"the {name} ends {before:.1f} s before the flight does"
     telemetry = trace.of("telemetry", number)

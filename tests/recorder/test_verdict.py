@@ -5,6 +5,7 @@ import json
 import pytest
 from flockwire.nanoseconds import BILLION
 from flockwire.swarm.tables import Checks
+from flockwire_recorder import whereabouts
 from flockwire_recorder.reading import read_trace
 from flockwire_recorder.report import write_files
 from flockwire_recorder.summary import summarise
@@ -146,3 +147,9 @@ def test_a_follower_may_leave_its_place_for_an_obstacle(fly, swarm_of):
 
 def test_the_default_bounds():
     assert (BOUNDS.formation_tail, BOUNDS.observation_tail, BOUNDS.settle_within) == (0.1, 0.1, 20.0)
+
+
+@pytest.mark.parametrize(("ends_at", "lost"), [(10.5, True), (11.7, False)])
+def test_a_pilot_that_ends_once_all_are_down_is_not_lost(failures, monkeypatch, ends_at, lost):
+    monkeypatch.setattr(whereabouts, "SILENCE", BILLION // 10)
+    assert ("lost drones" in failures(pilot_ends_at=ends_at)) is lost
