@@ -107,8 +107,8 @@ def test_an_order_ends_a_start_that_is_under_way(swarm, verb, monkeypatch):
             for pilot in swarm.pilots.values():
                 pilot.deaf = True  # so that no status names the order
             await page.send_json({"order": verb})
-            swarm["uav2"].phase = Phase.READY
             (start,) = await answers(page, 1)
+            swarm["uav2"].phase = Phase.READY  # a start that still waited would take off
             await asyncio.sleep(0.3)
             return start
 
