@@ -21,7 +21,7 @@ from pathlib import Path
 
 from flockwire import clock
 from flockwire.runtime.ticker import Ticker
-from flockwire_recorder.reading import read_trace
+from flockwire_analysis.reading import read_trace
 
 FLOOR_SAMPLES = 300
 ECHO = (

@@ -16,10 +16,10 @@ from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
+from flockwire.domain.time import SECOND
 from flockwire.loading import parse_swarm
-from flockwire.nanoseconds import BILLION
 from flockwire.wire.status import Status
-from flockwire_recorder.summary import summarise
+from flockwire_analysis.summary import summarise
 from flockwire_sim.process import Published
 from flockwire_sim.recording import TraceInMemory
 from flockwire_sim.world import EPOCH, World
@@ -27,7 +27,7 @@ from flockwire_sim.world import EPOCH, World
 SWARM = Path(__file__).with_suffix(".toml")
 REFERENCE = "gateway"
 DURATION = 25.0  # s
-KNOWN = 10 * BILLION  # ns after the start
+KNOWN = 10 * SECOND  # ns after the start
 TRUE = {"clock_offset": 0.0, "clock_drift": 0.0}
 
 

@@ -38,8 +38,8 @@ from flockwire.security.pki import make_keys
 from flockwire.wire.messages import FlightState
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import CONSOLE, KINEMATICS, OPERATOR
-from flockwire_cli.operator import Operator
-from flockwire_cli.processes import command
+from flockwire_station.operator import Operator
+from flockwire_station.processes import command
 from published_swarm import PERIOD, publishing
 from robo_ws_bridge import WebSocketBridgeClient
 from taken_cores import TakenCores, taken_cores

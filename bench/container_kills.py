@@ -185,8 +185,8 @@ def judge(kills: Iterable[Kill], traces: list[Path]) -> None:
         if not left or pose.stamp < left[0].began or (left[0].victim == LAST and pose.stamp > left[0].at):
             continue
         near = [other.position for other in poses.values() if other is not pose and pose.stamp - other.stamp < TOGETHER]
-        aloft = [place for place in near if min(place[2], pose.position[2]) > IN_THE_AIR]
-        left[0].closest = min([left[0].closest, *(dist(pose.position, place) for place in aloft)])
+        airborne = [place for place in near if min(place[2], pose.position[2]) > IN_THE_AIR]
+        left[0].closest = min([left[0].closest, *(dist(pose.position, place) for place in airborne)])
     for kill in left:
         kill.highest_at_end = max((pose.position[2] for pose in poses.values()), default=inf)
     if not outcome.readable:

@@ -31,7 +31,7 @@ from pathlib import Path
 from flockwire.loading import load_swarm
 from flockwire.runtime.session import Session
 from flockwire.wire.plan import Plan
-from flockwire_cli.operator import Operator
+from flockwire_station.operator import Operator
 plan, known = Plan(load_swarm(Path("/swarm/swarm.toml")), by_name=True), {}
 with Session(plan, "operator", Path("/keys")) as session:
     operator = Operator(plan, session)
@@ -145,7 +145,7 @@ class Containers:
 @contextlib.contextmanager
 def containers(swarm_file: Path, changes: dict[str, dict[str, object]]) -> Iterator[Containers]:
     """Deploy and start a swarm with `changes` to tables of its file; none of its containers is left at the end."""
-    run(ROOT / "scripts/image", "--tag", IMAGE, BASE=BASE)
+    run(ROOT / "scripts/image", FLOCKWIRE_IMAGE=IMAGE, BASE=BASE)
     with tempfile.TemporaryDirectory() as temporary:
         folder, file = Path(temporary), Path(temporary) / "bench.toml"
         table: dict[str, Any] = tomllib.loads(swarm_file.read_text()) | {"name": NAME}

@@ -29,23 +29,24 @@ import psutil
 import tomli_w
 import zenoh
 from flockwire import clock
+from flockwire.ground.giving import Order
 from flockwire.loading import load_swarm
 from flockwire.runtime.session import Session
 from flockwire.security.files import files_of
 from flockwire.security.pki import make_keys
 from flockwire.swarm.model import uav
-from flockwire.swarm.tello_addresses import COMMAND_PORT, tello_addresses
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Command, Stop
+from flockwire.wire.messages import Command
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import AGENT, DRIVER, LEADING, OPERATOR
-from flockwire_cli.attackers import Attacker, attacker_configuration
-from flockwire_cli.operator import Operator
-from flockwire_cli.processes import command
+from flockwire_probe.attackers import Attacker, attacker_configuration
+from flockwire_station.operator import Operator
+from flockwire_station.processes import command
 from flockwire_tello.driver import DriverCore
-from flockwire_tello.simulated_tello import SimulatedTello
+from flockwire_tello.simulated.parameters import TelloParameters
+from flockwire_tello.simulated.tello import SimulatedTello
 from flockwire_tello.state_string import format_state
-from flockwire_tello.tello_parameters import TelloParameters
+from flockwire_tello.swarm_file import COMMAND_PORT, tello_addresses
 
 SWARM = Path(__file__).parents[1] / "swarms/paper_flight.toml"
 BASE_PORT = 21000
@@ -75,7 +76,7 @@ class Bench:
         self.sessions = {i: self._pilot(identity) for i, identity in self.plan.pilot.items()}
         self.session = Session(self.plan, OPERATOR.kind, self.keys)
         self.operator = Operator(self.plan, self.session)
-        for i in self.plan.swarm.tellos:
+        for i in self.plan.swarm.driven:
             self.tellos[i] = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
             self.tellos[i].bind((tello_addresses(self.plan.swarm, i).drone, COMMAND_PORT))
         flying = SimulatedTello(TelloParameters(), 0).state(0)._replace(h=100, tof=100)
@@ -166,7 +167,7 @@ class Bench:
     def stop(self) -> float:
         """Stop; return the s until each Tello had an `emergency`, the longest of them."""
         waiting, began, last = set(self.tellos), time.monotonic(), 0.0
-        self.operator.order(Stop(clock.now(), self.plan.swarm.frame, "bench"))
+        self.operator.ask(Order("stop", reason="bench"))
         while waiting and time.monotonic() < began + 2.0:
             for at, i, data in self.hear(0.01):
                 if data == b"emergency" and i in waiting:

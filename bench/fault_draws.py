@@ -10,12 +10,12 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from flockwire.flight.faults import Fault, parse_faults
 from flockwire.loading import parse_swarm
+from flockwire.process.faults import Fault, parse_faults
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
+from flockwire_sim.study.draws import random_starts
 from flockwire_sim.study.file import Starts
-from flockwire_sim.study.places import random_starts
 
 SWARMS = Path(__file__).parents[1] / "swarms"
 VARIANTS = {  # swarm file, law, starts drawn, share of the flights
@@ -26,12 +26,18 @@ VARIANTS = {  # swarm file, law, starts drawn, share of the flights
 }
 DURATION = 8.0  # s from the order to take off to the order to land
 FILE_KINDS = ("kill", "restart", "freeze", "cut", "partition", "link", "tracker", "noise", "clock", "lag", "failure")
-KINDS = (*FILE_KINDS, "stop", "told to end", "station frozen", "station lost")
+LOST_BODY = "lost body"  # the tracker loses one drone while others are above and below it, or anywhere
+OTHER_KINDS = (*FILE_KINDS, "stop", "told to end", "station frozen", "station lost")
+SECOND_STATION = "second station"  # gives orders of its own beside the one that conducts
+KINDS = (*OTHER_KINDS, LOST_BODY, SECOND_STATION)
+STATION_SHARE = 0.15  # of the flights
+LOST_SHARE = 0.2  # of the flights
+STACK = 2.5  # m that the fence must be high for drones to fly one above the other
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """One flight as its seed has it: `faults` in order, those of FILE_KINDS for the world, the others for the tap."""
+    """One flight as its seed has it: `faults` in order, FILE_KINDS and LOST_BODY for the world, others for the tap."""
 
     seed: int
     variant: str
@@ -41,7 +47,8 @@ class Drawn:
 
     def of_world(self) -> tuple[Fault, ...]:
         """Return the faults that the simulated world injects."""
-        listed = [fault for fault in self.faults if fault["kind"] in FILE_KINDS]
+        named = [fault | {"kind": "tracker"} if fault["kind"] == LOST_BODY else fault for fault in self.faults]
+        listed = [fault for fault in named if fault["kind"] in FILE_KINDS]
         return parse_faults({"faults": listed}, Plan(self.swarm), f"seed {self.seed}")
 
 
@@ -63,10 +70,19 @@ def drawn(seed: int) -> Drawn:
         places = random_starts(parse_swarm(table, file), Starts(box=(6.0, 6.0), fixed=(0,)), chance)
         for drone, (x, y) in zip(table["drones"], places, strict=True):
             drone["start"] = [x, y, 0.0]
+    loses = Random(f"lost body {seed}")  # of its own: the other draws are those of the seeds from before
+    lost = loses.random() < LOST_SHARE
+    if lost and law != "paper" and table["limits"]["fence"]["max"][2] >= STACK and loses.random() < 0.5:
+        table["formation"] = _stacked()
     swarm = parse_swarm(table, file)
     plan = Plan(swarm)
-    kinds = chance.choices((*KINDS, "cut"), k=chance.choice((1, 1, 2, 2, 3)))
-    faults = (_fault(kind, plan, chance) for kind in kinds)
+    kinds = chance.choices((*OTHER_KINDS, "cut"), k=chance.choice((1, 1, 2, 2, 3)))
+    faults = [_fault(kind, plan, chance) for kind in kinds]
+    if lost:
+        faults = [_lost_body(plan, loses), *faults[: loses.choice((0, 0, 1))]]
+    gives = Random(f"second station {seed}")
+    if gives.random() < STATION_SHARE:
+        faults.append(_second_station(gives))
     return Drawn(seed, variant, swarm, tuple(sorted(faults, key=lambda fault: fault["at"])), usual)
 
 
@@ -88,6 +104,30 @@ def _staleness(chance: Random) -> dict[str, float]:
         "telemetry_warn": telemetry,
         "telemetry_land": telemetry + chance.uniform(0.2, 1.0),
     }
+
+
+def _stacked() -> dict[str, Any]:
+    """Return a formation of two pairs, one drone above the other: the leader has one above it too."""
+    offsets = ((0.0, 0.0, 0.8), (1.4, 0.0, 0.0), (1.4, 0.0, 0.8), (-1.4, 0.3, 0.4))
+    rows = [f"{t},{i},{x},{y},{z}" for i, (x, y, z) in enumerate(offsets, 1) for t in (0, 1000)]
+    return {"kind": "key_frames", "file": "bench.csv", "frames": "\n".join(("t,drone,x,y,z", *rows))}
+
+
+def _lost_body(plan: Plan, chance: Random) -> dict[str, Any]:
+    """Draw which drone the tracker loses, and for how long."""
+    return {
+        "at": round(chance.uniform(0.5, DURATION + 1.5), 3),
+        "kind": LOST_BODY,
+        "drone": chance.choice(plan.swarm.flying),
+        "duration": round(chance.uniform(1.5, 10.0), 3),
+    }
+
+
+def _second_station(chance: Random) -> dict[str, Any]:
+    """Draw the orders of another station, each some s after the one before."""
+    verbs = chance.choices(("hold", "land", "start"), (0.4, 0.3, 0.3), k=chance.randint(1, 3))
+    orders = [(round(chance.uniform(0.02, 2.0), 3), verb) for verb in verbs]
+    return {"at": round(chance.uniform(0.0, DURATION), 3), "kind": SECOND_STATION, "orders": orders}
 
 
 def _tighten_fence(table: dict[str, Any], file: str, chance: Random) -> None:

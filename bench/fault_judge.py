@@ -8,13 +8,15 @@ from itertools import combinations
 from math import dist, hypot, inf
 from typing import Any
 
-from fault_draws import DURATION, Drawn, drawn
+from fault_draws import DURATION, SECOND_STATION, Drawn, drawn
 from fault_rungs import told
-from flockwire.control.vector import Vector
-from flockwire.flight.phases import IN_FLIGHT
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.domain.vector import Vector
+from flockwire.ground.giving import Order
+from flockwire.pilot.phases import IN_FLIGHT, Phase
 from flockwire.swarm.model import uav
 from flockwire.wire.messages import FlightState, Mission, Pose, Stop, Telemetry
+from flockwire.wire.processes import CONSOLE
 from flockwire.wire.status import Status
 from flockwire_sim.process import Published
 from flockwire_sim.world import EPOCH, World
@@ -24,7 +26,8 @@ COLLISION = 0.2  # m between two centres, in the air
 IN_THE_AIR = 0.15  # m
 DOWN = 0.05  # m
 HARD = 0.3  # m/s above `limits.vertical_speed` from which on a touch-down is too fast
-FALL = BILLION  # ns: more than a fall from the fence's top takes
+FALL = SECOND  # ns: more than a fall from the fence's top takes
+OBEYED = 3.0  # s in which an order has reached whoever can be reached
 PAUSE = 0.1  # s without truth
 WORLD_ENDED = 2.0  # s from the end of the kinematics to that of the flight
 
@@ -66,7 +69,10 @@ class Judge:
         self.result = Result(flight.seed, flight.variant, flight.usual, list(flight.faults))
         swarm = flight.swarm
         self._limits, self._stale = swarm.limits, swarm.limits.staleness
-        self.world = World(swarm, flight.seed, DURATION, flight.of_world(), self.take)
+        kinds = {fault["kind"] for fault in flight.faults}
+        stations = (CONSOLE.kind,) if SECOND_STATION in kinds else ()
+        self.world = World(swarm, flight.seed, DURATION, flight.of_world(), self.take, stations=stations)
+        self._ordered_down = inf  # when another station ordered a landing, after which it ordered no start
         plan = self.world.plan
         self._drivers = [self.world.processes[name] for name, row in plan.rows.items() if row.driver]
         self._pilots = {identity: uav(drone) for drone, identity in plan.pilots.items()}
@@ -85,7 +91,7 @@ class Judge:
     def fly(self) -> Result:
         """Fly, judge the end too."""
         result, scheduler = self.result, self.world.scheduler
-        scheduler.at(EPOCH + round(LONGEST * BILLION), lambda _: scheduler.stop())
+        scheduler.at(EPOCH + nanoseconds(LONGEST), lambda _: scheduler.stop())
         outcome = self.world.run()
         if self._stopped:  # the flight is over when all motors are off: let the drones fall
             scheduler.run(scheduler.now + FALL)
@@ -109,7 +115,7 @@ class Judge:
     @property
     def _now(self) -> float:
         """The time in s after the order to take off."""
-        return (self.world.scheduler.now - (self._took_off or EPOCH)) / BILLION
+        return (self.world.scheduler.now - (self._took_off or EPOCH)) / SECOND
 
     def _mission(self, _: Published, message: Mission) -> None:
         if self._took_off is None:
@@ -123,6 +129,8 @@ class Judge:
         self._tell(f"fault: {fault}")
         if kind == "stop":
             self.world.stop("bench")
+        elif kind == SECOND_STATION:
+            self._give(fault["orders"])
         elif kind == "told to end":
             processes[fault["process"]].retire()
         elif kind.startswith("station"):
@@ -139,6 +147,19 @@ class Judge:
             self.result.world_ended = True
             self._later(WORLD_ENDED, self.world.scheduler.stop)
 
+    def _give(self, orders: list[tuple[float, str]]) -> None:
+        """Have the second station give these orders, one after another."""
+        at = 0.0
+        for after, verb in orders:
+            at += after
+            self._later(at, lambda verb=verb: self._order(verb))
+
+    def _order(self, verb: str) -> None:
+        self._tell(f"second station: {verb}")
+        self.world.station(CONSOLE.kind).ask(Order(verb))
+        if verb in ("land", "start"):
+            self._ordered_down = self._now if verb == "land" else inf
+
     def _end_when_down(self, looks: int = 0) -> None:
         """End the flight that has no operator any more once all have been down for a second, or the world is gone."""
         down = all(place[2] <= 0.0 for place in self._frame.values()) or not any(one.alive for one in self._drivers)
@@ -150,7 +171,7 @@ class Judge:
 
     def _later(self, seconds: float, action: Callable[[], None]) -> None:
         scheduler = self.world.scheduler
-        scheduler.at(scheduler.now + round(seconds * BILLION), lambda _: action())
+        scheduler.at(scheduler.now + nanoseconds(seconds), lambda _: action())
 
     def _stop(self, _: Published, __: Stop) -> None:
         self._stopped = True
@@ -167,8 +188,8 @@ class Judge:
         if self._took_off is None:
             return
         result, now, frame = self.result, self._now, self._frame
-        aloft = [(owner, place, self._falls(owner, now)) for owner, place in frame.items() if place[2] > IN_THE_AIR]
-        for (one, a, falls), (other, b, drops) in combinations(aloft, 2):
+        airborne = [(owner, place, self._falls(owner, now)) for owner, place in frame.items() if place[2] > IN_THE_AIR]
+        for (one, a, falls), (other, b, drops) in combinations(airborne, 2):
             gap = dist(a, b)
             if falls or drops:
                 result.struck = result.struck if falls and drops else min(result.struck, gap)
@@ -176,7 +197,7 @@ class Judge:
                 if gap < COLLISION <= result.closest:
                     self._bad(f"collision of {one} and {other}")
                 result.closest = gap
-        dt = (self._at - self._before) / BILLION
+        dt = (self._at - self._before) / SECOND
         if dt > PAUSE:  # the world stood still, or began again
             self._last, self._speeds = {}, {}
             return
@@ -211,6 +232,8 @@ class Judge:
         if self._phases.get(owner) != (report.phase, report.detail):
             self._phases[owner] = (report.phase, report.detail)
             self._tell(f"{status.identity}: {report.phase} {report.detail}")
+            if report.phase == Phase.TAKEOFF and now > self._ordered_down + OBEYED:
+                self._bad(f"{status.identity} takes off after a landing was ordered")
         if self._took_off is None:
             return
         for rung in told(report.phase, report.detail):

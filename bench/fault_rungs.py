@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from flockwire.flight.phases import SHUTDOWN, Phase
+from flockwire.pilot.phases import SHUTDOWN, Phase
 
 REASONS = {  # how the reason of a pilot begins: rung
     "own pose is stale": "own pose: hold",
     "own pose lost": "own pose: land",
-    "no news of the leader": "news of the leader: hold",
-    "news of the leader lost": "news of the leader: land",
+    "no leader estimate": "leader estimate: hold",
+    "leader estimate lost": "leader estimate: land",
     "the leader is down": "leader down: hold",
     "the leader lost": "leader down: land",
     "nearby bodies are stale": "nearby: hold",
@@ -18,8 +18,8 @@ REASONS = {  # how the reason of a pilot begins: rung
     "emergency stop": "stop",
 }
 RUNGS = (
-    "own pose: zero", "own pose: hold", "own pose: land", "neighbour: dropped", "news of the leader: hold",
-    "news of the leader: land", "leader down: hold", "leader down: land", "nearby: slow", "nearby: hold",
+    "own pose: zero", "own pose: hold", "own pose: land", "neighbour: dropped", "leader estimate: hold",
+    "leader estimate: land", "leader down: hold", "leader down: land", "nearby: slow", "nearby: hold",
     "telemetry: reported", "telemetry: land", "battery: refuses", "battery: land", "fence: inwards", "fence: land",
     "stop", "told to end: hold", "told to end: land", "driver: zero", "driver: land",
 )  # fmt: skip

@@ -164,8 +164,8 @@ def judge(outcome: Outcome, traces: list[Path], at: int) -> None:
         match message:
             case Pose():
                 places[owner] = message.position
-                aloft = [place for place in places.values() if place[2] > IN_THE_AIR]
-                outcome.closest = min([outcome.closest, *(dist(a, b) for a, b in combinations(aloft, 2))])
+                airborne = [place for place in places.values() if place[2] > IN_THE_AIR]
+                outcome.closest = min([outcome.closest, *(dist(a, b) for a, b in combinations(airborne, 2))])
             case Telemetry():
                 if owner in told and told[owner] > at - 10**9:
                     outcome.silent = max(outcome.silent, (message.stamp - told[owner]) / 1e9)

@@ -17,12 +17,12 @@ from math import dist, hypot, inf, pi
 from random import Random
 
 import numpy as np
-from flockwire.control.vector import Vector, distance
-from flockwire.flight.director import Director, Stage
-from flockwire.flight.flown_formation import flown_formation
-from flockwire.flight.formation_planning import ChangeRefusedError, plan_change
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.domain.vector import Vector, distance
+from flockwire.ground.director import Director, Stage
+from flockwire.ground.formation_planning import ChangeRefusedError, plan_change
 from flockwire.loading import SwarmFileError, parse_swarm
-from flockwire.nanoseconds import BILLION
+from flockwire.pilot.orders import flown_formation
 from flockwire.swarm.model import Swarm
 from flockwire.wire.messages import Command, Mission, Pose, Telemetry
 from flockwire.wire.plan import Plan
@@ -30,7 +30,7 @@ from flockwire.wire.status import Status
 from flockwire_sim.process import Published
 from flockwire_sim.world import EPOCH, World
 
-SETTLE = 3 * BILLION  # ns in a formation before the next change
+SETTLE = 3 * SECOND  # ns in a formation before the next change
 IN_THE_AIR = 0.5  # m
 EPSILON = 1e-6  # s to either side of a moment at which h' might jump
 TELLO = {"kinematics": {"gain": 1.0, "lag": 0.35, "dead_time": 0.1}}
@@ -80,8 +80,8 @@ class ChangingDirector(Director):
         assert order.change is not None
         self._found.jump = max(self._found.jump, largest_jump(self._swarm, self._started, order))
         self._found.durations.append(order.change.duration)
-        self._due = order.change.begin + round(order.change.duration * BILLION) + SETTLE
-        return self.change(order)
+        self._due = order.change.begin + nanoseconds(order.change.duration) + SETTLE
+        return self.change(order, self._started)
 
 
 class Judge:
@@ -124,7 +124,7 @@ def largest_jump(swarm: Swarm, last: Mission, order: Mission) -> float:
     formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
     before, after = flown_formation(formations, last), flown_formation(formations, order)
     assert order.change is not None
-    given, begin = ((stamp - order.start) / BILLION for stamp in (order.stamp, order.change.begin))
+    given, begin = ((stamp - order.start) / SECOND for stamp in (order.stamp, order.change.begin))
     end, ranks = begin + order.change.duration, range(after.count)
     handover = max(distance(before.offset_rate(i, t), after.offset_rate(i, t)) for i in ranks for t in (given, begin))
     inside = (

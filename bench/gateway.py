@@ -15,9 +15,9 @@ from math import ceil, sqrt
 from random import Random
 
 from flockwire import clock
-from flockwire.flight.cores import Start
+from flockwire.domain.time import SECOND
 from flockwire.loading import parse_swarm
-from flockwire.nanoseconds import BILLION
+from flockwire.process.cores import Start
 from flockwire.wire.plan import Plan
 from flockwire_mocap.core import GatewayCore, make_core
 from flockwire_mocap.natnet.encoding import encode
@@ -57,7 +57,7 @@ def gateway(drones: int, bodies: int) -> tuple[GatewayCore, NatNetTwin]:
 
 def frame(number: int, bodies: int) -> TrackerFrame:
     """Return a frame of bodies that walk at 1 m/s, side by side."""
-    side, now = ceil(sqrt(bodies)), number * BILLION // RATE
+    side, now = ceil(sqrt(bodies)), number * SECOND // RATE
     row = (
         ReportedBody(i, None, (number / RATE + i % side, 1.0, -float(i // side)), (0.0, 0.0, 0.0, 1.0), tracked=True)
         for i in range(bodies)
@@ -73,9 +73,9 @@ def measure(drones: int, bodies: int, seconds: float) -> tuple[float, float, int
     begin, used, published = clock.now(), 0, 0
     frames = round(seconds * RATE)
     for number in range(frames):
-        twin.receive(encode(Kind.KEEP_ALIVE), CLIENT, begin + number * BILLION // RATE)
-        ((datagram, _),) = twin.datagrams(frame(number, bodies), begin + number * BILLION // RATE)
-        now, before = begin + number * BILLION // RATE, clock.cpu_time()
+        twin.receive(encode(Kind.KEEP_ALIVE), CLIENT, begin + number * SECOND // RATE)
+        ((datagram, _),) = twin.datagrams(frame(number, bodies), begin + number * SECOND // RATE)
+        now, before = begin + number * SECOND // RATE, clock.cpu_time()
         arrived = source.session.receive(datagram, HOME, now)
         if arrived is not None:
             source.arrived(arrived, now)

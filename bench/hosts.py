@@ -31,15 +31,15 @@ from typing import Any
 import tomli_w
 from air import Air, Conditions, air
 from flockwire import clock
+from flockwire.domain.time import SECOND
+from flockwire.ground.giving import Order
 from flockwire.loading import load_swarm
-from flockwire.nanoseconds import BILLION
 from flockwire.security.pki import make_keys
 from flockwire.wire.messages import Pose
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
-from flockwire_cli.giving import give
-from flockwire_cli.order import Order
-from flockwire_cli.processes import command
+from flockwire_station.giving import give
+from flockwire_station.processes import command
 from radio import LANDING, ages, ended
 from traced import published
 
@@ -163,8 +163,8 @@ def partition(folder: Path, _: float) -> dict[str, Any]:
         _note(phases.setdefault(who, []), report.phase)
         if message.stamp > healed and not 0.0 <= report.formation_error < IN_PLACE:
             last[who] = message.stamp
-        if message.stamp - last.get(who, healed) > STAYS * BILLION:
-            settled.setdefault(who, round((last.get(who, healed) - healed) / BILLION, 1))
+        if message.stamp - last.get(who, healed) > STAYS * SECOND:
+            settled.setdefault(who, round((last.get(who, healed) - healed) / SECOND, 1))
     return {"phases": phases, "in place again after s": settled, "closest m": closest(folder / "out")}
 
 
@@ -205,7 +205,7 @@ def clock_error(plan: Plan, out: Path, shifted: bool) -> float:
     for _, _, record in published(out / "trace.mcap", "status"):
         status = Status.decode(record.data)
         began = first.setdefault(status.identity, status.stamp)
-        if status.stamp - began > 10 * BILLION:
+        if status.stamp - began > 10 * SECOND:
             offset = SHIFTS.get(plan.hosts[status.identity], 0.0) if shifted else 0.0
             worst = max(worst, abs(status.clock_offset + offset))
     return round(1e3 * worst, 2)
@@ -217,8 +217,8 @@ def closest(out: Path) -> float:
     least = float("inf")
     for owner, _, record in published(out / "trace.mcap", "truth"):
         places[owner] = Pose.decode(record.data)
-        aloft = [p.position for p in places.values() if p.position[2] > IN_THE_AIR]
-        least = min([least, *(dist(a, b) for a, b in combinations(aloft, 2))])
+        airborne = [p.position for p in places.values() if p.position[2] > IN_THE_AIR]
+        least = min([least, *(dist(a, b) for a, b in combinations(airborne, 2))])
     return round(least, 3)
 
 

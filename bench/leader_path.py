@@ -19,8 +19,8 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from flockwire.domain.time import SECOND
 from flockwire.loading import load_table, parse_swarm
-from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import Swarm
 from flockwire.wire.messages import Mission, Pose
 from flockwire_sim.process import Published
@@ -86,8 +86,8 @@ class Watch:
             self._since = None
         elif self._since is None:
             self._since = pose.stamp
-        elif pose.stamp > self._since + BILLION and self.world is not None:
-            run.arrived = (self._since - self._start) / BILLION
+        elif pose.stamp > self._since + SECOND and self.world is not None:
+            run.arrived = (self._since - self._start) / SECOND
             self.world.scheduler.stop()
 
 

@@ -20,13 +20,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 import tomli_w
-from flockwire.flight.cores import Start
 from flockwire.loading import load_swarm
+from flockwire.process.cores import Start
 from flockwire.swarm.gateway import Gateway, Qualisys, Twin, Vrpn
 from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Message
 from flockwire.wire.plan import Plan
+from flockwire_analysis.summary import summarise
 from flockwire_mocap import core
 from flockwire_mocap.natnet.source import NatNetSource
 from flockwire_mocap.natnet.twin import NatNetTwin, TwinOptions
@@ -35,11 +36,10 @@ from flockwire_mocap.qualisys.wire import HEADER, encode_frame
 from flockwire_mocap.source import Link
 from flockwire_mocap.streamed import StreamedSource
 from flockwire_mocap.tracking import TrackerFrame
-from flockwire_mocap.twin_core import TwinCore
+from flockwire_mocap.twin.core import TwinCore
 from flockwire_mocap.vrpn.connection import VrpnConnection
 from flockwire_mocap.vrpn.source import VrpnSource
 from flockwire_mocap.vrpn.wire import PoseBody
-from flockwire_recorder.summary import summarise
 from flockwire_sim.recording import TraceInMemory
 from flockwire_sim.world import World
 from qtm_rt.packet import QRTPacket

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from flockwire import clock
+from flockwire.domain.time import SECOND
 from flockwire.loading import load_swarm
-from flockwire.nanoseconds import BILLION
 from flockwire.runtime.session import Session
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import FlightState, Message, Mission, Telemetry
@@ -47,7 +47,7 @@ class PublishedSwarm:
 
     def _report(self, drone: int) -> Report:
         x, y, _ = self._plan.swarm.drone(drone).start
-        angle = 0.4 * (clock.now() - self._begin) / BILLION
+        angle = 0.4 * (clock.now() - self._begin) / SECOND
         place = (x + 0.35 * cos(angle), y + 0.35 * sin(angle), 1.0)
         return Report("formation", "", 0.0123, 0.011, 0.013, 0.012, 0.08, 0.8, self._mission, position=place)
 

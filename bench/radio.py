@@ -25,20 +25,20 @@ from itertools import accumulate
 from pathlib import Path
 
 from flockwire import clock
+from flockwire.domain.time import SECOND
+from flockwire.ground.giving import Order
 from flockwire.loading import load_swarm
-from flockwire.nanoseconds import BILLION
 from flockwire.security.pki import make_keys
 from flockwire.wire.messages import Estimate
 from flockwire.wire.plan import Plan
-from flockwire_cli.giving import give
-from flockwire_cli.order import Order
-from flockwire_cli.processes import command
+from flockwire_station.giving import give
+from flockwire_station.processes import command
 from silent_peer import SWARM, namespaces, spread
 from traced import published
 
 STARTS = 6  # how often `start` is given: links come up slowly where packets are lost
 LANDING = 6.0  # s
-LOOK = BILLION // 100
+LOOK = SECOND // 100
 LOSSY = """
 table inet radio {{
     chain received {{

@@ -15,7 +15,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from flockwire_recorder.reading import read_trace
+from flockwire_analysis.reading import read_trace
 
 PAPER = Path(__file__).parents[1] / "swarms" / "paper_simulation.toml"
 FIGURES = ("p50 ms", "p99 ms", "agent CPU %", "observation mm", "formation mm")

@@ -27,16 +27,16 @@ from pathlib import Path
 
 import zenoh
 from flockwire import clock
+from flockwire.ground.giving import Order
 from flockwire.loading import load_swarm
 from flockwire.security.files import files_of
 from flockwire.security.pki import make_keys
 from flockwire.wire.inbox import read_attachment
 from flockwire.wire.keys import Key
 from flockwire.wire.plan import Plan
-from flockwire_cli.attackers import Attacker, attacker_configuration
-from flockwire_cli.giving import give
-from flockwire_cli.order import Order
-from flockwire_cli.processes import command
+from flockwire_probe.attackers import Attacker, attacker_configuration
+from flockwire_station.giving import give
+from flockwire_station.processes import command
 
 SWARM = Path(__file__).parents[1] / "swarms/paper_flight.toml"
 SWITCH, NETWORK = "flock-switch", "10.77.0"

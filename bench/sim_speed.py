@@ -13,7 +13,7 @@ from math import ceil, sqrt
 from pathlib import Path
 
 from flockwire import clock
-from flockwire.control import vector
+from flockwire.domain import vector
 from flockwire.loading import load_swarm, parse_swarm
 from flockwire.swarm.model import Swarm
 from flockwire_sim.recording import TraceFile

@@ -21,8 +21,8 @@ from pathlib import Path
 from typing import Any
 
 import tomli_w
+from flockwire.domain.time import SECOND
 from flockwire.loading import parse_swarm
-from flockwire.nanoseconds import BILLION
 from flockwire.swarm.model import uav
 from flockwire.wire.status import Status
 from flockwire_sim.process import Published
@@ -71,7 +71,7 @@ class Counts:
         status = opened[0] if opened is not None else None
         if isinstance(status, Status):
             self._count(status)
-        t = (published.at - EPOCH) / BILLION
+        t = (published.at - EPOCH) / SECOND
         if t >= self._sample_at:
             self._sample_at = t + SAMPLING
             self.samples["simulation"].append((t, resident()))

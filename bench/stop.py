@@ -26,16 +26,17 @@ from pathlib import Path
 import psutil
 import zenoh
 from flockwire import clock
+from flockwire.ground.giving import Order
 from flockwire.loading import load_swarm
 from flockwire.runtime.session import Session
 from flockwire.security.files import files_of
 from flockwire.security.pki import make_keys
-from flockwire.wire.messages import FlightState, Stop
+from flockwire.wire.messages import FlightState
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
-from flockwire_cli.attackers import Attacker, attacker_configuration
-from flockwire_cli.operator import Operator
-from flockwire_cli.processes import command
+from flockwire_probe.attackers import Attacker, attacker_configuration
+from flockwire_station.operator import Operator
+from flockwire_station.processes import command
 
 SWARM = Path(__file__).parents[1] / "swarms/paper_simulation.toml"
 PORTS = cycle(range(20000, 32000, 80))  # below those that the kernel gives to outgoing connections
@@ -46,10 +47,10 @@ VICTIMS = ("uav2", "leader", "gateway", "recorder")
 class Bench:
     """One swarm in a folder of its own, and an operator that watches it."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, text: str = "") -> None:
         self.file, self.keys, self.out = folder / "swarm.toml", folder / "keys", folder / "out"
         self.out.mkdir()
-        self.file.write_text(f"{SWARM.read_text()}\n[network]\nbase_port = {next(PORTS)}\n")
+        self.file.write_text(f"{text or SWARM.read_text()}\n[network]\nbase_port = {next(PORTS)}\n")
         self.plan = Plan(load_swarm(self.file))
         self.processes: dict[str, subprocess.Popen[bytes]] = {}
         make_keys(self.plan, self.keys, clock.utc())
@@ -90,7 +91,7 @@ class Bench:
     def kept(self) -> float:
         """Stop by the session that is kept; returns the seconds that it took."""
         began = time.monotonic()
-        self.operator.order(Stop(clock.now(), self.plan.swarm.frame, "bench"))
+        self.operator.ask(Order("stop", reason="bench"))
         return self.wait(self.stopped) - began
 
     def one_shot(self) -> float:

@@ -18,11 +18,11 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from flockwire.control.vector import Vector
-from flockwire.flight.faults import parse_faults
-from flockwire.flight.phases import Phase
+from flockwire.domain.time import SECOND
+from flockwire.domain.vector import Vector
 from flockwire.loading import load_swarm
-from flockwire.nanoseconds import BILLION
+from flockwire.pilot.phases import Phase
+from flockwire.process.faults import parse_faults
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.messages import Mission, Pose
 from flockwire.wire.plan import Plan
@@ -54,7 +54,7 @@ class Watch:
             self._truths[published.key.owner] = (message.stamp, message.position)
         elif isinstance(message, Pose) and self._truths[published.key.owner][0] == message.stamp:
             self.falsest = max(self.falsest, dist(self._truths[published.key.owner][1], message.position))
-        elapsed = (published.at - self._began) / BILLION - self._at
+        elapsed = (published.at - self._began) / SECOND - self._at
         if not self._began or elapsed <= 0.0:
             return
         for drone, pilot in self._pilots.items():

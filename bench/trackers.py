@@ -25,10 +25,10 @@ from flockwire_mocap.natnet.packets import Version
 from flockwire_mocap.natnet.server import NatNetServer
 from flockwire_mocap.natnet.session import NatNetSession, Options
 from flockwire_mocap.natnet.twin import TwinOptions
-from flockwire_mocap.streaming import stream
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 from flockwire_mocap.vrpn.client import VrpnClient
 from flockwire_mocap.vrpn.server import VrpnServer
+from streaming import stream
 
 HOME = "127.0.0.1"
 VERSIONS: tuple[Version, ...] = ((3, 0), (3, 1), (4, 0), (4, 1), (4, 2), (4, 5))

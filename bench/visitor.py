@@ -15,10 +15,10 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from flockwire.control.vector import Vector
-from flockwire.flight.faults import parse_faults
+from flockwire.domain.time import SECOND
+from flockwire.domain.vector import Vector
 from flockwire.loading import load_swarm
-from flockwire.nanoseconds import BILLION
+from flockwire.process.faults import parse_faults
 from flockwire.swarm.model import Swarm
 from flockwire.wire.messages import FlightState, Mission, Pose, Telemetry
 from flockwire.wire.plan import Plan
@@ -48,7 +48,7 @@ class Watch:
         elif isinstance(message, Telemetry):
             (self._flying.add if message.state is FlightState.FLYING else self._flying.discard)(owner)
         elif isinstance(message, Pose) and published.key.kind == "truth" and owner in self._flying:
-            t = (message.stamp - self._began) / BILLION - self._at
+            t = (message.stamp - self._began) / SECOND - self._at
             if 0.0 <= t <= 2.0 * WAY / hypot(*self._velocity):
                 x, y = (s + t * v for s, v in zip(self._start[:2], self._velocity[:2], strict=True))
                 gap = hypot(message.position[0] - x, message.position[1] - y) - self._radius
