@@ -13,33 +13,30 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 COMPILED = (
     "core/flockwire/control",
+    "core/flockwire/domain",
     *(f"core/flockwire/wire/{name}.py" for name in ("cdr", "inbox", "messages", "stamped", "status")),
     *(
-        f"core/flockwire/flight/{name}.py"
+        f"core/flockwire/pilot/{name}.py"
         for name in (
-            "avoidance",
-            "guard",
             "ladder",
-            "landing",
+            "neighbourhood",
             "phases",
             "pilot",
-            "sidestepping",
-            "stepping",
             "surroundings",
         )
     ),
+    "core/flockwire/process/stepping.py",
     "core/flockwire/law.py",
     "agent/flockwire_agent",
-    *(f"leader/flockwire_leader/{name}.py" for name in ("core", "course", "steering", "virtual")),
+    *(f"leader/flockwire_leader/{name}.py" for name in ("core", "course", "teleoperation", "virtual")),
     *(f"mocap_gateway/flockwire_mocap/{name}.py" for name in ("completeness", "core", "simulated", "vicinity")),
-    *(f"tello_driver/flockwire_tello/{name}.py" for name in ("airframe", "core", "drone", "first_order_lag")),
+    *(f"kinematics/flockwire_kinematics/{name}.py" for name in ("airframe", "core", "drone")),
     "recorder/flockwire_recorder/chunked.py",
     *(f"sim/flockwire_sim/{name}.py" for name in ("local_clock", "network", "process", "sample", "scheduler")),
 )
 LEFT_ALONE = {  # of whole folders: no mathematics in floats, or a class that others may build on
     "__init__.py",
     "process.py",
-    "assignment.py",
     "convergence.py",
     "survey.py",
     "paper_law.py",

@@ -34,7 +34,7 @@ sync_environment() { # groups as uv names them
   echo "flockwire: setting up .venv (once)" >&2
   python=$(find_python)
   uv=$(find_uv "$python")
-  local options=(--locked --quiet --python "$python")
+  local options=(--locked --quiet --python "$python" --extra station --extra report --extra console)
   [ "$1" = dev ] || options+=(--no-dev --inexact)
   UV_PYTHON_DOWNLOADS=never UV_PROJECT_ENVIRONMENT=.venv "$uv" sync "${options[@]}"
   touch "$stamp"

@@ -1,14 +1,15 @@
-"""What all tests share: one hypothesis profile, one small swarm to vary, and the examples of the pages of docs/."""
+"""What all tests share: one hypothesis profile, a small swarm to vary, the command line, the examples of docs/."""
 
 from __future__ import annotations
 
 import os
+import pty
 import re
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from copy import deepcopy
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from flockwire.loading import parse_swarm
@@ -16,6 +17,9 @@ from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
 from hypothesis import settings
 from xdist.scheduler import LoadScopeScheduling
+
+if TYPE_CHECKING:
+    from command_line import CommandLine
 
 settings.register_profile("flockwire", derandomize=True, deadline=None, max_examples=100)
 settings.load_profile("flockwire")
@@ -117,3 +121,20 @@ def documented_law(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> str:
     name = re.search(r'^law = "(my_law:\w+)"$', laid_out("own_law", "toml"), re.MULTILINE)
     assert name is not None
     return name[1]
+
+
+@pytest.fixture
+def flockwire(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> CommandLine:
+    """Return the `flockwire` command, called in this process."""
+    from command_line import CommandLine
+
+    return CommandLine(monkeypatch, capsys)
+
+
+@pytest.fixture
+def terminal(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[int, int]]:
+    """Return both ends of a terminal, whose inner end is the standard input."""
+    ours, theirs = pty.openpty()
+    with os.fdopen(theirs) as stdin:
+        monkeypatch.setattr("sys.stdin", stdin)
+        yield ours, theirs

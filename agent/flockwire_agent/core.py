@@ -3,37 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from math import dist, isfinite
 from typing import Any
 
-from flockwire.control.vector import add
-from flockwire.flight.cores import Start
-from flockwire.flight.flown_formation import flown_formation, is_known
-from flockwire.flight.ladder import shown
-from flockwire.flight.phases import Phase
-from flockwire.flight.pilot import Pilot
+from flockwire.domain.vector import add
 from flockwire.law import Decision, Observation, Reference
+from flockwire.loading import make_law
+from flockwire.parameters import pilot_parameters
+from flockwire.pilot.ladder import shown
+from flockwire.pilot.neighbourhood import Neighbourhood
+from flockwire.pilot.orders import flown_formation, is_known
+from flockwire.pilot.phases import Phase
+from flockwire.pilot.pilot import Pilot
+from flockwire.process.cores import Start
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Estimate, Leading, Message, Mission
 from flockwire.wire.status import Report, Status
 
 from flockwire_agent.guarded_law import GuardedLaw
-from flockwire_agent.neighbourhood import Neighbourhood
 
 
 class AgentCore:
     """Follower `number` of `swarm`, started at `now` (Unix ns)."""
 
     def __init__(self, swarm: Swarm, number: int, now: int) -> None:
-        self._pilot = pilot = Pilot(swarm, number, now)
+        self._pilot = pilot = Pilot(pilot_parameters(swarm, number), now)
         self.triggers = frozenset({pilot.pose_key})
-        self.prompt: frozenset[Key] = frozenset()
+        self.prompt = frozenset({MISSION})
         self.period = 1.0 / swarm.control.rate_hz
-        self._swarm, self._number, self._frame = swarm, number, swarm.frame
+        self._frame = swarm.frame
         self._estimate_key = Key("estimate", uav(number))
         self._index = swarm.followers.index(number)
-        self._law = GuardedLaw(swarm, number)
+        self._law = GuardedLaw(partial(make_law, swarm, number), uav(number))
         self._formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
         neighbours = swarm.topology.neighbours(number)
         self._neighbourhood = Neighbourhood(neighbours, swarm.limits.staleness, swarm.leader.kind)
@@ -44,7 +47,6 @@ class AgentCore:
             **{Key("pose", uav(j)): self._neighbourhood.take_pose(j) for j in neighbours},
             **{Key("estimate", uav(j)): self._neighbourhood.take_estimate(j) for j in neighbours},
             **pilot.take,
-            MISSION: self._take_mission,
         }
 
     def receive(self, key: Key, message: Message, now: int) -> None:
@@ -52,6 +54,8 @@ class AgentCore:
         take = self._take.get(key)
         if take is not None:
             take(message)
+        elif isinstance(message, Mission):
+            self._take_mission(message, now)
         elif isinstance(message, Status):  # the only status that it subscribes to is the leader's
             self._neighbourhood.take_status(message)
 
@@ -62,7 +66,7 @@ class AgentCore:
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Observe, decide, command: what to publish at `now`."""
         pilot, neighbourhood = self._pilot, self._neighbourhood
-        estimates = neighbourhood.fresh(now)
+        estimates = neighbourhood.update(now)
         missing = () if len(estimates) == len(neighbourhood) else neighbourhood.missing(now)
         silence = neighbourhood.silence(now, pilot.born)
         leader_down = neighbourhood.leading is Leading.IS_DOWN
@@ -74,7 +78,7 @@ class AgentCore:
         if estimate is None:
             return messages
         own = Estimate(
-            decision.stamp or now, self._frame, estimate.position, estimate.velocity, estimate.acceleration,
+            decision.stamp or now, self._frame, estimate,
             neighbourhood.origin, neighbourhood.hops, neighbourhood.leading,
         )  # fmt: skip
         messages.append((self._estimate_key, own))
@@ -123,12 +127,12 @@ class AgentCore:
         )
         return error if isfinite(error) else -1.0
 
-    def _take_mission(self, mission: Mission) -> None:
+    def _take_mission(self, mission: Mission, now: int) -> None:
         """Take an order of a formation that is known; it restarts a law that failed."""
         if not is_known(self._formations, mission):
             return
         flight = self._pilot.flight
-        if not flight.order(mission):  # the gateway repeats the newest
+        if not flight.order(mission, now):  # an order is repeated, or another one holds
             return
         if flight.mission is not None:
             self._neighbourhood.leave_out(flight.mission.without)

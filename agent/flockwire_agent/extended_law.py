@@ -7,35 +7,32 @@ y is the airframe's stopping point. What keeps the drones apart is the safety fi
 
 from __future__ import annotations
 
-from flockwire.control.feed_forward import lead, stopping_reference
+from flockwire.control.first_order_lag import lead, stopping_reference
 from flockwire.control.graph import LEADER
-from flockwire.control.leader_track import LeaderTrack, leader_time_constant
-from flockwire.control.observer import ObserverParameters
-from flockwire.control.relay import LeaderMotion, relay_step
-from flockwire.control.vector import ZERO, Vector, add, limit, norm, scale, subtract
-from flockwire.flight.sidestepping import Sidestepper
-from flockwire.law import Decision, NeighbourEstimate, Observation, Reference
-from flockwire.nanoseconds import BILLION
-from flockwire.swarm.model import Swarm
+from flockwire.control.leader_track import LeaderTrack
+from flockwire.control.observer import relay_step
+from flockwire.control.sidestep import Sidestep
+from flockwire.domain.motion import LeaderMotion
+from flockwire.domain.time import SECOND
+from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
+from flockwire.law import Decision, LawSettings, NeighbourEstimate, Observation, Reference
 
-PATIENCE = 3.0  # s
+SIDE_SWITCH_TIME = 3.0  # s without progress after which a drone turns to the other side; each adds a share of its own
 
 
 class ExtendedLaw:
-    """The extended law for follower `number` of `swarm`."""
+    """The extended law for one follower."""
 
-    def __init__(self, swarm: Swarm, number: int) -> None:
-        airframe = swarm.airframe(number)
-        self._gain, self._speed = swarm.control.formation_gain, swarm.limits.speed
-        self._lag, self._dead_time = airframe.lag, airframe.dead_time
-        self._hold = 1.0 / swarm.control.rate_hz
-        self._period = round(self._hold * BILLION)
-        self._observer = ObserverParameters(swarm.observer.gain, swarm.observer.exponent)
-        constant = swarm.observer.leader_time_constant or leader_time_constant(swarm.depth)
-        self._track = LeaderTrack(constant)
+    def __init__(self, settings: LawSettings) -> None:
+        self._gain, self._speed = settings.protocol.formation_gain, settings.speed
+        self._lag, self._dead_time, self._hold = settings.lag, settings.dead_time, settings.period
+        self._period = round(self._hold * SECOND)
+        self._observer = settings.observer
+        self._track = LeaderTrack(settings.leader_time_constant)
         self._leader: LeaderMotion | None = None
         self._epoch = 0  # Unix ns that the times of trackers count from
-        self._sidestepper = Sidestepper(swarm.avoidance, PATIENCE * (1.0 + (number * 0.618) % 1.0))
+        switch_after = SIDE_SWITCH_TIME * (1.0 + (settings.number * 0.618) % 1.0)
+        self._sidestep = Sidestep(settings.sidestep, switch_after)
 
     def step(self, observation: Observation, now: int) -> Decision:
         """Relay the leader's motion, then track the place in the formation."""
@@ -47,13 +44,12 @@ class ExtendedLaw:
             return Decision(ZERO, leader)
         forward, error = self._tracking(observation, leader, observation.reference, now)
         correction = limit(scale(error, -self._gain), self._speed)
-        turned = self._sidestepper.turned(correction, observation.bodies, norm(error), (now - self._epoch) / BILLION)
+        turned = self._sidestep.turned(correction, observation.bodies, norm(error), (now - self._epoch) / SECOND)
         return Decision(add(forward, turned), leader)
 
     def _observe(self, observation: Observation, now: int) -> LeaderMotion | None:
         estimates = [
-            (one.weight, self._motion(one).after((now - one.stamp) / BILLION))
-            for one in observation.neighbour_estimates
+            (one.weight, self._motion(one).after((now - one.stamp) / SECOND)) for one in observation.neighbour_estimates
         ]
         if self._leader is None:
             if not estimates:
@@ -65,14 +61,14 @@ class ExtendedLaw:
     def _motion(self, estimate: NeighbourEstimate) -> LeaderMotion:
         if estimate.number != LEADER:
             return estimate.motion
-        return self._track.update(estimate.motion.position, (estimate.stamp - self._epoch) / BILLION)
+        return self._track.update(estimate.motion.position, (estimate.stamp - self._epoch) / SECOND)
 
     def _tracking(
         self, observation: Observation, leader: LeaderMotion, place: Reference, now: int
     ) -> tuple[Vector, Vector]:
         """Return the feed-forward u_r and the error y − y_r."""
         assert observation.motion is not None  # noqa: S101  (the caller looked)
-        ahead = now + round(self._dead_time * BILLION)
+        ahead = now + round(self._dead_time * SECOND)
         before, after = place.rate(ahead), place.rate(ahead + self._period)
         there = leader.after(self._dead_time)
         goal = add(place.offset(ahead), there.position)

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import logging
 import traceback
+from collections.abc import Callable
 
 from flockwire.law import FAILED, Decision, Law, Observation, check_decision
-from flockwire.loading import make_law
-from flockwire.swarm.model import Swarm, uav
 
 OWN = "flockwire_agent"  # this file's frames are not the law's
-MOST_FRAMES = 4  # of what is told in one line
+MOST_FRAMES = 4  # of what is reported in one line
 
 
 class GuardedLaw:
-    """The law of follower `number` of `swarm`, which is begun at once; raises what its constructor raises."""
+    """The law that `make` makes, at once, for the drone called `name`; raises what `make` raises."""
 
-    def __init__(self, swarm: Swarm, number: int) -> None:
-        self._swarm, self._number = swarm, number
-        self._law: Law = make_law(swarm, number)
+    def __init__(self, make: Callable[[], Law], name: str) -> None:
+        self._make, self._name = make, name
+        self._law = make()
         self.fault = ""  # what the law raised, empty while all is well
 
     def step(self, observation: Observation, now: int) -> Decision | None:
@@ -34,18 +33,18 @@ class GuardedLaw:
         return decision
 
     def restart(self) -> None:
-        """Begin again, if the law failed."""
+        """Make the law again, if it failed."""
         if not self.fault:
             return
         try:
-            self._law, self.fault = make_law(self._swarm, self._number), ""
+            self._law, self.fault = self._make(), ""
         except Exception as error:
             self._failed(error)
 
     def _failed(self, error: Exception) -> None:
         self.fault = f"{FAILED}: {type(error).__name__}: {error}{where(error)}"
         text = "".join(traceback.format_exception(error))
-        logging.getLogger(uav(self._number)).error("%s", f"{self.fault}\n{text.rstrip()}")
+        logging.getLogger(self._name).error("%s", f"{self.fault}\n{text.rstrip()}")
 
 
 def where(error: Exception) -> str:

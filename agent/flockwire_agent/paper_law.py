@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-from flockwire.control.observer import ObserverParameters, explicit_step, implicit_step, rate_estimate
-from flockwire.control.protocol import ProtocolParameters, control_input
-from flockwire.control.relay import LeaderMotion
-from flockwire.control.vector import ZERO, Vector
-from flockwire.flight.avoidance import repulsion
-from flockwire.law import Decision, Observation
-from flockwire.swarm.model import Swarm
+from flockwire.control.observer import explicit_step, implicit_step, rate_estimate
+from flockwire.control.potential import repulsion
+from flockwire.control.protocol import control_input
+from flockwire.domain.motion import LeaderMotion
+from flockwire.domain.vector import ZERO, Vector
+from flockwire.law import Decision, LawSettings, Observation
 
 
 class PaperLaw:
-    """(8) and (9) for follower `number` of `swarm`."""
+    """(8) and (9) for one follower."""
 
-    def __init__(self, swarm: Swarm, number: int) -> None:
-        control, observer = swarm.control, swarm.observer
-        self._avoidance, self._time_constant = swarm.avoidance, observer.velocity_time_constant
-        self._observe = implicit_step if observer.step == "implicit" else explicit_step
-        self._observer = ObserverParameters(observer.gain, observer.exponent)
-        self._protocol = ProtocolParameters(
-            control.formation_gain, control.compensation_gain, control.compensation_smoothing
-        )
+    def __init__(self, settings: LawSettings) -> None:
+        self._settings = settings
+        self._observe = explicit_step if settings.explicit_observer else implicit_step
         self._leader: Vector | None = None  # eta_i
         self._velocity = ZERO
         self._observed = 0  # the stamp of the newest estimate
@@ -40,11 +34,12 @@ class PaperLaw:
             if observation.motion is None:
                 return None
             self._leader = observation.motion.position
-        previous = self._leader
+        previous, settings, dt = self._leader, self._settings, observation.dt
         estimates = [(one.weight, one.motion.position) for one in observation.neighbour_estimates]
-        self._leader = self._observe(previous, estimates, self._observer, observation.dt)
-        if observation.dt > 0.0:
-            self._velocity = rate_estimate(self._velocity, previous, self._leader, observation.dt, self._time_constant)
+        self._leader = self._observe(previous, estimates, settings.observer, dt)
+        if dt > 0.0:
+            constant = settings.velocity_time_constant
+            self._velocity = rate_estimate(self._velocity, previous, self._leader, dt, constant)
         return self._leader
 
     def _track(self, observation: Observation, leader: Vector) -> Vector:
@@ -52,5 +47,5 @@ class PaperLaw:
         if observation.motion is None or observation.reference is None:
             return ZERO
         offset, rate = observation.reference.offset(observation.stamp), observation.reference.rate(observation.stamp)
-        push = repulsion(observation.bodies, self._avoidance)
-        return control_input(observation.motion.position, offset, rate, leader, push, self._protocol)
+        push = repulsion(observation.bodies, self._settings.potentials)
+        return control_input(observation.motion.position, offset, rate, leader, push, self._settings.protocol)

@@ -1,18 +1,23 @@
-"""Commands about single drones: `identify` measures an airframe."""
+"""Commands about single drones: `identify` measures an airframe; rows of the airframe table add commands of theirs."""
 
 from __future__ import annotations
 
 import asyncio
 import sys
+from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from flockwire import clock
+from flockwire.objects import load_object
 from flockwire.security.files import CredentialsError
+from flockwire.swarm.airframes import AIRFRAMES
 from flockwire.swarm.model import uav
 
-from flockwire_cli.arguments import Keys, Number, SwarmFile, load, made_keys, refuse, unwritable
+from flockwire_cli.arguments import Keys, Number, SwarmFile
+from flockwire_cli.inputs import load, made_keys, refuse, unwritable
 
 app = typer.Typer()
 
@@ -28,18 +33,17 @@ def identify(
     keys: Keys = None,
 ) -> None:
     """Fly one drone to measure its gains, lag and dead time; print its table for the swarm file."""
-    from flockwire_tello.excitation import Axis  # noqa: PLC0415  (scipy)
-    from flockwire_tello.identification import IdentificationError  # noqa: PLC0415  (scipy)
-
-    from flockwire_cli import identify as identifying  # noqa: PLC0415
+    from flockwire_station import identify as identifying  # noqa: PLC0415
+    from flockwire_station.excitation import Axis  # noqa: PLC0415
+    from flockwire_station.identification import IdentificationError  # noqa: PLC0415  (scipy)
 
     plan = load(swarm)
     loaded = plan.swarm
     if number not in plan.pilots:
         refuse(f"ID = {number}: must be one of {list(plan.pilots)}")
     folder = out or Path("runs") / f"{loaded.name}-identify-{number}-{clock.local():%Y%m%d-%H%M%S}"
-    if body and number not in loaded.tellos:
-        refuse(f"--body: {uav(number)} is no Tello, and a simulated airframe without a driver of its own does not turn")
+    if body and not loaded.row(number).turns:
+        refuse(f"--body: {uav(number)} is of kind {loaded.row(number).kind!r}, which does not turn")
     axes = (Axis.CLOCKWISE,) if body else tuple(Axis)
     secrets = made_keys(swarm, plan, keys, plan.hosts[plan.pilots[number]])
     try:
@@ -60,6 +64,24 @@ def identify(
         print(f"\nflockwire: {figure}")
     if core.failure:
         _fail(core.failure)
+
+
+def _refusing(run: Callable[..., None]) -> Callable[..., None]:
+    """Return the command `run`, whose ValueError refuses what it was given."""
+
+    @wraps(run)
+    def refusing(*given: object, **named: object) -> None:
+        try:
+            run(*given, **named)
+        except ValueError as error:
+            refuse(str(error))
+
+    return refusing
+
+
+for row in AIRFRAMES:
+    if row.command:
+        app.command()(_refusing(load_object(row.command)))
 
 
 def _fail(reason: str) -> None:

@@ -9,9 +9,11 @@ from typing import Annotated
 
 import typer
 from flockwire import clock
+from flockwire_deploy.targets import Target
+from flockwire_station.folders import keys_folder
 
-from flockwire_cli.arguments import Keys, SwarmFile, keys_folder, load, refuse, written
-from flockwire_cli.deploy.targets import Target
+from flockwire_cli.arguments import Keys, SwarmFile
+from flockwire_cli.inputs import load, refuse, written
 
 app = typer.Typer()
 
@@ -31,11 +33,10 @@ def deploy(
 ) -> None:
     """Write what carries a swarm to where it flies, with the keys that each process needs: containers, or services."""
     from flockwire.security.pki import make_keys  # noqa: PLC0415
-
-    from flockwire_cli.deploy import targets  # noqa: PLC0415  (jinja2)
-    from flockwire_cli.deploy.engine import obstacle  # noqa: PLC0415
-    from flockwire_cli.deploy.files import DeployError, refuse_other_keys  # noqa: PLC0415
-    from flockwire_cli.deploy.networks import RangeError  # noqa: PLC0415
+    from flockwire_deploy import targets  # noqa: PLC0415  (jinja2)
+    from flockwire_deploy.engine import obstacle  # noqa: PLC0415
+    from flockwire_deploy.files import DeployError, refuse_other_keys  # noqa: PLC0415
+    from flockwire_deploy.networks import RangeError  # noqa: PLC0415
 
     plan = load(swarm)
     if plan.swarm.network.security == "none":

@@ -1,6 +1,7 @@
 """Where the `flockwire` command begins: who is urgent does not wait for what only other commands need.
 
-Urgent are orders in flight, and the processes of a swarm: one that is started again is missing until it is there.
+Urgent are orders in flight, and the processes of a swarm: one that is started again is missing until it is there. All
+else is imported where an interrupt, or a lack of memory, is answered in one line.
 """
 
 from __future__ import annotations
@@ -8,19 +9,66 @@ from __future__ import annotations
 import sys
 from typing import NoReturn
 
-from flockwire.wire.processes import PROCESSES
-
 ORDERS = ("stop", "land", "hold")
+INTERRUPTED = 130  # exit status, as shells have it
 
 
 def main() -> NoReturn:
     """Run the command line."""
-    command = next(iter(sys.argv[1:]), "")
+    try:
+        from flockwire_station.terminal.standard_streams import report, tolerant  # noqa: PLC0415
+
+        with tolerant() as errors:
+            status = _run()
+        status = status or max((report(error) for error in errors), default=0)
+    except KeyboardInterrupt:
+        status = INTERRUPTED
+    if status == INTERRUPTED:
+        print("flockwire: interrupted", file=sys.stderr)
+    raise SystemExit(status)
+
+
+def print_version() -> None:
+    """Print the version of the distribution."""
+    from importlib.metadata import version  # noqa: PLC0415
+
+    print(f"flockwire {version('flockwire')}")
+
+
+def _run() -> int:
+    """Run the command; returns its exit status."""
+    try:
+        _command(next(iter(sys.argv[1:]), ""))
+    except SystemExit as ended:
+        return ended.code if isinstance(ended.code, int) else int(ended.code is not None)
+    except (MemoryError, ImportError, RuntimeError) as error:
+        if isinstance(error, RuntimeError) and "thread" not in str(error):  # "can't start new thread": a limit too
+            raise
+        last = str(error).strip().rpartition("\n")[2]  # numpy's explanation is a page long
+        needed = _needed(error) if isinstance(error, ModuleNotFoundError) else ""
+        print(f"flockwire: cannot run: {needed or last or 'not enough memory'}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _needed(error: ModuleNotFoundError) -> str:
+    from flockwire.extras import lacking  # noqa: PLC0415
+
+    return lacking(error)
+
+
+def _command(command: str) -> None:
+    from flockwire.wire.processes import PROCESSES  # noqa: PLC0415
+
+    if any(row.started and row.kind == command for row in PROCESSES):
+        from flockwire_cli.kinds import run  # noqa: PLC0415
+
+        raise SystemExit(run(command, sys.argv[2:]))
+    if command == "--version":
+        print_version()
+        return
     if command in ORDERS:
         from flockwire_cli.orders import app  # noqa: PLC0415
-    elif any(row.started and row.kind == command for row in PROCESSES):
-        from flockwire_cli.kinds import app  # noqa: PLC0415
     else:
         from flockwire_cli.main import app  # noqa: PLC0415
     app(prog_name="flockwire")
-    raise SystemExit(0)

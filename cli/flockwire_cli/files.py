@@ -9,9 +9,9 @@ from typing import Annotated
 
 import typer
 from flockwire.swarm.page import schema
+from flockwire_station.initial import SCHEMA, swarm_text
 
-from flockwire_cli.arguments import refuse
-from flockwire_cli.initial import SCHEMA, swarm_text
+from flockwire_cli.inputs import refuse
 
 app = typer.Typer()
 

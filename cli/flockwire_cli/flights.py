@@ -14,15 +14,12 @@ from flockwire.loading import SwarmFileError
 from flockwire.security.files import CredentialsError
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
+from flockwire_station.folders import keys_folder, warn_of
+from flockwire_station.terminal.standard_streams import unblocked
 
-from flockwire_cli.arguments import (
-    FaultsFile,
-    Keys,
-    SwarmFile,
-    Without,
+from flockwire_cli.arguments import FaultsFile, Keys, SwarmFile, Without, left_out
+from flockwire_cli.inputs import (
     faults_of,
-    keys_folder,
-    left_out,
     load,
     made_keys,
     refuse,
@@ -30,7 +27,6 @@ from flockwire_cli.arguments import (
     refuse_endless,
     this_host,
     unwritable,
-    warn_of,
 )
 
 app = typer.Typer()
@@ -39,7 +35,7 @@ app = typer.Typer()
 @app.command()
 def check(
     swarm: SwarmFile,
-    duration: Annotated[float, typer.Option(min=0.0, help="Seconds of flight to look ahead.")] = 40.0,
+    duration: Annotated[float, typer.Option(min=0.0, help="Seconds of flight to look ahead; 0: it has no end.")] = 40.0,
     live: Annotated[
         bool, typer.Option("--live", help="Instead: look at the running swarm, whether it may take off.")
     ] = False,
@@ -47,8 +43,7 @@ def check(
 ) -> None:
     """Validate a swarm file; print its graph, observer bounds, formations, links, and what will go wrong in flight."""
     from flockwire.security.pki import expiring  # noqa: PLC0415
-
-    from flockwire_cli.check import describe  # noqa: PLC0415  (numpy)
+    from flockwire_station.check import describe  # noqa: PLC0415  (numpy)
 
     plan = load(swarm)
     if live:
@@ -61,8 +56,7 @@ def check(
 def _check_live(plan: Plan, keys: Path) -> int:
     """Print how the running swarm is; returns the exit status."""
     from flockwire.runtime.session import RouterAbsentError  # noqa: PLC0415  (zenoh)
-
-    from flockwire_cli.live_check import findings, look, table  # noqa: PLC0415
+    from flockwire_station.live_check import findings, look, table  # noqa: PLC0415
 
     try:
         found = list(findings(plan, asyncio.run(look(plan, keys))))
@@ -89,9 +83,9 @@ def up(
     without: Without = None,
 ) -> None:
     """Start all processes of this host, fly, land, report."""
-    from flockwire_cli.fault_injection import refusal  # noqa: PLC0415
-    from flockwire_cli.up import UpOptions, fly  # noqa: PLC0415
-    from flockwire_cli.verdict import conclude  # noqa: PLC0415
+    from flockwire_station.fault_injection import refusal  # noqa: PLC0415
+    from flockwire_station.up import UpOptions, fly  # noqa: PLC0415
+    from flockwire_station.verdict import conclude  # noqa: PLC0415
 
     refuse_endless(duration)
     plan = load(swarm)
@@ -107,9 +101,10 @@ def up(
     refuse_a_second_trace(folder)
     credentials = made_keys(swarm, plan, keys, here)
     flight = UpOptions(plan, swarm, here, duration, folder, credentials, headless, wrong, faults, absent)
-    _foretell(loaded, duration)
+    _predict(loaded, duration)
     try:
-        failure = asyncio.run(fly(flight))
+        with unblocked():
+            failure = asyncio.run(fly(flight))
     except CredentialsError as error:
         refuse(str(error))
     except OSError as error:
@@ -128,16 +123,16 @@ def conduct(
     keys: Keys = None,
 ) -> None:
     """Fly a swarm whose processes run already (containers, services): take off, formation, land, report."""
-    from flockwire_recorder.folders import newest_folder  # noqa: PLC0415
-
-    from flockwire_cli.conduct import conduct as fly  # noqa: PLC0415
-    from flockwire_cli.verdict import conclude, verdict  # noqa: PLC0415
+    from flockwire_recorder.parts import newest_folder  # noqa: PLC0415
+    from flockwire_station.conduct import conduct as fly  # noqa: PLC0415
+    from flockwire_station.verdict import conclude, verdict  # noqa: PLC0415
 
     refuse_endless(duration)
     plan = load(swarm)
     warn_of(plan.swarm)
     try:
-        failure = asyncio.run(fly(plan, keys_folder(swarm, plan, keys), duration, out, headless))
+        with unblocked():
+            failure = asyncio.run(fly(plan, keys_folder(swarm, plan, keys), duration, out, headless))
     except CredentialsError as error:
         refuse(str(error))
     folder = newest_folder(out) if out is not None else None
@@ -167,7 +162,7 @@ def sim(
     if cannot := refusal(wrong, plan):
         refuse(f"{faults}: {cannot}")
     absent = left_out(plan, without)
-    _foretell(loaded, duration)
+    _predict(loaded, duration)
     if no_trace:
         if out is not None:
             refuse(f"--out = {out}: with --no-trace nothing is written")
@@ -221,8 +216,7 @@ def probe(
 ) -> None:
     """Attack the swarm with every identity, key and link mode; name each leak and each thing blocked."""
     from flockwire.runtime.session import RouterAbsentError  # noqa: PLC0415  (zenoh)
-
-    from flockwire_cli.probe import run  # noqa: PLC0415
+    from flockwire_probe.probe import run  # noqa: PLC0415
 
     plan = load(swarm)
     if plan.swarm.network.security == "none":
@@ -238,9 +232,9 @@ def probe(
         raise typer.Exit(1)
 
 
-def _foretell(swarm: Swarm, duration: float) -> None:
-    """Print what will go wrong in a flight of `duration` s, as far as that can be known (0: for a minute)."""
-    from flockwire_cli.foresight import foreseen  # noqa: PLC0415
+def _predict(swarm: Swarm, duration: float) -> None:
+    """Print what will go wrong in a flight of `duration` s, as far as that can be known (0: it has no end)."""
+    from flockwire_station.prediction import predicted  # noqa: PLC0415
 
-    for line in foreseen(swarm, duration or 60.0):
+    for line in predicted(swarm, duration):
         print(f"flockwire: warning: {line}", flush=True)

@@ -1,109 +1,101 @@
-"""Commands that run one process of a swarm, as systemd and compose start them: one for each kind of process."""
+"""Commands that run one process of a swarm, as systemd and compose start them: one for each kind of process.
+
+Their arguments are read by the standard library's argparse: the host of a drone has no other package for that.
+"""
 
 from __future__ import annotations
 
 import os
-from inspect import Parameter, Signature
+from argparse import SUPPRESS, ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from collections.abc import Sequence
+from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import Annotated, Any
 
-import typer
 from flockwire import clock
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import PROCESSES, Process
+from flockwire_station.flown import OtherFlightError, as_flown, flown, flown_by
+from flockwire_station.folders import keys_folder
 
-from flockwire_cli.arguments import (
-    FaultsFile,
-    Keys,
-    Number,
-    SwarmFile,
-    application,
-    faults_of,
-    keys_folder,
-    load,
-    refuse,
-    refuse_a_second_trace,
-)
+from flockwire_cli.inputs import faults_of, load, planned, refuse, refuse_a_second_trace
 
-Out = Annotated[Path, typer.Option(help="Folder for trace.mcap.")]
-Dated = Annotated[
-    bool, typer.Option("--dated", help="A folder named by the time below OUT; one that a crash cut off goes on.")
-]
-Protocol = Annotated[
-    str | None,
-    typer.Option(
-        metavar="P", help="Of a tracker: natnet, vrpn, qualisys. Without the swarm: bodies stand at the starts."
-    ),
-]
-TookOff = Annotated[int | None, typer.Option(hidden=True, help="When faults count from, Unix ns.")]
-
-app = application()
+KINDS = {row.kind: row for row in PROCESSES if row.started}
 
 
-def _register(row: Process) -> None:
-    """Add the command of one kind of process, with the arguments that it takes."""
+class _Help(RawDescriptionHelpFormatter):
+    """Begins with "Usage:", as the help of all other commands does."""
 
-    def run(**given: Any) -> None:  # noqa: ANN401  (typer passes what the signature below declares)
-        raise typer.Exit(_serve(row, **given))
+    def add_usage(self, usage, actions, groups, prefix=None) -> None:  # type: ignore[no-untyped-def]  # noqa: ANN001
+        super().add_usage(usage, actions, groups, prefix or "Usage: ")
 
-    taken: dict[str, tuple[Any, Any]] = {"swarm": (SwarmFile, Parameter.empty)}
+
+def run(kind: str, arguments: Sequence[str]) -> int:
+    """Run one process of that kind to its end; returns its exit status. Raises SystemExit for bad arguments."""
+    row = KINDS[kind]
+    return _serve(row, _parser(row).parse_args(arguments))
+
+
+def _parser(row: Process) -> ArgumentParser:
+    """Return what reads the arguments that one kind of process takes."""
+    parser = ArgumentParser(f"flockwire {row.kind}", description=row.help, formatter_class=_Help, allow_abbrev=False)
+    parser.set_defaults(id=None, out=Path(), dated=False, protocol=None, faults=None, took_off=None)
+    parser.add_argument("swarm", metavar="SWARM", type=Path, help="The swarm file (TOML).")
     if row.numbered:
-        taken["number"] = (Number, Parameter.empty)
-    taken["keys"] = (Keys, None)
-    if row.records:
-        taken |= {"out": (Out, Path("runs/recording")), "dated": (Dated, False)}
-    if row.alone:
-        taken["protocol"] = (Protocol, None)
-    if row.faults or row.records:  # who records them marks them in the trace
-        taken |= {"faults": (FaultsFile, None), "took_off": (TookOff, None)}
-    run.__annotations__ = {name: kind for name, (kind, _) in taken.items()}
-    run.__signature__ = Signature(  # type: ignore[attr-defined]
-        [Parameter(n, Parameter.KEYWORD_ONLY, default=d, annotation=k) for n, (k, d) in taken.items()]
+        parser.add_argument("id", metavar="ID", type=int, help="The drone's id.")
+    keys = os.environ.get("FLOCKWIRE_KEYS")
+    parser.add_argument(
+        "--keys",
+        type=Path,
+        default=Path(keys) if keys else None,
+        help="Folder of the certificates [FLOCKWIRE_KEYS, or .flockwire/NAME/keys beside SWARM].",
     )
-    run.__doc__ = row.help
-    app.command(row.kind)(run)
+    if row.records:
+        parser.add_argument("--out", type=Path, default=Path("runs/recording"), help="Folder for trace.mcap.")
+        parser.add_argument(
+            "--dated",
+            action="store_true",
+            help="A folder named by the time below OUT; one that a crash cut off goes on.",
+        )
+    if row.alone:
+        parser.add_argument(
+            "--protocol",
+            metavar="P",
+            help="Of a tracker: natnet, vrpn, qualisys. Without the swarm: bodies stand at the starts.",
+        )
+    if row.faults or row.records:  # who records them marks them in the trace
+        parser.add_argument("--faults", type=Path, help="What is to go wrong, and when (TOML).")
+        parser.add_argument("--took-off", type=int, help=SUPPRESS)  # faults count from then, Unix ns
+    return parser
 
 
-def _serve(
-    row: Process,
-    swarm: Path,
-    number: int | None = None,
-    keys: Path | None = None,
-    out: Path = Path(),
-    dated: bool = False,
-    faults: Path | None = None,
-    took_off: int | None = None,
-    protocol: str | None = None,
-) -> int:
+def _serve(row: Process, given: Namespace) -> int:
     from flockwire.runtime.ending import LIFELINE  # noqa: PLC0415  (asyncio)
     from flockwire.runtime.job import Job, serve  # noqa: PLC0415  (zenoh)
 
-    plan = load(swarm)
-    if protocol is not None:
-        return _alone(row, plan, protocol)
-    identity = _identity(plan, row, number)
-    if dated:
+    swarm, out = given.swarm, given.out
+    child = LIFELINE in os.environ  # one of `up` flies, also restarted, what took off
+    flying = as_flown(swarm) if child else None
+    plan = load(swarm) if flying is None else planned(flying.swarm)
+    if given.protocol is not None:
+        return _alone(row, plan, given.protocol)
+    identity = _identity(plan, row, given.id)
+    if given.dated:
         out = _dated(out, plan)
-    elif row.records and LIFELINE not in os.environ:  # a child of `up` that is restarted goes on in the same flight
+    elif row.records and not child:  # a child that is restarted goes on in the same flight
         from flockwire_recorder.parts import same_flight  # noqa: PLC0415  (the trace's format)
 
         if not same_flight(out, plan.swarm, clock.utc()):
             refuse_a_second_trace(out)
-    return serve(
-        Job(
-            plan,
-            identity,
-            keys_folder(swarm, plan, keys),
-            swarm.read_text(encoding="utf-8"),
-            out,
-            faults_of(faults, plan),
-            took_off,
-        )
-    )
+    folder, wrong = keys_folder(swarm, plan, given.keys), faults_of(given.faults, plan)
+    what = flying or flown_by(plan.swarm, swarm, folder)
+    with ExitStack() as stack:
+        with suppress(OtherFlightError):  # it was changed in flight, and a process begun by hand
+            stack.enter_context(flown(swarm, what))
+        return serve(Job(plan, identity, folder, what.toml, out, wrong, given.took_off))
 
 
 def _dated(out: Path, plan: Plan) -> Path:
-    from flockwire_recorder.folders import dated_folder  # noqa: PLC0415  (only a recorder needs it)
+    from flockwire_recorder.parts import dated_folder  # noqa: PLC0415  (only a recorder needs it)
 
     try:
         return dated_folder(out, plan.swarm, clock.local())
@@ -113,7 +105,7 @@ def _dated(out: Path, plan: Plan) -> Path:
 
 def _alone(row: Process, plan: Plan, protocol: str) -> int:
     """Run a process without its swarm."""
-    from flockwire.loading import load_object  # noqa: PLC0415
+    from flockwire.objects import load_object  # noqa: PLC0415
 
     if protocol not in plan.swarm.gateway.twins:
         refuse(f"--protocol = {protocol!r}: must be one of {', '.join(plan.swarm.gateway.twins)}")
@@ -135,8 +127,3 @@ def _identity(plan: Plan, row: Process, number: int | None) -> str:
             refuse(f"ID = {number}: must be one of {list(members)}")
         return members[number]
     return next(iter(members.values()))
-
-
-for kind in PROCESSES:
-    if kind.started:
-        _register(kind)

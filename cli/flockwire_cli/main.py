@@ -9,19 +9,27 @@ from typing import Annotated
 
 import typer
 
-from flockwire_cli import airframes, deploying, files, flights, kinds, orders, tello_sim, traces, tracker
+from flockwire_cli import airframes, deploying, files, flights, kinds, orders, traces, tracker
 from flockwire_cli.arguments import application
+from flockwire_cli.entry import print_version
 
 app = application()
-for part in (files, flights, orders, deploying, kinds, airframes, traces, tello_sim, tracker):
+for part in (files, flights, orders, deploying, airframes, traces, tracker):
     app.add_typer(part.app)
+
+
+def _process(context: typer.Context) -> None:
+    raise typer.Exit(kinds.run(str(context.info_name), context.args))
+
+
+for kind, row in kinds.KINDS.items():
+    unread = {"ignore_unknown_options": True, "allow_extra_args": True}  # `kinds` reads them
+    app.command(kind, help=row.help, add_help_option=False, context_settings=unread)(_process)
 
 
 def _version(wanted: bool) -> None:
     if wanted:
-        from importlib.metadata import version  # noqa: PLC0415
-
-        print(f"flockwire {version('flockwire')}")
+        print_version()
         raise typer.Exit
 
 

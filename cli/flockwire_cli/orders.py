@@ -9,22 +9,15 @@ from typing import Annotated
 
 import typer
 from flockwire import clock
+from flockwire.ground.giving import Order
 from flockwire.security.files import CredentialsError
+from flockwire.swarm.wording import meant
 from flockwire.wire.plan import Plan
+from flockwire_station.folders import keys_folder, warn_of
+from flockwire_station.terminal.standard_streams import unblocked
 
-from flockwire_cli.arguments import (
-    Keys,
-    SwarmFile,
-    Without,
-    application,
-    keys_folder,
-    left_out,
-    load,
-    refuse,
-    warn_of,
-    written,
-)
-from flockwire_cli.order import Order
+from flockwire_cli.arguments import Keys, SwarmFile, Without, application, left_out
+from flockwire_cli.inputs import load, load_flying, refuse, written
 
 app = application()
 
@@ -40,25 +33,25 @@ def start(
     plan = load(swarm)
     _known(plan, "--formation", formation)
     absent = left_out(plan, without)
-    _give(swarm, plan, keys, Order("start", formation, without=absent))
+    _give(plan, keys_folder(swarm, plan, keys), Order("start", formation, without=absent))
 
 
 @app.command()
 def hold(swarm: SwarmFile, keys: Keys = None) -> None:
     """Leave the formation and hover on the spot."""
-    _give(swarm, load(swarm, checked=False), keys, Order("hold"))
+    _give(*load_flying(swarm, keys), Order("hold"))
 
 
 @app.command()
 def land(swarm: SwarmFile, keys: Keys = None) -> None:
     """Land all drones where they are."""
-    _give(swarm, load(swarm, checked=False), keys, Order("land"))
+    _give(*load_flying(swarm, keys), Order("land"))
 
 
 @app.command()
 def stop(swarm: SwarmFile, keys: Keys = None) -> None:
     """Emergency: motors off, at once; what flies falls."""
-    _give(swarm, load(swarm, checked=False), keys, Order("stop"))
+    _give(*load_flying(swarm, keys), Order("stop"))
 
 
 @app.command()
@@ -73,7 +66,7 @@ def formation(
     """Change to the formation NAME in flight; its time goes on."""
     plan = load(swarm)
     _known(plan, "NAME", name)
-    _give(swarm, plan, keys, Order("formation", name, duration))
+    _give(plan, keys_folder(swarm, plan, keys), Order("formation", name, duration))
 
 
 @app.command()
@@ -83,11 +76,11 @@ def status(
     keys: Keys = None,
 ) -> None:
     """Show every drone and process of a swarm that runs: phase, position, battery, errors."""
-    from flockwire_cli.watching import watch  # noqa: PLC0415
+    from flockwire_station.watching import watch  # noqa: PLC0415
 
-    plan = load(swarm, checked=False)
+    plan, folder = load_flying(swarm, keys)
     try:
-        missing = asyncio.run(watch(plan, keys_folder(swarm, plan, keys), once))
+        missing = asyncio.run(watch(plan, folder, once))
     except CredentialsError as error:
         refuse(str(error))
     if missing:
@@ -98,8 +91,8 @@ def status(
 @app.command()
 def teleop(swarm: SwarmFile, keys: Keys = None) -> None:
     """Steer a teleoperated leader by a gamepad that is plugged in, and by the keys of this terminal."""
-    from flockwire_cli.gamepad import plugged_in  # noqa: PLC0415
-    from flockwire_cli.teleop import steer  # noqa: PLC0415  (zenoh)
+    from flockwire_station.teleop import steer  # noqa: PLC0415  (zenoh)
+    from flockwire_station.terminal.gamepad import plugged_in  # noqa: PLC0415
 
     plan = load(swarm)
     if plan.swarm.leader.kind != "teleoperated":
@@ -130,18 +123,19 @@ def console(
             min=1,
             max=65535,
             metavar="PORT",
-            help="Serve Foxglove and Lichtblick too, at this port (theirs is 8765); needs flockwire[foxglove].",
+            help="Serve Foxglove and Lichtblick too, at this port (theirs is 8765); needs `scripts/extra foxglove`.",
         ),
     ] = None,
     keys: Keys = None,
 ) -> None:
     """Serve a live page of a swarm that runs: map, table, orders, stop. The printed link holds the token for orders."""
-    from flockwire_cli.console.command import serve  # noqa: PLC0415  (aiohttp)
-    from flockwire_cli.console.foxglove_server import FoxgloveError  # noqa: PLC0415
+    from flockwire_console.command import serve  # noqa: PLC0415  (aiohttp)
+    from flockwire_console.foxglove_server import FoxgloveError  # noqa: PLC0415
 
-    plan = load(swarm, checked=False)
+    plan, folder = load_flying(swarm, keys)
     try:
-        served = asyncio.run(serve(plan, keys_folder(swarm, plan, keys), address, port, foxglove))
+        with unblocked():
+            served = asyncio.run(serve(plan, folder, address, port, foxglove))
     except (CredentialsError, FoxgloveError) as error:
         refuse(str(error))
     except OSError as error:
@@ -164,22 +158,35 @@ def keys(
 
     plan = load(swarm)
     folder = keys_folder(swarm, plan, out)
+    if rotate and plan.swarm.network.security == "mtls":
+        _refuse_in_flight(plan, folder)
     made = written(folder, lambda: make_keys(plan, folder, clock.utc(), rotate))
     print(f"flockwire: {folder}: {', '.join(made) + ' made' if made else 'all good, nothing to do'}")
+
+
+def _refuse_in_flight(plan: Plan, folder: Path) -> None:
+    """Refuse to replace keys with which drones fly on other hosts: on this one, who makes keys sees it."""
+    from flockwire_station.rotating import flying  # noqa: PLC0415  (zenoh)
+
+    if names := asyncio.run(flying(plan, folder)):
+        refuse(
+            f"--rotate: {', '.join(names)} may be in the air with the keys in {folder}: no order, not even a stop, "
+            "would reach them with new ones; land first"
+        )
 
 
 def _known(plan: Plan, argument: str, formation: str) -> None:
     known = plan.swarm.formations
     if formation and formation not in known:
-        refuse(f"{argument} = {formation!r}: must be one of {sorted(known)} ([formations])")
+        refuse(f"{argument} = {formation!r}: must be one of {sorted(known)} ([formations]){meant(formation, known)}")
 
 
-def _give(file: Path, plan: Plan, keys: Path | None, order: Order) -> None:
-    from flockwire_cli.giving import give  # noqa: PLC0415
+def _give(plan: Plan, keys: Path, order: Order) -> None:
+    from flockwire_station.giving import give  # noqa: PLC0415
 
     warn_of(plan.swarm)
     try:
-        answer = asyncio.run(give(plan, keys_folder(file, plan, keys), order))
+        answer = asyncio.run(give(plan, keys, order))
     except CredentialsError as error:
         refuse(str(error))
     if answer.confirmed:

@@ -11,19 +11,20 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-from flockwire.loading import load_table, parse_swarm
+from flockwire.loading import parse_swarm
 from flockwire_sim.study.file import Study, StudyError, load_study
 from flockwire_sim.study.findings import QUANTITIES, Findings, find, write_worst
-from flockwire_sim.study.flight import Task
 from flockwire_sim.study.labels import label, quantity
 from flockwire_sim.study.ledger import Ledger
 from flockwire_sim.study.page import write_study
-from flockwire_sim.study.variation import Table, rehearse
+from flockwire_sim.study.variation import rehearse, swarm_table
 from flockwire_sim.study.workers import Workers, WorkersLostError, cluster, conduct, local
 from rich import box
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table as RichTable
+
+NO_CHANCE = "nothing is left to chance, so all runs of a grid point are equal, and an interval over them says nothing"
 
 
 def options_of(runs: int | None, seed: int | None, duration: float | None, starts: str | None) -> dict[str, object]:
@@ -41,7 +42,7 @@ def study(swarm: Path, file: Path | None, options: dict[str, object], out: Path,
 
     Raises StudyError and SwarmFileError for bad input, before anything is written; OSError where `out` fails.
     """
-    table = _table(swarm)
+    table = swarm_table(swarm)
     checked = parse_swarm(table, str(swarm))
     plan = load_study(file, options)
     try:
@@ -50,7 +51,9 @@ def study(swarm: Path, file: Path | None, options: dict[str, object], out: Path,
         raise StudyError("\n".join(f"{file or swarm}: {line}" for line in str(error).split("\n"))) from None
     place: AbstractContextManager[Workers] = cluster(scheduler) if scheduler else local(jobs)
     with place as workers, Ledger(out, plan, table) as ledger:
-        stopped = _fly(plan, table, ledger, workers)
+        if plan.runs > 1 and plan.equal_runs(checked):
+            print(f"flockwire: warning: runs = {plan.runs}: {NO_CHANCE}", file=sys.stderr)
+        stopped = _fly(plan, ledger, workers)
         findings = find(checked, plan, ledger.results)
     if findings.results:
         write_worst(findings, table, out)
@@ -59,18 +62,15 @@ def study(swarm: Path, file: Path | None, options: dict[str, object], out: Path,
     return _verdict(findings, stopped)
 
 
-def _fly(plan: Study, table: Table, ledger: Ledger, workers: Workers) -> str:
+def _fly(plan: Study, ledger: Ledger, workers: Workers) -> str:
     """Fly what the ledger lacks; returns why it was not done to its end, or nothing."""
-    flown = {(result.point, result.run) for result in ledger.results}
-    runs = [(point, run) for run in range(plan.runs) for point in range(len(plan.points))]
-    tasks = [Task(plan, table, point, run) for point, run in runs if (point, run) not in flown]
-    done = len(runs) - len(tasks)
+    tasks, runs = ledger.missing(), plan.runs * len(plan.points)
     failures = sum(not r.ok for r in ledger.results if r.run < plan.runs)
     columns = (BarColumn(None), MofNCompleteColumn(), TextColumn("{task.description}"), TimeElapsedColumn(),
                TimeRemainingColumn())  # fmt: skip
     try:
         with _terminable(), Progress(*columns, console=Console(stderr=True)) as progress:
-            bar = progress.add_task(f"{failures} failed", total=len(runs), completed=done)
+            bar = progress.add_task(f"{failures} failed", total=runs, completed=runs - len(tasks))
             for result in conduct(tasks, workers):
                 ledger.add(result)
                 failures += not result.ok
@@ -94,15 +94,6 @@ def _terminable() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGTERM, before)
-
-
-def _table(path: Path) -> Table:
-    """Read the swarm file; files of key frames are named so that they are found from anywhere."""
-    table: Table = load_table(path)
-    for formation in (table.get("formation"), *dict(table.get("formations", {})).values()):
-        if isinstance(formation, dict) and "frames" in formation:
-            formation["file"] = str((path.parent / str(formation["file"])).resolve())
-    return table
 
 
 def _print(findings: Findings, out: Path) -> None:

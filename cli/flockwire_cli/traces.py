@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from flockwire_station.terminal.progress import progress
 
-from flockwire_cli.arguments import refuse, unwritable
+from flockwire_cli.inputs import refuse, unwritable
 
 app = typer.Typer()
 
@@ -28,12 +29,13 @@ def report(
     pdf: Annotated[bool, typer.Option("--pdf", help="Write each figure as PDF too.")] = False,
 ) -> None:
     """Draw the figures of a trace; write report.html and summary.json."""
-    from flockwire_recorder.report import write_report  # noqa: PLC0415
-
-    from flockwire_cli.verdict import print_summary  # noqa: PLC0415
+    from flockwire_analysis.report import write_report  # noqa: PLC0415
+    from flockwire_station.verdict import print_summary  # noqa: PLC0415
 
     folder = out or trace.parent
-    failures = print_summary(_trace(lambda: write_report(trace, folder, pdf)), folder)
+    with progress("reads the trace, draws its figures"):
+        summary = _trace(lambda: write_report(trace, folder, pdf))
+    failures = print_summary(summary, folder)
     if failures:
         print(f"flockwire: {'; '.join(failures)}", file=sys.stderr)
         raise typer.Exit(1)
@@ -58,11 +60,11 @@ def recover(
 def export(
     trace: Annotated[Path, typer.Argument(metavar="TRACE", help="A trace.mcap.")],
     out: Annotated[Path | None, typer.Option(help="Folder for the tables [tables, beside the trace].")] = None,
-    form: Annotated[Form, typer.Option("--format", help="Parquet needs flockwire[parquet].")] = Form.CSV,
+    form: Annotated[Form, typer.Option("--format", help="Parquet needs `scripts/extra parquet`.")] = Form.CSV,
 ) -> None:
     """Write a trace as tables: poses, estimates, commands, telemetry, errors, events."""
-    from flockwire_recorder.export import write_csv, write_parquet  # noqa: PLC0415  (numpy)
-    from flockwire_recorder.reading import read_trace  # noqa: PLC0415
+    from flockwire_analysis.export import write_csv, write_parquet  # noqa: PLC0415  (numpy)
+    from flockwire_analysis.reading import read_trace  # noqa: PLC0415
 
     write = write_csv if form is Form.CSV else write_parquet
     for path in _trace(lambda: write(read_trace(trace), out or trace.parent / "tables")):
@@ -76,11 +78,10 @@ def compare(
     out: Annotated[Path, typer.Option(help="Folder for the figures.")] = Path("runs/comparison"),
 ) -> None:
     """Draw two flights over each other, and print their figures side by side."""
-    from flockwire_recorder.comparison import compare as draw  # noqa: PLC0415  (matplotlib)
-    from flockwire_recorder.reading import read_trace  # noqa: PLC0415
-    from flockwire_recorder.summary import summarise  # noqa: PLC0415
-
-    from flockwire_cli.verdict import beside  # noqa: PLC0415
+    from flockwire_analysis.figures.comparison import compare as draw  # noqa: PLC0415  (matplotlib)
+    from flockwire_analysis.reading import read_trace  # noqa: PLC0415
+    from flockwire_analysis.summary import summarise  # noqa: PLC0415
+    from flockwire_station.verdict import beside  # noqa: PLC0415
 
     traces = _trace(lambda: (read_trace(first), read_trace(second)))
     names = _names(first, second)
@@ -94,7 +95,7 @@ def compare(
 
 
 def _names(first: Path, second: Path) -> tuple[str, str]:
-    """Return what tells two traces apart: the folders that they lie in, or else their own names."""
+    """Return what distinguishes two traces: the folders that they lie in, or else their own names."""
     folders = first.resolve().parent.name, second.resolve().parent.name
     return folders if folders[0] != folders[1] else (first.stem, second.stem)
 

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from flockwire.wire.plan import Plan
 
-from flockwire_cli.arguments import SwarmFile, load, refuse
+from flockwire_cli.arguments import SwarmFile
+from flockwire_cli.inputs import load, refuse
 
 if TYPE_CHECKING:
-    from flockwire.control.vector import Vector
-    from flockwire_mocap.inspection import BodyFigures, Inspection
+    from flockwire.domain.vector import Vector
     from flockwire_mocap.source import Link
+    from flockwire_mocap.survey.inspection import BodyFigures, Inspection
 
 Seconds = Annotated[float, typer.Option(min=0.5, max=60.0, help="Seconds to listen.")]
 BAD_RESIDUAL = 0.05  # m
@@ -52,8 +53,8 @@ def align(
     seconds: Seconds = 1.5,
 ) -> None:
     """Find rotation and offset from the tracker's frame to the field's, from bodies on known places."""
-    from flockwire_mocap.alignment import AlignmentError  # noqa: PLC0415
-    from flockwire_mocap.alignment import align as fitted  # noqa: PLC0415
+    from flockwire_mocap.survey.alignment import AlignmentError  # noqa: PLC0415
+    from flockwire_mocap.survey.alignment import align as fitted  # noqa: PLC0415
 
     plan = load(swarm)
     known = _places(plan, at or [])
@@ -78,7 +79,7 @@ def align(
 
 
 def _listen(plan: Plan, seconds: float) -> tuple[Inspection, Link]:
-    from flockwire_mocap.listening import listen  # noqa: PLC0415
+    from flockwire_mocap.survey.listening import listen  # noqa: PLC0415
 
     try:
         return asyncio.run(listen(plan, seconds))

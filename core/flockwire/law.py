@@ -1,4 +1,4 @@
-"""The interface of a control law.
+"""The interface of a control law; a law of one's own needs no other module of flockwire's (docs/own_law.md).
 
 A law is pure: an observation and the time go in, a velocity and an estimate come out. It reads no clock, does no input
 or output and draws no random numbers; it may keep state from step to step. `[control] law = "package.module:ClassName"`
@@ -7,22 +7,47 @@ flies any class of this form. Positions are m, velocities m/s, world frame (ENU)
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import isfinite
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
-from flockwire.control.airframe_state import Motion
 from flockwire.control.formation import Formation
-from flockwire.control.relay import LeaderMotion
-from flockwire.control.vector import ZERO, Vector
-from flockwire.nanoseconds import BILLION
-from flockwire.wire.messages import Body
+from flockwire.control.observer import ObserverParameters
+from flockwire.control.potential import PotentialParameters
+from flockwire.control.protocol import ProtocolParameters
+from flockwire.control.sidestep import SidestepParameters
+from flockwire.domain.body import Body, BodyKind
+from flockwire.domain.motion import LeaderMotion, Motion
+from flockwire.domain.time import SECOND
+from flockwire.domain.vector import ZERO, Vector, add, distance, limit, norm, scale, subtract
+from flockwire.swarm.tables import Finite, NotNegative, Parameters, Positive
 
-if TYPE_CHECKING:
-    from flockwire.swarm.model import Swarm
-
+__all__ = [
+    "SECOND", "ZERO", "Body", "BodyKind", "Decision", "Finite", "Law", "LawSettings", "LeaderMotion", "Motion",
+    "NeighbourEstimate", "NotNegative", "Observation", "Parameters", "Positive", "Reference", "Vector",
+    "add", "distance", "limit", "norm", "scale", "subtract",
+]  # fmt: skip
 
 FAILED = "the law failed"  # what the status of a drone begins with whose law raised
+
+
+class LawSettings(NamedTuple):
+    """What a law is made from: one drone's constants, and the gains of the swarm file."""
+
+    number: int  # of the follower
+    period: float  # s, between two steps
+    lag: float  # s, of its airframe
+    dead_time: float  # s, likewise
+    speed: float  # m/s, at most
+    acceleration: float  # m/s^2, at most
+    parameters: Mapping[str, object]  # [control.parameters], for `Parameters.of`
+    protocol: ProtocolParameters  # the gains of (9)
+    observer: ObserverParameters  # the gains of (8)
+    explicit_observer: bool  # whether (8) is stepped forward, not backward (law "paper")
+    velocity_time_constant: float  # s, of the filter of the estimated velocity (law "paper")
+    leader_time_constant: float  # s, of the tracker of the leader's velocity (law "extended")
+    potentials: PotentialParameters  # of (9)
+    sidestep: SidestepParameters  # round what is in the way (law "extended")
 
 
 class NeighbourEstimate(NamedTuple):
@@ -43,11 +68,11 @@ class Reference(NamedTuple):
 
     def offset(self, when: int) -> Vector:
         """Return h_i, m."""
-        return self.formation.offset(self.rank, (when - self.start) / BILLION)
+        return self.formation.offset(self.rank, (when - self.start) / SECOND)
 
     def rate(self, when: int) -> Vector:
         """Return h_i', m/s."""
-        return self.formation.offset_rate(self.rank, (when - self.start) / BILLION)
+        return self.formation.offset_rate(self.rank, (when - self.start) / SECOND)
 
 
 class Observation(NamedTuple):
@@ -70,10 +95,10 @@ class Decision(NamedTuple):
 
 
 class Law(Protocol):
-    """A control law of follower `number` of `swarm`."""
+    """A control law of one follower."""
 
-    def __init__(self, swarm: Swarm, number: int) -> None:
-        """Begin."""
+    def __init__(self, settings: LawSettings) -> None:
+        """Start."""
 
     def step(self, observation: Observation, now: int) -> Decision:
         """Return what to do at `now`; called at the control rate, on the ground too."""

@@ -5,16 +5,19 @@ It stands above `swarm` and `wire` because some rules are about addresses, which
 
 from __future__ import annotations
 
-import importlib
 import json
 import traceback
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import cast
 
 from pydantic import ValidationError
 
-from flockwire.swarm import gateway_rules, rules
+from flockwire.law import Law
+from flockwire.objects import load_object
+from flockwire.parameters import law_settings
+from flockwire.swarm import airframe_rules, gateway_rules, rules
+from flockwire.swarm.airframes import AIRFRAMES
 from flockwire.swarm.mending import mended, validated
 from flockwire.swarm.model import Swarm, uav
 from flockwire.swarm.reading import error_lines, faults, read_toml
@@ -22,9 +25,6 @@ from flockwire.swarm.rule import broken, needs
 from flockwire.swarm.tables import Model
 from flockwire.wire import rules as wire_rules
 from flockwire.wire.plan import Plan
-
-if TYPE_CHECKING:
-    from flockwire.law import Law
 
 
 class NoParameters(Model):
@@ -89,8 +89,10 @@ def problems(swarm: Swarm, to_fly: bool = True, wrong: set[str] | None = None) -
 
     A swarm that is not `to_fly`, because it has flown, may name a law that cannot be had here; none is imported.
     """
-    every = (*rules.RULES, *gateway_rules.RULES, _addresses, *((_law_problems, _law_constructor) if to_fly else ()))
-    yield from broken(swarm, every, wrong if wrong is not None else set())
+    own = (rule for row in AIRFRAMES if row.rules for rule in load_object(row.rules))
+    of_files = (*rules.RULES, *own, *airframe_rules.RULES, *gateway_rules.RULES, _addresses)
+    of_laws = (_law_problems, _law_constructor) if to_fly else ()
+    yield from broken(swarm, (*of_files, *of_laws), wrong if wrong is not None else set())
 
 
 @needs("hosts", "drones.id", "drones.host", "drones.address", "network", "leader.kind", "graph", "avoidance")
@@ -109,15 +111,9 @@ def load_law(name: str) -> type[Law]:
     return cast("type[Law]", found)
 
 
-def load_object(path: str) -> Any:  # noqa: ANN401  (whatever it names)
-    """Return what `package.module:name` names; raises ImportError, AttributeError, or what the import raises."""
-    module, _, attribute = path.partition(":")
-    return getattr(importlib.import_module(module), attribute)
-
-
 def make_law(swarm: Swarm, number: int) -> Law:
     """Return the law of follower `number`, its parameters checked; raises LawError, and what its constructor raises."""
-    return load_law(swarm.control.law)(swarm, number)
+    return load_law(swarm.control.law)(law_settings(swarm, number))
 
 
 @needs("control.law", "control.parameters")

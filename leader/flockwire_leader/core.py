@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from flockwire.control.graph import LEADER
-from flockwire.control.vector import ZERO, Vector
-from flockwire.flight.cores import Start
-from flockwire.flight.phases import Phase
-from flockwire.flight.pilot import Pilot
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
+from flockwire.domain.vector import ZERO, Vector
+from flockwire.parameters import pilot_parameters
+from flockwire.pilot.phases import Phase
+from flockwire.pilot.pilot import Pilot
+from flockwire.process.cores import Start
 from flockwire.swarm.model import Swarm
-from flockwire.wire.keys import Key
+from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Command, Message, Mission
 from flockwire.wire.status import Report
 
 from flockwire_leader.course import Course
-from flockwire_leader.steering import Steering
+from flockwire_leader.teleoperation import Teleoperation
 from flockwire_leader.tracked import TrackedLeader
 from flockwire_leader.virtual import VirtualLeader
 
@@ -25,21 +26,21 @@ class FlyingLeader:
     """Flies drone 0 along the trajectory, or as a person steers it; started at `now` (Unix ns)."""
 
     def __init__(self, swarm: Swarm, now: int) -> None:
-        self._pilot = Pilot(swarm, LEADER, now)
+        self._pilot = Pilot(pilot_parameters(swarm, LEADER), now)
         self.triggers = frozenset({self._pilot.pose_key})
-        self.prompt: frozenset[Key] = frozenset()
+        self.prompt = frozenset({MISSION})
         self.period = 1.0 / swarm.control.rate_hz
         self._course = Course(swarm)
-        self._steering = Steering(swarm) if swarm.leader.kind == "teleoperated" else None
+        self._teleoperation = Teleoperation(swarm) if swarm.leader.kind == "teleoperated" else None
         self._flown: Mission | None = None  # the order that the course is of
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Take in a message."""
         if isinstance(message, Mission):
-            self._pilot.flight.order(message)
+            self._pilot.flight.order(message, now)
             return
-        if self._steering is not None and isinstance(message, Command):
-            self._steering.take(message)
+        if self._teleoperation is not None and isinstance(message, Command):
+            self._teleoperation.take(message)
             return
         take = self._pilot.take.get(key)
         if take is not None:
@@ -53,7 +54,7 @@ class FlyingLeader:
         """Observe, decide, command: what to publish at `now`."""
         pilot = self._pilot
         was = pilot.flight.phase
-        phase = pilot.observe(now, SILENCE, (), "", _no_neighbours)
+        phase = pilot.observe(now, SILENCE, (), "", list)
         wanted = self._wanted(was, now) if phase is Phase.FORMATION else ZERO
         return pilot.command(wanted, now)
 
@@ -68,8 +69,8 @@ class FlyingLeader:
     def report(self, now: int) -> Report:
         """Return how the leader is."""
         report = self._pilot.report(now)
-        if self._steering is not None and not report.detail and report.phase == Phase.FORMATION:
-            report = report._replace(detail=self._steering.described(now))
+        if self._teleoperation is not None and not report.line and report.phase == Phase.FORMATION:
+            report = report._replace(detail=self._teleoperation.described(now))
         return report
 
     def _wanted(self, was: Phase, now: int) -> Vector:
@@ -78,21 +79,17 @@ class FlyingLeader:
         mission, motion = pilot.flight.mission, pilot.motion
         if mission is None or motion is None:
             return ZERO
-        if self._steering is not None:
+        if self._teleoperation is not None:
             if was is not Phase.FORMATION:
-                self._steering.rest()
-            return self._steering.velocity(motion.position, now, pilot.dt)
+                self._teleoperation.rest()
+            return self._teleoperation.velocity(motion.position, now, pilot.dt)
         if self._flown is None or mission.start != self._flown.start:  # an order again does not restart the course
             self._flown = mission
-            course.restart(motion.position, (now - mission.start) / BILLION)
+            course.restart(motion.position, (now - mission.start) / SECOND)
         elif was is not Phase.FORMATION:
-            course.resume(motion.position, (now - mission.start) / BILLION)
-        t = (pilot.stamp - mission.start) / BILLION
-        return course.velocity(motion.position, pilot.bodies, t, (now - pilot.born) / BILLION)
-
-
-def _no_neighbours() -> list[Vector]:
-    return []
+            course.resume(motion.position, (now - mission.start) / SECOND)
+        t = (pilot.stamp - mission.start) / SECOND
+        return course.velocity(motion.position, pilot.bodies, t, (now - pilot.born) / SECOND)
 
 
 def make_core(start: Start) -> FlyingLeader | TrackedLeader | VirtualLeader:

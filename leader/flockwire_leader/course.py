@@ -13,31 +13,31 @@ from collections.abc import Sequence
 from math import hypot, inf
 
 from flockwire.control.graph import LEADER
+from flockwire.control.sidestep import Sidestep
 from flockwire.control.trajectory_time import LONGEST_STEP, TrajectoryTime, falling, free_error
-from flockwire.control.vector import ZERO, Vector, add, limit, norm, scale, subtract
-from flockwire.flight.sidestepping import Sidestepper
+from flockwire.domain.body import Body, BodyKind
+from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
+from flockwire.parameters import sidestep_parameters
 from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import Body, BodyKind
 
 SLACK = 0.3  # m beyond the free error within which the trajectory comes to a halt
 CLEAR = 0.2  # m beyond the safety distance from where on a place can be waited for
 CATCH_UP = 0.5  # m/s at most of the correction, unless the trajectory itself is faster
-PATIENCE = 10.0  # s: half round an obstacle is a long way at that speed
+SIDE_SWITCH_TIME = 10.0  # s without progress: half round an obstacle is a long way at that speed
 
 
 class Course:
     """The trajectory of the leader of `swarm`, from where it is when it begins."""
 
     def __init__(self, swarm: Swarm) -> None:
-        airframe, safe = swarm.airframe(LEADER), swarm.avoidance
+        airframe = swarm.airframe(LEADER)
         self._trajectory, self._gain = swarm.leader.trajectory.build(), swarm.leader.tracking_gain
         self._filtered = swarm.control.filtered
         self._time = TrajectoryTime(LONGEST_STEP if self._filtered else inf)
         self._delay = airframe.lag + airframe.dead_time + 3.0 / swarm.control.rate_hz
         self._braking = swarm.limits.acceleration
-        self._drone_distance = safe.drone_distance_kept
-        self._obstacle_distance = safe.obstacle_distance_kept
-        self._sidestepper = Sidestepper(safe, PATIENCE)
+        self._separation = swarm.avoidance.kept
+        self._sidestep = Sidestep(sidestep_parameters(swarm), SIDE_SWITCH_TIME)
         self._origin = ZERO  # where the trajectory begins, m
         self._passed = 0.0  # m along the trajectory
         self._s = 0.0  # the trajectory's own time
@@ -76,7 +76,7 @@ class Course:
         if self._filtered:
             to_go = norm(error) - self._passed  # a goal that moves on is no lack of progress
             correction = limit(correction, max(speed, CATCH_UP))
-            correction = self._sidestepper.turned(correction, bodies, to_go, now)
+            correction = self._sidestep.turned(correction, bodies, to_go, now)
         return add(scale(rate, self._time.pace), correction)
 
     def _place(self, position: Vector, s: float) -> None:
@@ -101,4 +101,4 @@ class Course:
         drone = body.kind is BodyKind.DRONE
         rise = z - goal[2] if drone or z else 0.0  # along an upright cylinder nothing changes
         distance = hypot(x - goal[0], y - goal[1], rise) - body.radius
-        return distance - (self._drone_distance if drone else self._obstacle_distance)
+        return distance - (self._separation.drone if drone else self._separation.obstacle)

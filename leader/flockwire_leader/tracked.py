@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from flockwire.control.graph import LEADER
-from flockwire.flight.cores import Ground
-from flockwire.flight.ladder import MISTAKEN, doubted
-from flockwire.flight.phases import NEVER, age
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
+from flockwire.pilot.ladder import MISTAKEN, doubted
+from flockwire.pilot.orders import Orders
+from flockwire.pilot.phases import NEVER, age
+from flockwire.process.cores import Ground
 from flockwire.swarm.model import Swarm, uav
-from flockwire.wire.keys import Key
+from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import IdentityDoubt, Message, Mission, Pose
 from flockwire.wire.status import Report
 
@@ -24,7 +25,8 @@ class TrackedLeader(Ground):
         self._body = swarm.body(LEADER)
         self._pose: Pose | None = None
         self._doubt: IdentityDoubt | None = None
-        self._mission: Mission | None = None
+        self._orders = Orders()
+        self.prompt = frozenset({MISSION})
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Take in a message."""
@@ -33,8 +35,8 @@ class TrackedLeader(Ground):
                 self._pose = message
             case IdentityDoubt():
                 self._doubt = message
-            case Mission() if self._mission is None or message.stamp > self._mission.stamp:
-                self._mission = message
+            case Mission():
+                self._orders.take(message, now)
 
     def report(self, now: int) -> Report:
         """Return how the leader is."""
@@ -44,9 +46,12 @@ class TrackedLeader(Ground):
         return Report(
             phase,
             self._trouble(silence, now),
-            pose_age=(now - pose.stamp) / BILLION if pose is not None else -1.0,
-            mission=self._mission,
+            pose_age=(now - pose.stamp) / SECOND if pose is not None else -1.0,
+            mission=self._orders.mission,
+            counts=self._orders.counts,
             position=pose.position if pose is not None else None,
+            concurrent=self._orders.concurrent,
+            order_age=self._orders.age(now),
         )
 
     def _trouble(self, silence: float, now: int) -> str:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from flockwire.control.graph import LEADER
-from flockwire.flight.moving_point import MovingPoint
-from flockwire.flight.phases import Phase
+from flockwire.pilot.moving_point import MovingPoint
+from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import Swarm, uav
-from flockwire.wire.keys import Key
+from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Message, Mission, Pose
 from flockwire.wire.status import Report
 
@@ -16,7 +16,7 @@ class VirtualLeader:
 
     def __init__(self, swarm: Swarm, now: int) -> None:
         self.triggers: frozenset[Key] = frozenset()
-        self.prompt: frozenset[Key] = frozenset()
+        self.prompt = frozenset({MISSION})
         self.period = 1.0 / swarm.control.rate_hz
         self._frame = swarm.frame
         self._point = MovingPoint(swarm.leader.trajectory.build(), swarm.leader.start, now)
@@ -45,4 +45,8 @@ class VirtualLeader:
         """Return how the leader is."""
         point = self._point
         phase = Phase.FORMATION if point.moves(now) else Phase.READY
-        return Report(phase, mission=point.mission, position=point.position)
+        orders = point.orders
+        return Report(
+            phase, mission=orders.mission, counts=orders.counts, position=point.position,
+            concurrent=orders.concurrent, order_age=orders.age(now),
+        )  # fmt: skip

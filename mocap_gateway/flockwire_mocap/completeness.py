@@ -4,9 +4,9 @@ A report completes the frame when
 
 1. every body that has been reporting lately has reported since the last frame, each less than about a period ago;
 2. some have not, but the reporting body completed the last frame too: it comes last, so what is missing was lost;
-3. it is the body's third since the last frame (`PATIENCE`): the one that used to come last no longer reports.
+3. it is the body's third since the last frame (`MISSED_FRAMES`): the one that used to come last no longer reports.
 
-A body that is missing from `PATIENCE` frames in a row, or in case 3, is not waited for until it reports again.
+A body that is missing from `MISSED_FRAMES` frames in a row, or in case 3, is not waited for until it reports again.
 
 The age in rule 1 keeps together what is reported together: otherwise a frame could go on ending between two reports of
 one process, and hold some that are a period old. n bodies that report once a period leave a gap of at least 1/n period
@@ -17,9 +17,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 
-PATIENCE = 3
+MISSED_FRAMES = 3
 
 
 class Completeness:
@@ -31,7 +31,7 @@ class Completeness:
     def __init__(self, bodies: Sequence[int], period: float) -> None:
         self._awaited = set(bodies)
         self._missing = set(self._awaited)  # of those awaited, who has not reported since the last frame
-        self._maximum_age = round(period * (1.0 - 0.5 / len(self._awaited)) * BILLION)
+        self._maximum_age = round(period * (1.0 - 0.5 / len(self._awaited)) * SECOND)
         self._times: dict[int, int] = {}  # of the newest report since the last frame
         self._counts: dict[int, int] = {}  # of reports since the last frame
         self._missed: dict[int, int] = {}  # frames in a row, by body
@@ -44,7 +44,7 @@ class Completeness:
         self._missed.pop(body, None)
         self._times[body] = now
         count = self._counts[body] = self._counts.get(body, 0) + 1
-        if count >= PATIENCE:
+        if count >= MISSED_FRAMES:
             self._awaited -= self._missing
             self._missing.clear()
         elif self._missing:
@@ -59,7 +59,7 @@ class Completeness:
         """Begin the frame after the one that `last` completed."""
         for body in self._missing:
             missed = self._missed[body] = self._missed.get(body, 0) + 1
-            if missed >= PATIENCE:
+            if missed >= MISSED_FRAMES:
                 self._awaited.discard(body)
         self._last, self._missing = last, set(self._awaited)
         self._times.clear()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from flockwire.control.vector import ZERO, Vector, add, subtract
+from flockwire.domain.vector import ZERO, Vector, add, subtract
 
 from flockwire_mocap.quaternion import IDENTITY, Quaternion, product, rotate
 from flockwire_mocap.tracking import ReportedBody

@@ -9,8 +9,9 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from statistics import median
 
-from flockwire.flight.cores import Start
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
+from flockwire.pilot.orders import Orders
+from flockwire.process.cores import Start
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import IdentityDoubt, Message, Mission, Nearby, Pose
@@ -28,9 +29,10 @@ from flockwire_mocap.tracking import ReportedBody
 from flockwire_mocap.vicon import source as vicon
 from flockwire_mocap.vrpn import source as vrpn
 
-REPEAT = BILLION // 2  # ns between two repetitions of the newest order
+REPEAT = SECOND // 2  # ns between two repetitions of the newest order
 TOLERANCE = 0.1  # m by which a body may be elsewhere than where it can have flown
 SPEED_MARGIN = 2.0  # times limits.speed: what falls is faster
+TAKE_OFF = ("prepare", "takeoff")  # the orders by which a person says who is not on the field
 LATENCIES = 500  # poses of which the median is reported
 SOURCES: Mapping[str, Callable[[Start], Source]] = {  # by gateway.source
     "simulated": simulated.make_source,
@@ -60,15 +62,17 @@ class GatewayCore:
         self._identities = Identities(SPEED_MARGIN * swarm.limits.speed, TOLERANCE)
         self._doubt_keys = {i: Key("doubt", uav(i)) for i in swarm.tracked}
         self._latencies: deque[int] = deque(maxlen=LATENCIES)  # ns
-        self._mission: Mission | None = None
+        self._orders = Orders()
         self._repeat_at = 0
         self._first_frame = self._last_frame = 0  # Unix ns
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Take in a message."""
         self.source.receive(key, message, now)
-        if isinstance(message, Mission) and (self._mission is None or message.stamp > self._mission.stamp):
-            self._mission, self._repeat_at = message, now + REPEAT
+        if isinstance(message, Mission) and self._orders.take(message, now):
+            self._repeat_at = now + REPEAT
+            if message.verb in TAKE_OFF:
+                self._scene.forget_drones(message.without)
 
     def due(self, key: Key) -> bool:
         """Return whether the message that was just received completed a frame."""
@@ -87,15 +91,15 @@ class GatewayCore:
         for stamp, drone, position, _ in held:  # whosever it is, it is there
             self._scene.see_held(drone, stamp, position)
         if tracked and self._sensing:
-            self._scene.arrange(now)
+            self._scene.arrange(tracked[-1].stamp)
         for stamp, drone, position, orientation in tracked:
             if drone in self._sensing:
                 bodies = self._scene.near(drone, position)
                 messages.append((self._nearby_keys[drone], Nearby(stamp, frame, bodies)))
             messages.append((self._pose_keys[drone], Pose(stamp, frame, position, orientation)))
-        if self._mission is not None and now >= self._repeat_at:
+        if self._orders.mission is not None and now >= self._repeat_at:
             self._repeat_at = now + REPEAT
-            messages.append((MISSION, self._mission))
+            messages.append((MISSION, self._orders.mission))
         return messages
 
     def retire(self, now: int) -> None:
@@ -108,19 +112,22 @@ class GatewayCore:
     def report(self, now: int) -> Report:
         """Return how the gateway is: what is wrong first, then what it does not see."""
         link = self.source.link(now)
-        lost = [i for i in self._swarm.tracked if now - self._seen.get(i, 0) > BILLION]
-        if now - self._last_frame > BILLION:
+        lost = [i for i in self._swarm.tracked if now - self._seen.get(i, 0) > SECOND]
+        if now - self._last_frame > SECOND:
             phase, detail = "waiting", link.trouble or "no frames come any more: is the tracker still streaming?"
         else:
             phase, detail = "tracking" if len(lost) < len(self._swarm.tracked) else "waiting", self._unseen(lost, now)
         jumps, swaps = self._identities.jumps, self._identities.swaps
         counts = counted(("jumps held back", jumps.jumps), ("jumps confirmed", jumps.confirmed), ("swaps", swaps))
-        latency = median(self._latencies) / BILLION if self._latencies else -1.0
-        return Report(phase, detail, latency=latency, counts=(*link.counts, *counts))
+        latency = median(self._latencies) / SECOND if self._latencies else -1.0
+        return Report(
+            phase, detail, mission=self._orders.mission, latency=latency, counts=(*link.counts, *counts),
+            concurrent=self._orders.concurrent, order_age=self._orders.age(now),
+        )  # fmt: skip
 
     def _unseen(self, lost: list[int], now: int) -> str:
         never = [i for i in lost if i not in self._seen]
-        if never and self._scene.others and now - self._first_frame > BILLION:  # names may come after bodies
+        if never and self._scene.others and now - self._first_frame > SECOND:  # names may come after bodies
             names = ", ".join(repr(self._swarm.body(i)) for i in never)
             there = ", ".join(map(repr, sorted(self._scene.others)))
             return f"the tracker has no body {names}, but {there}: rename there, or set `body` of [[drones]]"

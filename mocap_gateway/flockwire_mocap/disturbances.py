@@ -6,7 +6,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Protocol
 
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 
@@ -80,7 +80,7 @@ class Disturbances:
         return share > 0.0 and self._chance.random() < share
 
     def _disturbed(self, frame: TrackerFrame) -> TrackerFrame:
-        elapsed = (frame.captured - (self._first or 0)) / BILLION
+        elapsed = (frame.captured - (self._first or 0)) / SECOND
         hidden = {
             occlusion.identity
             for occlusion in self._disturbance.occlusions

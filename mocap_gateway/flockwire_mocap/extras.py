@@ -5,6 +5,8 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
+from flockwire.extras import remedy
+
 
 class MissingExtraError(OSError):
     """A package that the source needs is not installed; the text says how to install it."""
@@ -16,4 +18,4 @@ def imported(module: str, extra: str) -> Any:  # noqa: ANN401  (any module)
         return importlib.import_module(module)
     except ImportError as error:
         line = f"gateway.source = {extra!r} needs the package {module.replace('_', '-')}"
-        raise MissingExtraError(f"{line}: pip install 'flockwire[{extra}]' ({error})") from None
+        raise MissingExtraError(f"{line}: {remedy(extra)} ({error})") from None

@@ -10,17 +10,17 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from flockwire.control.vector import Vector, distance
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
+from flockwire.domain.vector import Vector, distance
 
 from flockwire_mocap.jumps import JumpFilter
 from flockwire_mocap.quaternion import Quaternion
 
-FRESH = BILLION  # ns for which a sighting still shows whose a body is
-GAP = BILLION // 20  # ns without a drone after which its name alone does not show whose a body is
-RESTORED = BILLION  # ns for which names must be right again until the doubt is over
-BLACKOUT = 2 * BILLION // 5  # ns without any body after which motion shows nothing: the next frame counts as the first
-FORGOTTEN = 3 * BILLION  # ns without any body after which a doubt is over: the next frame counts as the first
+FRESH = SECOND  # ns for which a sighting still shows whose a body is
+GAP = SECOND // 20  # ns without a drone after which its name alone does not show whose a body is
+RESTORED = SECOND  # ns for which names must be right again until the doubt is over
+BLACKOUT = 2 * SECOND // 5  # ns without any body after which motion shows nothing: the next frame counts as the first
+FORGOTTEN = 3 * SECOND  # ns without any body after which a doubt is over: the next frame counts as the first
 
 
 class Claim(NamedTuple):

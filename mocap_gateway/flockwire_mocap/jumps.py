@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from flockwire.control.vector import Vector, distance
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
+from flockwire.domain.vector import Vector, distance
 
 
 class Sighting(NamedTuple):
@@ -93,5 +93,5 @@ class JumpFilter:
         return True
 
     def _reaches(self, a: Sighting, b: Sighting) -> bool:
-        elapsed = max(0, b.stamp - a.stamp) / BILLION
+        elapsed = max(0, b.stamp - a.stamp) / SECOND
         return distance(a.position, b.position) <= self._max_speed * elapsed + self._tolerance

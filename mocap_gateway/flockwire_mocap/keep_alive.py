@@ -12,7 +12,7 @@ def keep_alive(transport: asyncio.BaseTransport) -> None:
     """Have the kernel probe the other end every second while nothing comes, and end the connection after SILENCE s.
 
     The other end's kernel answers the probes, so that a server which sees no body, and has nothing to report, keeps its
-    connection. A time-out for data could not tell that from a server that is gone.
+    connection. A time-out for data could not distinguish that from a server that is gone.
     """
     link = transport.get_extra_info("socket")
     link.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)

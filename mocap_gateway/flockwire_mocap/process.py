@@ -8,7 +8,7 @@ from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from pathlib import Path
 from typing import cast
 
-from flockwire.flight.cores import Core
+from flockwire.process.cores import Core
 from flockwire.runtime.job import Job
 from flockwire.runtime.shell import run_core
 

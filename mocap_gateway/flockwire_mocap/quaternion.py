@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import cos, sin
 
-from flockwire.control.vector import Vector
+from flockwire.domain.vector import Vector
 
 Quaternion = tuple[float, float, float, float]
 

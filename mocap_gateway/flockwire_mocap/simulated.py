@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from math import hypot
 
-from flockwire.control.vector import Vector, add, scale
-from flockwire.flight.cores import Randomness, Start
-from flockwire.flight.faults import Fault, NameSwap, NoiseBurst, TrackerLoss, Visitor
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
+from flockwire.domain.vector import Vector, add, scale
+from flockwire.process.cores import Randomness, Start
+from flockwire.process.faults import Fault, NameSwap, NoiseBurst, TrackerLoss, Visitor
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Message, Mission, Pose
@@ -39,7 +39,7 @@ class SimulatedSource:
         self._names = {i: swarm.body(i) for i in swarm.tracked}
         self._frames = 0
         self._noise, self._dropout = parameters.noise, parameters.dropout
-        self._latency = round(parameters.latency * BILLION)
+        self._latency = round(parameters.latency * SECOND)
         self._randomness = randomness
         self._faults = tuple(fault for fault in faults if isinstance(fault, CameraFault))
         visitors = dict.fromkeys(fault.body for fault in self._faults if isinstance(fault, Visitor))
@@ -115,7 +115,7 @@ class SimulatedSource:
         """Measure what moves through the field beside the drones."""
         for fault in self._active_faults(stamp):
             if isinstance(fault, Visitor):
-                t = (stamp - (self._took_off or 0)) / BILLION - fault.at
+                t = (stamp - (self._took_off or 0)) / SECOND - fault.at
                 place = self._noisy(add(fault.start, scale(fault.velocity, t)), self._noise)
                 body = ReportedBody(self._visitors[fault.body], fault.body, place, IDENTITY, tracked=True)
                 self._measured.append((stamp, body))
@@ -123,7 +123,7 @@ class SimulatedSource:
     def _active_faults(self, stamp: int) -> list[CameraFault]:
         if not self._faults or self._took_off is None:
             return []
-        t = (stamp - self._took_off) / BILLION
+        t = (stamp - self._took_off) / SECOND
         return [fault for fault in self._faults if 0.0 <= t - fault.at < fault.duration]
 
     def _noisy(self, position: Vector, noise: float) -> Vector:

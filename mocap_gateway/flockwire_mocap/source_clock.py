@@ -10,17 +10,17 @@ from __future__ import annotations
 from collections import deque
 from itertools import pairwise
 
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 
 DelayPoint = tuple[int, int]  # source time, local minus source time; ns
 
-BLOCK = BILLION  # ns of the source's clock of which one point is kept
+BLOCK = SECOND  # ns of the source's clock of which one point is kept
 BLOCKS = 60  # blocks that the line is laid under
 SLOPE_BLOCKS = 10  # blocks from which on the slope is believed; a level line before
 DRIFT_LIMIT = 500e-6  # no quartz is worse
-STEP = BILLION  # ns; a source whose clock jumps by more has been restarted
-STEP_PATIENCE = BILLION  # ns for which a step back must last; what comes out of a full queue is soon over
-AGREEMENT = BILLION // 100  # ns; a clock that is known to have been set back is followed if it is further off than that
+STEP = SECOND  # ns; a source whose clock jumps by more has been restarted
+STEP_PATIENCE = SECOND  # ns for which a step back must last; what comes out of a full queue is soon over
+AGREEMENT = SECOND // 100  # ns; a clock that is known to have been set back is followed if it is further off than that
 
 
 class SourceClock:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from math import isfinite
 from typing import NamedTuple
 
-from flockwire.control.vector import Vector
+from flockwire.domain.vector import Vector
 
 from flockwire_mocap.quaternion import IDENTITY, Quaternion
 

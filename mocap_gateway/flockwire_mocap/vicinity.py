@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import floor
 
-from flockwire.control.vector import Vector
+from flockwire.domain.vector import Vector
 
 Cell = tuple[int, int]
 

@@ -2,6 +2,8 @@
 
 The package's own writer builds each message record field by field, which takes several times as long as all else that
 a recorder does. Here one struct makes a message's head and another a whole message index; the file is the same.
+The Rust writer of foxglove-sdk (0.30) cannot replace it: it takes neither a sequence number nor a publish time, from
+which losses and delays are read.
 """
 
 from __future__ import annotations

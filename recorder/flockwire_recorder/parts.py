@@ -1,8 +1,10 @@
-"""The parts of a flight's trace: a recorder that is started again in flight goes on in a file beside the first.
+"""Where a recorder writes: the parts of a flight's trace, and the folders of a recorder that outlasts flights.
 
     trace.mcap, trace-2.mcap, trace-3.mcap, ...
 
-Nothing is appended to a file that was cut off: each part is read as far as it goes.
+A recorder that is started again in flight goes on in a file beside the first. Nothing is appended to a file that was
+cut off: each part is read as far as it goes. A dated recorder has a folder for each time that it is started, named by
+the time; after a crash it goes on in the folder of the trace that was cut off.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from pathlib import Path
 
 from flockwire.swarm.model import Swarm
 from mcap.records import Metadata
+from mcap.writer import MCAP0_MAGIC
 
 from flockwire_recorder.records import WholeRecords
 from flockwire_recorder.trace import METADATA
@@ -43,6 +46,27 @@ def same_flight(folder: Path, swarm: Swarm, now: datetime) -> bool:
     if described is None or described.name != METADATA or now.timestamp() - written > SAME_FLIGHT:
         return False
     return described.metadata.get("swarm") == swarm.model_dump_json()
+
+
+def dated_folder(out: Path, swarm: Swarm, now: datetime) -> Path:
+    """Return the folder below `out` for the recorder of `swarm` that starts at `now`. Raises OSError."""
+    newest = newest_folder(out)
+    if newest is not None and same_flight(newest, swarm, now) and not _is_closed(parts(newest / FIRST)[-1]):
+        return newest
+    return out / f"{now:%Y%m%d-%H%M%S}"
+
+
+def newest_folder(out: Path) -> Path | None:
+    """Return the newest folder below `out` with a trace, None when there is none."""
+    return max((first.parent for first in out.glob(f"*/{FIRST}")), default=None)
+
+
+def _is_closed(trace: Path) -> bool:
+    """Return whether the trace ends with the bytes that it begins with: those of MCAP."""
+    size = len(MCAP0_MAGIC)
+    with trace.open("rb") as stream:
+        stream.seek(max(size, trace.stat().st_size - size))
+        return stream.read() == MCAP0_MAGIC
 
 
 def _further(trace: Path) -> Iterator[Path]:

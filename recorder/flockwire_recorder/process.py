@@ -6,7 +6,7 @@ import logging
 from collections import Counter
 
 from flockwire import clock
-from flockwire.flight.stepping import Deadlines
+from flockwire.process.stepping import Deadlines
 from flockwire.runtime.detours import read_detours
 from flockwire.runtime.ending import Ending, finished, last_resort
 from flockwire.runtime.job import Job
@@ -21,6 +21,7 @@ from flockwire.wire.status import FULL, Counts, Report, counted
 
 from flockwire_recorder.core import PERIOD, RecorderCore
 from flockwire_recorder.parts import next_part
+from flockwire_recorder.publication import published_at
 from flockwire_recorder.trace import TraceFullError, TraceWriter, describe
 
 FLUSH_EVERY = 5  # drains: at most a tenth of a second is lost with the process
@@ -57,7 +58,8 @@ class Recorder:
     def drain(self, now: int) -> None:
         """Write everything that is buffered, in the order in which it was sent. Raises TraceFullError once."""
         for sent, topic, publisher, sequence, payload in in_order(self._topics, now, self._rejected):
-            self._trace.write(topic, self._ros_types[topic], publisher, sequence, now, sent, payload)
+            published = published_at(sent, now)
+            self._trace.write(topic, self._ros_types[topic], publisher, sequence, now, published, payload)
 
     def close(self) -> None:
         """Write what is left and close the trace. Raises TraceFullError where it took, or takes, no more."""
@@ -93,9 +95,11 @@ async def run(job: Job) -> None:
         recorder = Recorder(plan, identity, session, trace, refusals)
         ticker = Ticker(PERIOD, recorder.tick)
         ticker.start()
+        done = False
         try:
             await finished(RecorderCore(), plan, identity, session, ending)
             recorder.close()  # before the last resort: a slow disk takes its time, who supervises ends what hangs
+            done = True
         finally:
             ticker.stop()
-            last_resort()
+            last_resort(identity, done)

@@ -16,14 +16,14 @@ from pathlib import Path
 from tempfile import SpooledTemporaryFile
 from typing import TYPE_CHECKING
 
-from flockwire.flight.faults import told
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
+from flockwire.process.faults import told
 from flockwire.wire.schemas import schema_text
 
 from flockwire_recorder.chunked import ChunkedWriter
 
 if TYPE_CHECKING:
-    from flockwire.flight.faults import Fault
+    from flockwire.process.faults import Fault
     from flockwire.swarm.model import Swarm
 
 FAULTS = "faults"  # of the metadata
@@ -58,7 +58,7 @@ def describe(
         "version": version("flockwire"),
         **({"world": "virtual"} if virtual else _machine()),
         "seed": str(seed),
-        "started": datetime.fromtimestamp(started // BILLION, UTC).isoformat(),
+        "started": datetime.fromtimestamp(started // SECOND, UTC).isoformat(),
         **_injected(faults),
     }
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flockwire.flight.cores import Ground, Start
+from flockwire.process.cores import Ground, Start
 from flockwire.wire.status import Report
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from random import Random
 
-from flockwire.flight.cores import Address, Datagram
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import nanoseconds
+from flockwire.process.cores import Address, Datagram
 from flockwire.swarm.tables import Sim
 
 from flockwire_sim.scheduler import Scheduler
@@ -33,4 +33,4 @@ class DatagramNetwork:
         if receive is None or (table.loss and chance() < table.loss):
             return
         delay = table.delay + (table.jitter * chance() if table.jitter else 0.0)
-        self._scheduler.at(self._scheduler.now + round(delay * BILLION), receive, datagram)
+        self._scheduler.at(self._scheduler.now + nanoseconds(delay), receive, datagram)

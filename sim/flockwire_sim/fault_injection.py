@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from flockwire.flight.faults import ClockStep, Cut, Fault, Freeze, Kill, LinkChange, Partition, Restart
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import nanoseconds
+from flockwire.process.faults import ClockStep, Cut, Fault, Freeze, Kill, LinkChange, Partition, Restart
 from flockwire.wire.plan import Plan
 
 from flockwire_sim.network import Conditions, VirtualLink
@@ -63,7 +63,7 @@ class FaultInjector:
                 process.freeze()
                 self._after(fault.duration, process.thaw)
             case ClockStep():
-                self._processes[fault.process].clock.step(round(fault.step * BILLION))
+                self._processes[fault.process].clock.step(nanoseconds(fault.step))
             case Cut():
                 self._cut([self._links[fault.source, fault.target]], fault.duration)
             case Partition():
@@ -81,7 +81,7 @@ class FaultInjector:
             self._after(duration, VirtualLink.mend, link)
 
     def _after(self, seconds: float, action: Action, argument: object = None) -> None:
-        self._scheduler.at(self._scheduler.now + round(seconds * BILLION), action, argument)
+        self._scheduler.at(self._scheduler.now + nanoseconds(seconds), action, argument)
 
     def _parts(self, ends: tuple[str, str], inside: set[str]) -> bool:
         return len(inside.intersection(ends)) == 1 and not self._untouched.intersection(ends)

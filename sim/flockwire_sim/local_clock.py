@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 
 
 class LocalClock:
@@ -15,7 +15,7 @@ class LocalClock:
     def read(self, true: int) -> int:
         """Return what it shows at the time `true` (Unix ns)."""
         drift = self._drift
-        return true + self._offset + self._correction + (drift * (true - self._epoch) // BILLION if drift else 0)
+        return true + self._offset + self._correction + (drift * (true - self._epoch) // SECOND if drift else 0)
 
     def correct(self, correction: int) -> None:
         """Add `correction` ns to what it would show: how far it is behind the swarm's."""
@@ -27,4 +27,4 @@ class LocalClock:
 
     def true_length(self, local: int) -> int:
         """Return how long, in true ns, `local` ns last on it."""
-        return local * BILLION // (BILLION + self._drift)
+        return local * SECOND // (SECOND + self._drift)

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from random import Random
 
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 from flockwire.swarm.tables import Sim
 from flockwire.wire.keys import Delivery
 
@@ -88,14 +88,14 @@ class VirtualLink:
 
     def _update(self) -> None:
         now = self._conditions[-1]
-        self._delay = round(now.delay * BILLION)
+        self._delay = round(now.delay * SECOND)
         # Under changing conditions a link keeps its order, and must know when its last load arrives.
         self._steady = len(self._conditions) == 1 and not (self._cuts or now.jitter or now.loss or now.reordering)
         self._steady = self._steady and self._last_arrival <= self._scheduler.now + self._delay
 
     def _depart(self, load: list[Parcel]) -> None:
         now, chance, conditions = self._scheduler.now, self._random.random, self._conditions[-1]
-        travel = self._delay + (round(chance() * conditions.jitter * BILLION) if conditions.jitter else 0)
+        travel = self._delay + (round(chance() * conditions.jitter * SECOND) if conditions.jitter else 0)
         arrival = self._last_arrival = max(now + travel, self._last_arrival)
         together = []
         for parcel in load:
@@ -103,7 +103,7 @@ class VirtualLink:
                 if parcel[1].row.delivery is Delivery.EVENT:
                     self._scheduler.at(arrival + self._until_it_gets_through(conditions.loss), self._deliver, [parcel])
             elif conditions.reordering and chance() < conditions.reordering:
-                self._scheduler.at(arrival + round(chance() * HELD_BACK * BILLION), self._deliver, [parcel])
+                self._scheduler.at(arrival + round(chance() * HELD_BACK * SECOND), self._deliver, [parcel])
             else:
                 together.append(parcel)
         if together:
@@ -113,4 +113,4 @@ class VirtualLink:
         tries = 1
         while tries < TRIES and self._random.random() < loss:
             tries += 1
-        return round(tries * AGAIN * BILLION)
+        return round(tries * AGAIN * SECOND)

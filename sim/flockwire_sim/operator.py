@@ -1,67 +1,72 @@
-"""The operator in virtual time: the director as a core."""
+"""The operator in virtual time: drives its core, and plans changes of formation, which take no time here."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
-from flockwire.flight.cores import Ground
-from flockwire.flight.director import POLL_PERIOD, STOP_FOR, Director, Stage
-from flockwire.swarm.model import uav
-from flockwire.wire.keys import MISSION, STOP, Key
-from flockwire.wire.messages import Message, Mission, Stop, Telemetry
-from flockwire.wire.plan import Plan
-from flockwire.wire.status import Report, Status
+from flockwire.ground.director import POLL_PERIOD, Director, Stage
+from flockwire.ground.formation_planning import ChangeRefusedError, plan_in_time
+from flockwire.ground.giving import Answer, Order
+from flockwire.ground.operator import OperatorCore
+from flockwire.process.cores import Ground
+from flockwire.swarm.model import Swarm
+from flockwire.wire.keys import Key
+from flockwire.wire.messages import Message, Mission
+from flockwire.wire.status import Report
 
 
-class OperatorCore(Ground):
-    """Receives how all are and gives the director's orders; calls `ordered` with each, `over` at the end."""
+class VirtualOperator(Ground):
+    """Runs `core` for `swarm`; `ordered` is called with each order that is given, `over` at the end of a flight."""
 
     period = POLL_PERIOD
 
     def __init__(
-        self, plan: Plan, director: Director, ordered: Callable[[Mission], None], over: Callable[[], None]
+        self, core: OperatorCore, swarm: Swarm, ordered: Callable[[Mission], None], over: Callable[[], None]
     ) -> None:
         super().__init__()
-        self._director, self._ordered, self._over = director, ordered, over
-        self._ended = False
-        self._frame = plan.swarm.frame
-        self._stop: str | None = None  # why all motors are to stop
-        self._stop_until = 0  # Unix ns
-        self._statuses: dict[str, Status] = {}
-        self._telemetry: dict[int, Telemetry] = {}
-        self._drones = {uav(drone): drone for drone in plan.pilots}
+        self.core = core
+        self.answers: list[tuple[Order, Answer]] = []
+        self._swarm, self._ordered, self._over = swarm, ordered, over
+        self._asked: list[Order] = []
+        self._ended: Director | None = None  # whose flight is over
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Take a status or telemetry in."""
-        if isinstance(message, Status):
-            self._statuses[message.identity] = message
-        elif isinstance(message, Telemetry):
-            self._telemetry[self._drones[key.owner]] = message
+        self.core.receive(key, message, now)
 
-    def stop(self, reason: str) -> None:
-        """Order an emergency stop because of `reason`."""
-        self._stop = reason
+    def ask(self, order: Order) -> None:
+        """Give `order` from the next step on; its answer comes to `answers`."""
+        self._asked.append(order)
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Give the orders that are due."""
-        orders = self._stops(now)
-        order = self._director.step(self._statuses, self._telemetry, now)
-        if self._director.stage is Stage.OVER and not self._ended:
-            self._ended = True
+        asked, self._asked = self._asked, []
+        for order in asked:
+            self.core.ask(order, now, answered=partial(self._answered, order))
+        messages = list(self.core.step(now))
+        for _, message in messages:
+            if isinstance(message, Mission):
+                self._ordered(message)
+        self._plan_changes(now)
+        director = self.core.director
+        if director is not None and director.stage is Stage.OVER and director is not self._ended:
+            self._ended = director
             self._over()
-        if order is not None:
-            self._ordered(order)
-            orders.append((MISSION, order))
-        return orders
-
-    def _stops(self, now: int) -> list[tuple[Key, Message]]:
-        if self._stop is None:
-            return []
-        if not self._stop_until:
-            self._stop_until = now + STOP_FOR
-            self._director.stop(now)
-        return [(STOP, Stop(now, self._frame, self._stop))] if now < self._stop_until else []
+        return messages
 
     def report(self, now: int) -> Report:
         """Return the stage of the flight."""
-        return Report(self._director.stage)
+        return Report(self.core.director.stage if self.core.director is not None else "serving")
+
+    def _answered(self, order: Order, answer: Answer) -> None:
+        self.answers.append((order, answer))
+
+    def _plan_changes(self, now: int) -> None:
+        for given in self.core.to_plan():
+            assert given.to_plan is not None  # noqa: S101  (it is listed)
+            running, formation, leader, duration = given.to_plan
+            try:
+                given.planned(plan_in_time(self._swarm, running, formation, lambda: now, leader, duration))
+            except ChangeRefusedError as error:
+                given.planned(None, str(error))

@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterable
 from hashlib import blake2b
 from typing import NamedTuple
 
-from flockwire.flight.cores import Core, Datagram, Networked
-from flockwire.flight.stepping import StatusPublisher, Stepper, at_once, tick_period
-from flockwire.flight.timekeeping import Timekeeping, is_known
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
+from flockwire.process.cores import Core, Datagram, Networked
+from flockwire.process.stepping import StatusPublisher, Stepper, at_once, tick_period
+from flockwire.process.timekeeping import Timekeeping, is_known
 from flockwire.swarm.model import Swarm
-from flockwire.wire.inbox import ATTACHMENT, Inbox, publisher_of
+from flockwire.wire.inbox import ATTACHMENT, inbox_of, publisher_of
 from flockwire.wire.keys import ROWS, Key, KeyRow, key_text
 from flockwire.wire.messages import Message
 
@@ -23,7 +23,7 @@ from flockwire_sim.sample import Parcel, Sample, Slot
 from flockwire_sim.scheduler import Scheduler
 
 UNREAD = 256  # datagrams that a socket keeps for a process that stands still
-POLL = BILLION // 50  # ns between two looks whether swarm time is known
+POLL = SECOND // 50  # ns between two looks whether swarm time is known
 
 
 class Published(NamedTuple):
@@ -104,6 +104,7 @@ class VirtualProcess:
         self._told = self._retired = False
         self._slots: list[Slot] = []
         self._waiting: dict[int, Slot] = {}
+        self._each: deque[tuple[Slot, Sample]] = deque(maxlen=UNREAD)  # of the keys of which every message counts
         self._loaded: list[VirtualLink] = []
         self._now = 0
 
@@ -121,7 +122,7 @@ class VirtualProcess:
         for key, outlet in self.outlets.items():
             outlet.sequence, outlet.publisher = 0, publisher_of(session, key)
         self._timekeeping = self._make_timekeeping(self.clock.correct)
-        self._slots = [Slot(Inbox(key, ROWS[key.kind]), key in self._timekeeping.keys) for key in self.subscribed]
+        self._slots = [Slot(inbox_of(key), key in self._timekeeping.keys) for key in self.subscribed]
         self._waiting = {}
         if is_known(self._timekeeping, now):
             self._begin()
@@ -136,7 +137,7 @@ class VirtualProcess:
             self.kill()
             return
         now = self._now = self.clock.read(self._scheduler.now)
-        if is_known(self._timekeeping, now) or waited > self._patience * BILLION:
+        if is_known(self._timekeeping, now) or waited >= self._patience * SECOND:
             self._begin()
             return
         if not self._frozen:
@@ -157,13 +158,14 @@ class VirtualProcess:
             core, self._swarm, buffered, self._slots, self._publish, timekeeping, status if self._reports else None,
             None if self._networked is None else self._flush,
         )  # fmt: skip
-        self._period = self.clock.true_length(round(tick_period(core) * BILLION))
+        self._period = self.clock.true_length(round(tick_period(core) * SECOND))
         self._scheduler.at(self._scheduler.now + self._period, self._tick, self._starts)
 
     def kill(self, _: object = None) -> None:
         """End at once."""
         self.alive = False
         self._waiting = {}
+        self._each.clear()
         self._unread.clear()
 
     def retire(self, _: object = None) -> None:
@@ -180,6 +182,10 @@ class VirtualProcess:
         waiting, self._waiting = self._waiting, {}
         for slot in waiting.values():
             self._arrived(slot)
+        while self._each:
+            slot, sample = self._each.popleft()
+            slot.sample = sample
+            self._arrived(slot)
         unread, self._unread = self._unread, deque(maxlen=UNREAD)
         for datagram in unread:
             self._take_datagram(datagram)
@@ -192,7 +198,9 @@ class VirtualProcess:
             slot = self._slots[place]
             slot.sample = sample
             if slot.prompt:
-                if self._frozen:
+                if self._frozen and slot.inbox.each:
+                    self._each.append((slot, sample))
+                elif self._frozen:
                     self._waiting[place] = slot
                 else:
                     self._arrived(slot)

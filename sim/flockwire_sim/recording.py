@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from flockwire.flight.faults import Fault
+from flockwire.process.faults import Fault
 from flockwire.swarm.model import Swarm
 from flockwire.wire.schemas import ROS_TYPES
-from flockwire_recorder.collecting import Collector
-from flockwire_recorder.recorded import Trace
+from flockwire_analysis.collecting import Collector
+from flockwire_analysis.recorded import Trace
 from flockwire_recorder.trace import TraceWriter, describe
 
 from flockwire_sim.process import Published

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain, count
 from random import Random
 
-from flockwire.flight.cores import Core, Start, make_core
-from flockwire.flight.director import Director, Stage
-from flockwire.flight.faults import Fault, of_core
-from flockwire.flight.preflight import Preflight
-from flockwire.flight.timekeeping import patience, timekeeping
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.ground.director import Director, Stage
+from flockwire.ground.giving import Order
+from flockwire.ground.operator import OperatorCore
+from flockwire.process.cores import Core, Start, make_core
+from flockwire.process.faults import Fault, of_core
+from flockwire.process.timekeeping import patience, timekeeping
 from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Mission
@@ -22,15 +25,15 @@ from flockwire_sim.datagrams import DatagramNetwork
 from flockwire_sim.fault_injection import FaultInjector
 from flockwire_sim.local_clock import LocalClock
 from flockwire_sim.network import Conditions, VirtualLink
-from flockwire_sim.operator import OperatorCore
+from flockwire_sim.operator import VirtualOperator
 from flockwire_sim.process import MakeCore, Outlet, Tap, VirtualProcess
 from flockwire_sim.scheduler import Scheduler
-from flockwire_sim.steersman import Script, Steersman, nobody
+from flockwire_sim.scripted_steering import Script, ScriptedSteering, nobody
 
-EPOCH = 1_790_000_000 * BILLION  # when every virtual flight begins, Unix ns
-PRESENT = (OPERATOR.kind, TELEOP.kind)  # of the persons: who conducts, and who steers
+EPOCH = 1_790_000_000 * SECOND  # when every virtual flight begins, Unix ns
+FIRST_GIVER = 1  # the number of the director's orders
 STARTED_WITHIN = 0.2  # s in which the processes start, each at a moment of its own
-LINGER = BILLION // 10  # ns after the flight is over until the recording ends
+LINGER = SECOND // 10  # ns after the flight is over until the recording ends
 LONGEST = 3600.0  # s that a flight without an end of its own may take
 
 
@@ -46,7 +49,7 @@ class World:
     """The processes of `swarm`, flown for `duration` s from take-off to landing; equal seeds give equal flights.
 
     The drones `without` stay on the ground. `tap` is called with every message as it is published (what is received
-    may differ).
+    may differ). `stations` are identities of further persons who may give orders: `station` returns theirs.
     """
 
     def __init__(
@@ -57,18 +60,23 @@ class World:
         faults: tuple[Fault, ...] = (),
         tap: Tap | None = None,
         without: tuple[int, ...] = (),
+        stations: tuple[str, ...] = (),
     ) -> None:
         swarm = swarm.in_simulation()
         self.swarm, self.plan = swarm, Plan(swarm)
         self.scheduler = Scheduler(EPOCH)
-        ready = Preflight.of(swarm)
-        self.conduct(Director(self.plan.pilots, swarm.frame, duration, EPOCH, preflight=ready, without=without))
+        self._stations = {
+            name: VirtualOperator(OperatorCore(self.plan, givers), self.swarm, self._ordered, self.scheduler.stop)
+            for name, givers in zip((OPERATOR.kind, *stations), _givers(), strict=False)
+        }
+        self.station().core.conduct(EPOCH, duration, without=without)
         self._script: Script = nobody
         self.links: dict[tuple[str, str], VirtualLink] = {}
         self._seed, self._faults, self._tap = seed, faults, tap
         self._persons = frozenset(self.plan.identities).difference(self.plan.started)
-        self._limit = EPOCH + round((duration + LONGEST) * BILLION)
+        self._limit = EPOCH + nanoseconds(duration + LONGEST)
         self._network = DatagramNetwork(swarm.sim, seed, self.scheduler)
+        self._seated: dict[str, Core] = {}
         self.processes = self._processes()
         self._connect()
         again = frozenset(identity for identity, row in self.plan.rows.items() if row.restarts)
@@ -76,7 +84,7 @@ class World:
         for identity, process in self.processes.items():
             recorder = identity in self.plan.recorders
             begin = 0.0 if recorder else self._chance(f"begin {identity}").random() * STARTED_WITHIN
-            self.scheduler.at(EPOCH + round(begin * BILLION), process.start)
+            self.scheduler.at(EPOCH + nanoseconds(begin), process.start)
 
     def run(self) -> Outcome:
         """Fly until the director calls it over."""
@@ -85,13 +93,28 @@ class World:
         scheduler.run(scheduler.now + LINGER)
         failure = director.failure
         if director.stage is not Stage.OVER:
-            failure = failure or f"the flight was not over after {(scheduler.now - EPOCH) / BILLION:.0f} s"
-        return Outcome(failure, (scheduler.now - EPOCH) / BILLION)
+            failure = failure or f"the flight was not over after {(scheduler.now - EPOCH) / SECOND:.0f} s"
+        return Outcome(failure, (scheduler.now - EPOCH) / SECOND)
 
-    def conduct(self, director: Director) -> None:
-        """Have `director` give the orders, in place of the one that there was."""
-        self.director = director
-        self._operator = OperatorCore(self.plan, director, self._ordered, self.scheduler.stop)
+    @property
+    def director(self) -> Director:
+        """What conducts the operator's newest flight; ValueError where it conducts none."""
+        director = self.station().core.director
+        if director is None:
+            raise ValueError("nobody conducts a flight")
+        return director
+
+    def conduct(self, director: Director | None) -> None:
+        """Have `director` give the orders, None: nobody, in place of the one that there was."""
+        self.station().core.director = director
+
+    def station(self, identity: str = OPERATOR.kind) -> VirtualOperator:
+        """Return one who gives orders: the operator, or one of the further stations."""
+        return self._stations[identity]
+
+    def seat(self, identity: str, core: Core) -> None:
+        """Have `core` run as `identity`, a person's, in place of the station there; before the flight begins."""
+        self._seated[identity] = core
 
     def steer(self, script: Script) -> None:
         """Have the leader steered as `script` says."""
@@ -99,7 +122,7 @@ class World:
 
     def stop(self, reason: str) -> None:
         """Order an emergency stop, as the operator does."""
-        self._operator.stop(reason)
+        self.station().ask(Order("stop", reason=reason))
 
     def _processes(self) -> dict[str, VirtualProcess]:
         return {
@@ -109,7 +132,8 @@ class World:
                 identity not in self._persons, self._network, patience(self.plan, identity),
             )
             for identity in self.plan.identities
-            if identity not in self.plan.routers and (identity in self.plan.started or identity in PRESENT)
+            if identity not in self.plan.routers
+            and (identity in self.plan.started or identity in self._stations or identity == TELEOP.kind)
         }  # fmt: skip
 
     def _subscribed(self, identity: str) -> tuple[Key, ...]:
@@ -118,10 +142,10 @@ class World:
         return self.plan.subscribes[identity]
 
     def _maker(self, identity: str) -> MakeCore:
-        if identity == OPERATOR.kind:
-            return lambda _, __: self._operator
+        if identity in self._stations:
+            return lambda _, __: self._seated.get(identity, self._stations[identity])
         if identity in self._persons:
-            return lambda _, __: Steersman(self.swarm.frame, self._script)
+            return lambda _, __: ScriptedSteering(self.swarm.frame, self._script)
 
         def make(now: int, starts: int) -> Core:
             chance = Random(f"{self.swarm.gateway.seed} {self._seed} {identity} {starts}")  # noqa: S311  (noise)
@@ -136,7 +160,7 @@ class World:
         if identity in self._persons:
             return LocalClock(EPOCH)
         offset, drift = chance.uniform(-1.0, 1.0) * table.clock_offset, chance.uniform(-1.0, 1.0) * table.clock_drift
-        return LocalClock(EPOCH, round(offset * BILLION), round(drift * BILLION))
+        return LocalClock(EPOCH, nanoseconds(offset), nanoseconds(drift))
 
     def _connect(self) -> None:
         usual = Conditions.usual(self.swarm.sim)
@@ -165,3 +189,10 @@ class World:
     def _ordered(self, order: Mission) -> None:
         if order.verb == "takeoff" and self._faulty.took_off is None:
             self._faulty.begin()
+
+
+def _givers() -> Iterator[Callable[[], int]]:
+    """Yield for each station what numbers those who give its orders; the operator's first flight has FIRST_GIVER."""
+    yield chain((FIRST_GIVER,), count((1 << 16) + 1)).__next__
+    for station in count(2):
+        yield count((station << 16) + 1).__next__

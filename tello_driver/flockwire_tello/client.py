@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND, nanoseconds
 
 from flockwire_tello.commands import CommandRule, rule, word
 from flockwire_tello.replies import fits, refused, split_replies
@@ -71,7 +71,7 @@ class _InFlight:
     @property
     def deadline(self) -> int:
         """When its reply is overdue, ns of the client's clock."""
-        return self.sent_at + round(self.rule.timeout * BILLION)
+        return self.sent_at + nanoseconds(self.rule.timeout)
 
 
 class _Owed(NamedTuple):
@@ -113,6 +113,11 @@ class TelloClient:
         elif command not in self._queue and (self._flight is None or self._flight.command != command):
             self._supersede(now)
             self._queue.append(command)
+
+    def cease(self, command: str, now: int) -> None:
+        """End `command`, which the state shows to be done: it is not sent again. A reply may still come."""
+        if self._flight is not None and self._flight.command == command:
+            self._end(CommandOutcome.DONE, "", now)
 
     def give_up(self, command: str, now: int) -> None:
         """End `command`, and expect no reply to it: the state shows that its datagram was lost."""
@@ -183,7 +188,7 @@ class TelloClient:
     def _transmit(self, flight: _InFlight, now: int) -> str:
         flight.sent += 1
         flight.sent_at = now
-        self._owed.append(_Owed(flight, flight.deadline + round(flight.rule.late * BILLION)))
+        self._owed.append(_Owed(flight, flight.deadline + nanoseconds(flight.rule.late)))
         return flight.command
 
     def _wait(self, command: str) -> None:
@@ -196,7 +201,7 @@ class TelloClient:
         """End the command in flight."""
         flight, self._flight = self._flight, None
         assert flight is not None  # noqa: S101  (for mypy: the callers have seen it)
-        self._finished.append(Finished(flight.command, outcome, reply, (now - flight.sent_at) / BILLION))
+        self._finished.append(Finished(flight.command, outcome, reply, (now - flight.sent_at) / SECOND))
         self._shorten(flight, now)
 
     def _supersede(self, now: int) -> None:
@@ -210,7 +215,7 @@ class TelloClient:
 
     def _shorten(self, flight: _InFlight, now: int) -> None:
         """Expect replies to a command that has ended no longer than its `late`."""
-        until = now + round(flight.rule.late * BILLION)
+        until = now + nanoseconds(flight.rule.late)
         self._owed = deque(
             (o._replace(until=min(o.until, until)) if o.flight is flight else o for o in self._owed), MOST_OWED
         )

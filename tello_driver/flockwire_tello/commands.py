@@ -37,7 +37,7 @@ RULES: dict[str, CommandRule] = {
     "command": CommandRule(timeout=1.0, resend=4),
     "takeoff": CommandRule(timeout=20.0, resend=0, late=5.0),
     "throwfly": CommandRule(timeout=20.0, resend=0, late=5.0),
-    "land": CommandRule(timeout=3.0, resend=5, late=5.0, urgent=True),  # a second one changes nothing
+    "land": CommandRule(timeout=0.5, resend=5, late=5.0, urgent=True),  # a second one changes nothing
     "stop": CommandRule(timeout=2.0, resend=2, reply=re.compile(r"ok|forced stop"), urgent=True),
     "rc": SILENT,
     "emergency": SILENT,

@@ -6,42 +6,48 @@ motors the moment a stop comes. What the drone does it takes from the drone's st
 
 from __future__ import annotations
 
-from flockwire.control.vector import ZERO, limit, norm, subtract
-from flockwire.flight.cores import Address, Datagram, Start
-from flockwire.flight.guard import Guard
-from flockwire.flight.stepping import next_deadline
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.domain.vector import ZERO, limit, norm, subtract
+from flockwire.parameters import guard_parameters
+from flockwire.process.cores import Address, Datagram, Start
+from flockwire.process.driving import RETIREMENT, SETTLED, TELEMETRY_PERIOD, TOLERANCE
+from flockwire.process.stepping import next_deadline
 from flockwire.swarm.model import Swarm, uav
-from flockwire.swarm.tello_addresses import COMMAND_PORT, tello_addresses
 from flockwire.wire.keys import STOP, Key
 from flockwire.wire.messages import Command, FlightState, Message, Pose, Stop, Telemetry
-from flockwire.wire.status import Report, counted
+from flockwire.wire.status import Reason, Report, counted
 
 from flockwire_tello.client import TelloClient
-from flockwire_tello.drone import TOLERANCE
 from flockwire_tello.flight_modes import FlightModes, Mode
 from flockwire_tello.flight_monitor import FlightMonitor
 from flockwire_tello.steady_time import SteadyTime
 from flockwire_tello.steering import Steering
 from flockwire_tello.sticks import CENTRED, StickGains, Sticks
+from flockwire_tello.swarm_file import COMMAND_PORT, reached, tello_addresses, tello_keys
 from flockwire_tello.tello_link import TelloLink
-from flockwire_tello.timing import RETIREMENT, SETTLED, TELEMETRY_PERIOD
 
+FIRST_COMMAND = 3 * SECOND  # ns that one started in flight has to learn swarm time: older or newer, no command counts
 JUMP = 0.05  # m/s, rad/s: a command that differs by more has its `rc` at once
-GIVEN_UP = 40 * BILLION  # ns after RETIREMENT, when a drone that went silent in the air counts as lost
-ON_GROUND = (FlightState.GROUNDED, FlightState.STOPPED)
+GIVEN_UP = 40 * SECOND  # ns after RETIREMENT, when a drone that went silent in the air counts as lost
+ON_GROUND = (FlightState.GROUNDED, FlightState.STOPPED, FlightState.HELD)
+LIFTED = Reason(
+    "ground", "off the ground with its motors standing, in somebody's hand, or its sensor sees no floor", "put it down"
+)
 HEADED = (Mode.GROUNDED, Mode.TAKING_OFF, Mode.FLYING)  # in which its heading counts
-BLIND = "no pose comes (it flies only up and down): look at the gateway, and at the link from it to this driver"
+BLIND = Reason(
+    "pose", "no pose comes (it flies only up and down)", "look at the gateway, and at the link from it to this driver"
+)
+STOPPING = Reason("stop", "not known to be down after the stop", "keep clear of it")
 
 
 class DriverCore:
     """The driver of drone `number` of `swarm`, started at `now` (Unix ns)."""
 
     def __init__(self, swarm: Swarm, number: int, now: int) -> None:
-        airframe, table, at = swarm.airframe(number), swarm.tello(number), tello_addresses(swarm, number)
+        table, at, keys = reached(swarm, number), tello_addresses(swarm, number), tello_keys(swarm.airframe(number))
         self.triggers: frozenset[Key] = frozenset()
         self.prompt = frozenset({STOP, Key("command", uav(number))})
-        self.period = 1.0 / airframe.rc_rate_hz
+        self.period = 1.0 / keys.rc_rate_hz
         self._frame, self._limits = swarm.frame, swarm.limits
         self._telemetry_key = Key("telemetry", uav(number))
         self._drone: Address = (at.drone, COMMAND_PORT)
@@ -51,12 +57,12 @@ class DriverCore:
         self._time = SteadyTime(now)
         self._client, self._monitor = TelloClient(), FlightMonitor()
         self._link = TelloLink(self._client, self._monitor, self._drone, table.state_port)
-        gains, yaw_age = airframe.stick_gains, round(swarm.limits.staleness.pose_land * BILLION)
+        gains, yaw_age = keys.stick_gains, nanoseconds(swarm.limits.staleness.pose_land)
         self._steering = Steering(StickGains(gains.right, gains.forward, gains.up, gains.clockwise), yaw_age)
         self._flight = FlightModes(self._client, self._monitor, slowest_climb(swarm, number))
         self._velocity, self._yaw_rate = ZERO, 0.0
         self._commanded: int | None = None
-        self._spacing, self._rc_deadline = round(self.period * BILLION), 0
+        self._spacing, self._rc_deadline = nanoseconds(self.period), 0
         self._telemetry_deadline = 0
         self._land_at: int | None = None
         self._down_since: int | None = None
@@ -74,6 +80,7 @@ class DriverCore:
             case Command():
                 self._command(message, t)
             case Stop():
+                self._telemetry_deadline = 0 if self._flight.mode is not Mode.STOPPED else self._telemetry_deadline
                 self._flight.stop(t)
             case Pose():
                 self._steering.see(message.orientation, t)
@@ -93,6 +100,10 @@ class DriverCore:
     def due(self, key: Key) -> bool:
         """Return False: it steps at a rate of its own."""
         return False
+
+    def correct(self, by: int) -> None:
+        """Take note that `now` goes on `by` ns ahead (behind when negative): so much has not passed."""
+        self._time.correct(by)
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Keep the link, the ladder and the sticks; publish the telemetry while the drone is heard."""
@@ -129,17 +140,18 @@ class DriverCore:
         """Return how the drone is."""
         t = self._time.at(now)
         grounded = self._flight.mode in (Mode.CONNECTING, Mode.GROUNDED)
-        details = (
-            self._link.named if grounded else "",
+        reasons = (
+            LIFTED if self._flight.mode is Mode.HELD else None,
+            *(self._link.named if grounded else ()),
             self._link.trouble(t),
             self._flight.refusal,
-            BLIND if self._flight.mode in HEADED and self._steering.blind(t) else "",
-            "not known to be down after the stop: keep clear of it" if self._flight.stopping else "",
-            self._monitor.imu_trouble(t) if grounded else "",
+            BLIND if self._flight.mode in HEADED and self._steering.blind(t) else None,
+            STOPPING if self._flight.stopping else None,
+            self._monitor.imu_trouble(t) if grounded else None,
         )
         battery = self._monitor.battery if self._monitor.heard(t) else -1.0
         counts = counted(("commands clipped", self._clipped), ("datagrams of others", self._foreign))
-        return Report(self._flight.mode, "; ".join(filter(None, details)), battery=battery, counts=counts)
+        return Report(self._flight.mode, battery=battery, counts=counts, reasons=tuple(filter(None, reasons)))
 
     def _command(self, message: Command, t: int) -> None:
         velocity = message.velocity
@@ -153,7 +165,8 @@ class DriverCore:
 
     def _silence(self, t: int) -> float:
         """Return for how long the pilot has been silent, s."""
-        return (t - self._commanded) / BILLION if self._commanded is not None else t / BILLION
+        since = FIRST_COMMAND if self._commanded is None else self._commanded
+        return max(0, t - since) / SECOND
 
     def _stale(self, t: int) -> bool:
         """Return whether no command is new enough to steer by."""
@@ -163,9 +176,9 @@ class DriverCore:
         """Return whether the process is to end, and the pilot's time to land is over."""
         return self._land_at is not None and t >= self._land_at
 
-    def _climb(self, t: int) -> float:
-        """Return the vertical velocity that the pilot wants, m/s; 0 when it is silent, or may command no more."""
-        return 0.0 if self._stale(t) or self._retired(t) else self._velocity[2]
+    def _climb(self, t: int) -> float | None:
+        """Return the vertical velocity that the pilot wants, m/s; None when it is silent, or may command no more."""
+        return None if self._stale(t) or self._retired(t) else self._velocity[2]
 
     def _descend(self, t: int) -> None:
         """Land without commands, when the process is to end, and for a pilot that goes on down near the ground."""
@@ -173,18 +186,19 @@ class DriverCore:
             self._flight.land(t)
 
     def _steer(self, t: int) -> None:
-        """Send the sticks: what was commanded last, centred when that is stale."""
+        """Send the sticks: what was commanded last, centred when that is stale, and while it lands."""
         if not self._flight.steered:
             return
         self._rc_deadline = next_deadline(self._rc_deadline, t, self._spacing)
         stale = self._stale(t)
         if stale and self._flight.mode is Mode.CONNECTING and self._commanded is None:
             return
-        sticks: Sticks = CENTRED if stale else self._steering.sticks(self._velocity, self._yaw_rate, t)
+        centred = stale or self._flight.mode is Mode.LANDING
+        sticks: Sticks = CENTRED if centred else self._steering.sticks(self._velocity, self._yaw_rate, t)
         self._client.send(sticks.command, t)
 
     def _note_down(self, t: int) -> None:
-        if self._flight.state in ON_GROUND and not self._monitor.airborne(t):
+        if self._flight.state in ON_GROUND and (not self._monitor.airborne(t) or self._monitor.held(t)):
             self._down_since = t if self._down_since is None else self._down_since
             self._steering.release()
         else:
@@ -196,14 +210,15 @@ class DriverCore:
             return []
         self._telemetry_deadline = next_deadline(self._telemetry_deadline, t, TELEMETRY_PERIOD)
         age, monitor = self._silence(t) if self._commanded is not None else -1.0, self._monitor
-        stamp = now - monitor.silence(t)
-        return [(self._telemetry_key, Telemetry(stamp, self._frame, state, monitor.battery, monitor.height, age))]
+        stamp, stopped = now - monitor.silence(t), self._flight.mode is Mode.STOPPED
+        telemetry = Telemetry(stamp, self._frame, state, monitor.battery, monitor.height, age, stopped)
+        return [(self._telemetry_key, telemetry)]
 
 
 def slowest_climb(swarm: Swarm, number: int) -> float:
     """Return the slowest, m/s, that the pilot of drone `number` takes off or lands: every limit on its speed counts."""
     limits = swarm.limits
-    speed = Guard(swarm, number).speed if swarm.control.filtered else limits.speed
+    speed = guard_parameters(swarm, number).fastest if swarm.control.filtered else limits.speed
     return min(limits.vertical_speed, limits.blind_speed, speed)
 
 

@@ -1,28 +1,33 @@
 """What the driver has its Tello do: take-off, flight, landing, as the drone's state and its pilot's commands have it.
 
 connecting -> grounded -> taking off -> flying -> landing -> grounded;  stop -> stopped
-A driver that was started in flight goes from connecting to flying.
+A driver that was started in flight goes from connecting to flying. A drone off the ground whose motors stand is held,
+in somebody's hand, and goes back to grounded.
 """
 
 from __future__ import annotations
 
 from enum import StrEnum
 
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 from flockwire.wire.messages import FlightState
+from flockwire.wire.status import Reason
 
 from flockwire_tello.client import CommandOutcome, Finished, TelloClient
 from flockwire_tello.flight_monitor import FlightMonitor
+from flockwire_tello.sticks import CENTRED
 
 RISE = 0.2  # m/s up, at most, above which a command means to take off; down, near the ground, to land
 SHARE = 0.5  # of a slow pilot's climb that means so too: 1/sqrt(2) is left where it has to go as far across
-MEANT = 3 * BILLION // 10  # ns that it must have meant so
+MEANT = 3 * SECOND // 10  # ns that it must have meant so
 LANDING_HEIGHT = 0.45  # m under which `land` does what sticks cannot
-NO_TAKEOFF = 3 * BILLION  # ns after `takeoff` without motors: its datagram was lost
-TAKEN_OFF = 6 * BILLION  # ns after `takeoff` that it flies though the reply was lost
-LAND_AGAIN = 12 * BILLION
-EMERGENCY_FOR = BILLION  # ns for which `emergency` is sent at every update, whatever the state shows
-EMERGENCY_AGAIN = BILLION // 10  # ns from one to the next after that, until the state shows it down
+NO_TAKEOFF = 3 * SECOND  # ns after `takeoff` without motors: its datagram was lost
+TAKEN_OFF = 6 * SECOND  # ns after `takeoff` that it flies though the reply was lost
+LAND_AGAIN = SECOND // 2  # ns without a descent after which `land` was lost, or is not obeyed
+SETTLING = 2 * SECOND  # ns that one on the ground takes to show that its motors stand
+SUNK = 0.05  # m less than before: a descent, in a height that is given in steps of 0.1
+EMERGENCY_FOR = SECOND  # ns for which `emergency` is sent at every update, whatever the state shows
+EMERGENCY_AGAIN = SECOND // 10  # ns from one to the next after that, until the state shows it down
 
 
 class Mode(StrEnum):
@@ -30,6 +35,7 @@ class Mode(StrEnum):
 
     CONNECTING = "connecting"
     GROUNDED = "grounded"
+    HELD = "held"
     TAKING_OFF = "taking off"
     FLYING = "flying"
     LANDING = "landing"
@@ -38,6 +44,7 @@ class Mode(StrEnum):
 
 _STATES = {
     Mode.GROUNDED: FlightState.GROUNDED,
+    Mode.HELD: FlightState.HELD,
     Mode.TAKING_OFF: FlightState.FLYING,  # from the order on: it may leave the ground at any moment
     Mode.FLYING: FlightState.FLYING,
     Mode.LANDING: FlightState.LANDING,
@@ -53,18 +60,24 @@ class FlightModes:
 
     def __init__(self, client: TelloClient, monitor: FlightMonitor, climb: float) -> None:
         self.mode = Mode.CONNECTING
-        self.refusal = ""  # why it did not take off
+        self.refusal: Reason | None = None  # why it did not take off
         self._client, self._monitor, self._rise = client, monitor, min(RISE, SHARE * climb)
         self._since = 0  # of the mode
+        self._found = False  # it was in the air when looked at, by no take-off of this driver's
         self._meant_since: int | None = None
-        self._refused = False  # no further `takeoff` before the pilot has stopped wanting it
+        self._held_down = False  # refused, landed or held: no `takeoff` before the pilot stops wanting it
+        self._height, self._height_at = 0.0, 0  # in a landing, when it last began or was seen to sink
+        self._sinks = self._accepted = False  # it is seen to; that, or its reply, shows that it obeys
         self._down = False  # after a stop: whether it is known to be down
         self._emergency_at = 0  # when `emergency` is sent again
 
     @property
     def steered(self) -> bool:
-        """Whether sticks are sent: also while it is not known yet whether it flies. On the ground they do nothing."""
-        return self.mode in (Mode.FLYING, Mode.CONNECTING)
+        """Whether sticks are sent: also while it is not known yet whether it flies, and until it is seen to land.
+
+        On the ground they do nothing.
+        """
+        return self.mode in (Mode.FLYING, Mode.CONNECTING) or (self.mode is Mode.LANDING and not self._sinks)
 
     @property
     def state(self) -> FlightState | None:
@@ -76,29 +89,36 @@ class FlightModes:
         """Whether a stop was ordered, and no state has shown the drone down since."""
         return self.mode is Mode.STOPPED and not self._down
 
-    def update(self, climb: float, now: int) -> None:
-        """Go to the mode that follows; the pilot wants to climb at `climb` m/s."""
+    def update(self, climb: float | None, now: int) -> None:
+        """Go to the mode that follows; the pilot wants to climb at `climb` m/s, None: it is silent."""
         if self.mode is Mode.STOPPED:
             self._keep_stopping(now)
         elif self._monitor.heard(now):
             self._follow(self._meaning(climb, now), self._monitor.airborne(now), now)
 
     def land(self, now: int) -> None:
-        """Land, if it flies. A landing is not taken back."""
+        """Land, if it flies. A landing is not taken back, nor followed by a take-off that was wanted all the time."""
         if self.mode in (Mode.FLYING, Mode.TAKING_OFF):
             self._go(Mode.LANDING, now)
-            self._client.send("land", now)
+            self._held_down = True
+            self._height, self._height_at = self._monitor.height, now
+            self._sinks = self._accepted = False
+            self._send_land(now)
 
     def stop(self, now: int) -> None:
         """Turn the motors off, for good."""
         self._client.send("emergency", now)
         self._emergency_at = now + EMERGENCY_AGAIN
         if self.mode is not Mode.STOPPED:
-            self._down = self.mode is Mode.GROUNDED
+            self._down = self.mode in (Mode.GROUNDED, Mode.HELD)
             self._go(Mode.STOPPED, now)
 
     def ended(self, done: Finished, now: int) -> None:
         """Take note of a command that ended."""
+        if done.command == "land" and self.mode is Mode.LANDING:
+            self._accepted = done.outcome is CommandOutcome.DONE
+            if not self._accepted:
+                self._send_land(now)
         if done.command != "takeoff" or self.mode is not Mode.TAKING_OFF:
             return
         airborne = self._monitor.airborne(now)
@@ -106,35 +126,42 @@ class FlightModes:
             self._go(Mode.FLYING, now)
         elif done.outcome is CommandOutcome.REFUSED:
             self._go(Mode.GROUNDED, now)
-            self._refused = True
-            self.refusal = f"take-off refused ({done.reply}): battery low, propellers, or never activated by the app"
+            self._held_down = True
+            why = "battery low, propellers, or never activated by the app"
+            self.refusal = Reason("take-off", f"take-off refused ({done.reply})", why)
 
     def _keep_stopping(self, now: int) -> None:
         """Repeat `emergency`, which has no reply, until the state shows it down; silence shows nothing."""
         lasted, seen = now - self._since, now - self._monitor.silence(now)
         if lasted >= EMERGENCY_FOR and self._monitor.heard(now):
-            self._down = not self._monitor.airborne(seen)
+            self._down = not self._monitor.airborne(seen) or self._monitor.held(seen)
         if lasted < EMERGENCY_FOR or (not self._down and now >= self._emergency_at):
             self.stop(now)
 
-    def _meaning(self, climb: float, now: int) -> bool:
+    def _meaning(self, climb: float | None, now: int) -> bool:
         """Return whether the pilot has meant to leave the ground, or to reach it, for MEANT."""
-        wants = climb > self._rise if self.mode is Mode.GROUNDED else climb < -self._rise
+        if climb is None:
+            self._meant_since = None
+            return False
+        grounded = self.mode is Mode.GROUNDED
+        wants = climb > self._rise if grounded else climb < -self._rise
         self._meant_since = (now if self._meant_since is None else self._meant_since) if wants else None
-        if climb <= 0.0:
-            self._refused = False
+        if grounded and climb <= 0.0:
+            self._held_down = False
         return self._meant_since is not None and now - self._meant_since >= MEANT
 
     def _follow(self, meant: bool, airborne: bool, now: int) -> None:
         lasted = now - self._since
         match self.mode:
-            case Mode.CONNECTING:
-                self._go(Mode.FLYING if airborne else Mode.GROUNDED, now)
-            case Mode.GROUNDED if airborne:
-                self._go(Mode.FLYING, now)
-            case Mode.GROUNDED if meant and not self._refused:
+            case Mode.CONNECTING | Mode.GROUNDED | Mode.HELD if airborne:
+                self._find(now)
+            case Mode.FLYING if airborne and self._found and self._monitor.held(now):
+                self._find(now)
+            case Mode.CONNECTING | Mode.HELD:
+                self._go(Mode.GROUNDED, now)
+            case Mode.GROUNDED if meant and not self._held_down:
                 self._go(Mode.TAKING_OFF, now)
-                self.refusal = ""
+                self._found, self.refusal = False, None
                 self._client.send("takeoff", now)
             case Mode.TAKING_OFF if airborne and lasted > TAKEN_OFF:
                 self._go(Mode.FLYING, now)
@@ -145,9 +172,31 @@ class FlightModes:
                 self._go(Mode.GROUNDED, now)
             case Mode.FLYING if meant and self._monitor.height <= LANDING_HEIGHT:
                 self.land(now)
-            case Mode.LANDING if lasted > LAND_AGAIN:
-                self._go(Mode.LANDING, now)
-                self._client.send("land", now)
+            case Mode.LANDING:
+                self._keep_landing(now)
+
+    def _find(self, now: int) -> None:
+        """Note that it is off the ground by no take-off of this driver's: it flies, or somebody holds it."""
+        self._found = True
+        mode = Mode.HELD if self._monitor.held(now) else Mode.FLYING
+        self._held_down = self._held_down or mode is Mode.HELD
+        if mode is not self.mode:
+            self._go(mode, now)
+
+    def _keep_landing(self, now: int) -> None:
+        """Repeat `land` until the state shows a descent, and again when that ends above the ground."""
+        height, low = self._monitor.height, self._accepted and not self._monitor.off_the_ground
+        if height < self._height - SUNK:
+            self._height, self._height_at, self._sinks = height, now, True
+            self._client.cease("land", now)
+        elif now - self._height_at >= (SETTLING if low else LAND_AGAIN):
+            self._height, self._height_at, self._sinks = height, now, False
+            self._send_land(now)
+
+    def _send_land(self, now: int) -> None:
+        """Land with the sticks centred: a Tello keeps its last ones."""
+        self._client.send(CENTRED.command, now)
+        self._client.send("land", now)
 
     def _go(self, mode: Mode, now: int) -> None:
         self.mode, self._since, self._meant_since = mode, now, None

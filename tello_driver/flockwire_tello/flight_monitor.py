@@ -1,16 +1,18 @@
-"""What a Tello's state strings tell of its flight: no reply to a command is believed without them."""
+"""What a Tello's state strings report of its flight: no reply to a command is believed without them."""
 
 from __future__ import annotations
 
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
+from flockwire.wire.status import Reason
 
 from flockwire_tello.state_string import TelloState
 
-SILENT = BILLION  # ns without a state after which nothing is known
+SILENT = SECOND  # ns without a state after which nothing is known
 OFF_THE_GROUND = 20  # cm: the height is given in steps of 10
 CLEAR_BELOW, FARTHEST_TOF = 30, 800  # cm: from 30 on the time-of-flight sensor sees the ground far away
 TILT = 10  # degrees that one on the ground may stand tilted
-MOTORS_STAND = 16 * BILLION // 10  # ns that the motors' time, in whole seconds, does not go on
+HELD = 3 * SECOND  # ns of states, of which some may be lost, in which it does not go on either
+MOTORS_STAND = 16 * SECOND // 10  # ns that the motors' time, in whole seconds, does not go on
 
 
 class FlightMonitor:
@@ -18,13 +20,15 @@ class FlightMonitor:
 
     def __init__(self) -> None:
         self.state: TelloState | None = None
-        self._at = self._ran_at = -SILENT - MOTORS_STAND
+        self._at = self._ran_at = self._seen_from = -SILENT - MOTORS_STAND
 
     def update(self, state: TelloState, at: int) -> None:
         """Take in the newest state, which came at `at`."""
         before = self.state.time if self.state is not None else None
         if before is not None and state.time is not None and state.time > before:
             self._ran_at = at
+        if at - self._at >= SILENT:
+            self._seen_from = at
         self.state, self._at = state, at
 
     def silence(self, now: int) -> int:
@@ -39,26 +43,34 @@ class FlightMonitor:
         """Return whether the motors are known to run."""
         return now - self._ran_at < MOTORS_STAND
 
+    @property
+    def off_the_ground(self) -> bool:
+        """Whether the newest state shows it off the ground."""
+        state = self.state
+        return state is not None and (state.h >= OFF_THE_GROUND or CLEAR_BELOW <= state.tof <= FARTHEST_TOF)
+
     def airborne(self, now: int) -> bool:
         """Return whether the newest state shows it off the ground, or its motors run."""
-        state = self.state
-        if state is None:
-            return False
-        return state.h >= OFF_THE_GROUND or CLEAR_BELOW <= state.tof <= FARTHEST_TOF or self.motors(now)
+        return self.off_the_ground or self.motors(now)
 
-    def imu_trouble(self, now: int) -> str:
-        """Return what is wrong with a drone that stands, with a remedy; empty when nothing is, or it cannot be told."""
+    def held(self, now: int) -> bool:
+        """Return whether it is off the ground though its motors are known to stand, or have never run."""
+        state = self.state
+        if state is None or state.time is None or not self.off_the_ground:
+            return False
+        return state.time == 0 or now - max(self._ran_at, self._seen_from) >= HELD
+
+    def imu_trouble(self, now: int) -> Reason | None:
+        """Return what is wrong with a drone that stands; None when nothing is, or it cannot be known."""
         state = self.state
         if state is None or self.airborne(now):
-            return ""
+            return None
         if state.agz is not None and not any((state.agx, state.agy, state.agz)):
-            return "IMU gives nothing: switch it off and on; else calibrate it in the maker's app"
-        tilt = max(abs(state.pitch), abs(state.roll))
-        return (
-            f"IMU shows a tilt of {tilt} degrees: put it level; else calibrate it in the maker's app"
-            if tilt > TILT
-            else ""
-        )
+            return Reason("IMU", "IMU gives nothing", "switch it off and on; else calibrate it in the maker's app")
+        if (tilt := max(abs(state.pitch), abs(state.roll))) <= TILT:
+            return None
+        remedy = "put it level; else calibrate it in the maker's app"
+        return Reason("IMU", f"IMU shows a tilt of {tilt} degrees", remedy)
 
     @property
     def height(self) -> float:

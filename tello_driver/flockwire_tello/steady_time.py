@@ -15,3 +15,7 @@ class SteadyTime:
         if elapsed > 0 and (self._longest is None or elapsed <= self._longest):
             self._time += elapsed
         return self._time
+
+    def correct(self, by: int) -> None:
+        """Take note that the clock was set forward by `by` ns (back when negative): so much has not passed."""
+        self._last += by

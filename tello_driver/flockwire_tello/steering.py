@@ -9,18 +9,15 @@ smallest step is about 1 cm/s.
 
 from __future__ import annotations
 
-from math import atan2, pi
-
-from flockwire.control.vector import ZERO, Vector
-from flockwire.nanoseconds import BILLION
+from flockwire.control.heading import Quaternion, wrapped, yaw_of
+from flockwire.domain.time import SECOND
+from flockwire.domain.vector import ZERO, Vector
 
 from flockwire_tello.sticks import CENTRED, StickGains, Sticks, stick_values, to_body
 
 YAW_GAIN = 1.5  # 1/s
 YAW_RATE = 0.6  # rad/s, at most
-YAW_AGE = BILLION // 2  # ns after which the tracked yaw holds no heading any more
-
-Quaternion = tuple[float, float, float, float]
+YAW_AGE = SECOND // 2  # ns after which the tracked yaw holds no heading any more
 
 
 class Steering:
@@ -72,14 +69,3 @@ class Steering:
         a, b, c, d = (max(-1.0, min(1.0, value - n)) for value, n in zip(wanted, whole, strict=True))
         self._rest = (a, b, c, d)
         return Sticks(*whole)
-
-
-def yaw_of(orientation: Quaternion) -> float:
-    """Return the heading of a body's forward axis, seen from above: rad, counter-clockwise from world x."""
-    x, y, z, w = orientation
-    return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-
-
-def wrapped(angle: float) -> float:
-    """Return an angle between −pi and pi."""
-    return (angle + pi) % (2.0 * pi) - pi

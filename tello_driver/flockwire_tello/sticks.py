@@ -13,7 +13,7 @@ import re
 from math import cos, isfinite, pi, sin
 from typing import NamedTuple
 
-from flockwire.control.vector import Vector
+from flockwire.domain.vector import Vector
 
 FULL = 100  # largest stick value
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from flockwire.flight.cores import Address
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
+from flockwire.process.cores import Address
+from flockwire.wire.status import SERIAL, Reason
 
 from flockwire_tello.client import CommandOutcome, Finished, TelloClient
 from flockwire_tello.flight_monitor import FlightMonitor
 
+LINK, FIRMWARE = "link", "firmware"  # codes of reasons
 ENTER = "command"
 QUESTIONS = ("sdk?", "sn?")
 REENTRIES = 2  # so often its state may stop though it replies, before another client is suspected
-NO_REPLY = 3 * BILLION // 2  # ns
-AGAIN = BILLION // 2  # ns from one `command` to the next: the state needs a moment to come
+NO_REPLY = 3 * SECOND // 2  # ns
+AGAIN = SECOND // 2  # ns from one `command` to the next: the state needs a moment to come
 
 
 class TelloLink:
@@ -53,33 +55,37 @@ class TelloLink:
         elif done.command == "sn?" and good:
             self.serial = done.reply
 
-    def trouble(self, now: int) -> str:
-        """Return what is wrong, with a remedy; empty when all is well, or it is too early to know."""
+    def trouble(self, now: int) -> Reason | None:
+        """Return what is wrong; None when all is well, or it is too early to know."""
         if self._refusal:
-            return f"{self._where} refuses SDK mode ({self._refusal}): switch the drone off and on"
+            return Reason(LINK, f"{self._where} refuses SDK mode ({self._refusal})", "switch the drone off and on")
         if self._monitor.heard(now):
-            taken = self._reentries > REENTRIES
-            return "its state comes and goes: another client commands it too, end that one" if taken else ""
+            taken = Reason(LINK, "its state comes and goes", "another client commands it too, end that one")
+            return taken if self._reentries > REENTRIES else None
         if self._had_state:
-            return f"silent for {self._monitor.silence(now) / BILLION:.1f} s: battery, or out of range"
-        return self._never_heard() if now - (self._begun or now) >= NO_REPLY else ""
+            return Reason(LINK, f"silent for {self._monitor.silence(now) / SECOND:.1f} s", "battery, or out of range")
+        return self._never_heard() if now - (self._begun or now) >= NO_REPLY else None
 
-    def _never_heard(self) -> str:
+    def _never_heard(self) -> Reason:
         """Return why no state has come since the beginning."""
         if self._client.counters.malformed_states:
-            return "its state has a form of no known SDK (1.3, 2.0, 3.0): update its firmware, or it is no Tello"
+            form = "its state has a form of no known SDK (1.3, 2.0, 3.0)"
+            return Reason(FIRMWARE, form, "update its firmware, or it is no Tello")
         if self._replied:
-            return (
-                f"it replies, but its state does not come to port {self._state_port}: let UDP through the firewall, "
-                "end any other client, or switch tello.source_filter off behind an address translation"
+            return Reason(
+                LINK,
+                f"it replies, but its state does not come to port {self._state_port}",
+                "let UDP through the firewall, end any other client, or switch tello.source_filter off behind an "
+                "address translation",
             )
-        return f"no reply from {self._where}: switch it on and join its network"
+        return Reason(LINK, f"no reply from {self._where}", "switch it on and join its network")
 
     @property
     def _where(self) -> str:
         return f"{self._drone[0]}:{self._drone[1]}"
 
     @property
-    def named(self) -> str:
-        """What the drone is: SDK and serial number, as far as it told."""
-        return ", ".join(filter(None, (f"SDK {self.sdk}" if self.sdk else "", self.serial)))
+    def named(self) -> tuple[Reason, ...]:
+        """What the drone is: SDK and serial number, as far as they are known."""
+        sdk = (Reason(FIRMWARE, f"SDK {self.sdk}"),) if self.sdk else ()
+        return (*sdk, Reason(SERIAL, self.serial)) if self.serial else sdk

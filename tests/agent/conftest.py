@@ -9,31 +9,22 @@ from math import dist, hypot, inf
 from typing import Any
 
 import pytest
-from flockwire.control.vector import ZERO, Vector, add, scale, subtract
-from flockwire.flight.phases import Phase
+from flockwire.domain.body import Body
+from flockwire.domain.motion import LeaderMotion
+from flockwire.domain.time import SECOND
+from flockwire.domain.vector import Vector, add, scale, subtract
 from flockwire.loading import parse_swarm
-from flockwire.nanoseconds import BILLION
+from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import MISSION, STOP, Key
-from flockwire.wire.messages import (
-    Body,
-    Command,
-    Estimate,
-    FlightState,
-    Leading,
-    Mission,
-    Nearby,
-    Pose,
-    Stop,
-    Telemetry,
-)
+from flockwire.wire.messages import Command, Estimate, FlightState, Leading, Mission, Nearby, Pose, Stop, Telemetry
 from flockwire.wire.status import Report, Status
 from flockwire_agent.core import AgentCore
 from flockwire_sim.process import Published
 from flockwire_sim.world import World
 
-BEGAN = 1_790_000_000 * BILLION
-TICK = BILLION // 100
+BEGAN = 1_790_000_000 * SECOND
+TICK = SECOND // 100
 
 
 class Cockpit:
@@ -77,7 +68,7 @@ class Cockpit:
         for j in self.swarm.topology.neighbours(self.number):
             if j:
                 origin = now if self.origin is None else self.origin
-                news = Estimate(now, "world", self.leader, ZERO, ZERO, origin, 1, self.leading)
+                news = Estimate(now, "world", LeaderMotion(self.leader), origin, 1, self.leading)
                 told[Key("estimate", uav(j))] = news
             else:
                 told[Key("pose", uav(j))] = Pose(now, "world", self.leader)
@@ -113,7 +104,8 @@ class Cockpit:
             self.step()
 
     def order(self, verb: str, start: int = 0, formation: str = "") -> None:
-        self.core.receive(MISSION, Mission(self.now + 1, "world", verb, start, formation), self.now)
+        order = Mission(self.now + 1, "world", verb, start, formation, knows=self.report.newest)
+        self.core.receive(MISSION, order, self.now)
 
     def stop(self) -> None:
         self.core.receive(STOP, Stop(self.now, "world", "test"), self.now)
@@ -217,13 +209,13 @@ def watch(swarm: Swarm, duration: float, seed: int = 0) -> Watched:
         if start <= stamp <= end and len(poses) == len(swarm.flying):
             _look(watched, swarm, poses, before)
             before = poses
-            if stamp > end - BILLION:
-                _judge(watched, swarm, poses, (stamp - start) / BILLION)
+            if stamp > end - SECOND:
+                _judge(watched, swarm, poses, (stamp - start) / SECOND)
     stamps = sorted(truth)
     watched.observations = {
-        owner: max((dist(e.position, _between(stamps, truth, e.stamp)) for e in late), default=inf)
+        owner: max((dist(e.motion.position, _between(stamps, truth, e.stamp)) for e in late), default=inf)
         for owner, said in estimates.items()
-        for late in [[e for e in said if end - BILLION < e.stamp < end]]
+        for late in [[e for e in said if end - SECOND < e.stamp < end]]
     }
     return watched
 
@@ -252,7 +244,7 @@ def _look(watched: Watched, swarm: Swarm, poses: dict[str, Pose], before: dict[s
         for p, low, high in zip(places[one], fence.low, fence.high, strict=True):
             watched.outside = max(watched.outside, low - p, p - high)
         if one in before:
-            dt = (poses[one].stamp - before[one].stamp) / BILLION
+            dt = (poses[one].stamp - before[one].stamp) / SECOND
             watched.fastest = max(watched.fastest, dist(places[one], before[one].position) / dt)
 
 

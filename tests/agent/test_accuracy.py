@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from flockwire.flight import sidestepping
+from flockwire.control import sidestep
 from flockwire.loading import load_swarm, parse_swarm
 from flockwire.swarm.model import Swarm
-from flockwire_tello.airframe import SimulatedAirframe
+from flockwire_kinematics.airframe import SimulatedAirframe
 
 SWARMS = Path(__file__).parents[2] / "swarms"
 CIRCLING = {"kind": "circle", "radius": 1.4, "rate": 0.1}  # 0.14 m/s
@@ -102,7 +102,7 @@ def test_without_the_deadlock_breaker_two_face_to_face_stay(
     """For a while: the balance is unstable, and rounding tips it in the end."""
     starts, offsets = [FAR, [-1.5, 0.0], [1.5, 0.0]], {1: [1.5, -20.0, 0.0], 2: [-1.5, -20.0, 0.0]}
     passed = fly_flock(starts, offsets, WIDE, 5.0)
-    monkeypatch.setattr(sidestepping, "sidestep", lambda wanted, *_: wanted)
+    monkeypatch.setattr(sidestep, "sidestep", lambda wanted, *_: wanted)
     stayed = fly_flock(starts, offsets, WIDE, 5.0)
     assert passed.error < 0.2
     assert stayed.error > 1.0

@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
-from flockwire.control.relay import LeaderMotion
-from flockwire.law import Decision, Observation
+from flockwire import law
+from flockwire.law import Decision, LawSettings, LeaderMotion, Observation
 from flockwire.loading import SwarmFileError, make_law
+from flockwire.parameters import law_settings
 from flockwire.swarm.model import Swarm
 
 STARTS = [[0.0, 0.0], [1.6, 0.3], [-1.4, 0.2]]
@@ -20,8 +22,8 @@ PLACES = {1: [1.0, 1.0, 0.0], 2: [-1.0, 1.0, 0.0]}
 class Failing:
     """Flies into the sky, then fails."""
 
-    def __init__(self, swarm: Swarm, number: int) -> None:
-        self.number = number
+    def __init__(self, settings: LawSettings) -> None:
+        self.number = settings.number
 
     def step(self, seen: Observation, now: int) -> Decision:
         if seen.reference is not None and self.number == 1:
@@ -32,8 +34,8 @@ class Failing:
 class Unready(Failing):
     """Cannot be made for the second follower."""
 
-    def __init__(self, swarm: Swarm, number: int) -> None:
-        if number == 2:
+    def __init__(self, settings: LawSettings) -> None:
+        if settings.number == 2:
             raise KeyError("no map of the hall")
 
 
@@ -66,6 +68,24 @@ def test_the_example_of_the_page_flies(
     assert flown.failure == ""
     assert flown.error < 0.03
     assert flown.closest > 0.4
+
+
+def test_the_example_needs_nothing_but_the_interface(example: Callable[[str, str], str]) -> None:
+    assert set(re.findall(r"flockwire[\w.]*", example("own_law", "python"))) == {"flockwire.law"}
+
+
+def test_every_name_of_the_interface_is_documented() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "own_law.md").read_text(encoding="utf-8")
+    assert [name for name in law.__all__ if f"`{name}`" not in page] == []
+
+
+def test_the_settings_are_those_of_the_drone_and_the_swarm_file(make_swarm: Callable[..., Swarm]) -> None:
+    airframe = {"airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}}
+    swarm = make_swarm({**airframe, "control.rate_hz": 50, "limits.speed": 1.5, "control.formation_gain": 2.0})
+    settings = law_settings(swarm, 2)
+    assert (settings.number, settings.period, settings.lag, settings.dead_time) == (2, 0.02, 0.25, 0.1)
+    assert (settings.speed, settings.acceleration) == (1.5, swarm.limits.acceleration)
+    assert settings.protocol.formation_gain == 2.0
 
 
 @pytest.fixture

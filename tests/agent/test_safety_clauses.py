@@ -8,11 +8,11 @@ from math import inf
 from typing import Any
 
 import pytest
-from flockwire.control import barrier, fence
+from flockwire.control import barrier, fence, guard
 from flockwire.control.barrier import sight_speed
 from flockwire.control.safety_filter import nearest_velocity
-from flockwire.control.vector import ZERO
-from flockwire.flight import guard, pilot
+from flockwire.domain.vector import ZERO
+from flockwire.parameters import pilot_parameters
 
 FAR = [0.0, 9.0]
 FACE_TO_FACE = ([FAR, [-1.5, 0.0], [1.5, 0.0]], {1: [1.5, -9.0, 0.0], 2: [-1.5, -9.0, 0.0]})
@@ -115,7 +115,8 @@ def test_without_the_clause_it_goes_wrong(
 ) -> None:
     clause = CLAUSES[name]
     if clause.stubborn_leader:
-        monkeypatch.setattr(pilot, "Guard", lambda swarm, number: guard.Guard(swarm, number) if number else None)
+        unguarded = lambda swarm, number: pilot_parameters(swarm, number)._replace(guard=None)  # noqa: E731
+        monkeypatch.setattr("flockwire_leader.core.pilot_parameters", unguarded)
     flown = fly_flock(clause.starts, clause.offsets, clause.changes, clause.duration)
     assert clause.holds(flown), flown
     for attribute, replacement in clause.out.items():

@@ -6,7 +6,15 @@ import sys
 import pytest
 from flockwire_cli.entry import ORDERS
 
-HEAVY = {"flockwire_cli.main", "flockwire_cli.up", "flockwire_recorder", "jinja2", "matplotlib", "cryptography"}
+HEAVY = {
+    "flockwire_cli.main",
+    "flockwire_station.up",
+    "flockwire_recorder",
+    "flockwire_analysis",
+    "jinja2",
+    "matplotlib",
+    "cryptography",
+}
 LOADED = """
 import contextlib, os, sys
 sys.argv = ["flockwire", {verb!r}, {argument!r}]

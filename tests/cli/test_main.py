@@ -97,8 +97,8 @@ def test_a_folder_that_cannot_be_written_is_refused_in_one_line(flockwire, broke
 def test_two_flights_are_not_compared_into_a_file(flockwire, tmp_path, monkeypatch):
     (tmp_path / "file").touch()
     for function in ("reading.read_trace", "summary.summarise"):
-        monkeypatch.setattr(f"flockwire_recorder.{function}", lambda _: None)
-    monkeypatch.setattr("flockwire_cli.verdict.beside", lambda *_: "figures")
+        monkeypatch.setattr(f"flockwire_analysis.{function}", lambda _: None)
+    monkeypatch.setattr("flockwire_station.verdict.beside", lambda *_: "figures")
     done = flockwire("compare", "a.mcap", "b.mcap", "--out", tmp_path / "file")
     assert (done.returncode, done.stdout) == (2, "figures\n")
     assert done.stderr == f"flockwire: --out = {tmp_path / 'file'}: cannot write there: File exists\n"
@@ -115,7 +115,7 @@ def test_an_endpoint_in_use_is_no_folder_that_cannot_be_written(flockwire, tmp_p
     async def fly(_):
         raise EndpointInUseError("operator cannot listen at 127.0.0.1:7447")
 
-    monkeypatch.setattr("flockwire_cli.up.fly", fly)
+    monkeypatch.setattr("flockwire_station.up.fly", fly)
     line = refused_after_warnings(flockwire("up", PAPER, "--out", tmp_path / "out", "--keys", tmp_path / "keys"))
     assert line == "flockwire: operator cannot listen at 127.0.0.1:7447"
 

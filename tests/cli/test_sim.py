@@ -6,8 +6,8 @@ import json
 from pathlib import Path
 
 import pytest
+from flockwire_analysis.reading import read_trace
 from flockwire_cli.main import app
-from flockwire_recorder.reading import read_trace
 from typer.testing import CliRunner, Result
 
 SWARM = Path(__file__).parents[2] / "swarms" / "paper_simulation.toml"
@@ -17,8 +17,16 @@ def sim(*arguments: str | Path) -> Result:
     return CliRunner().invoke(app, ["sim", str(SWARM), *map(str, arguments)])
 
 
-def test_a_flight_leaves_trace_summary_and_report(tmp_path: Path) -> None:
+def test_a_flight_leaves_trace_summary_and_report_and_without_a_trace_the_same_figures(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    untraced = sim("--no-trace", "--duration", 10, "--seed", 3)
+    assert untraced.exit_code == 0, untraced.output
+    assert not list(tmp_path.iterdir())
     result = sim("--duration", 10, "--seed", 3, "--out", tmp_path)
+    figures = [line for line in untraced.output.splitlines() if line.startswith("  ")]
+    assert figures == [line for line in result.output.splitlines() if line.startswith("  ") and "report:" not in line]
     assert result.exit_code == 0, result.output
     assert "formation error" in result.output
     assert "x real time" in result.output
@@ -37,18 +45,6 @@ def test_a_second_flight_into_the_same_folder_is_refused(tmp_path: Path) -> None
     assert result.exit_code == 2
     assert "there is a trace of another flight" in result.stderr
     assert (tmp_path / "trace.mcap").read_bytes() == b"precious"
-
-
-def test_without_a_trace_nothing_is_written_and_the_figures_are_the_same(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    result = sim("--no-trace", "--duration", 10)
-    assert result.exit_code == 0, result.output
-    assert not list(tmp_path.iterdir())
-    traced = sim("--duration", 10, "--out", "out")
-    figures = [line for line in result.output.splitlines() if line.startswith("  ")]
-    assert figures == [line for line in traced.output.splitlines() if line.startswith("  ") and "report:" not in line]
 
 
 def test_a_flight_that_fails_says_why_last(tmp_path: Path) -> None:

@@ -49,7 +49,7 @@ def test_there_are_shipped_swarms():
         (
             "drones.1.maxv",
             1,
-            "drones.1.maxv = 1: unknown key; known here: id, airframe, start, heading, tello, body, host, address",
+            "drones.1.maxv = 1: unknown key; known here: id, airframe, start, heading, body, host, address, tello",
         ),
         ("name", None, "name: missing; this key has no default"),
         ("drones.2.start", None, "drones.2.start: missing; this key has no default"),
@@ -80,6 +80,24 @@ def test_there_are_shipped_swarms():
 )
 def test_a_bad_value_is_refused_with_key_value_and_rule(swarm_table, key, value, line):
     assert refusal(swarm_table({key: value})).startswith(line)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "meant"),
+    [
+        ("formation.kind", "cirle", "circle"),
+        ("leader.kind", "virtaul", "virtual"),
+        ("gateway.source", "natne", "natnet"),
+        ("network.mode", "peer", "peers"),
+        ("control.law", "papr", "paper"),
+        ("drones.1.host", "locla", "local"),
+        ("drones.1.airframe", "kinematic", "kinematics"),
+    ],
+)
+def test_a_misspelt_value_is_refused_with_the_nearest_one(swarm_table, key, value, meant):
+    line = refusal(swarm_table({key: value}))
+    assert line.startswith(f"{key} = {value!r}: must be ")
+    assert line.endswith(f"; did you mean {meant!r}?")
 
 
 @pytest.mark.parametrize(

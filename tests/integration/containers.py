@@ -13,6 +13,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 IMAGE = "flockwire-test"
+OPERATOR = f"{IMAGE}-operator"
 BASE = "flockwire-base"  # scripts/base_image makes it
 SWARM = """
 name = "lab"
@@ -72,8 +73,8 @@ def base_image() -> str:
 
 
 def image() -> str:
-    """Return the image of this tree, after building it."""
-    run(ROOT / "scripts/image", "--tag", IMAGE, timeout=590, env={**os.environ, "BASE": base_image()})
+    """Return the image of this tree's processes, after building it and that of the operator."""
+    run(ROOT / "scripts/image", timeout=590, env={**os.environ, "BASE": base_image(), "FLOCKWIRE_IMAGE": IMAGE})
     return IMAGE
 
 

@@ -27,8 +27,8 @@ from flockwire.wire.messages import Mission
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import DRONE_PORTS, OPERATOR, SINGLE_PORTS
 from flockwire.wire.status import Status
-from flockwire_cli.attackers import Attacker, attacker_configuration, open_to
-from flockwire_cli.processes import command
+from flockwire_probe.attackers import Attacker, attacker_configuration, open_to
+from flockwire_station.processes import command
 
 SWARMS = Path(__file__).parents[2] / "swarms"
 CONTROL_RATE = 0.5  # share of the steps that a flight passes with on a busy machine
@@ -148,7 +148,9 @@ class Tower:
     def order(self, verb: str, delay: float = 0.5) -> None:
         """Give an order."""
         now = clock.now()
-        self._session.publish([(MISSION, Mission(now, self._swarm.frame, verb, now + round(delay * 1e9)))])
+        known = tuple({version: None for status in self.statuses.values() for version in status.report.newest})
+        start = now + round(delay * 1e9)
+        self._session.publish([(MISSION, Mission(now, self._swarm.frame, verb, start, knows=known))])
 
     def wait(self, met: Callable[[dict[str, Status]], bool], seconds: float = PATIENCE) -> dict[str, Status]:
         """Poll until the fresh statuses are as wanted."""

@@ -6,7 +6,7 @@ import shutil
 import signal
 
 import pytest
-from containers import IMAGE, ROOT, SWARM, Swarm, image, missing, run, until
+from containers import IMAGE, OPERATOR, ROOT, SWARM, Swarm, image, missing, run, until
 
 pytestmark = [pytest.mark.long, pytest.mark.integration]
 PILOTS = ("leader", "uav1", "uav2")
@@ -74,6 +74,14 @@ def test_a_container_is_not_root_writes_nowhere_and_is_healthy(flight):
     assert sorted(keys) == ["ca.crt", "operators.crt", f"{KILLED}.crt", f"{KILLED}.key"]
 
 
+def test_a_process_has_no_package_of_the_operator(flight):
+    code = "import importlib.util as u; print(*(n for n in ('typer', 'numpy', 'matplotlib') if u.find_spec(n)))"
+    for identity, name in ((KILLED, IMAGE), ("operator", OPERATOR)):
+        assert flight.inspected(identity)["Config"]["Image"] == name
+    for name, expected in ((IMAGE, ""), (OPERATOR, "typer numpy matplotlib")):
+        assert run("docker", "run", "--rm", "--entrypoint", "python", name, "-c", code).stdout.strip() == expected
+
+
 def test_a_container_that_is_down_delays_nobody_who_dials_it(flight):
     code = "import socket, time; began = time.monotonic()\ntry: socket.getaddrinfo('nobody', 1)\n"
     code += "except OSError: print(time.monotonic() - began)"
@@ -125,7 +133,7 @@ def probe(folder, swarm_folder, networks, out):
     first = ["--network", networks[0]] if networks else ["--network", "none"]
     line = ["docker", "create", "--name", name, *first, "--user", user, "--read-only", "--tmpfs", "/tmp"]
     line += ["-e", "FLOCKWIRE_BY_NAME=1", "-v", f"{folder}:/keys", "-v", f"{swarm_folder / 'swarm'}:/swarm:ro"]
-    line += ["-v", f"{out}:/out", IMAGE, "probe", "/swarm/swarm.toml", "--keys", "/keys", "--out", "/out"]
+    line += ["-v", f"{out}:/out", OPERATOR, "probe", "/swarm/swarm.toml", "--keys", "/keys", "--out", "/out"]
     try:
         run(*line)
         for network in networks[1:]:
@@ -191,7 +199,7 @@ def test_a_simulated_tello_in_one_container_is_flown_from_another(built):
     network = tello = "flockwire-test-tello"
     run("docker", "network", "create", "--internal", network)
     try:
-        line = ["docker", "run", "-d", "--name", tello, "--network", network, "--network-alias", "tello", IMAGE]
+        line = ["docker", "run", "-d", "--name", tello, "--network", network, "--network-alias", "tello", OPERATOR]
         run(*line, "tello-sim", "--address", "0.0.0.0")
         until(lambda: "simulated Tello" in run("docker", "logs", tello).stdout, 20, "a simulated Tello")
         client = ["docker", "run", "--rm", "--network", network, "--entrypoint", "python", IMAGE, "-c", TELLO_CLIENT]

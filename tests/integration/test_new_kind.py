@@ -5,20 +5,16 @@ The rows and the folder are added to a copy of the sources; nothing else is touc
 
 from __future__ import annotations
 
-import os
-import shutil
-import subprocess
-import sys
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from extended_sources import ExtendedSources
 from fleet import keys_of
 from flockwire.wire.status import Status
 from mcap.reader import make_reader
 
-ROOT = Path(__file__).parents[2]
 PROCESS_ROW = """
 WEATHER = Process("weather", "Run the weather station.", _one("weather"), "flockwire_weather.core:make_core", port=9)
 
@@ -30,7 +26,7 @@ TABLE = (
 CORE = '''
 """A weather station without clock, input or output."""
 
-from flockwire.flight.cores import Ground
+from flockwire.process.cores import Ground
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Command
 from flockwire.wire.status import Report
@@ -59,26 +55,16 @@ def make_core(start):
 
 
 @pytest.fixture
-def environment(tmp_path: Path) -> dict[str, str]:
-    """Return the environment in which `flockwire` is that of the copy with the weather station."""
-    packages = [path for path in ROOT.glob("*/flockwire*") if path.is_dir()]
-    for package in packages:
-        shutil.copytree(package, tmp_path / "tree" / package.relative_to(ROOT))
-    wire = tmp_path / "tree/core/flockwire/wire"
-    for name, old, new in (
-        ("processes.py", "\nPROCESSES = (", PROCESS_ROW),
-        ("keys.py", "\nTABLE = (\n", KEY_ROW),
-        ("keys.py", "\nTIME_REQUEST = ", "\nfrom flockwire.wire.processes import WEATHER\n\nTIME_REQUEST = "),
-    ):
-        text = (wire / name).read_text()
-        assert text.count(old) == 1, (name, old)
-        (wire / name).write_text(text.replace(old, new))
-    folder = tmp_path / "tree/weather/flockwire_weather"
-    folder.mkdir(parents=True)
-    (folder / "__init__.py").touch()
-    (folder / "core.py").write_text(CORE)
-    roots = sorted({str(path.parent) for path in (tmp_path / "tree").glob("*/flockwire*")})
-    return {**os.environ, "PYTHONPATH": os.pathsep.join(roots)}
+def flockwire(tmp_path: Path) -> Callable[..., str]:
+    """Return what runs `flockwire` of the copy with the weather station."""
+    wire = "core/flockwire/wire"
+    edits = (
+        (f"{wire}/processes.py", "\nPROCESSES = (", PROCESS_ROW),
+        (f"{wire}/keys.py", "\nTABLE = (\n", KEY_ROW),
+        (f"{wire}/keys.py", "\nTIME_REQUEST = ", "\nfrom flockwire.wire.processes import WEATHER\n\nTIME_REQUEST = "),
+    )
+    files = {"weather/flockwire_weather/__init__.py": "", "weather/flockwire_weather/core.py": CORE}
+    return ExtendedSources(tmp_path / "tree", edits, files).flockwire
 
 
 def counted(trace: Path) -> tuple[Counter[str], dict[str, Status]]:
@@ -96,23 +82,15 @@ def counted(trace: Path) -> tuple[Counter[str], dict[str, Status]]:
 
 @pytest.mark.long
 def test_a_row_and_a_core_make_a_new_kind_of_process(
-    make_swarm: Callable[..., Path], tmp_path: Path, environment: dict[str, str]
+    make_swarm: Callable[..., Path], tmp_path: Path, flockwire: Callable[..., str]
 ) -> None:
     swarm, keys = make_swarm(), tmp_path / "keys-paper"
-
-    def flockwire(*arguments: object, judged: bool = True) -> str:
-        line = [sys.executable, "-m", "flockwire_cli", *map(str, arguments)]
-        done = subprocess.run(line, capture_output=True, text=True, timeout=120, env=environment, check=False)
-        assert done.returncode in ((0,) if judged else (0, 1)), done.stdout + done.stderr
-        assert "Traceback" not in done.stderr
-        return done.stdout
-
     assert keys == keys_of(swarm)
     (listed,) = [line for line in flockwire("check", swarm).splitlines() if line.startswith("  weather ")]
     assert listed.split(maxsplit=2)[2] == "uav1, uav2, uav3, uav4, recorder, operator, console"
-    flockwire("up", swarm, "--headless", "--duration", 5, "--out", tmp_path / "real", "--keys", keys, judged=False)
+    flockwire("up", swarm, "--headless", "--duration", 5, "--out", tmp_path / "real", "--keys", keys, status=(0, 1))
     assert (keys / "weather.crt").exists()
-    flockwire("sim", swarm, "--duration", 5, "--out", tmp_path / "virtual", judged=False)  # short: may not settle
+    flockwire("sim", swarm, "--duration", 5, "--out", tmp_path / "virtual", status=(0, 1))  # short: may not settle
     assert "Traceback" not in (tmp_path / "real/logs/weather.log").read_text()
     for world in ("real", "virtual"):
         counts, statuses = counted(tmp_path / world / "trace.mcap")

@@ -47,6 +47,6 @@ def test_a_swarm_a_law_a_study_and_its_figures(run, tmp_path):
     (command,) = re.findall(r"^    flockwire (study \S+ \S+) ", OWN_LAW, re.MULTILINE)
     printed = run(
         *command.split(), "--runs", 1, "--duration", 8, "--out", "study", "--jobs", 1, status=1
-    )  # a gain of 1 is too low
+    )  # the lowest gain is too low
     for gain in re.search(r"gain = \[(.*)\]", study)[1].split(", "):
         assert f"gain={gain} " in printed

@@ -99,7 +99,7 @@ def readers(fleet: Fleet, keys: Collection[str]) -> list[tuple[str, str]]:
 
 def test_every_process_is_linked_to_whom_it_must_hear_and_nobody_else(flight: Flight) -> None:
     fleet, tower = flight
-    there = {*fleet.running, "operator"}  # of the persons only one
+    there = {*fleet.running, "operator"}  # of the operators only one
     wanted = {name: sorted(there.intersection(fleet.plan.partners[name])) for name in fleet.running}
     tower.wait(lambda seen: {name: sorted(status.links) for name, status in seen.items()} == wanted)
     time.sleep(1.2)  # links are looked at once a second

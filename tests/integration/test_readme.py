@@ -37,6 +37,18 @@ def started():
             process.kill()
 
 
+def test_no_command_needs_what_no_command_before_it_made():
+    lines = re.findall(r"^    (.*)$", README, re.MULTILINE)
+    commands = [line.split("#")[0] for line in lines]
+    ready = commands.index("source .venv/bin/activate")
+    assert not any(line.startswith("flockwire ") for line in commands[:ready])
+    made: set[str] = set()
+    for line in commands:
+        made |= set(re.findall(r"--out (\S+)", line))
+        for folder in re.findall(r"(runs/\w+)/trace.mcap", line):
+            assert folder in made, line
+
+
 @pytest.mark.long
 def test_each_process_in_its_own_terminal(folder, started):
     def run(*arguments):

@@ -1,4 +1,4 @@
-"""Places for persons at every process, which nobody else can use up, on real Zenoh."""
+"""Places for operators at every process, which nobody else can use up, on real Zenoh."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from flockwire.security.pki import make_keys
 from flockwire.wire.keys import STOP
 from flockwire.wire.messages import Stop
 from flockwire.wire.plan import Plan
-from flockwire_cli.attackers import Attacker, attacker_configuration
+from flockwire_probe.attackers import Attacker, attacker_configuration
 
 DRIVER, OPERATOR = "kinematics", "operator"
 FOREIGN = 12

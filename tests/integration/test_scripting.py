@@ -5,17 +5,17 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from fleet import PATIENCE, processes_of
-from flockwire_recorder.reading import read_trace
+from flockwire_analysis.reading import read_trace
+from waiting import wait_until
 
 SCRIPT = """
 import asyncio, sys
-from flockwire_cli.scripting import open_swarm
+from flockwire_scripting import open_swarm
 
 async def fly():
     async with open_swarm(sys.argv[1], out=sys.argv[2]) as flight:
@@ -58,8 +58,6 @@ def test_an_interrupt_in_flight_lands_the_drones(make_swarm: Callable[..., Path]
 def test_an_interrupt_while_it_starts_ends_what_was_started(make_swarm: Callable[..., Path], tmp_path: Path) -> None:
     swarm, out = make_swarm(), tmp_path / "out"
     process = script(swarm, out)
-    deadline = time.monotonic() + PATIENCE
-    while not (out / "logs" / "recorder.log").exists() and time.monotonic() < deadline:
-        time.sleep(0.01)
+    wait_until((out / "logs" / "recorder.log").exists, PATIENCE)
     interrupted(process, swarm)
     assert not (out / "report.html").exists()

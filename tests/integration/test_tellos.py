@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from fleet import Fleet, flockwire
-from flockwire.swarm.tello_addresses import COMMAND_PORT, tello_addresses
+from flockwire_tello.swarm_file import COMMAND_PORT, tello_addresses
 
 pytestmark = pytest.mark.integration
 KILL = """

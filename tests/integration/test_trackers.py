@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fleet import flockwire
-from flockwire_recorder.reading import read_trace
+from flockwire_analysis.reading import read_trace
 
 TABLE = """
 [gateway]

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 from fleet import agree, flockwire
-from flockwire_recorder.phases import formation_phase
-from flockwire_recorder.reading import read_trace
-from flockwire_recorder.recorded import Trace
+from flockwire_analysis.phases import formation_phase
+from flockwire_analysis.reading import read_trace
+from flockwire_analysis.recorded import Trace
 from independent_reader import read
 
 DURATION = 12

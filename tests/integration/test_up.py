@@ -2,29 +2,48 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import shutil
 import signal
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from fleet import agree, flockwire, keys_of, processes_of
+from fleet import Tower, agree, flockwire, keys_of, processes_of
 from flockwire.loading import load_swarm
 from flockwire.wire.plan import Plan
+from flockwire.wire.status import Status
 from independent_reader import figures
+from waiting import wait_until
 
 PICTURES = ("trajectories", "observation_error", "formation_error", "distances", "obstacle_distances", "latency")
+
+
+@pytest.fixture
+def watch() -> Iterator[Callable[[Path], Tower]]:
+    """Return a function that watches a swarm that `up` flies; its session ends with the test."""
+    with contextlib.ExitStack() as stack:
+
+        def watched(swarm: Path) -> Tower:
+            return stack.enter_context(contextlib.closing(Tower(Plan(load_swarm(swarm)), keys_of(swarm))))
+
+        yield watched
+
+
+def is_up(status: Status) -> bool:
+    """Return whether a pilot has seen its drone in the air."""
+    return status.report.position is not None and status.report.position[2] > 0.2
 
 
 def test_a_flight_converges_and_its_trace_says_so_as_in_virtual_time(
     make_swarm: Callable[..., Path], tmp_path: Path
 ) -> None:
     swarm, out = make_swarm(), tmp_path / "out"
-    process = flockwire("up", swarm, "--headless", "--duration", "14", "--out", out)
+    process = flockwire("up", swarm, "--headless", "--duration", "10", "--out", out)
     output, errors = process.communicate(timeout=120)
     summary = json.loads((out / "summary.json").read_text())
     assert summary["observation_error_m"]["max_tail"] < 0.015
@@ -45,8 +64,19 @@ def test_a_flight_converges_and_its_trace_says_so_as_in_virtual_time(
     assert abs(recomputed["formation"] - summary["formation_error_m"]["max_tail"]) < 0.001
     assert abs(recomputed["nearest"] - summary["min_distance_uav_m"]) < 0.001
     assert not processes_of(swarm)
-    flockwire("sim", swarm, "--duration", "14", "--out", tmp_path / "sim").communicate(timeout=60)
+    flockwire("sim", swarm, "--duration", "10", "--out", tmp_path / "sim").communicate(timeout=60)
     agree(summary, json.loads((tmp_path / "sim" / "summary.json").read_text()))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("link", ["tls", "quic"])
+def test_a_swarm_flies_over_ipv6(make_swarm: Callable[..., Path], tmp_path: Path, link: str) -> None:
+    swarm, out = make_swarm(), tmp_path / "out"
+    text = swarm.read_text().replace("[network]", f'[network]\nlink = "{link}"')
+    swarm.write_text(f'{text}\n[hosts]\nlocal = {{ address = "::1" }}\n')
+    output, errors = flockwire("up", swarm, "--headless", "--duration", "8", "--out", out).communicate(timeout=120)
+    assert json.loads((out / "summary.json").read_text())["formation_error_m"]["settled_s"] < 8.0, errors + output
+    assert "landing" in output
 
 
 @pytest.mark.long
@@ -62,8 +92,39 @@ def test_two_swarms_fly_side_by_side(make_swarm: Callable[..., Path], tmp_path: 
         assert summary["drones"] == 5
 
 
-def test_a_second_up_is_refused_at_once_and_ctrl_c_lands_the_first_and_leaves_a_report(
+def test_whatever_becomes_of_the_swarm_file_and_its_keys_orders_reach_who_flies(
     make_swarm: Callable[..., Path], tmp_path: Path
+) -> None:
+    swarm, out = make_swarm(), tmp_path / "out"
+    text, base = swarm.read_text(), load_swarm(swarm).network.base_port
+    flight = flockwire("up", swarm, "--headless", "--duration", "0", "--out", out)
+    for line in flight.stdout:
+        if "in formation" in line:
+            break
+    rotation = flockwire("keys", swarm, "--rotate", "--out", keys_of(swarm))
+    _, errors = rotation.communicate(timeout=20)
+    assert (rotation.returncode, "not even a stop" in errors) == (2, True)
+    (recorder,) = [process for process in processes_of(swarm) if "recorder" in process.cmdline()]
+    changes = (
+        ("hold", text.replace(f"base_port = {base}", f"base_port = {base + 200}")),
+        ("hold", text.replace('name = "', 'name = "another_')),
+        ("stop", f"{text}[["),
+    )
+    swarm.write_text(f"{text}[[")
+    recorder.kill()  # begun again, it records what flies
+    for verb, changed in changes:
+        swarm.write_text(changed)
+        order = flockwire(verb, swarm)
+        output, errors = order.communicate(timeout=20)
+        assert (order.returncode, f"{verb}: confirmed by" in output) == (0, True), errors
+        assert "the swarm that took off, 'paper', is meant" in errors
+    flight.communicate(timeout=60)
+    assert len(list(out.glob("trace*.mcap"))) == 2
+    assert not list(swarm.parent.glob(".flockwire/*.flying"))
+
+
+def test_a_second_up_is_refused_at_once_and_ctrl_c_lands_the_first_and_leaves_a_report(
+    make_swarm: Callable[..., Path], watch: Callable[[Path], Tower], tmp_path: Path
 ) -> None:
     swarm, out = make_swarm(), tmp_path / "out"
     first = flockwire("up", swarm, "--headless", "--duration", "0", "--out", out)
@@ -81,7 +142,8 @@ def test_a_second_up_is_refused_at_once_and_ctrl_c_lands_the_first_and_leaves_a_
     for line in first.stdout:
         if "in formation" in line:
             break
-    time.sleep(7)  # until the formation has settled
+    watch(swarm).settled(0.05)
+    time.sleep(2.5)  # the verdict looks for 2 s in which nobody leaves its place
     first.send_signal(signal.SIGINT)
     output, errors = first.communicate(timeout=60)
     assert "landing" in output
@@ -91,21 +153,19 @@ def test_a_second_up_is_refused_at_once_and_ctrl_c_lands_the_first_and_leaves_a_
 
 
 def test_a_killed_parent_leaves_no_process_once_the_drones_have_landed(
-    make_swarm: Callable[..., Path], tmp_path: Path
+    make_swarm: Callable[..., Path], watch: Callable[[Path], Tower], tmp_path: Path
 ) -> None:
     swarm = make_swarm()
     process = flockwire("up", swarm, "--headless", "--out", tmp_path / "out")
     for line in process.stdout:
         if "taking off" in line:
             break
-    time.sleep(1.0)  # in the air
+    pilots = ("leader", "uav1", "uav2", "uav3", "uav4")
+    watch(swarm).wait(lambda seen: all(name in seen and is_up(seen[name]) for name in pilots))
     process.kill()
     process.communicate()
-    deadline = time.monotonic() + 10.0
-    while processes_of(swarm) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    assert not processes_of(swarm)
-    for pilot in ("leader", "uav1", "uav2", "uav3", "uav4"):
+    wait_until(lambda: not processes_of(swarm), 10.0)
+    for pilot in pilots:
         assert "landing" in (tmp_path / "out" / "logs" / f"{pilot}.log").read_text(), pilot
 
 

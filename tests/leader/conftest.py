@@ -6,16 +6,17 @@ from collections.abc import Callable
 from math import dist, hypot, inf
 
 import pytest
-from flockwire.control.vector import Vector, add, scale, subtract
-from flockwire.flight.phases import Phase
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.body import Body, BodyKind
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.domain.vector import Vector, add, scale, subtract
+from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Body, BodyKind, Command, FlightState, Mission, Nearby, Pose, Telemetry
+from flockwire.wire.messages import Command, FlightState, Mission, Nearby, Pose, Telemetry
 from flockwire_leader.core import FlyingLeader
 
-BEGAN = 1_790_000_000 * BILLION
-TICK = BILLION // 100
+BEGAN = 1_790_000_000 * SECOND
+TICK = SECOND // 100
 STILL = (0.0, 0.0, 0.0)
 
 
@@ -65,7 +66,8 @@ class Seat:
         self._measure()
 
     def order(self, verb: str, delay: float = 0.0) -> None:
-        mission = Mission(self.now + 1, "world", verb, self.now + round(delay * BILLION))
+        start, known = self.now + nanoseconds(delay), self.core.report(self.now).newest
+        mission = Mission(self.now + 1, "world", verb, start, knows=known)
         self.core.receive(MISSION, mission, self.now)
 
     def _bodies(self) -> tuple[Body, ...]:

@@ -7,9 +7,9 @@ from math import dist, exp, hypot
 from typing import Any
 
 import pytest
-from flockwire.control.vector import ZERO, Vector, add, scale, subtract
-from flockwire.flight.phases import Phase
-from flockwire.wire.messages import Body, BodyKind
+from flockwire.domain.body import Body, BodyKind
+from flockwire.domain.vector import ZERO, Vector, add, scale, subtract
+from flockwire.pilot.phases import Phase
 from flockwire_leader.course import CATCH_UP, SLACK, Course
 from hypothesis import given
 from hypothesis import strategies as st
@@ -118,7 +118,7 @@ def test_it_gets_round_an_obstacle_on_its_path_and_reaches_the_end(flying: Calla
 def test_without_the_sidestep_it_stays_in_front_of_the_obstacle(
     flying: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("flockwire.flight.sidestepping.sidestep", lambda wanted, *_: wanted)
+    monkeypatch.setattr("flockwire.control.sidestep.sidestep", lambda wanted, *_: wanted)
     leader = flying(leg(4.0))
     leader.obstacles = [(add(leader.position, (1.3, 0.0, 0.0)), 0.4)]
     leader.run(15.0)

@@ -1,11 +1,11 @@
 import pytest
-from flockwire.flight.ladder import MISTAKEN
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
+from flockwire.pilot.ladder import MISTAKEN
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import IdentityDoubt, Mission, Pose
 from flockwire_leader.tracked import TrackedLeader
 
-BEGAN = 1_790_000_000 * BILLION
+BEGAN = 1_790_000_000 * SECOND
 TRACKED = {"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2], "drones.0.body": "wand"}
 
 
@@ -19,9 +19,9 @@ def test_it_is_tracked_while_its_pose_comes_and_says_since_when_it_is_lost(leade
     assert leader.report(BEGAN).phase == "pose lost"
     assert "has not seen its body 'wand' yet" in leader.report(BEGAN).detail
     leader.receive(Key("pose", "uav0"), Pose(BEGAN, "world", (1.0, 2.0, 1.2)), BEGAN)
-    report = leader.report(BEGAN + BILLION // 100)
+    report = leader.report(BEGAN + SECOND // 100)
     assert (report.phase, report.detail, report.position) == ("tracked", "", (1.0, 2.0, 1.2))
-    report = leader.report(BEGAN + 2 * BILLION)
+    report = leader.report(BEGAN + 2 * SECOND)
     assert (report.phase, report.pose_age) == ("pose lost", 2.0)
     assert "for 2.0 s" in report.detail
 
@@ -37,5 +37,5 @@ def test_a_body_that_the_tracker_mixes_up_is_reported_while_it_does(leader):
     leader.receive(Key("pose", "uav0"), Pose(BEGAN, "world", (1.0, 2.0, 1.2)), BEGAN)
     leader.receive(Key("doubt", "uav0"), IdentityDoubt(BEGAN, "world", BEGAN), BEGAN)
     assert leader.report(BEGAN).detail == MISTAKEN
-    leader.receive(Key("pose", "uav0"), Pose(BEGAN + BILLION, "world", (1.0, 2.0, 1.2)), BEGAN + BILLION)
-    assert leader.report(BEGAN + BILLION).detail == ""
+    leader.receive(Key("pose", "uav0"), Pose(BEGAN + SECOND, "world", (1.0, 2.0, 1.2)), BEGAN + SECOND)
+    assert leader.report(BEGAN + SECOND).detail == ""

@@ -1,15 +1,15 @@
 from math import dist
 
 import pytest
-from flockwire.control.vector import add
-from flockwire.flight.phases import Phase
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
+from flockwire.domain.vector import add
+from flockwire.pilot.phases import Phase
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Mission
 from flockwire_leader.virtual import VirtualLeader
 
-BEGAN = 1_790_000_000 * BILLION
-TICK = BILLION // 100
+BEGAN = 1_790_000_000 * SECOND
+TICK = SECOND // 100
 VIRTUAL = {"leader": {"kind": "virtual", "start": [1.0, 2.0, 1.5], "trajectory": {"kind": "circle"}}, "drones.0": None}
 
 
@@ -23,21 +23,22 @@ def place(leader, now):
 def test_a_virtual_leader_rests_at_its_start_until_the_mission_starts(make_swarm):
     leader = VirtualLeader(make_swarm(VIRTUAL), BEGAN)
     assert place(leader, BEGAN) == (1.0, 2.0, 1.5)
-    leader.receive(MISSION, Mission(BEGAN, "world", "start", BEGAN + BILLION), BEGAN)
-    assert place(leader, BEGAN + BILLION) == (1.0, 2.0, 1.5)
-    assert leader.report(BEGAN + BILLION).phase is Phase.READY
+    leader.receive(MISSION, Mission(BEGAN, "world", "start", BEGAN + SECOND), BEGAN)
+    assert place(leader, BEGAN + SECOND) == (1.0, 2.0, 1.5)
+    assert leader.report(BEGAN + SECOND).phase is Phase.READY
     expected = add((1.0, 2.0, 1.5), make_swarm(VIRTUAL).leader.trajectory.build().position(3.0))
-    assert place(leader, BEGAN + 4 * BILLION) == pytest.approx(expected)
-    assert leader.report(BEGAN + 4 * BILLION).phase is Phase.FORMATION
+    assert place(leader, BEGAN + 4 * SECOND) == pytest.approx(expected)
+    assert leader.report(BEGAN + 4 * SECOND).phase is Phase.FORMATION
 
 
-@pytest.mark.parametrize("order", [("hold", 0), ("land", 0), ("start", 40 * BILLION + BILLION // 2)])
+@pytest.mark.parametrize("order", [("hold", 0), ("land", 0), ("start", 40 * SECOND + SECOND // 2)])
 def test_a_virtual_leader_never_leaps(make_swarm, order):
     leader = VirtualLeader(make_swarm(VIRTUAL), BEGAN)
     leader.receive(MISSION, Mission(BEGAN, "world", "start", BEGAN), BEGAN)
     verb, start = order
-    now, before = BEGAN + 40 * BILLION, place(leader, BEGAN + 40 * BILLION)
-    leader.receive(MISSION, Mission(now, "world", verb, BEGAN + start if start else 0), now)
+    now, before = BEGAN + 40 * SECOND, place(leader, BEGAN + 40 * SECOND)
+    known = leader.report(now).newest
+    leader.receive(MISSION, Mission(now, "world", verb, BEGAN + start if start else 0, knows=known), now)
     for tick in range(1, 101):
         here = place(leader, now + tick * TICK)
         assert dist(here, before) < 0.01

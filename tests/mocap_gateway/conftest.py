@@ -7,11 +7,11 @@ from random import Random
 from typing import Any
 
 import pytest
-from flockwire.flight.cores import Start
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
+from flockwire.process.cores import Start
 from flockwire.wire.plan import Plan
 
-NOW = 1_790_000_000 * BILLION
+NOW = 1_790_000_000 * SECOND
 
 
 @pytest.fixture

@@ -7,8 +7,8 @@ from itertools import pairwise
 from random import Random
 
 import pytest
-from flockwire.nanoseconds import BILLION
-from flockwire_mocap.completeness import PATIENCE, Completeness
+from flockwire.domain.time import nanoseconds
+from flockwire_mocap.completeness import MISSED_FRAMES, Completeness
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -38,7 +38,7 @@ class Reports:
             if body not in silent
         ]
         for t, body in sorted(reports):
-            if self.completeness.report(body, round(t * BILLION)):
+            if self.completeness.report(body, nanoseconds(t)):
                 self.frames.append((t, body))
         return self.frames[before:]
 
@@ -59,7 +59,7 @@ def test_whatever_the_order_of_one_process_no_frame_ends_within_it_for_long(orde
 def test_one_that_dies_delays_a_few_frames_only(dead: int) -> None:
     reports = Reports()
     reports.run(TOGETHER, 10)
-    assert len(reports.run(TOGETHER, PATIENCE + 1, without=[dead])) >= 1
+    assert len(reports.run(TOGETHER, MISSED_FRAMES + 1, without=[dead])) >= 1
     after = reports.run(TOGETHER, ROUNDS, without=[dead])
     assert {body for _, body in after} == {3 if dead == 4 else 4}
     assert len(after) == ROUNDS
@@ -69,7 +69,7 @@ def test_one_that_dies_delays_a_few_frames_only(dead: int) -> None:
 def test_several_may_die_at_once_and_come_back(dead: set[int]) -> None:
     reports = Reports()
     reports.run(TOGETHER, 10)
-    reports.run(TOGETHER, PATIENCE + 1, without=dead)
+    reports.run(TOGETHER, MISSED_FRAMES + 1, without=dead)
     assert len(reports.run(TOGETHER, ROUNDS, without=dead)) == ROUNDS
     reports.run(TOGETHER, 2)
     assert [body for _, body in reports.run(TOGETHER, ROUNDS)] == [4] * ROUNDS
@@ -77,7 +77,7 @@ def test_several_may_die_at_once_and_come_back(dead: set[int]) -> None:
 
 def test_one_that_never_reported_is_not_waited_for() -> None:
     reports = Reports()
-    reports.run(TOGETHER, PATIENCE + 1, without=[4])
+    reports.run(TOGETHER, MISSED_FRAMES + 1, without=[4])
     assert len(reports.run(TOGETHER, ROUNDS, without=[4])) == ROUNDS
 
 
@@ -118,7 +118,7 @@ def test_one_of_several_processes_dies_and_the_others_keep_their_rate() -> None:
     reports = Reports()
     reports.run(apart, 10, jitter=0.0008)
     for dead in (4, 1):
-        reports.run(apart, PATIENCE + 2, without=[dead], jitter=0.0008)
+        reports.run(apart, MISSED_FRAMES + 2, without=[dead], jitter=0.0008)
         assert len(reports.run(apart, ROUNDS, without=[dead], jitter=0.0008)) >= 0.95 * ROUNDS
         reports.run(apart, 4, jitter=0.0008)
 

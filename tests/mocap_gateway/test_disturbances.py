@@ -3,7 +3,7 @@ from random import Random
 from statistics import pstdev
 
 import pytest
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 from flockwire_mocap.disturbances import Disturbance, Disturbances, Occlusion
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 
@@ -15,7 +15,7 @@ def disturbed(amount, seed=1, count=FRAMES):
     disturbances, arrived = Disturbances(amount, Random(seed)), []
     body = ReportedBody(1, "one", (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0), tracked=True)
     for k in range(count):
-        stamp = 5 * BILLION + k * BILLION // 100
+        stamp = 5 * SECOND + k * SECOND // 100
         arrived += disturbances.apply(TrackerFrame(k, stamp, stamp, (body, body._replace(identity=2))))
     return arrived
 

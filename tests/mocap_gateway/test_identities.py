@@ -1,10 +1,10 @@
 """Names that jump from body to body, over the paths of two or three drones."""
 
 import pytest
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 from flockwire_mocap.identities import Claim, Identities
 
-FRAME = BILLION // 100
+FRAME = SECOND // 100
 LEVEL = (0.0, 0.0, 0.0, 1.0)
 
 

@@ -9,21 +9,17 @@ import sys
 import pytest
 from flockwire_mocap import keep_alive
 from flockwire_mocap.core import make_core
+from flockwire_mocap.persistent import PersistentConnection
 from flockwire_mocap.qualisys.client import QualisysClient
 from flockwire_mocap.qualisys.server import QtmServer
 from flockwire_mocap.vrpn.client import VrpnClient
 from flockwire_mocap.vrpn.server import VrpnServer
+from waiting import until
 
 HOME = "127.0.0.1"
 NAMES = ["uav1", "uav2"]
 SO_ATTACH_FILTER = 26
 NOTHING = struct.pack("=HBBI", 0x06, 0, 0, 0)  # a packet filter of one instruction: take no byte of it
-
-
-async def until(condition, seconds=5.0):
-    async with asyncio.timeout(seconds):
-        while not condition():  # noqa: ASYNC110 sockets report to no event
-            await asyncio.sleep(0.01)
 
 
 def pull_cable(server):
@@ -50,6 +46,7 @@ def qualisys(start, server):
 )
 def test_a_silent_server_keeps_its_connection_and_one_that_is_gone_gets_another(start, kind, connect, monkeypatch):
     monkeypatch.setattr(keep_alive, "SILENCE", 1)  # s
+    monkeypatch.setattr(PersistentConnection, "PAUSE", 0.05)  # s
 
     async def run():
         server = kind(NAMES, port=0)
@@ -58,7 +55,7 @@ def test_a_silent_server_keeps_its_connection_and_one_that_is_gone_gets_another(
         client.open()
         await until(there)
         first = set(server._clients)
-        await asyncio.sleep(2.5)
+        await asyncio.sleep(2.5)  # longer than the kernel bears silence of the other end
         assert there()
         assert server._clients == first
         pull_cable(server)

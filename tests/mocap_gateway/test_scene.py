@@ -1,10 +1,10 @@
 import pytest
-from flockwire.nanoseconds import BILLION
-from flockwire.wire.messages import BodyKind
-from flockwire_mocap.scene import FEW, FORGET, MOST_MOVERS, Scene
+from flockwire.domain.body import BodyKind
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire_mocap.scene import FEW, FORGET, LEFT, MOST_MOVERS, Scene
 
-FRAME = BILLION // 100
-NOW = 1_790_000_000 * BILLION
+FRAME = SECOND // 100
+NOW = 1_790_000_000 * SECOND
 
 
 @pytest.fixture
@@ -37,10 +37,31 @@ def test_a_tracked_obstacle_has_the_size_of_the_swarm_file_and_stays_where_it_wa
         assert (body.relative_position, body.radius) == ((0.0, 1.0, -1.0), 0.2)
 
 
-def test_a_person_who_is_no_longer_seen_is_gone_after_a_second(scene):
-    now, x = walk(scene, "Ada")
+def test_a_tracked_obstacle_that_was_moving_when_it_was_lost_stands(scene):
+    now, x = walk(scene, "cart")
     scene.arrange(now + FORGET)
+    assert scene.near(1, (x, 0.0, 2.0))[0].velocity == (0.0, 0.0, 0.0)
+
+
+def test_a_person_who_is_no_longer_seen_may_be_as_far_as_a_person_walks_then_has_left(scene):
+    now, x = walk(scene, "Ada")
+    radii = []
+    for age in (0.0, 0.05, 0.5, 0.9, 2.0, 4.9):
+        scene.arrange(now + nanoseconds(age))
+        (body,) = scene.near(1, (x, 0.0, 1.0))
+        assert body.relative_position == (0.0, 1.0, 0.0)
+        radii.append(body.radius)
+    assert radii == pytest.approx([0.5, 0.5, 1.0, 1.4, 1.5, 1.5])
+    scene.arrange(now + LEFT)
     assert scene.near(1, (x, 0.0, 1.0)) == ()
+
+
+def test_whoever_carries_the_leader_stays_on_the_field(make_swarm):
+    scene = Scene(make_swarm({"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2]}))
+    scene.see_drone(0, NOW, (0.0, 1.0, 1.2))
+    scene.arrange(NOW + 10 * LEFT)
+    (body,) = scene.near(1, (0.0, 0.0, 1.0))
+    assert (body.relative_position, body.radius) == ((0.0, 1.0, 0.0), pytest.approx(1.4))
 
 
 def test_one_who_comes_back_has_no_velocity_from_before(scene):
@@ -54,9 +75,9 @@ def test_a_new_person_is_seen_however_many_names_there_were_before(scene):
     scene.see_other("cart", NOW, (0.0, 1.0, 0.0))
     for k in range(MOST_MOVERS):
         scene.see_other(f"marker {k}", NOW, (0.0, 0.0, 1.0))
-    scene.arrange(NOW + FORGET)
-    scene.see_other("Ada", NOW + FORGET, (1.0, 0.0, 1.7))
-    scene.arrange(NOW + FORGET)
+    scene.arrange(NOW + LEFT)
+    scene.see_other("Ada", NOW + LEFT, (1.0, 0.0, 1.7))
+    scene.arrange(NOW + LEFT)
     assert scene.others == ("cart", "Ada")
     assert [body.relative_position[:2] for body in scene.near(1, (0.0, 0.0, 1.0))] == [(0.0, 1.0), (1.0, 0.0)]
 
@@ -69,6 +90,14 @@ def test_a_body_that_is_not_believed_to_be_a_drones_is_there_until_it_is(scene):
     scene.see_drone(2, NOW, (1.0, 0.0, 1.0))
     scene.arrange(NOW)
     assert [body.kind for body in scene.near(1, (0.0, 0.0, 1.0))] == [BodyKind.DRONE]
+
+
+def test_what_was_not_believed_to_be_a_drones_is_gone_after_a_second_and_does_not_grow(scene):
+    scene.see_held(2, NOW, (1.0, 0.0, 1.0))
+    scene.arrange(NOW + FORGET - FRAME)
+    assert scene.near(1, (0.0, 0.0, 1.0))[0].radius == 0.5
+    scene.arrange(NOW + FORGET)
+    assert scene.near(1, (0.0, 0.0, 1.0)) == ()
 
 
 def test_a_crowd_sorted_by_place_shows_the_same_as_a_look_at_all(make_swarm, monkeypatch):

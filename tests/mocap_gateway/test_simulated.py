@@ -2,8 +2,8 @@ from random import Random
 from statistics import fmean, pstdev
 
 import pytest
-from flockwire.flight.faults import NoiseBurst, TrackerLoss
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
+from flockwire.process.faults import NoiseBurst, TrackerLoss
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Mission, Pose
@@ -12,8 +12,8 @@ from flockwire_mocap.tracking import ReportedBody
 
 PLACE = (1.0, 2.0, 3.0)
 TURNED = (0.0, 0.0, 0.6, 0.8)
-FRAME = BILLION // 100
-BEGAN = 1_790_000_000 * BILLION
+FRAME = SECOND // 100
+BEGAN = 1_790_000_000 * SECOND
 LOSS = TrackerLoss(at=0.495, kind="tracker", drone=1, duration=0.2)
 NOISE = NoiseBurst(at=0.495, kind="noise", noise=0.5, duration=0.2)
 
@@ -39,7 +39,7 @@ def film(source, count=4000, drones=(1,)):
     for k in range(1, count + 1):
         show(source, BEGAN + k * FRAME, *drones)
         frames += source.take(BEGAN + k * FRAME)
-    return [((frame.captured - BEGAN) / BILLION, body) for frame in frames for body in frame.bodies]
+    return [((frame.captured - BEGAN) / SECOND, body) for frame in frames for body in frame.bodies]
 
 
 def names(frames):
@@ -83,7 +83,7 @@ def test_a_frame_is_available_after_its_latency_with_its_own_stamp(source, laten
         now = BEGAN + k * FRAME
         show(slow, now, 1)
         for frame in slow.take(now):
-            assert latency * BILLION <= now - frame.captured < latency * BILLION + FRAME
+            assert latency * SECOND <= now - frame.captured < latency * SECOND + FRAME
 
 
 def test_a_drone_whose_stamps_are_ahead_does_not_delay_the_others(source):
@@ -130,7 +130,7 @@ def test_before_a_take_off_there_are_no_faults_and_other_orders_are_none(source)
 
 
 def test_a_later_take_off_has_the_faults_again(source):
-    faulty = source(faults=(LOSS,), took_off=BEGAN - 60 * BILLION)
+    faulty = source(faults=(LOSS,), took_off=BEGAN - 60 * SECOND)
     assert len(film(faulty, 100)) == 100
     faulty.receive(MISSION, Mission(BEGAN, "world", "takeoff"), BEGAN)
     assert len(film(faulty, 100)) == 80

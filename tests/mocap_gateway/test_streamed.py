@@ -1,13 +1,13 @@
 import pytest
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 from flockwire.wire.keys import MISSION
 from flockwire_mocap.coordinates import Coordinates
 from flockwire_mocap.source import Link
 from flockwire_mocap.streamed import MOST_TWICE, StreamedSource
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 
-NOW = 1_790_000_000 * BILLION
-MS = BILLION // 1000
+NOW = 1_790_000_000 * SECOND
+MS = SECOND // 1000
 LEVEL = (0.0, 0.0, 0.0, 1.0)
 
 
@@ -79,7 +79,7 @@ def test_whole_frames_are_complete_and_single_reports_with_the_last(awaited):
 
 def test_it_reports_what_the_connection_lacks_and_restarts_of_the_trackers_clock():
     source = streamed(lambda now: Link("no answer", (("frames missing", 3),)))
-    source.arrived(frame(1, 5 * BILLION, body(1)), NOW)
-    source.arrived(frame(2, 900 * BILLION, body(1)), NOW + MS)
+    source.arrived(frame(1, 5 * SECOND, body(1)), NOW)
+    source.arrived(frame(2, 900 * SECOND, body(1)), NOW + MS)
     assert source.link(NOW) == Link("no answer", (("frames missing", 3), ("steps of its clock", 1)))
     assert source.triggers == {MISSION}

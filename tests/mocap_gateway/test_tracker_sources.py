@@ -1,22 +1,22 @@
 """What the gateway reports of a tracker that does not deliver, and what it gets from one that does: no sockets."""
 
 import pytest
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Pose
-from flockwire_mocap import twin_core
 from flockwire_mocap.core import make_core
 from flockwire_mocap.natnet.packets import Connect, Kind
 from flockwire_mocap.natnet.parsing import parse_request
 from flockwire_mocap.natnet.twin import NatNetTwin, TwinOptions
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
+from flockwire_mocap.twin.core import make_core as make_twin_core
 from flockwire_mocap.vrpn.connection import VrpnConnection
 from flockwire_mocap.vrpn.reports import SET_BACK
 from flockwire_mocap.vrpn.wire import PoseBody
 
-NOW = 1_790_000_000 * BILLION
-FRAME = BILLION // 100
+NOW = 1_790_000_000 * SECOND
+FRAME = SECOND // 100
 PLACES = {i: (1.0 * i, 2.0, 1.0) for i in range(5)}
 LEVEL = (0.0, 0.0, 0.0, 1.0)
 ALIGNED = {"rotation": [0.0, 0.0, 0.6, 0.8], "offset": [1.0, -2.0, 0.5]}
@@ -31,7 +31,7 @@ def truths(core, now, places=PLACES):
 def converse(start, frames=3, options=None, twin=None, **gateway):
     """Let a twin serve `frames` frames to a NatNet gateway in virtual time; returns the gateway's core."""
     begun = start("tracker-sim", source="natnet", twin=twin or {}, **gateway)
-    simulated, core = twin_core.make_core(begun), make_core(start(source="natnet", twin=twin or {}, **gateway))
+    simulated, core = make_twin_core(begun), make_core(start(source="natnet", twin=twin or {}, **gateway))
     session, server = core.source.session, NatNetTwin(options or TwinOptions((4, 1)), simulated.names)
     sent = []
     simulated.deliver = sent.append
@@ -73,7 +73,7 @@ def test_a_latency_is_in_the_stamp(start):
 def test_renamed_bodies_are_named_with_the_remedy(start):
     core, now = converse(start, twin={"renamed": {"uav2": "Body 7"}})
     core.step(now)
-    later = now + 2 * BILLION
+    later = now + 2 * SECOND
     core.source.arrived(TrackerFrame(99, 5, 5, (ReportedBody(2, "Body 7", (0.0, 0.0, 0.0), LEVEL, True),)), later)
     core.step(later)
     assert "no body 'uav2', but 'Body 7'" in core.report(later).detail
@@ -92,7 +92,7 @@ def test_a_natnet_server_that_is_not_there_is_a_line_with_a_remedy_within_three_
     (request,) = core.source.session.requests(NOW)
     assert parse_request(request) == Connect()
     assert request[0] == Kind.CONNECT
-    report = core.report(NOW + 2 * BILLION)
+    report = core.report(NOW + 2 * SECOND)
     assert report.phase == "waiting"
     assert "no answer from 127.0.0.1:1510: check its address and command port" in report.detail
 
@@ -100,8 +100,8 @@ def test_a_natnet_server_that_is_not_there_is_a_line_with_a_remedy_within_three_
 def test_a_stream_that_ends_is_reported(start):
     core, now = converse(start)
     core.step(now)
-    assert core.report(now + 2 * BILLION).phase == "waiting"
-    assert "still streaming" in core.report(now + 2 * BILLION).detail
+    assert core.report(now + 2 * SECOND).phase == "waiting"
+    assert "still streaming" in core.report(now + 2 * SECOND).detail
 
 
 def test_vrpn_reports_complete_a_frame_with_the_last_drone(start):
@@ -124,7 +124,7 @@ def test_a_vrpn_servers_clock_that_is_set_back_blinds_nobody(start, back):
     for k in range(400):
         now = NOW + k * FRAME
         for i, place in PLACES.items():
-            stamp = now - (round(back * BILLION) if k >= 200 else 0)
+            stamp = now - (nanoseconds(back) if k >= 200 else 0)
             server.send_pose(uav(i), stamp, PoseBody(0, (place[0] + k * 1e-3, *place[1:]), LEVEL))
             for frame in session.receive(server.outgoing()):
                 core.source.arrived(frame, now)
@@ -143,7 +143,7 @@ def test_a_vrpn_server_without_poses_is_a_line(start, described, line):
         server.describe(name)
     core.source.session.trouble = None
     core.source.session.receive(server.outgoing())
-    assert line in core.report(NOW + 2 * BILLION).detail
+    assert line in core.report(NOW + 2 * SECOND).detail
 
 
 @pytest.mark.parametrize(

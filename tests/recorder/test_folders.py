@@ -2,8 +2,7 @@ from datetime import timedelta
 
 import pytest
 from flockwire import clock
-from flockwire_recorder.folders import dated_folder, newest_folder
-from flockwire_recorder.parts import SAME_FLIGHT
+from flockwire_recorder.parts import SAME_FLIGHT, dated_folder, newest_folder
 from flockwire_recorder.trace import TraceWriter, describe
 
 T0 = 1_790_000_000_000_000_000

@@ -5,10 +5,10 @@ from dataclasses import is_dataclass
 
 import numpy as np
 import pytest
-from flockwire.flight.faults import parse_faults
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.body import BodyKind
+from flockwire.domain.time import SECOND
+from flockwire.process.faults import parse_faults
 from flockwire.wire.keys import ROWS
-from flockwire.wire.messages import BodyKind
 from flockwire_sim.recording import TraceFile
 from flockwire_sim.world import EPOCH, World
 from mcap.reader import make_reader
@@ -44,8 +44,8 @@ def flight(make_plan, tmp_path_factory):
 
     world = World(plan.swarm, 0, 20.0, faults, tap)
     world.steer(lambda _: (0.2, 0.0, 0.0))
-    world.scheduler.at(EPOCH + 8 * BILLION, lambda _: world.stop("enough"))
-    world.scheduler.run(EPOCH + 9 * BILLION)
+    world.scheduler.at(EPOCH + 8 * SECOND, lambda _: world.stop("enough"))
+    world.scheduler.run(EPOCH + 9 * SECOND)
     trace.close()
     return path, published
 

@@ -5,18 +5,18 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from datetime import timedelta
 
 import pytest
 from flockwire import clock
 from flockwire.wire.messages import Pose
+from flockwire_analysis.reading import read_trace
+from flockwire_analysis.summary import summarise
 from flockwire_recorder.parts import SAME_FLIGHT, next_part, parts, same_flight
-from flockwire_recorder.reading import read_trace
 from flockwire_recorder.recover import Recovered, recover
-from flockwire_recorder.summary import summarise
 from flockwire_recorder.trace import TraceWriter, describe
 from mcap.reader import make_reader
+from waiting import wait_until
 
 POSE = "geometry_msgs/msg/PoseStamped"
 T0 = 1_790_000_000_000_000_000
@@ -92,11 +92,7 @@ def test_a_recorder_started_again_goes_on_with_its_own_flight_alone(tmp_path, sw
 
 
 def await_recording(path):
-    for _ in range(300):
-        if path.exists() and path.stat().st_size > 30_000:
-            return
-        time.sleep(0.1)
-    raise AssertionError(f"{path} does not grow")
+    wait_until(lambda: path.exists() and path.stat().st_size > 15_000, 30.0)
 
 
 @pytest.mark.integration

@@ -12,11 +12,12 @@ from flockwire.wire.keys import Key
 from flockwire.wire.messages import Pose
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
-from flockwire_cli.verdict import conclude, disk_full
-from flockwire_recorder import process, report
+from flockwire_analysis import report
+from flockwire_analysis.reading import read_trace
+from flockwire_recorder import process
 from flockwire_recorder.process import Recorder
-from flockwire_recorder.reading import read_trace
 from flockwire_recorder.trace import TraceFullError, TraceWriter, describe
+from flockwire_station.verdict import conclude, disk_full
 
 
 class Refusals:
@@ -54,6 +55,17 @@ def test_an_insiders_large_statuses_are_dropped_and_counted(recording, tmp_path)
     (told,) = {key: count for status in session.statuses[-1:] for key, count in status.rejected}.items()
     assert told[0] == "paper/uav1/status over quota"
     assert told[1] > 10_000
+
+
+@pytest.mark.parametrize("forged", [0, 2**62, -(2**62)])
+def test_a_forged_time_is_not_written_as_the_time_of_publication(recording, tmp_path, monkeypatch, forged):
+    recorder, session, _ = recording
+    monkeypatch.setattr(process.clock, "now", lambda: T0 + 5)
+    for sequence, sent in enumerate((T0, forged)):
+        session.put(POSE, Pose(T0 + sequence, "world", (0.0, 0.0, 1.0)).encode(), sequence, sent)
+    recorder.drain(T0 + 5)
+    recorder.close()
+    assert (read_trace(tmp_path / "trace.mcap").of("pose", 1).published - T0).tolist() == [0, 5]
 
 
 def test_a_full_disk_shows_in_the_status_and_ends_with_a_sentence(recording, small_disk, tmp_path):
@@ -99,12 +111,12 @@ def test_the_trace_is_complete_before_the_process_is_ended_in_any_case(monkeypat
     monkeypatch.setattr(process, "Refusals", lambda _: Refusals())
     monkeypatch.setattr(process, "connect", at_once)
     monkeypatch.setattr(process, "finished", at_once)
-    monkeypatch.setattr(process, "last_resort", lambda: done.append("last resort"))
+    monkeypatch.setattr(process, "last_resort", lambda *how: done.append(how))
     monkeypatch.setattr(TraceWriter, "close", close_trace)
     job = Job(Plan(swarm_of()), "recorder", None, "", tmp_path)
     with pytest.raises(TraceFullError) if full else nullcontext():
         asyncio.run(process.run(job))
-    assert done == ["trace", "last resort", "session"]
+    assert done == ["trace", ("recorder", not full), "session"]
 
 
 def test_a_process_whose_disk_is_full_ends_with_exit_status_1(monkeypatch, swarm_of, tmp_path, caplog):

@@ -1,10 +1,10 @@
 """A trace that was cut off anywhere can be read, and made whole."""
 
 import pytest
-from flockwire_recorder.reading import read_trace
+from flockwire_analysis.reading import read_trace
+from flockwire_analysis.summary import summarise
 from flockwire_recorder.records import WholeRecords
 from flockwire_recorder.recover import Recovered, recover
-from flockwire_recorder.summary import summarise
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader

@@ -8,8 +8,9 @@ import time
 from pathlib import Path
 
 import pytest
+import recorded_flights
 from flockwire.wire.messages import Pose
-from flockwire_recorder.reading import read_trace
+from flockwire_analysis.reading import read_trace
 from flockwire_recorder.trace import TraceFullError, TraceWriter
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
@@ -65,10 +66,10 @@ WRITE_FOR_EVER = """
 import sys, time
 sys.path.insert(0, sys.argv[2])
 from pathlib import Path
-import conftest
+import recorded_flights
 from flockwire_recorder.trace import TraceWriter, describe
-writer = TraceWriter(Path(sys.argv[1]), describe(conftest.swarm_of(), "", 0, 0))
-payload, k = conftest.Pose(1, "world", (1.0, 2.0, 3.0)).encode(), 0
+writer = TraceWriter(Path(sys.argv[1]), describe(recorded_flights.swarm_of(), "", 0, 0))
+payload, k = recorded_flights.Pose(1, "world", (1.0, 2.0, 3.0)).encode(), 0
 while True:
     for _ in range(240):
         writer.write("/paper/uav1/pose", "geometry_msgs/msg/PoseStamped", bytes(16), k, k, k, payload)
@@ -83,7 +84,7 @@ while True:
 
 def test_what_was_flushed_outlives_kill_9(tmp_path):
     path = tmp_path / "a.mcap"
-    here = str(Path(__file__).parent)
+    here = str(Path(recorded_flights.__file__).parent)
     command = [sys.executable, "-c", WRITE_FOR_EVER, str(path), here]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         flushed = [int(process.stdout.readline()) for _ in range(20)][-1]

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import pytest
-from flockwire.flight.faults import parse_faults
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
+from flockwire.process.faults import parse_faults
 from flockwire.wire.messages import Message, Mission
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
@@ -53,7 +53,7 @@ def fly(make_plan: Callable[..., Plan]) -> Callable[..., Flown]:
         flown = Flown(world, world.run())
         messages = [(published, published.sample.opened()[0]) for published in seen]
         off = next((published.at for published, m in messages if isinstance(m, Mission)), EPOCH)
-        flown.published = [((published.at - off) / BILLION, published, message) for published, message in messages]
+        flown.published = [((published.at - off) / SECOND, published, message) for published, message in messages]
         return flown
 
     return flight

@@ -1,9 +1,9 @@
 """A flight without two of its drones: the process of one is dead, the other stands there ready."""
 
 import pytest
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 from flockwire.wire.messages import FlightState
-from flockwire_recorder.summary import summarise
+from flockwire_analysis.summary import summarise
 from flockwire_sim.recording import TraceInMemory
 from flockwire_sim.world import EPOCH, World
 
@@ -15,7 +15,7 @@ def flown(make_plan):
     trace = TraceInMemory(plan.swarm, 0)
     world = World(plan.swarm, 0, 8.0, (), trace.take, without=(3, 4))
     dead = world.processes["uav3"]
-    world.scheduler.at(EPOCH + BILLION // 4, dead.kill)
+    world.scheduler.at(EPOCH + SECOND // 4, dead.kill)
     outcome = world.run()
     return trace.trace(), outcome
 

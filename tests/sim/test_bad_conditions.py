@@ -10,12 +10,12 @@ from random import Random
 from typing import Any
 
 import pytest
-from flockwire.control.vector import Vector, add
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
+from flockwire.domain.vector import Vector, add
 from flockwire.swarm.model import Swarm
 from flockwire.wire.messages import Pose
+from flockwire_sim.study.draws import random_starts
 from flockwire_sim.study.file import Starts
-from flockwire_sim.study.places import random_starts
 
 Fly = Callable[..., Any]
 
@@ -64,19 +64,19 @@ def kept(flown: Any) -> Kept:
         min(dist(a, b) for frame in places for a, b in combinations(frame, 2)),
         min(hypot(p[0] - x, p[1] - y) for p in own) - obstacle.radius,
         max(speed(a[owner], b[owner]) for a, b in pairwise(frames.values()) for owner in followers),
-        max(error(swarm, frame, at - begin) for at, frame in frames.items() if at > end - 2 * BILLION),
+        max(error(swarm, frame, at - begin) for at, frame in frames.items() if at > end - 2 * SECOND),
     )
 
 
 def speed(a: Pose, b: Pose) -> float:
-    return dist(a.position, b.position) * BILLION / (b.stamp - a.stamp)
+    return dist(a.position, b.position) * SECOND / (b.stamp - a.stamp)
 
 
 def error(swarm: Swarm, frame: dict[str, Pose], since_start: int) -> float:
     formation, leader = swarm.build_formation(), frame["uav0"].position
 
     def goal(index: int) -> Vector:
-        return add(leader, formation.offset(index, since_start / BILLION))
+        return add(leader, formation.offset(index, since_start / SECOND))
 
     return max(dist(frame[f"uav{i}"].position, goal(index)) for index, i in enumerate(swarm.followers))
 

@@ -11,11 +11,11 @@ from math import dist, hypot
 from typing import Any
 
 import pytest
-from flockwire.control.vector import Vector
-from flockwire.flight.cores import Core, Start, make_core
-from flockwire.flight.director import Director, Stage
-from flockwire.flight.phases import SHUTDOWN
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.domain.vector import Vector
+from flockwire.ground.director import Director, Stage
+from flockwire.pilot.phases import SHUTDOWN
+from flockwire.process.cores import Core, Start, make_core
 from flockwire.swarm.model import uav
 from flockwire.wire.messages import FlightState, Mission, Telemetry
 from flockwire.wire.status import Status
@@ -83,7 +83,7 @@ def leaderless(request: pytest.FixtureRequest, fly: Fly) -> Any:
 
     def prepare(world: World) -> None:
         world.conduct(OneShots(world))  # type: ignore[arg-type]
-        world.scheduler.at(EPOCH + 12 * BILLION, lambda _: world.scheduler.stop())
+        world.scheduler.at(EPOCH + 12 * SECOND, lambda _: world.scheduler.stop())
 
     changes = {"control.law": request.param, "limits.staleness.leader_land": 1.5}
     return fly(changes, {"at": KILLED, "kind": "kill", "process": "leader"}, prepare=prepare)
@@ -126,7 +126,7 @@ def test_all_are_down_in_the_end_though_nobody_ordered_it(leaderless: Any) -> No
     assert "land" not in {m.verb for _, m in leaderless.of("mission", "")}
 
 
-# An agent is killed: whoever is behind it has no news of the leader, though its neighbour still publishes.
+# An agent is killed: whoever is behind it has no leader estimate, though its neighbour still publishes.
 
 
 @pytest.fixture(scope="module")
@@ -139,7 +139,7 @@ def test_whoever_is_behind_a_dead_agent_leaves_the_formation(beheaded: Any) -> N
     for identity in ("uav3", "uav4"):
         assert first(beheaded, identity, "hold", KILLED) < KILLED + 2.0
         why = next(why for _, phase, why in beheaded.phases(identity, KILLED) if phase == "hold")
-        assert why == "no news of the leader for 1 s"
+        assert why == "no leader estimate for 1 s"
 
 
 def test_the_last_in_the_chain_receives_estimates_all_the_time_and_leaves_all_the_same(beheaded: Any) -> None:
@@ -163,7 +163,7 @@ def test_all_are_down_apart_though_one_has_no_agent(beheaded: Any) -> None:
 
 
 def test_another_operators_landing_ends_the_flight_well(fly: Fly) -> None:
-    at = EPOCH + 5 * BILLION
+    at = EPOCH + 5 * SECOND
 
     def prepare(world: World) -> None:
         own, given = world.director.step, []
@@ -189,7 +189,7 @@ def joined(request: pytest.FixtureRequest, fly: Fly) -> Any:
     """Return a flight in which uav4 lands alone, and is brought back by a second order to start."""
 
     def prepare(world: World) -> None:
-        world.conduct(OneShots(world, EPOCH + 9 * BILLION, 9.0))  # type: ignore[arg-type]
+        world.conduct(OneShots(world, EPOCH + 9 * SECOND, 9.0))  # type: ignore[arg-type]
 
     lost = {"at": 4.0, "kind": "tracker", "drone": 4, "duration": 1.5}
     return fly({"control.law": request.param}, lost, prepare=prepare)
@@ -217,7 +217,7 @@ def test_who_joins_comes_near_nobody_and_is_in_its_place(joined: Any) -> None:
     land = next(t for t, m in joined.of("mission", "") if m.verb == "land")
     own, leader = (joined.of("truth", owner, land - 0.02, land)[-1][1] for owner in ("uav4", "uav0"))
     start = next(m.start for _, m in joined.of("mission", "") if m.verb == "start")
-    offset = joined.world.swarm.build_formation().offset(3, (own.stamp - start) / BILLION)
+    offset = joined.world.swarm.build_formation().offset(3, (own.stamp - start) / SECOND)
     assert dist(own.position, [a + b for a, b in zip(leader.position, offset, strict=True)]) < 0.1
 
 
@@ -226,7 +226,7 @@ def restarted(request: pytest.FixtureRequest, fly: Fly) -> Any:
     """Return a flight in which a pilot is killed, restarted 3 s later, and a second order to start brings all back."""
 
     def prepare(world: World) -> None:
-        world.conduct(OneShots(world, EPOCH + 20 * BILLION, 12.0))  # type: ignore[arg-type]
+        world.conduct(OneShots(world, EPOCH + 20 * SECOND, 12.0))  # type: ignore[arg-type]
 
     faults = {"at": KILLED, "kind": "kill"}, {"at": KILLED + 3.0, "kind": "restart"}
     return fly(None, *(fault | {"process": request.param} for fault in faults), prepare=prepare)
@@ -244,8 +244,8 @@ def test_one_start_brings_all_back_after_a_pilot_was_away_for_three_seconds(rest
 def test_a_station_that_stands_still_for_a_while_lands_nobody_before_their_time(fly: Fly) -> None:
     def prepare(world: World) -> None:
         operator = world.processes["operator"]
-        world.scheduler.at(EPOCH + 4 * BILLION, operator.freeze)
-        world.scheduler.at(EPOCH + 9 * BILLION, operator.thaw)
+        world.scheduler.at(EPOCH + 4 * SECOND, operator.freeze)
+        world.scheduler.at(EPOCH + 9 * SECOND, operator.thaw)
 
     flown = fly(duration=10.0, prepare=prepare)
     assert flown.outcome.failure == ""
@@ -260,7 +260,7 @@ class Retired:
     """Tells all cores at `at` s (after the beginning) to end, and looks ten times a second who may."""
 
     def __init__(self, at: float, dead: str = "") -> None:
-        self.at, self.dead = EPOCH + round(at * BILLION), dead
+        self.at, self.dead = EPOCH + nanoseconds(at), dead
         self.cores: dict[str, Core] = {}
         self.may: list[tuple[int, frozenset[str]]] = []  # when (Unix ns), who may end
 
@@ -272,7 +272,7 @@ class Retired:
         def look(_: object) -> None:
             now = world.scheduler.now
             self.may.append((now, frozenset(name for name, core in self.cores.items() if core.may_end(now))))
-            world.scheduler.at(now + BILLION // 10, look)
+            world.scheduler.at(now + SECOND // 10, look)
 
         def retire(_: object) -> None:
             for core in self.cores.values():
@@ -283,7 +283,7 @@ class Retired:
             look(None)
 
         world.scheduler.at(self.at, retire)
-        world.scheduler.at(self.at + 12 * BILLION, lambda _: world.scheduler.stop())
+        world.scheduler.at(self.at + 12 * SECOND, lambda _: world.scheduler.stop())
 
 
 @pytest.fixture(scope="module", params=MOSTLY)
@@ -316,7 +316,7 @@ def test_no_process_may_end_before_what_it_flies_is_down(retired: Any) -> None:
         for owner, pilot in pilots.items():
             stamp = max(s for s in stamps if s <= now)
             assert pilot not in may or truth[owner][stamp] < 0.02
-        assert ("kinematics" in may) == (now >= down_since + BILLION) or abs(now - down_since - BILLION) < BILLION // 5
+        assert ("kinematics" in may) == (now >= down_since + SECOND) or abs(now - down_since - SECOND) < SECOND // 5
         assert {"gateway", "recorder"} <= may
     assert told.may[-1][1] >= {*pilots.values(), "kinematics"}
 

@@ -6,22 +6,25 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from flockwire.flight.faults import parse_faults
+from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.loading import parse_swarm
-from flockwire.nanoseconds import BILLION
+from flockwire.process.cores import Core, Start, make_core
+from flockwire.process.faults import parse_faults
 from flockwire.swarm.model import Swarm
+from flockwire.wire.messages import FlightState
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
-from flockwire_sim.process import MakeCore, Published
+from flockwire_sim.process import Published
 from flockwire_sim.world import EPOCH, World
 
 SWARM = Path(__file__).parents[2] / "bench/common_time.toml"
 SECONDS = 14.0
 
 
-def swarm(**sim: float) -> Swarm:
+def swarm(command_land: float = 1.0, **sim: float) -> Swarm:
     """Return the swarm of four hosts, with another network or other clocks."""
     table = tomllib.loads(SWARM.read_text())
+    table.setdefault("limits", {}).setdefault("staleness", {})["command_land"] = command_land
     table["sim"] |= sim
     return parse_swarm(table, SWARM.name)
 
@@ -39,7 +42,7 @@ class Clocks:
         if published.sample.row.message is not Status:
             return
         status = self.statuses[published.key.owner] = Status.decode(published.sample.payload)
-        if published.at >= EPOCH + 11 * BILLION:
+        if published.at >= EPOCH + 11 * SECOND:
             off = abs(published.sent - self.world.processes["gateway"].clock.read(published.at)) / 1e6
             self.worst[status.identity] = max(off, self.worst.get(status.identity, 0.0))
 
@@ -73,25 +76,71 @@ def test_one_host_asks_for_no_time() -> None:
 def test_a_pilot_restarted_in_flight_knows_the_time_again() -> None:
     fault = '[[faults]]\nat = {}\nkind = "{}"\nprocess = "uav3"\n'
     restart = fault.format(6.0, "kill") + fault.format(6.3, "restart")
-    clocks = Clocks(swarm(jitter=0.005, delay=0.005), restart)
+    patient = swarm(command_land=3.0, jitter=0.005, delay=0.005)  # until it knows the time its drone hovers
+    clocks = Clocks(patient, restart)
     clocks.world.run()
     assert clocks.worst["uav3"] < 2.5
 
 
 @pytest.mark.parametrize("minutes", [-5, 5])
-def test_hosts_whose_clocks_are_minutes_off_fly_as_all_others(minutes: int) -> None:
+def test_hosts_whose_clocks_are_minutes_off_fly_as_all_others(minutes: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """A core that began by such a clock would obey orders from before it began, or none for minutes."""
+    begun: dict[str, int] = {}
+
+    def noted(start: Start) -> Core:
+        begun.setdefault(start.identity, start.now)
+        return make_core(start)
+
+    monkeypatch.setattr("flockwire_sim.world.make_core", noted)
     clocks = Clocks(swarm(clock_offset=0.0, jitter=0.005, delay=0.005))
-    world, begun = clocks.world, dict[str, int]()
-
-    def noted(identity: str, make: MakeCore) -> MakeCore:
-        return lambda now, starts: make(begun.setdefault(identity, now), starts)
-
+    world = clocks.world
     for identity, process in world.processes.items():
-        process._make_core = noted(identity, process._make_core)
         if world.plan.hosts[identity] != "base":
-            process.clock.step(minutes * 60 * BILLION)
+            process.clock.step(minutes * 60 * SECOND)
     outcome = world.run()
     assert outcome.failure == ""
     assert max(clocks.worst.values()) < 2.5
-    assert max(abs(now - EPOCH) for now in begun.values()) < 2 * BILLION
+    assert begun.keys() == world.processes.keys() - {"operator"}
+    assert max(abs(now - EPOCH) for now in begun.values()) < 2 * SECOND
+
+
+@pytest.mark.parametrize("seconds", [-5, 5])
+def test_a_driver_that_restarts_where_nobody_tells_the_time_hears_a_stop_at_once(seconds: int) -> None:
+    table = tomllib.loads(SWARM.read_text())
+    table["drones"][1] |= {"airframe": "tello", "host": "field"}
+    seen: list[Published] = []
+    world = World(parse_swarm(table, SWARM.name), 3, SECONDS, tap=seen.append)
+    driver, at = world.processes["driver1"], EPOCH + 8 * SECOND
+    world.scheduler.at(at, world.processes["gateway"].kill)
+    world.scheduler.at(at, driver.kill)
+    world.scheduler.at(at, lambda _: driver.clock.step(seconds * SECOND))
+    world.scheduler.at(at + SECOND // 10, driver.start)
+    world.scheduler.at(at + SECOND // 2, lambda _: world.stop("test"))
+    world.run()
+    heights = [
+        (published.at, published.sample.opened()[0].position[2])
+        for published in seen
+        if published.key == ("truth", "uav1") and published.at > at
+    ]
+    assert max(z for t, z in heights if t < at + SECOND // 2) > 0.8
+    assert max(z for t, z in heights if t > at + nanoseconds(1.3)) < 0.1
+
+
+@pytest.mark.parametrize("seconds", [-60, 60])
+def test_a_driver_that_learns_the_time_in_flight_flies_on(seconds: int) -> None:
+    """The correction of its clock ages no command that it has received."""
+    table = tomllib.loads(SWARM.read_text())
+    table["drones"][1] |= {"airframe": "tello", "host": "field"}
+    seen: list[Published] = []
+    world = World(parse_swarm(table, SWARM.name), 3, SECONDS, tap=seen.append)
+    driver = world.processes["driver1"]
+    world.scheduler.at(EPOCH + 8 * SECOND, driver.kill)
+    world.scheduler.at(EPOCH + 8 * SECOND, lambda _: driver.clock.step(seconds * SECOND))
+    world.scheduler.at(EPOCH + nanoseconds(8.1), driver.start)
+    assert world.run().failure == ""
+    states = {
+        published.sample.opened()[0].state
+        for published in seen
+        if published.key == ("telemetry", "uav1") and EPOCH + 7 * SECOND < published.at < EPOCH + 12 * SECOND
+    }
+    assert states == {FlightState.FLYING}

@@ -21,39 +21,40 @@ sim = { delay = 0.004, jitter = 0.004, loss = 0.02, reordering = 0.02, clock_off
 """
 FAULTS = """
 [[faults]]
-at = 3.0
+at = 2.0
 kind = "restart"
 process = "uav2"
 [[faults]]
-at = 4.0
+at = 2.8
 kind = "noise"
 noise = 0.01
 duration = 0.5
 """
 
 
-def flown(folder: Path, name: str, seed: int, hash_seed: int) -> str:
-    """Fly in a process of its own; returns the trace's digest."""
+def flown(folder: Path, hash_seed: int, *seeds: int) -> list[str]:
+    """Fly with each of `seeds` in a process of its own; returns the digests of the traces."""
     (folder / "chance.toml").write_text(SWARM)
     (folder / "faults.toml").write_text(FAULTS)
     program = f"""
 from pathlib import Path
 from flockwire.loading import load_swarm
-from flockwire.flight.faults import load_faults
+from flockwire.process.faults import load_faults
 from flockwire.wire.plan import Plan
 from flockwire_sim.recording import TraceFile
 from flockwire_sim.world import World
 swarm = load_swarm(Path("chance.toml"))
-trace = TraceFile(Path({name!r}), swarm, "", {seed})
-World(swarm, {seed}, 6.0, load_faults(Path("faults.toml"), Plan(swarm)), trace.take).run()
-trace.close()
+for seed in {seeds}:
+    trace = TraceFile(Path(f"{{seed}}.mcap"), swarm, "", seed)
+    World(swarm, seed, 4.0, load_faults(Path("faults.toml"), Plan(swarm)), trace.take).run()
+    trace.close()
 """
     environment = {**os.environ, "PYTHONHASHSEED": str(hash_seed)}
     subprocess.run([sys.executable, "-c", program], cwd=folder, env=environment, check=True, timeout=60)
-    return hashlib.sha256((folder / name).read_bytes()).hexdigest()
+    return [hashlib.sha256((folder / f"{seed}.mcap").read_bytes()).hexdigest() for seed in seeds]
 
 
 def test_equal_seeds_give_equal_traces_and_others_do_not(tmp_path: Path) -> None:
-    first = flown(tmp_path, "first.mcap", 7, 1)
-    assert flown(tmp_path, "again.mcap", 7, 2) == first
-    assert flown(tmp_path, "other.mcap", 8, 1) != first
+    first, other = flown(tmp_path, 1, 7, 8)
+    assert flown(tmp_path, 2, 8, 7) == [other, first]  # in another order, too
+    assert first != other

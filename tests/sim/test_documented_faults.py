@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any, get_args
 
 import pytest
-from flockwire.flight.faults import SIM_ONLY, Fault, parse_faults
+from flockwire.process.faults import SIM_ONLY, Fault, parse_faults
 from flockwire.wire.messages import FlightState
 from flockwire.wire.plan import Plan
-from flockwire_cli.fault_injection import refusal
+from flockwire_station.fault_injection import refusal
 
 PAGE = Path(__file__).parents[2] / "docs" / "faults.md"
 KINDS = {get_args(kind.model_fields["kind"].annotation)[0]: kind for kind in get_args(Fault)}

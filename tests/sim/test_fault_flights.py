@@ -53,6 +53,7 @@ def test_a_hard_touch_down_would_be_seen(flown: list[Result], monkeypatch: pytes
         pytest.param(1464, id="drivers that stood still while told to end"),
         pytest.param(2301, id="a landing into the hollow between two on the ground and the fence"),
         pytest.param(4087, id="an agent restarted in flight that does not hear its driver"),
+        pytest.param(470, id="a body that is lost above one who is about to touch down"),
         pytest.param(1767, id="a stop after the drivers' clock was set back"),
     ],
 )

@@ -8,9 +8,9 @@ from collections.abc import Callable
 from itertools import groupby
 
 import pytest
-from flockwire.flight.faults import Kill
-from flockwire.law import Decision, Observation
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
+from flockwire.law import Decision, LawSettings, Observation
+from flockwire.process.faults import Kill
 from flockwire.swarm.model import Swarm
 from flockwire.wire.messages import Estimate, FlightState, Pose
 from flockwire.wire.plan import Plan
@@ -30,7 +30,7 @@ def formation_error(flown, follower: int, t: float) -> float:
     swarm: Swarm = flown.world.swarm
     start = next(m for _, m in flown.of("mission", "") if m.verb == "start")
     own, leader = (flown.of("truth", f"uav{i}", t - 0.02, t)[-1][1] for i in (follower, 0))
-    seconds = (own.stamp - start.start) / BILLION
+    seconds = (own.stamp - start.start) / SECOND
     h = swarm.build_formation().offset(follower - 1, seconds)
     return math.dist(own.position, [a + b for a, b in zip(leader.position, h, strict=True)])
 
@@ -60,7 +60,7 @@ def test_clocks_that_are_off_are_seen_in_the_stamps(fly: Fly) -> None:
         assert isinstance(published, Published)
         offsets.setdefault(published.publisher.hex(), set()).add(published.sent - published.at)
     assert len({min(values) for values in offsets.values()}) >= 7
-    assert all(abs(value) < 0.023 * BILLION for values in offsets.values() for value in values)
+    assert all(abs(value) < 0.023 * SECOND for values in offsets.values() for value in values)
     assert flown.outcome.failure == ""
 
 
@@ -73,7 +73,7 @@ def test_a_killed_agents_listener_holds_then_lands_and_then_all_do(fly: Fly) -> 
     landing = next(t for t, phase, why in told if phase == "landing")
     assert holding - 4.0 == pytest.approx(0.5, abs=0.15)
     assert landing - 4.0 == pytest.approx(1.5, abs=0.15)
-    assert "uav3 left the formation: news of the leader lost" in flown.outcome.failure
+    assert "uav3 left the formation: leader estimate lost" in flown.outcome.failure
     assert all(height(flown, f"uav{i}", 99.0) < 0.05 for i in (0, 1, 2, 3, 4))
     # The driver of the dead agent's drone hovers, then lands it.
     assert height(flown, "uav2", 4.5) > 0.9
@@ -211,12 +211,12 @@ def test_a_lossy_jittering_network_is_survived(fly: Fly) -> None:
 class FailingInFlight(ExtendedLaw):
     """Fails in drone 4, two seconds into the formation."""
 
-    def __init__(self, swarm: Swarm, number: int) -> None:
-        super().__init__(swarm, number)
-        self.number = number
+    def __init__(self, settings: LawSettings) -> None:
+        super().__init__(settings)
+        self.number = settings.number
 
     def step(self, seen: Observation, now: int) -> Decision:
-        if self.number == 4 and seen.reference is not None and now > seen.reference.start + 2 * BILLION:
+        if self.number == 4 and seen.reference is not None and now > seen.reference.start + 2 * SECOND:
             raise ArithmeticError("no way")
         return super().step(seen, now)
 
@@ -245,3 +245,20 @@ def test_what_is_received_is_what_was_published_bit_by_bit(fly: Fly) -> None:
     for _, published, message in flown.published:
         if isinstance(message, Pose | Estimate):
             assert message.encode() == published.sample.payload
+
+
+def test_drones_take_off_from_tables_of_any_height_and_climb_as_all_others(fly: Fly) -> None:
+    tables = {0: 0.0, 1: -0.2, 2: 0.5, 3: 0.96, 4: 1.2}  # m
+    places = ((0.0, 0.0), (-0.7, 2.6), (2.9, -0.8), (0.6, -2.3), (-2.8, 0.9))
+    starts = {f"drones.{i}.start": [*places[i], z] for i, z in tables.items()}
+    flown = fly(starts | {"drones.2.airframe": "tello", "formation.rate": 0.2}, duration=6.0)
+    assert flown.outcome.failure == ""
+    for i, z in tables.items():
+        states = [message.state for _, message in flown.of("telemetry", f"uav{i}")]
+        assert states[0] is states[-1] is FlightState.GROUNDED
+        assert FlightState.FLYING in states
+        off = next(t for t, phase, _ in flown.phases("leader" if i == 0 else f"uav{i}") if phase == "hold")
+        ((_, truth), *_) = flown.of("truth", f"uav{i}", off)
+        assert truth.position[2] == pytest.approx(z + 1.0, abs=0.1)
+        (*_, (_, end)) = flown.of("truth", f"uav{i}")
+        assert end.position[2] == pytest.approx(z if i == 2 else -0.2)  # a simulated Tello's floor is level

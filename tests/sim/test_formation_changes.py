@@ -8,9 +8,9 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
-from flockwire.flight.director import Director, Stage
-from flockwire.flight.formation_planning import plan_change
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.ground.director import Director, Stage
+from flockwire.ground.formation_planning import plan_change
 from flockwire_sim.world import EPOCH
 
 BENCH = Path(__file__).parents[2] / "bench" / "formation_changes.py"
@@ -50,7 +50,7 @@ class Script(Director):
         order = super().step(statuses, telemetry, now)
         if order is None and self.stage is Stage.FLYING and self.script and self._started is not None:
             at, action = self.script[0]
-            if now >= self._started.start + round(at * BILLION):
+            if now >= self._started.start + nanoseconds(at):
                 self.script.pop(0)
                 order = action(self, statuses, now)
         return order
@@ -62,7 +62,8 @@ def to(name):
     def change(director, statuses, now):
         missions = [status.report.mission for status in statuses.values() if status.report.mission is not None]
         running = max(missions, key=lambda mission: (mission.stamp, mission.start))
-        return director.change(plan_change(director.swarm, running, name, now, statuses["leader"].report.position))
+        order = plan_change(director.swarm, running, name, now, statuses["leader"].report.position)
+        return director.change(order, running)
 
     return change
 
@@ -89,7 +90,7 @@ def times(flown, verb):
     """Return when, s after take-off, each change began and ended."""
     orders = {order: t for t, order in reversed(flown.of("mission", "")) if order.verb == verb}
     return [
-        (t + (order.change.begin - order.stamp) / BILLION, order.change.duration)
+        (t + (order.change.begin - order.stamp) / SECOND, order.change.duration)
         for order, t in sorted(orders.items(), key=lambda item: item[1])
     ]
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 from flockwire_sim.local_clock import LocalClock
 
 
 def test_offset_and_drift_add_to_the_true_time() -> None:
-    clock = LocalClock(100 * BILLION, offset=7, drift=50_000)  # 50 us per s
-    assert clock.read(100 * BILLION) == 100 * BILLION + 7
-    assert clock.read(110 * BILLION) == 110 * BILLION + 7 + 500_000
+    clock = LocalClock(100 * SECOND, offset=7, drift=50_000)  # 50 us per s
+    assert clock.read(100 * SECOND) == 100 * SECOND + 7
+    assert clock.read(110 * SECOND) == 110 * SECOND + 7 + 500_000
 
 
 def test_a_step_sets_it() -> None:
@@ -19,5 +19,5 @@ def test_a_step_sets_it() -> None:
 
 
 def test_a_fast_clocks_second_is_shorter() -> None:
-    assert LocalClock(0, drift=BILLION).true_length(10) == 5
+    assert LocalClock(0, drift=SECOND).true_length(10) == 5
     assert LocalClock(0).true_length(10_000_000) == 10_000_000

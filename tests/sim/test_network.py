@@ -5,14 +5,14 @@ from __future__ import annotations
 from statistics import fmean
 
 import pytest
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 from flockwire.wire.keys import ROWS
 from flockwire_sim.network import HELD_BACK, Conditions, VirtualLink
 from flockwire_sim.sample import Sample
 from flockwire_sim.scheduler import Scheduler
 
 COUNT = 5000
-PERIOD = BILLION // 100
+PERIOD = SECOND // 100
 
 
 def carry(link_of, count: int = COUNT, kind: str = "pose", during=lambda k, link: None) -> list[tuple[int, int]]:
@@ -42,7 +42,7 @@ def test_an_ideal_link_delays_exactly() -> None:
 def test_jitter_is_spread_evenly_and_keeps_the_order() -> None:
     arrived = carry(link_with(delay=0.002, jitter=0.008))
     assert [number for number, _ in arrived] == list(range(COUNT))
-    delays = [delay / BILLION for _, delay in arrived]
+    delays = [delay / SECOND for _, delay in arrived]
     assert min(delays) >= 0.002
     assert max(delays) <= 0.010
     assert fmean(delays) == pytest.approx(0.006, abs=0.0002)
@@ -69,7 +69,7 @@ def test_reordering_lets_later_messages_overtake() -> None:
     late = [delay for _, delay in arrived if delay]
     assert len(arrived) == COUNT
     assert len(late) / COUNT == pytest.approx(0.1, abs=0.02)
-    assert max(late) <= HELD_BACK * BILLION
+    assert max(late) <= HELD_BACK * SECOND
     numbers = [number for number, _ in arrived]
     assert numbers != sorted(numbers)
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 from flockwire.wire.keys import Key
-from flockwire_recorder.summary import summarise
+from flockwire_analysis.summary import summarise
 from flockwire_sim.recording import TraceInMemory
 from flockwire_sim.world import World
 
@@ -38,7 +38,7 @@ def test_the_person_stands_until_the_order_to_start(trace):
     start = next(mission.start for mission in trace.missions if mission.in_formation)
     truth = trace.of("truth", 0)
     left = truth.stamps[np.hypot(truth.values[:, 0], truth.values[:, 1]) > 0.01]
-    assert 0.0 < (left[0] - start) / BILLION < 0.1
+    assert 0.0 < (left[0] - start) / SECOND < 0.1
 
 
 def test_nobody_commands_or_awaits_the_person(trace):

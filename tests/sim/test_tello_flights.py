@@ -25,8 +25,8 @@ def positions(flown, begin: float = -99.0, end: float = 1e9) -> list[dict[str, t
 
 
 def closest(flown) -> float:
-    aloft = [[p for p in frame.values() if p[2] > 0.15] for frame in positions(flown)]
-    return min(dist(a, b) for frame in aloft for a, b in combinations(frame, 2))
+    airborne = [[p for p in frame.values() if p[2] > 0.15] for frame in positions(flown)]
+    return min(dist(a, b) for frame in airborne for a, b in combinations(frame, 2))
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,8 @@ from itertools import pairwise
 from typing import Any
 
 import pytest
-from flockwire.flight.faults import parse_faults
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.process.faults import parse_faults
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import Key
 from flockwire.wire.plan import Plan
@@ -28,12 +28,12 @@ class Flight:
 
     def _take(self, published: Published) -> None:
         if published.key.kind == "pose":
-            self.poses[published.key.owner].append((published.at - EPOCH) / BILLION)
+            self.poses[published.key.owner].append((published.at - EPOCH) / SECOND)
 
     def end_truth(self, drone: int, at: float) -> None:
         """Let the truth of a drone arrive nowhere from `at` (s) on, as when its driver dies."""
         outlet = self.world.processes["kinematics"].outlets[Key("truth", uav(drone))]
-        self.world.scheduler.at(EPOCH + round(at * BILLION), lambda _: outlet.readers.clear())
+        self.world.scheduler.at(EPOCH + nanoseconds(at), lambda _: outlet.readers.clear())
 
     def between(self, drone: int, begin: float, end: float) -> list[float]:
         """Return when the poses of a drone were published, of those between two moments (s)."""
@@ -63,7 +63,7 @@ def test_a_fault_of_the_tracker_happens_after_the_gateways_restart_too(
     took_off = flight.world.director.took_off
     assert outcome.failure == ""
     assert took_off is not None
-    begin = (took_off - EPOCH) / BILLION
+    begin = (took_off - EPOCH) / SECOND
     assert (not flight.between(2, begin + 3.01, begin + 3.49)) == restart
     for i in DRONES:
         poses = len(flight.between(i, begin + 5.0 + FRAME, begin + 5.4))

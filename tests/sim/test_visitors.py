@@ -7,8 +7,8 @@ from math import hypot
 from typing import Any
 
 import pytest
+from flockwire.domain.body import BodyKind
 from flockwire.swarm.model import uav
-from flockwire.wire.messages import BodyKind
 
 SAFE = 0.3  # m, the obstacles' safety distance
 AT = 5.0  # s after the order to take off

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from flockwire.nanoseconds import BILLION
-from flockwire_tello.quirks import switched
-from flockwire_tello.simulated_tello import SimulatedTello
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire_tello.simulated.parameters import TelloParameters
+from flockwire_tello.simulated.quirks import switched
+from flockwire_tello.simulated.tello import SimulatedTello
 from flockwire_tello.state_string import TelloState, parse_states
-from flockwire_tello.tello_parameters import TelloParameters
 
 CLIENT = ("127.0.0.9", 40000)
 
@@ -18,7 +18,7 @@ class Talk:
     """A simulated Tello; what it sent to whom, replies and states apart."""
 
     def __init__(self, parameters: TelloParameters, chance: Callable[[], float]) -> None:
-        self.now = 5 * BILLION
+        self.now = 5 * SECOND
         self.tello = SimulatedTello(parameters, self.now, chance)
         self.replies: list[tuple[float, bytes, tuple[str, int]]] = []  # s since the last command, datagram, to whom
         self.states: list[tuple[TelloState, tuple[str, int]]] = []
@@ -26,7 +26,7 @@ class Talk:
 
     def run(self, seconds: float) -> None:
         """Let time pass, and collect what comes."""
-        end = self.now + round(seconds * BILLION)
+        end = self.now + nanoseconds(seconds)
         while self.now < end:
             self.now = min(end, max(self.now, self.tello.next_deadline()))
             for datagram, address in self.tello.outgoing(self.now):
@@ -34,7 +34,7 @@ class Talk:
                 if found:
                     self.states.append((found[0], address))
                 else:
-                    self.replies.append(((self.now - self._asked) / BILLION, datagram, address))
+                    self.replies.append(((self.now - self._asked) / SECOND, datagram, address))
 
     def ask(self, command: str, seconds: float = 0.1, sender: tuple[str, int] = CLIENT) -> bytes | None:
         """Send a command; return the last reply within `seconds`."""

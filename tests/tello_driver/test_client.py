@@ -1,18 +1,18 @@
 import pytest
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND, nanoseconds
 from flockwire_tello.client import EMERGENCIES, LONGEST_QUEUE, MOST_OWED, CommandOutcome, TelloClient
 from flockwire_tello.commands import RULES
 from hypothesis import given
 from hypothesis import strategies as st
 
-MS = BILLION // 1000
+MS = SECOND // 1000
 
 
 class Talk:
     """A client, and what it sent and what ended, at a time of its own."""
 
     def __init__(self):
-        self.client, self.now = TelloClient(), 5 * BILLION
+        self.client, self.now = TelloClient(), 5 * SECOND
         self.sent, self.ended = [], []
 
     def poll(self):
@@ -31,7 +31,7 @@ class Talk:
 
     def wait(self, seconds):
         """Poll whenever the client wants to be polled."""
-        end = self.now + round(seconds * BILLION)
+        end = self.now + nanoseconds(seconds)
         while (deadline := self.client.next_deadline()) is not None and deadline <= end:
             self.now = max(self.now, deadline)
             self.poll()
@@ -154,7 +154,7 @@ def test_land_does_not_wait_for_a_movement(talk):
     assert talk.sent == ["forward 500", "land"]
     assert talk.ended == [("forward 500", CommandOutcome.SUPERSEDED, ""), ("up 20", CommandOutcome.SUPERSEDED, "")]
     talk.hear(b"error")  # of the movement
-    talk.now += BILLION
+    talk.now += SECOND
     talk.hear(b"ok")
     assert talk.ended[-1] == ("land", CommandOutcome.DONE, "ok")
 

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import cos, dist, sin
+from math import cos, dist, inf, sin
 from random import Random
 
 import pytest
-from flockwire.flight.cores import Datagram
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.process.cores import Datagram
+from flockwire.process.driving import RETIREMENT
 from flockwire.wire.keys import STOP, Key
 from flockwire.wire.messages import Command, FlightState, Pose, Stop
 from flockwire_tello.driver import DriverCore, slowest_climb
 from flockwire_tello.flight_monitor import FlightMonitor
-from flockwire_tello.quirks import switched
-from flockwire_tello.simulated_tello import SimulatedTello
+from flockwire_tello.simulated.airframe import AirframeMotion
+from flockwire_tello.simulated.parameters import TelloParameters
+from flockwire_tello.simulated.quirks import switched
+from flockwire_tello.simulated.tello import SimulatedTello
 from flockwire_tello.state_string import format_state
-from flockwire_tello.tello_parameters import TelloParameters
-from flockwire_tello.timing import RETIREMENT
+from flockwire_tello.swarm_file import COMMAND_PORT, tello_addresses
 
-BEGAN = 1_790_000_000 * BILLION
-TICK = BILLION // 100
+BEGAN = 1_790_000_000 * SECOND
+TICK = SECOND // 100
 TELLO = {"drones.1.airframe": "tello", "limits.speed": 1.0}
 HEADING = 2.0
 
@@ -28,7 +30,7 @@ HEADING = 2.0
 class Flight:
     """A driver and its Tello; the pilot commands `velocity`, nothing where that is None."""
 
-    def __init__(self, swarm, *quirks: str, **parameters: object) -> None:
+    def __init__(self, swarm, *quirks: str, chance: Callable[[], float] = lambda: 0.5, **parameters: object) -> None:
         self.swarm, self.now = swarm, BEGAN
         self.velocity: tuple[float, float, float] | None = None
         self.posed = True
@@ -37,12 +39,13 @@ class Flight:
         self.lost: Callable[[Datagram], bool] = lambda _: False
         self.on_air: Callable[[bytes], bytes] = lambda data: data
         wanted = {"yaw": HEADING, "position": (0.0, 0.0, 0.0), **parameters}
-        self.tello = SimulatedTello(TelloParameters(quirks=switched(quirks), **wanted), 0)
+        self.tello = SimulatedTello(TelloParameters(quirks=switched(quirks), **wanted), 0, chance)
         self.driver = DriverCore(swarm, 1, self.now)
+        self.address = (tello_addresses(swarm, 1).drone, COMMAND_PORT)
 
     @property
     def t(self) -> float:
-        return (self.now - BEGAN) / BILLION
+        return (self.now - BEGAN) / SECOND
 
     @property
     def motion(self):
@@ -67,11 +70,11 @@ class Flight:
         self.flush()
 
     def run(self, seconds: float) -> None:
-        end = self.now + round(seconds * BILLION)
+        end = self.now + nanoseconds(seconds)
         while self.now < end:
             self.now += TICK
             for data, target in self.tello.outgoing(self.now - BEGAN):
-                self.driver.datagram(self.on_air(data), self.driver._drone, target, self.now)
+                self.driver.datagram(self.on_air(data), self.address, target, self.now)
                 self.flush()
             if self.posed:
                 half = self.motion.yaw / 2.0
@@ -97,13 +100,29 @@ class Flight:
         assert self.state is FlightState.FLYING
 
 
+class Late:
+    """A simulated Tello whose clock was not corrected: it is `by` ns behind."""
+
+    def __init__(self, tello: SimulatedTello, by: int) -> None:
+        self._tello, self._by = tello, by
+
+    def motion(self, now: int) -> AirframeMotion:
+        return self._tello.motion(now - self._by)
+
+    def receive(self, data: bytes, sender: tuple[str, int], now: int) -> None:
+        self._tello.receive(data, sender, now - self._by)
+
+    def outgoing(self, now: int) -> list[tuple[bytes, tuple[str, int]]]:
+        return self._tello.outgoing(now - self._by)
+
+
 @pytest.fixture
 def flight(make_swarm):
     return lambda *quirks, **parameters: Flight(make_swarm(TELLO), *quirks, **parameters)
 
 
 @pytest.fixture
-def aloft(flight):
+def airborne(flight):
     found = flight()
     found.rise()
     return found
@@ -135,11 +154,11 @@ def test_every_limit_counts_for_how_slowly_a_pilot_may_take_off(make_swarm, chan
     assert slowest_climb(make_swarm(TELLO | changes), 1) == pytest.approx(climb, abs=0.01)
 
 
-def test_a_slow_descent_near_the_ground_is_no_landing_where_landings_are_faster(aloft):
-    aloft.velocity = (0.0, 0.0, -0.15)
-    aloft.run((aloft.motion.position[2] - 0.25) / 0.15)
-    assert 0.2 < aloft.motion.position[2] < 0.35
-    assert "land" not in aloft.words()
+def test_a_slow_descent_near_the_ground_is_no_landing_where_landings_are_faster(airborne):
+    airborne.velocity = (0.0, 0.0, -0.15)
+    airborne.run((airborne.motion.position[2] - 0.25) / 0.15)
+    assert 0.2 < airborne.motion.position[2] < 0.35
+    assert "land" not in airborne.words()
 
 
 def test_from_takeoff_on_it_is_reported_to_fly(flight):
@@ -152,139 +171,174 @@ def test_from_takeoff_on_it_is_reported_to_fly(flight):
     assert found.state is FlightState.FLYING
 
 
-def test_a_world_velocity_is_flown_in_the_world_whatever_the_heading(aloft):
-    start = aloft.motion.position
-    aloft.velocity = (0.3, -0.1, 0.05)
-    aloft.run(4.0)
-    moved = [b - a for a, b in zip(start, aloft.motion.position, strict=True)]
-    expected = [v * (4.0 - 0.35) for v in aloft.velocity]  # behind lag and dead time
+def test_a_world_velocity_is_flown_in_the_world_whatever_the_heading(airborne):
+    start = airborne.motion.position
+    airborne.velocity = (0.3, -0.1, 0.05)
+    airborne.run(4.0)
+    moved = [b - a for a, b in zip(start, airborne.motion.position, strict=True)]
+    expected = [v * (4.0 - 0.35) for v in airborne.velocity]  # behind lag and dead time
     assert dist(moved, expected) < 0.02
 
 
-def test_a_velocity_of_a_fraction_of_a_stick_is_flown_on_the_average(aloft):
-    start = aloft.motion.position
-    aloft.velocity = (0.004, 0.0027, 0.0)
-    aloft.run(20.0)
-    moved = [b - a for a, b in zip(start, aloft.motion.position, strict=True)]
+def test_a_velocity_of_a_fraction_of_a_stick_is_flown_on_the_average(airborne):
+    start = airborne.motion.position
+    airborne.velocity = (0.004, 0.0027, 0.0)
+    airborne.run(20.0)
+    moved = [b - a for a, b in zip(start, airborne.motion.position, strict=True)]
     assert moved[0] == pytest.approx(0.08, abs=0.005)
     assert moved[1] == pytest.approx(0.054, abs=0.005)
 
 
-def test_the_heading_is_held_against_a_drift(aloft):
-    before = aloft.motion.yaw
-    drift = aloft.tello._drone.flight.airframe
+def test_the_heading_is_held_against_a_drift(airborne):
+    before = airborne.motion.yaw
+    drift = airborne.tello._drone.flight.airframe
     for _ in range(40):
         drift._motion = drift._motion._replace(yaw=drift._motion.yaw + 0.005)
-        aloft.run(0.1)
-    assert abs(aloft.motion.yaw - before) < 0.06  # 0.2 rad of drift in all
+        airborne.run(0.1)
+    assert abs(airborne.motion.yaw - before) < 0.06  # 0.2 rad of drift in all
 
 
-def test_what_is_too_fast_is_clipped_to_the_limit_in_its_direction(aloft):
-    aloft.velocity = (3.0, 4.0, 0.0)
-    aloft.run(2.0)
-    assert aloft.motion.velocity[:2] == pytest.approx((0.6, 0.8), abs=0.03)
-    assert dict(aloft.driver.report(aloft.now).counts)["commands clipped"] > 100
+def test_what_is_too_fast_is_clipped_to_the_limit_in_its_direction(airborne):
+    airborne.velocity = (3.0, 4.0, 0.0)
+    airborne.run(2.0)
+    assert airborne.motion.velocity[:2] == pytest.approx((0.6, 0.8), abs=0.03)
+    assert dict(airborne.driver.report(airborne.now).counts)["commands clipped"] > 100
 
 
-def test_rc_comes_at_the_configured_rate_though_commands_come_twice_as_often(aloft):
-    begin = aloft.t
-    aloft.run(4.0)
-    assert aloft.words(begin).count("rc") == pytest.approx(200, abs=3)
+def test_rc_comes_at_the_configured_rate_though_commands_come_twice_as_often(airborne):
+    begin = airborne.t
+    airborne.run(4.0)
+    assert airborne.words(begin).count("rc") == pytest.approx(200, abs=3)
 
 
-def test_a_command_has_its_datagram_before_the_next_step(aloft):
-    aloft.run(0.1)
-    aloft.now += 20 * 10**6
-    aloft.sent.clear()
-    aloft.give(Key("command", "uav1"), Command(aloft.now, "w", (0.2, 0.0, 0.0)))
-    assert aloft.words() == ["rc"]
+def test_a_command_has_its_datagram_before_the_next_step(airborne):
+    airborne.run(0.1)
+    airborne.now += 20 * 10**6
+    airborne.sent.clear()
+    airborne.give(Key("command", "uav1"), Command(airborne.now, "w", (0.2, 0.0, 0.0)))
+    assert airborne.words() == ["rc"]
 
 
-def test_a_stale_command_centres_the_sticks_then_lands(aloft):
-    aloft.velocity = (0.5, 0.0, 0.0)
-    aloft.run(1.0)
-    stale, aloft.velocity = aloft.t, None
-    aloft.run(0.9)
-    assert {c for at, c in aloft.sent if stale + 0.25 < at} == {"rc 0 0 0 0"}
-    aloft.run(0.3)
-    assert aloft.words(stale).count("land") == 1
-    assert aloft.state is FlightState.LANDING
-    aloft.run(5.0)
-    assert aloft.state is FlightState.GROUNDED
+@pytest.mark.parametrize("seconds", [-3600, -5, 5, 3600])
+def test_a_clock_that_is_corrected_makes_nothing_older(airborne, seconds):
+    airborne.velocity = (0.3, 0.0, 0.0)
+    airborne.run(1.0)
+    airborne.sent.clear()
+    airborne.now += seconds * SECOND
+    airborne.driver.correct(seconds * SECOND)
+    airborne.tello = Late(airborne.tello, seconds * SECOND)
+    airborne.run(2.0)
+    assert set(airborne.words(-inf)) == {"rc"}
+    assert airborne.state is FlightState.FLYING
+    assert airborne.motion.velocity[0] == pytest.approx(0.3, abs=0.02)
+    airborne.velocity = None
+    airborne.run(0.95)
+    assert set(airborne.words(-inf)) == {"rc"}
+    airborne.run(0.1)
+    assert "land" in airborne.words(-inf)
 
 
-def test_a_stop_sends_emergency_three_times_at_once_without_a_step(aloft):
-    aloft.sent.clear()
-    aloft.give(STOP, Stop(aloft.now, "w", "test"))
-    assert aloft.words() == ["emergency"] * 3
-    aloft.run(0.2)
-    assert aloft.state is FlightState.FLYING  # nothing shows yet that the motors are off
-    assert "rc" not in aloft.words()
-    aloft.run(2.0)
-    assert aloft.state is FlightState.STOPPED
-    assert aloft.motion.position[2] == 0.0
-    aloft.velocity = (0.0, 0.0, 0.7)
-    aloft.run(2.0)
-    assert "takeoff" not in aloft.words()
+def test_a_stale_command_centres_the_sticks_then_lands(airborne):
+    airborne.velocity = (0.5, 0.0, 0.0)
+    airborne.run(1.0)
+    stale, airborne.velocity = airborne.t, None
+    airborne.run(0.9)
+    assert {c for at, c in airborne.sent if stale + 0.25 < at} == {"rc 0 0 0 0"}
+    airborne.run(0.3)
+    assert airborne.words(stale).count("land") == 1
+    assert airborne.state is FlightState.LANDING
+    airborne.run(5.0)
+    assert airborne.state is FlightState.GROUNDED
 
 
-def test_a_stop_gets_through_a_lossy_network(aloft):
+def test_a_stop_sends_emergency_three_times_at_once_without_a_step(airborne):
+    airborne.sent.clear()
+    airborne.give(STOP, Stop(airborne.now, "w", "test"))
+    assert airborne.words() == ["emergency"] * 3
+    airborne.run(0.2)
+    assert airborne.state is FlightState.FLYING  # nothing shows yet that the motors are off
+    assert "rc" not in airborne.words()
+    airborne.run(2.0)
+    assert airborne.state is FlightState.STOPPED
+    assert airborne.motion.position[2] == 0.0
+    airborne.velocity = (0.0, 0.0, 0.7)
+    airborne.run(2.0)
+    assert "takeoff" not in airborne.words()
+
+
+def test_that_a_stop_was_received_is_reported_at_once_and_apart_from_that_the_drone_is_down(airborne):
+    assert not airborne.telemetry[-1].stop_received
+    count = len(airborne.telemetry)
+    airborne.give(STOP, Stop(airborne.now, "w", "test"))
+    airborne.run(0.02)
+    (telemetry,) = airborne.telemetry[count:]
+    assert (telemetry.stop_received, telemetry.state) == (True, FlightState.FLYING)
+    for _ in range(10):  # the operator repeats it: the telemetry keeps its rate
+        airborne.give(STOP, Stop(airborne.now, "w", "test"))
+        airborne.run(0.02)
+    assert len(airborne.telemetry) - count <= 4
+    airborne.run(2.5)
+    assert airborne.telemetry[-1].stop_received
+    assert airborne.state is FlightState.STOPPED
+
+
+def test_a_stop_gets_through_a_lossy_network(airborne):
     dropped = iter([True] * 5)
-    aloft.lost = lambda _: next(dropped, False)
-    aloft.give(STOP, Stop(aloft.now, "w", "test"))
-    aloft.run(0.1)
-    assert not aloft.tello._drone.flight.airframe.motors
+    airborne.lost = lambda _: next(dropped, False)
+    airborne.give(STOP, Stop(airborne.now, "w", "test"))
+    airborne.run(0.1)
+    assert not airborne.tello.flying
 
 
-def test_a_stop_in_a_gap_of_the_link_is_repeated_until_it_is_over_and_the_drone_down(aloft):
-    aloft.lost = lambda _: True
-    aloft.on_air = lambda _: b""
-    aloft.give(STOP, Stop(aloft.now, "w", "test"))
-    aloft.run(5.0)
-    assert aloft.tello._drone.flight.airframe.motors
-    assert {telemetry.state for telemetry in aloft.telemetry[-20:]} == {FlightState.FLYING}
-    assert "keep clear of it" in aloft.driver.report(aloft.now).detail
-    assert not aloft.driver.may_end(aloft.now)
-    aloft.lost, aloft.on_air = lambda _: False, lambda data: data
-    aloft.run(0.2)
-    assert not aloft.tello._drone.flight.airframe.motors
-    aloft.run(2.5)
-    assert aloft.state is FlightState.STOPPED
-    assert "keep clear of it" not in aloft.driver.report(aloft.now).detail
-    end = aloft.t
-    aloft.run(5.0)
-    assert aloft.words(end) == []
-    assert aloft.driver.may_end(aloft.now)
+def test_a_stop_in_a_gap_of_the_link_is_repeated_until_it_is_over_and_the_drone_down(airborne):
+    airborne.lost = lambda _: True
+    airborne.on_air = lambda _: b""
+    airborne.give(STOP, Stop(airborne.now, "w", "test"))
+    airborne.run(5.0)
+    assert airborne.tello.flying
+    assert {telemetry.state for telemetry in airborne.telemetry[-20:]} == {FlightState.FLYING}
+    assert "keep clear of it" in airborne.driver.report(airborne.now).line
+    assert not airborne.driver.may_end(airborne.now)
+    airborne.lost, airborne.on_air = lambda _: False, lambda data: data
+    airborne.run(0.2)
+    assert not airborne.tello.flying
+    airborne.run(2.5)
+    assert airborne.state is FlightState.STOPPED
+    assert "keep clear of it" not in airborne.driver.report(airborne.now).line
+    end = airborne.t
+    airborne.run(5.0)
+    assert airborne.words(end) == []
+    assert airborne.driver.may_end(airborne.now)
 
 
-def test_a_stopped_drone_whose_commands_are_lost_is_reported_to_fly(aloft):
-    aloft.lost = lambda _: True
-    aloft.give(STOP, Stop(aloft.now, "w", "test"))
-    end = aloft.t
-    aloft.run(10.0)
-    assert {telemetry.state for telemetry in aloft.telemetry} <= {FlightState.GROUNDED, FlightState.FLYING}
-    assert aloft.words(end + 5.0).count("emergency") == pytest.approx(3 * 10 * 5, abs=3)
+def test_a_stopped_drone_whose_commands_are_lost_is_reported_to_fly(airborne):
+    airborne.lost = lambda _: True
+    airborne.give(STOP, Stop(airborne.now, "w", "test"))
+    end = airborne.t
+    airborne.run(10.0)
+    assert {telemetry.state for telemetry in airborne.telemetry} <= {FlightState.GROUNDED, FlightState.FLYING}
+    assert airborne.words(end + 5.0).count("emergency") == pytest.approx(3 * 10 * 5, abs=3)
 
 
-def test_a_stopped_drone_whose_state_goes_to_another_client_is_asked_for_it_again(aloft):
-    aloft.tello.receive(b"command", ("127.0.0.77", 5000), aloft.now - BEGAN)
+def test_a_stopped_drone_whose_state_goes_to_another_client_is_asked_for_it_again(airborne):
+    airborne.tello.receive(b"command", ("127.0.0.77", 5000), airborne.now - BEGAN)
     dropped = iter([True])
-    aloft.lost = lambda datagram: datagram.data == b"command" and next(dropped, False)
-    aloft.give(STOP, Stop(aloft.now, "w", "test"))
-    aloft.run(5.0)
-    assert aloft.state is FlightState.STOPPED
+    airborne.lost = lambda datagram: datagram.data == b"command" and next(dropped, False)
+    airborne.give(STOP, Stop(airborne.now, "w", "test"))
+    airborne.run(5.0)
+    assert airborne.state is FlightState.STOPPED
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_stopped_is_reported_only_of_motors_that_are_off(aloft, seed):
+def test_stopped_is_reported_only_of_motors_that_are_off(airborne, seed):
     chance = Random(seed)
-    aloft.lost = lambda _: chance.random() < 0.99
-    aloft.on_air = lambda data: data if chance.random() < 0.5 else b""
-    aloft.give(STOP, Stop(aloft.now, "w", "test"))
-    while aloft.state is not FlightState.STOPPED:
-        assert aloft.t < 60.0
-        aloft.run(0.1)
-    assert not aloft.tello._drone.flight.airframe.motors
+    airborne.lost = lambda _: chance.random() < 0.99
+    airborne.on_air = lambda data: data if chance.random() < 0.5 else b""
+    airborne.give(STOP, Stop(airborne.now, "w", "test"))
+    while airborne.state is not FlightState.STOPPED:
+        assert airborne.t < 60.0
+        airborne.run(0.1)
+    assert not airborne.tello.flying
 
 
 def test_a_drone_on_the_ground_is_stopped_at_once(flight):
@@ -299,20 +353,68 @@ def test_a_drone_on_the_ground_is_stopped_at_once(flight):
     assert found.words(end) == []
 
 
-def test_a_driver_that_is_restarted_in_flight_takes_the_drone_over_without_a_jump(aloft):
-    aloft.velocity = (0.3, 0.0, 0.0)
-    aloft.run(2.0)
-    before, began = aloft.motion, aloft.t
-    aloft.restart()
+def test_a_driver_that_is_restarted_in_flight_takes_the_drone_over_without_a_jump(airborne):
+    airborne.velocity = (0.3, 0.0, 0.0)
+    airborne.run(2.0)
+    before, began = airborne.motion, airborne.t
+    airborne.restart()
     fastest = []
     for _ in range(200):
-        aloft.run(0.01)
-        fastest.append(dist(aloft.motion.velocity, before.velocity))
-    assert "takeoff" not in aloft.words(began)
-    assert "land" not in aloft.words(began)
-    assert aloft.state is FlightState.FLYING
+        airborne.run(0.01)
+        fastest.append(dist(airborne.motion.velocity, before.velocity))
+    assert "takeoff" not in airborne.words(began)
+    assert "land" not in airborne.words(began)
+    assert airborne.state is FlightState.FLYING
     assert max(fastest) < 0.05
-    assert aloft.motion.position[0] - before.position[0] == pytest.approx(0.6, abs=0.03)
+    assert airborne.motion.position[0] - before.position[0] == pytest.approx(0.6, abs=0.03)
+
+
+@pytest.mark.parametrize("flown", [False, True], ids=["switched on just now", "after a flight"])
+def test_a_drone_in_a_hand_does_not_fly_and_does_not_take_off(flight, flown):
+    found = flight()
+    if flown:
+        found.rise()
+        found.velocity = None
+        found.run(8.0)
+    else:
+        found.run(1.0)
+    assert found.state is FlightState.GROUNDED
+    found.telemetry.clear()
+    found.tello.hold(1.2, found.now - BEGAN)
+    begin, found.velocity = found.t, (0.0, 0.0, 0.7)
+    found.run(5.0)
+    assert {telemetry.state for telemetry in found.telemetry[2:]} == {FlightState.HELD}
+    assert "takeoff" not in found.words(begin)
+    assert "in somebody's hand" in found.driver.report(found.now).line
+    assert found.driver.may_end(found.now)
+    found.tello.hold(0.0, found.now - BEGAN)
+    found.run(2.0)
+    assert found.state is FlightState.GROUNDED
+    assert "takeoff" not in found.words(begin)  # its pilot has wanted it all the time
+    found.velocity = (0.0, 0.0, 0.0)
+    found.rise()
+
+
+def test_a_driver_that_starts_with_its_drone_in_a_hand_finds_out(flight):
+    found = flight()
+    found.rise()
+    found.velocity = None
+    found.run(8.0)
+    found.tello.hold(1.0, found.now - BEGAN)
+    found.restart()
+    found.run(4.5)
+    assert found.state is FlightState.HELD
+    found.give(STOP, Stop(found.now, "w", "test"))
+    found.run(2.0)
+    assert found.state is FlightState.STOPPED
+
+
+def test_a_flight_with_many_lost_states_is_not_taken_for_a_hand(airborne):
+    airborne.restart()
+    chance = Random(7)
+    airborne.on_air = lambda data: data if chance.random() < 0.3 else b""
+    airborne.run(20.0)
+    assert FlightState.HELD not in {telemetry.state for telemetry in airborne.telemetry}
 
 
 def test_a_lost_takeoff_is_sent_again_when_the_state_shows_that_it_was_lost_and_not_before(flight):
@@ -345,7 +447,7 @@ def test_a_refused_takeoff_is_reported_and_not_tried_again_until_the_pilot_asks_
     found.velocity = (0.0, 0.0, 0.7)
     found.run(10.0)
     assert found.words().count("takeoff") == 1
-    assert "take-off refused (error)" in found.driver.report(found.now).detail
+    assert "take-off refused (error)" in found.driver.report(found.now).line
     found.velocity = (0.0, 0.0, 0.0)
     found.run(0.5)
     found.velocity = (0.0, 0.0, 0.7)
@@ -353,71 +455,130 @@ def test_a_refused_takeoff_is_reported_and_not_tried_again_until_the_pilot_asks_
     assert found.words().count("takeoff") == 2
 
 
-def test_a_lost_land_is_sent_again_until_the_state_shows_it_down(aloft):
+def test_a_lost_land_is_sent_again_until_the_state_shows_it_down(airborne):
     dropped = iter([True, True])
-    aloft.lost = lambda datagram: datagram.data == b"land" and next(dropped, False)
-    aloft.velocity = None
-    aloft.run(16.0)
-    assert aloft.state is FlightState.GROUNDED
+    airborne.lost = lambda datagram: datagram.data == b"land" and next(dropped, False)
+    airborne.velocity = None
+    airborne.run(16.0)
+    assert airborne.state is FlightState.GROUNDED
+
+
+def run_without_landing(found: Flight, seconds: float, reply: bytes = b"") -> None:
+    """Run while each `land` is lost; its place takes a `reply`, if any."""
+    refusals = []
+    found.lost = lambda datagram: datagram.data == b"land" and (refusals.append(0) or True)
+    for _ in range(round(seconds / 0.04)):
+        found.run(0.04)
+        while reply and refusals:
+            refusals.pop()
+            found.driver.datagram(reply, found.address, found.driver.sockets[0], found.now)
+            found.flush()
+
+
+def test_a_landing_centres_the_sticks_first_and_beside_it(airborne):
+    airborne.velocity = (1.0, 0.0, 0.0)
+    airborne.run(1.0)
+    airborne.now += nanoseconds(1.5)  # its process stood still: the last sticks still hold
+    airborne.sent.clear()
+    end = airborne.t
+    airborne.velocity = None
+    run_without_landing(airborne, 2.0)
+    assert [command for _, command in airborne.sent[:2]] == ["rc 0 0 0 0", "land"]
+    assert {command for _, command in airborne.sent} == {"rc 0 0 0 0", "land"}
+    assert airborne.words(end).count("rc") >= 45
+    assert airborne.words(end).count("land") == pytest.approx(4, abs=1)
+    assert max(map(abs, airborne.motion.velocity)) < 0.01
+
+
+def test_a_refused_landing_is_repeated_at_once_with_the_sticks_centred(airborne):
+    airborne.velocity = None
+    airborne.run(0.9)
+    begin = airborne.t
+    run_without_landing(airborne, 2.0, b"error")
+    assert airborne.words(begin).count("land") > 20
+    assert airborne.words(begin).count("rc") >= 45
+    airborne.lost = lambda _: False
+    airborne.run(5.0)
+    assert airborne.state is FlightState.GROUNDED
+
+
+def test_a_landing_that_is_seen_is_not_repeated(airborne):
+    airborne.driver._flight.land(airborne.driver._time.at(airborne.now))
+    airborne.run(5.0)
+    assert airborne.state is FlightState.GROUNDED
+    assert airborne.words().count("land") <= 2
+
+
+def test_a_landing_that_ends_above_the_ground_is_repeated(airborne):
+    airborne.velocity = None
+    while airborne.motion.position[2] > 0.8:
+        airborne.run(0.1)
+    airborne.tello.receive(b"stop", airborne.driver.sockets[0], airborne.now - BEGAN)
+    airborne.run(0.4)
+    begin = airborne.t
+    airborne.run(0.6)
+    assert "land" in airborne.words(begin)
+    airborne.run(5.0)
+    assert airborne.state is FlightState.GROUNDED
 
 
 def test_lost_datagrams_and_late_replies_do_not_keep_it_from_flying(flight):
-    found = flight("lost-datagrams", "late-replies", "junk-before-first-reply", loss=0.1)
-    found.tello._chance = Random(4).random
+    quirks = "lost-datagrams", "late-replies", "junk-before-first-reply"
+    found = flight(*quirks, chance=Random(4).random, loss=0.1)
     found.rise()
     found.velocity = (0.0, 0.0, -0.5)
     found.run(12.0)
     assert found.state is FlightState.GROUNDED
 
 
-def test_a_driver_that_is_to_end_lands_what_the_pilot_does_not(aloft):
-    aloft.driver.retire(aloft.now)
-    assert not aloft.driver.may_end(aloft.now)
-    aloft.run(RETIREMENT / BILLION - 0.1)
-    assert aloft.state is FlightState.FLYING
-    aloft.run(6.0)
-    assert aloft.state is FlightState.GROUNDED
-    assert aloft.driver.may_end(aloft.now)
+def test_a_driver_that_is_to_end_lands_what_the_pilot_does_not(airborne):
+    airborne.driver.retire(airborne.now)
+    assert not airborne.driver.may_end(airborne.now)
+    airborne.run(RETIREMENT / SECOND - 0.1)
+    assert airborne.state is FlightState.FLYING
+    airborne.run(6.0)
+    assert airborne.state is FlightState.GROUNDED
+    assert airborne.driver.may_end(airborne.now)
 
 
-def test_without_a_pose_only_up_and_down_are_flown(aloft):
-    aloft.restart()
-    aloft.posed = False
-    aloft.velocity = (0.5, 0.5, 0.1)
-    before = aloft.motion.position
-    aloft.run(0.5)
-    assert {c.split()[1] + c.split()[2] for _, c in aloft.sent[-5:]} == {"00"}
-    assert aloft.motion.position[2] > before[2]
+def test_without_a_pose_only_up_and_down_are_flown(airborne):
+    airborne.restart()
+    airborne.posed = False
+    airborne.velocity = (0.5, 0.5, 0.1)
+    before = airborne.motion.position
+    airborne.run(0.5)
+    assert {c.split()[1] + c.split()[2] for _, c in airborne.sent[-5:]} == {"00"}
+    assert airborne.motion.position[2] > before[2]
 
 
-def test_by_a_heading_that_is_too_old_only_up_and_down_are_flown_and_the_report_says_so(aloft):
+def test_by_a_heading_that_is_too_old_only_up_and_down_are_flown_and_the_report_says_so(airborne):
     def across() -> set[str]:
-        return {" ".join(command.split()[1:3]) for _, command in aloft.sent[-5:]}
+        return {" ".join(command.split()[1:3]) for _, command in airborne.sent[-5:]}
 
-    aloft.velocity = (0.3, 0.3, 0.05)
-    aloft.posed = False
-    aloft.run(aloft.swarm.limits.staleness.pose_land - 0.1)
+    airborne.velocity = (0.3, 0.3, 0.05)
+    airborne.posed = False
+    airborne.run(airborne.swarm.limits.staleness.pose_land - 0.1)
     assert "0 0" not in across()
-    before = aloft.motion.position
-    aloft.run(1.5)
+    before = airborne.motion.position
+    airborne.run(1.5)
     assert across() == {"0 0"}
-    assert "no pose comes" in aloft.driver.report(aloft.now).detail
-    assert aloft.motion.position[2] > before[2]
-    aloft.posed = True
-    aloft.run(0.2)
+    assert "no pose comes" in airborne.driver.report(airborne.now).line
+    assert airborne.motion.position[2] > before[2]
+    airborne.posed = True
+    airborne.run(0.2)
     assert "0 0" not in across()
-    assert aloft.driver.report(aloft.now).detail == ""
+    assert airborne.driver.report(airborne.now).line == ""
 
 
-def test_a_loop_over_a_heading_that_drifts_unseen_does_not_run_away(aloft):
-    start, airframe = aloft.motion.position, aloft.tello._drone.flight.airframe
-    aloft.posed = False
+def test_a_loop_over_a_heading_that_drifts_unseen_does_not_run_away(airborne):
+    start, airframe = airborne.motion.position, airborne.tello._drone.flight.airframe
+    airborne.posed = False
     for _ in range(100):  # the pilot's own pose is fresh: it draws its drone back to its place
         airframe._motion = airframe._motion._replace(yaw=airframe._motion.yaw + 0.03)
-        x, y, _ = aloft.motion.position
-        aloft.velocity = (1.5 * (start[0] + 0.05 - x), 1.5 * (start[1] - y), 0.0)
-        aloft.run(0.1)
-    assert dist(aloft.motion.position, start) < 0.2
+        x, y, _ = airborne.motion.position
+        airborne.velocity = (1.5 * (start[0] + 0.05 - x), 1.5 * (start[1] - y), 0.0)
+        airborne.run(0.1)
+    assert dist(airborne.motion.position, start) < 0.2
 
 
 def test_datagrams_of_others_are_left_out_unless_the_filter_is_off(make_swarm):
@@ -425,7 +586,7 @@ def test_datagrams_of_others_are_left_out_unless_the_filter_is_off(make_swarm):
         swarm = make_swarm(TELLO | {"drones.1.tello": {"source_filter": filtered}})
         driver = DriverCore(swarm, 1, BEGAN)
         state = format_state(SimulatedTello(TelloParameters(generation="1.3"), 0).state(0))
-        driver.datagram(state, ("10.9.9.9", 8889), driver._states, BEGAN)
+        driver.datagram(state, ("10.9.9.9", 8889), driver.sockets[1], BEGAN)
         driver.step(BEGAN + TICK)
         assert (driver.report(BEGAN + TICK).phase == "grounded") is not filtered
 
@@ -441,16 +602,16 @@ def test_a_drone_that_was_switched_off_and_on_is_entered_again(flight):
     assert found.state is FlightState.FLYING
 
 
-def test_telemetry_carries_the_age_of_the_state_and_stops_with_it(aloft):
-    count = len(aloft.telemetry)
-    aloft.run(1.0)
-    assert len(aloft.telemetry) - count == pytest.approx(10, abs=1)
-    aloft.on_air = lambda _: b""
-    aloft.run(1.5)
-    count = len(aloft.telemetry)
-    assert aloft.telemetry[-1].stamp <= aloft.now - 0.5 * BILLION
-    aloft.run(1.0)
-    assert len(aloft.telemetry) == count
+def test_telemetry_carries_the_age_of_the_state_and_stops_with_it(airborne):
+    count = len(airborne.telemetry)
+    airborne.run(1.0)
+    assert len(airborne.telemetry) - count == pytest.approx(10, abs=1)
+    airborne.on_air = lambda _: b""
+    airborne.run(1.5)
+    count = len(airborne.telemetry)
+    assert airborne.telemetry[-1].stamp <= airborne.now - 0.5 * SECOND
+    airborne.run(1.0)
+    assert len(airborne.telemetry) == count
 
 
 TROUBLES = {
@@ -476,7 +637,7 @@ def test_what_is_wrong_with_the_link_is_one_line_with_a_remedy(flight, kind):
     found = flight()
     spoil(found)
     found.run(9.0)
-    detail = found.driver.report(found.now).detail
+    detail = found.driver.report(found.now).line
     assert text in detail
     assert "\n" not in detail
     assert ":" in detail
@@ -492,13 +653,13 @@ def test_another_client_that_takes_the_state_is_named(flight):
         found.run(1.2)
         found.on_air = sink
     found.run(1.0)
-    assert "another client" in found.driver.report(found.now).detail
+    assert "another client" in found.driver.report(found.now).line
 
 
 def test_the_report_names_the_drone(flight):
     found = flight()
     found.run(1.0)
-    assert found.driver.report(found.now).detail == f"SDK 20, {found.tello.parameters.serial}"
+    assert found.driver.report(found.now).line == f"SDK 20; {found.tello.parameters.serial}"
 
 
 @pytest.mark.parametrize(
@@ -512,5 +673,6 @@ def test_the_report_names_the_drone(flight):
 def test_an_imu_that_is_off_on_the_ground_is_named(changed, text):
     monitor = FlightMonitor()
     monitor.update(SimulatedTello(TelloParameters(), 0).state(0)._replace(**changed), 5)
-    assert monitor.imu_trouble(6).startswith(text)
-    assert bool(monitor.imu_trouble(6)) is bool(text)
+    trouble = monitor.imu_trouble(6)
+    assert (trouble.line if trouble else "").startswith(text)
+    assert bool(trouble) is bool(text)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 from flockwire.wire.messages import FlightState
 from flockwire_tello.client import TelloClient
 from flockwire_tello.flight_modes import FlightModes
 from flockwire_tello.flight_monitor import FlightMonitor
-from flockwire_tello.simulated_tello import SimulatedTello
-from flockwire_tello.tello_parameters import TelloParameters
+from flockwire_tello.simulated.parameters import TelloParameters
+from flockwire_tello.simulated.tello import SimulatedTello
 
-TENTH = BILLION // 10
+TENTH = SECOND // 10
 
 
 def test_motors_that_ran_when_the_state_went_silent_are_not_taken_for_stopped() -> None:

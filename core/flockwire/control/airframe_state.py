@@ -4,20 +4,12 @@ from __future__ import annotations
 
 from collections import deque
 from math import exp
-from typing import NamedTuple
 
-from flockwire.control.vector import ZERO, Vector
+from flockwire.domain.motion import Motion
+from flockwire.domain.vector import ZERO, Vector
 
 REMEMBERED = 5.0  # s of commands, beyond the dead time: more than any pose that is flown by is old
 GAP = 1.0  # s between two poses, after which nothing is left of the old velocity
-
-
-class Motion(NamedTuple):
-    """Where a drone was measured, m, its velocity there, m/s, and where it would stop if commanded to now, m."""
-
-    position: Vector
-    velocity: Vector
-    stopping: Vector
 
 
 class AirframeState:

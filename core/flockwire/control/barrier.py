@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from math import hypot, sqrt
+from math import hypot, inf, sqrt
 
 from flockwire.control.safety_filter import HalfSpace
-from flockwire.control.vector import Vector
+from flockwire.domain.vector import Vector
 
 _COINCIDENT = 1e-9
 
@@ -46,6 +46,7 @@ def keep_clear(
     rate: float,
     braking: float,
     speed: float,
+    recovery: float = inf,
 ) -> HalfSpace | None:
     """Return the half-space of velocities that keep clear of one body, None where every velocity does.
 
@@ -56,7 +57,8 @@ def keep_clear(
     `separation` is x − x_body in m; `stopping` the same difference once both have stopped, were they commanded to now:
     all that lies between is out of the command's reach. `body_velocity` in m/s, `safety_distance` r in m. A body that
     yields keeps its closing speed c below A/2; what it closes beyond that we make up for, so nobody needs to be known
-    as one that does not yield. `speed` is the largest |u|.
+    as one that does not yield. `speed` is the largest |u|. A(g) is −`recovery`, m/s, at least: out of a body that
+    has grown round us we fly no faster than that.
     """
     z = nearest_on_segment(separation, stopping)
     distance = hypot(*z)
@@ -66,7 +68,7 @@ def keep_clear(
     else:
         gap = distance - safety_distance
     x, y, z_ = z[0] / distance, z[1] / distance, z[2] / distance
-    allowed = approach_speed(gap, rate, braking)
+    allowed = max(approach_speed(gap, rate, braking), -recovery)
     closing = x * body_velocity[0] + y * body_velocity[1] + z_ * body_velocity[2]
     least = -min(0.5 * allowed, allowed - closing) if shared else closing - allowed
     return (x, y, z_, least) if least > -speed else None

@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 
 DRIFT = 100e-6  # s per s by which two clocks drift apart: twice what a quartz is off by
 SLOPES = tuple(DRIFT * k / 8 for k in range(-8, 9))
@@ -49,7 +49,7 @@ class OffsetEstimator:
         """Take the stamps of one round trip, ns; returns False when they cannot be of one."""
         if not 0 <= t3 - t2 <= t4 - t1:
             return False
-        second = t4 // BILLION
+        second = t4 // SECOND
         for points, value in ((self._above, t2 - t1), (self._below, t4 - t3)):
             points[second] = min(points.get(second, (value, t4)), (value, t4))
             while second - next(iter(points)) > WINDOW:

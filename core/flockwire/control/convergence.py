@@ -36,11 +36,6 @@ def laplacian(graph: Graph) -> Matrix:
     return matrix
 
 
-def laplacian_ff(graph: Graph) -> Matrix:
-    """Return L_FF, the followers' block of the Laplacian, shape (N−1, N−1), in the order of `graph.followers`."""
-    return laplacian(graph)[1:, 1:]
-
-
 def convergence(graph: Graph, observer_gain: float, observer_exponent: float, leader_input_bound: float) -> Convergence:
     """Evaluate Lemma 3 for the observer (8).
 

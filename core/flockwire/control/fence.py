@@ -9,7 +9,7 @@ from math import hypot
 from flockwire.control.barrier import approach_speed, keep_inside
 from flockwire.control.plane_polygon import Corner, clearance, edges, inward_normal, nearest_on_edge
 from flockwire.control.safety_filter import HalfSpace
-from flockwire.control.vector import Vector
+from flockwire.domain.vector import Vector
 
 _COINCIDENT = 1e-9
 
@@ -38,6 +38,16 @@ class Room:
         if not self.corners:
             return beyond
         return max(beyond, -clearance(self.corners, (x, y))[0])
+
+    def sides(self, position: Vector) -> Iterator[tuple[float, Vector]]:
+        """Yield the distance of `position` from each side and the polygon's nearest wall, m, and the way out there."""
+        for axis, (p, low, high) in enumerate(zip(position, self.low, self.high, strict=True)):
+            out = (float(axis == 0), float(axis == 1), float(axis == 2))
+            yield high - p, out
+            yield p - low, (-out[0], -out[1], -out[2])
+        if self.corners:
+            distance, (nx, ny) = clearance(self.corners, position[:2])
+            yield distance, (-nx, -ny, 0.0)
 
     def inwards(self, velocity: Vector, position: Vector) -> Vector:
         """Return `velocity` (m/s) without what leads further out of the room at its boundary, or beyond it."""

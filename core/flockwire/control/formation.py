@@ -1,12 +1,15 @@
 """Formations: each follower's offset h_i(t) from the leader and its rate h_i'(t), by rank 0 … count − 1."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from math import cos, pi, sin
+from math import cos, nan, pi, sin
 
-from flockwire.control.expression_formation import ExpressionFormation
+from flockwire.control.expression import Node, bound, derivative, function_of_time
 from flockwire.control.formation_change import FormationChange
 from flockwire.control.key_frames import KeyFrames
-from flockwire.control.vector import Vector
+from flockwire.domain.vector import Vector
+
+_Axis = Callable[[float], float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +120,38 @@ class Polygon:
         )
 
 
+class ExpressionFormation:
+    """An expression for each axis: h_i(t) = [x, y, z](t, i, n) in m, t >= 0 in s, of rank i = 0 … n − 1, n = `count`.
+
+    `axes` are the trees of x, y and z; h_i' is their derivative. What is not defined is NaN. Raises ExpressionError
+    where the derivative would jump.
+    """
+
+    def __init__(self, count: int, axes: tuple[Node, Node, Node]) -> None:
+        self.count = count
+        self._axes = axes
+        self._rates = tuple(derivative(axis) for axis in axes)
+        self._places: dict[int, tuple[_Axis, ...]] = {}  # x, y, z and their rates, by rank
+
+    def offset(self, index: int, t: float) -> Vector:
+        """Return h_i in m, world axes, at mission time t in s."""
+        x, y, z, _, _, _ = self._places.get(index) or self._place(index)
+        t = max(t, 0.0)
+        return (_worth(x, t), _worth(y, t), _worth(z, t))
+
+    def offset_rate(self, index: int, t: float) -> Vector:
+        """Return h_i' in m/s, world axes, at mission time t in s."""
+        _, _, _, x, y, z = self._places.get(index) or self._place(index)
+        t = max(t, 0.0)
+        return (_worth(x, t), _worth(y, t), _worth(z, t))
+
+    def _place(self, index: int) -> tuple[_Axis, ...]:
+        ranks = {"i": float(index), "n": float(self.count)}
+        place = tuple(function_of_time(bound(tree, ranks)) for tree in (*self._axes, *self._rates))
+        self._places[index] = place
+        return place
+
+
 Formation = Circle | Line | Grid | Polygon | KeyFrames | ExpressionFormation | FormationChange
 
 
@@ -129,3 +164,10 @@ def _turned(place: tuple[float, float], angle: float) -> Vector:
 def _turned_rate(place: tuple[float, float], angle: float, rate: float) -> Vector:
     x, y, _ = _turned(place, angle)
     return (-rate * y, rate * x, 0.0)
+
+
+def _worth(axis: _Axis, t: float) -> float:
+    try:
+        return axis(t)
+    except (ValueError, ArithmeticError):
+        return nan

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from flockwire.control.vector import Vector
+from flockwire.domain.vector import Vector
 
 
 class Shape(Protocol):

@@ -1,4 +1,4 @@
-"""The nearest free place on the ground plan: outside every disc, inside the room."""
+"""Where a drone comes down: on its place, or where a body is below that, on the nearest free one of the ground plan."""
 
 from __future__ import annotations
 
@@ -8,11 +8,38 @@ from math import dist, hypot, sqrt
 
 from flockwire.control.fence import Room
 from flockwire.control.plane_polygon import Corner, nearest_on_edge
+from flockwire.domain.body import Body, Separation
+from flockwire.domain.vector import Vector
 
 Disc = tuple[float, float, float]
 """(x, y, r): the points nearer to (x, y) than r, m."""
 
+SPARE = 0.1  # m beyond the distance to keep: the tracker's noise must not make a chosen place occupied again
 _TOLERANCE = 1e-9  # m by which a disc or the room may be missed: rounding
+
+
+def landing_place(
+    position: Vector, place: Vector, bodies: Sequence[Body], separation: Separation, room: Room
+) -> tuple[Vector, bool]:
+    """Return the place to come down on, and whether the way down from `position` is free.
+
+    Another one than `place` (m, world frame) where that, or the way down, is occupied: then the free one that is
+    nearest to `position`. `bodies` are relative to `position`; those above it are not in the way. Where no place
+    is free it is `place`, straight down: the safety filter keeps clear all the same.
+    """
+    if not bodies:
+        return place, True
+    x, y, _ = position
+    discs = [
+        (x + body.relative_position[0], y + body.relative_position[1], separation.from_axis(body))
+        for body in bodies
+        if body.relative_position[2] <= 0.0
+    ]
+    free = is_free((x, y), discs)
+    if free and is_free((place[0], place[1]), discs):
+        return place, True
+    chosen = nearest_free_place((x, y), [(a, b, r + SPARE) for a, b, r in discs], room)
+    return (place, True) if chosen is None else ((chosen[0], chosen[1], place[2]), free)
 
 
 def is_free(place: Corner, discs: Sequence[Disc]) -> bool:

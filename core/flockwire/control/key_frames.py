@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import isfinite
 
-from flockwire.control.vector import ZERO, Vector
+from flockwire.domain.vector import ZERO, Vector
 
 HEADER = ["t", "drone", "x", "y", "z"]
 

@@ -1,16 +1,19 @@
-"""The leader as its out-neighbours track it: noise enters the swarm here, and is filtered here, once."""
+"""The leader as its out-neighbours track it: noise enters the swarm here, and is filtered here, once.
+
+What is left of it grows with the hops from the leader, over which the track is extrapolated.
+"""
 
 from __future__ import annotations
 
-from flockwire.control.relay import LeaderMotion
+from math import dist, sqrt
+
 from flockwire.control.tracker import AccelerationTracker, VelocityTracker
-from flockwire.control.vector import Vector
+from flockwire.control.trajectory import Trajectory
+from flockwire.domain.motion import LeaderMotion
+from flockwire.domain.vector import ZERO, Vector
 
-POSITION_TIME_CONSTANT = 0.05
-"""Seconds: of the tracker of the leader's position."""
-
-FORGET = 1.0
-"""Seconds without a pose after which the track restarts."""
+POSITION_TIME_CONSTANT = 0.05  # s, of the tracker of the leader's position
+FORGET = 1.0  # s without a pose after which the track restarts
 
 
 def leader_time_constant(depth: int) -> float:
@@ -43,3 +46,33 @@ class LeaderTrack:
         self._fast.update(position, stamp)
         self._slow.update(position, stamp)
         return LeaderMotion(self._fast.position, self._slow.velocity, self._slow.acceleration)
+
+
+def noise_gain(time_constant: float, age: float, period: float) -> float:
+    """Return the standard deviation of the estimate per axis, for noise of 1 on the leader's poses.
+
+        sqrt( sum_k h_k^2 ),   h the response of the position extrapolated by `age` s to one pose that is 1 m off
+
+    `period` is the time between two poses, s.
+    """
+    leader, steps = LeaderTrack(time_constant), round(12.0 * time_constant / period) + 1
+    for k in range(steps):  # until its gains are the steady ones
+        leader.update(ZERO, k * period)
+    pulse = [(1.0 if k == 0 else 0.0, 0.0, 0.0) for k in range(steps)]
+    response = (leader.update(z, (steps + k) * period).after(age).position[0] for k, z in enumerate(pulse))
+    return sqrt(sum(x * x for x in response))
+
+
+def motion_error(trajectory: Trajectory, time_constant: float, age: float, period: float, horizon: float) -> float:
+    """Return the largest error, m, of the leader's position extrapolated by `age` s, without noise.
+
+    The leader flies `trajectory` for `horizon` s; its first 12 time constants, the tracker's own, are left out. Corners
+    and jumps of its velocity are in it: speed · age at least, whatever the law.
+    """
+    leader, worst = LeaderTrack(time_constant), 0.0
+    for k in range(round(horizon / period) + 1):
+        now = k * period
+        estimate = leader.update(trajectory.position(now), now).after(age).position
+        if now > 12.0 * time_constant:
+            worst = max(worst, dist(trajectory.position(now + age), estimate))
+    return worst

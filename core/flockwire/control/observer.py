@@ -1,10 +1,16 @@
-"""The distributed fixed-time observer (8): each follower's estimate of the leader, from its neighbours' estimates."""
+"""The distributed fixed-time observer (8): each follower's estimate of the leader, from its neighbours' estimates.
+
+The extended observer relays the leader's motion from hop to hop, not its last position (theory: docs/theory.md):
+
+    eta_j(now) = eta_j + tau v_j + tau^2 a_j / 2,   tau = now − stamp_j
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import copysign
 
-from flockwire.control.vector import Vector
+from flockwire.domain.motion import LeaderMotion
+from flockwire.domain.vector import Vector
 
 _NEWTON_TOLERANCE = 1e-12
 
@@ -114,3 +120,32 @@ def rate_estimate(velocity: Vector, previous: Vector, current: Vector, dt: float
         vy + (current[1] - previous[1] - dt * vy) * share,
         vz + (current[2] - previous[2] - dt * vz) * share,
     )
+
+
+def relay_step(
+    own: LeaderMotion,
+    neighbour_estimates: Sequence[tuple[float, LeaderMotion]],
+    parameters: ObserverParameters,
+    dt: float,
+) -> LeaderMotion:
+    """Advance the own estimate by `dt` s: predict, then correct by the observer (8) on the neighbours' estimates.
+
+        eta_i <- eta_i + dt v_i + dt^2 a_i / 2,   then one implicit step of (8)
+        v_i = sum_j w_ij v_j / sum_j w_ij,   a_i likewise
+
+    `neighbour_estimates` is one (w_ij, motion) for each neighbour, each extrapolated to this step's time. Velocity and
+    acceleration are passed on, never differentiated again: noise enters once, at the leader's pose, and is filtered
+    once. Without any the estimate coasts on at its velocity.
+    """
+    total = sum(w for w, _ in neighbour_estimates)
+    if not total:
+        return LeaderMotion(own.position, own.velocity).after(dt)
+    position = implicit_step(own.after(dt).position, [(w, m.position) for w, m in neighbour_estimates], parameters, dt)
+    if len(neighbour_estimates) == 1:
+        return LeaderMotion(position, neighbour_estimates[0][1].velocity, neighbour_estimates[0][1].acceleration)
+    vx = vy = vz = ax = ay = az = 0.0
+    for w, motion in neighbour_estimates:
+        share, v, a = w / total, motion.velocity, motion.acceleration
+        vx, vy, vz = vx + share * v[0], vy + share * v[1], vz + share * v[2]
+        ax, ay, az = ax + share * a[0], ay + share * a[1], az + share * a[2]
+    return LeaderMotion(position, (vx, vy, vz), (ax, ay, az))

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from math import hypot
 
-from flockwire.control.vector import Vector
+from flockwire.domain.vector import Vector
 
 
 @dataclass(frozen=True, slots=True)

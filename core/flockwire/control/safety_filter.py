@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import hypot, sqrt
 
-from flockwire.control.vector import ZERO, Vector
+from flockwire.domain.vector import ZERO, Vector
 
 HalfSpace = tuple[float, float, float, float]
 """(n_x, n_y, n_z, b): the velocities v with n·v >= b, |n| = 1, b in m/s."""

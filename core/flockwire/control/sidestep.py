@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from math import cos, hypot, pi, sin
+from typing import NamedTuple
 
-from flockwire.control.vector import Vector
+from flockwire.domain.body import Body, BodyKind, Separation, to_surface
+from flockwire.domain.vector import Vector, norm, scale
+
+_PROGRESS = 0.1  # m nearer to the goal that count as progress
 
 
-def sidestep(wanted: Vector, bodies: Iterable[tuple[Vector, float]], reach: float, side: float) -> Vector:
+class SidestepParameters(NamedTuple):
+    """The distances to keep, and the gap beyond them within which a body is in the way, m."""
+
+    separation: Separation
+    reach: float
+
+
+def sidestep(wanted: Vector, bodies: Sequence[Body], parameters: SidestepParameters, side: float) -> Vector:
     """Return `wanted`, m/s, turned about Z away from what blocks it.
 
         theta = (pi/2) max_k  s_k max(0, −û·n_k),   s_k = clamp(2 (1 − g_k / reach), 0, 1)        (ours)
 
-    `bodies` are (n_k, g_k): the unit vector from the body to us, and the gap in m beyond the safety distance; bodies
+    n_k is the unit vector from body k's surface to us, g_k the gap in m beyond the distance to keep from it; bodies
     farther than `reach` do not block. `side` +1 turns to the right, −1 to the left. Two drones face to face both give
     way to the same hand and pass; many that meet in one place go round it like traffic round an island.
     """
@@ -21,9 +32,13 @@ def sidestep(wanted: Vector, bodies: Iterable[tuple[Vector, float]], reach: floa
     if speed < 1e-6:
         return wanted
     ux, uy = wanted[0] / speed, wanted[1] / speed
-    blocked = 0.0
-    for (nx, ny, _), gap in bodies:
+    blocked, (drone_distance, obstacle_distance), reach = 0.0, parameters.separation, parameters.reach
+    for body in bodies:
+        away = to_surface(body.relative_position, body.radius)
+        distance = norm(away)
+        gap = distance - (drone_distance if body.kind is BodyKind.DRONE else obstacle_distance)
         if gap < reach:
+            nx, ny, _ = scale(away, -1.0 / max(distance, 1e-9))
             near = min(2.0 * (1.0 - gap / reach), 1.0)
             blocked = max(blocked, -near * (ux * nx + uy * ny))
     if blocked <= 0.0:
@@ -33,19 +48,21 @@ def sidestep(wanted: Vector, bodies: Iterable[tuple[Vector, float]], reach: floa
     return (c * wanted[0] - s * wanted[1], s * wanted[0] + c * wanted[1], wanted[2])
 
 
-class Impatience:
-    """Which side to turn to: the other one after `patience` s in which the goal has come no nearer."""
+class Sidestep:
+    """Turns a drone's corrections round what is in its way; the other way after `switch_after` s without progress."""
 
-    def __init__(self, patience: float) -> None:
-        self._patience, self._best, self._since = patience, 0.0, 0.0
+    def __init__(self, parameters: SidestepParameters, switch_after: float) -> None:
+        self._parameters, self._switch_after = parameters, switch_after
+        self._best = self._since = 0.0  # m to go, and since when, s, it has not become less
         self.side = 1.0
 
-    def update(self, distance: float, blocked: bool, now: float) -> float:
-        """Return the side at `now` (s); `distance` m from the goal, `blocked` when something is in the way."""
-        if not blocked or distance < self._best - 0.1:
-            self._best, self._since = distance, now
-            if not blocked:
-                self.side = 1.0
-        elif now - self._since > self._patience:
-            self.side, self._best, self._since = -self.side, distance, now
-        return self.side
+    def turned(self, correction: Vector, bodies: Sequence[Body], to_go: float, now: float) -> Vector:
+        """Return `correction`, m/s, turned round `bodies`; `to_go` m that become less are progress; `now` in s."""
+        turned = sidestep(correction, bodies, self._parameters, self.side)
+        if turned == correction:
+            self.side, self._best, self._since = 1.0, to_go, now
+        elif to_go < self._best - _PROGRESS:
+            self._best, self._since = to_go, now
+        elif now - self._since > self._switch_after:
+            self.side, self._best, self._since = -self.side, to_go, now
+        return turned

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import inf
 
 from flockwire.control.formation import Formation
-from flockwire.control.vector import ZERO, Vector, distance, norm
+from flockwire.domain.vector import ZERO, Vector, distance, norm
 
 
 @dataclass(frozen=True, slots=True)

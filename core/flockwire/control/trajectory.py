@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from math import cos, sin
 
-from flockwire.control.vector import ZERO, Vector, add, distance, norm, scale, subtract
+from flockwire.domain.vector import ZERO, Vector, add, distance, norm, scale, subtract
 
 
 @dataclass(frozen=True, slots=True)

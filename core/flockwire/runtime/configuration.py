@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 from flockwire.security.files import Credentials
 from flockwire.wire.access import access_control
-from flockwire.wire.plan import PERSONS, Plan
+from flockwire.wire.plan import OPERATORS, Plan
 
 BURST = 16  # messages of one step that may wait for the network before the next is dropped; 16 is the most
 LARGEST_MESSAGE = 65536  # bytes
@@ -33,12 +33,12 @@ def configuration(
 
 
 def reserved_configuration(plan: Plan, identity: str, credentials: Credentials) -> dict[str, object]:
-    """Return the Zenoh configuration of `identity` by which persons are linked to it.
+    """Return the Zenoh configuration of `identity` by which operators are linked to it.
 
     Its places are theirs alone, since it trusts no other authority: a drone that is taken over, with all its keys, can
     use up the other ones, and does not keep an emergency stop out.
     """
-    tls = _tls(credentials) | {"root_ca_certificate": str(credentials.signed_by(PERSONS))}
+    tls = _tls(credentials) | {"root_ca_certificate": str(credentials.signed_by(OPERATORS))}
     return _configuration(plan, identity, (plan.reserved[identity],), (), tls)
 
 

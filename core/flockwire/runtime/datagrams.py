@@ -8,7 +8,7 @@ import errno
 from collections.abc import AsyncIterator
 
 from flockwire import clock
-from flockwire.flight.cores import Address, Core, Networked
+from flockwire.process.cores import Address, Core, Networked
 from flockwire.runtime.session import EndpointInUseError
 
 

@@ -12,7 +12,7 @@ import re
 from collections.abc import Mapping
 
 DETOURS = "FLOCKWIRE_DETOURS"
-_FORM = re.compile(r"(?P<identity>[a-z0-9]+)=(?P<address>[^\s,=]+:[0-9]{1,5})")
+_FORM = re.compile(r"(?P<identity>[a-z0-9-]+)=(?P<address>[^\s,=]+:[0-9]{1,5})")
 
 
 class DetoursError(ValueError):

@@ -10,12 +10,13 @@ import signal
 import threading
 
 from flockwire import clock
-from flockwire.flight.cores import Core
+from flockwire.process.cores import Core
 from flockwire.runtime.session import Session
 from flockwire.wire.plan import Plan
 
 LIFELINE = "FLOCKWIRE_LIFELINE"  # file descriptor whose end means that the parent is gone
 LAST_RESORT = 1.8  # s that closing the session may take
+UNDONE = 70  # exit status of a process that was ended in the middle of its work
 POLL = 0.05  # s between two looks whether a process may end
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -64,8 +65,19 @@ async def finished(core: Core, plan: Plan, identity: str, session: Session, endi
         await asyncio.sleep(POLL)
 
 
-def last_resort() -> None:
-    """End the process in LAST_RESORT s in any case: called when nothing is left to do but to close the session."""
-    timer = threading.Timer(LAST_RESORT, os._exit, (70,))
+def last_resort(identity: str, done: bool) -> None:
+    """End the process in LAST_RESORT s in any case: called when nothing is left to do but to close the session.
+
+    The exit status is then 0 for one that is `done`: a supervisor need not start it again.
+    """
+    timer = threading.Timer(LAST_RESORT, _give_up, (identity, done))
     timer.daemon = True
     timer.start()
+
+
+def _give_up(identity: str, done: bool) -> None:
+    logging.getLogger(identity).warning(
+        f"the session did not close in {LAST_RESORT} s: others are gone without a word; ends "
+        + ("all the same, its work is done" if done else "with its work undone")
+    )
+    os._exit(0 if done else UNDONE)

@@ -8,8 +8,8 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from flockwire.flight.faults import Fault
-from flockwire.loading import load_object
+from flockwire.objects import load_object
+from flockwire.process.faults import Fault
 from flockwire.runtime.detours import DetoursError
 from flockwire.runtime.session import EndpointInUseError
 from flockwire.security.files import CredentialsError

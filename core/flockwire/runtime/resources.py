@@ -6,7 +6,7 @@ import resource
 import sys
 
 from flockwire import clock
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 from flockwire.runtime.refusals import Refusals
 from flockwire.runtime.session import Session
 
@@ -23,7 +23,7 @@ class ProcessResources:
     def cpu_share(self, now: int) -> float:
         """Return the share of one core used since the last call."""
         used, elapsed = clock.cpu_time(), max(1, now - self._at)
-        share = (used - self._used) * BILLION / elapsed
+        share = (used - self._used) * SECOND / elapsed
         self._at, self._used = now, used
         return share
 
@@ -40,5 +40,5 @@ class ProcessResources:
         """Return who is linked, by authenticated identity, as of a second ago at most: to look takes a while."""
         now = clock.monotonic()
         if now >= self._look_at:
-            self._look_at, self._links = now + BILLION, self._session.linked()
+            self._look_at, self._links = now + SECOND, self._session.linked()
         return self._links

@@ -5,7 +5,7 @@ dialling (in router mode: a client of the router). Scouting and gossip are off, 
 may trigger a step cross the threads at once, the others are buffered until a step reads them; of several, the newest
 counts.
 
-A process that listens has two Zenoh sessions: one for the links to processes, and one that is reserved for persons.
+A process that listens has two Zenoh sessions: one for the links to processes, and one that is reserved for operators.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ from flockwire import clock
 from flockwire.runtime.configuration import NO_DETOURS, configuration, reserved_configuration
 from flockwire.runtime.linger import ignore_linger
 from flockwire.security.files import Credentials, default_folder, files_of
-from flockwire.wire.inbox import ATTACHMENT, Inbox, publisher_of
+from flockwire.security.holding import hold
+from flockwire.wire.inbox import ATTACHMENT, inbox_of, publisher_of
 from flockwire.wire.keys import ROWS, Delivery, Key
 from flockwire.wire.plan import Plan
 
@@ -47,6 +48,8 @@ _PRIORITIES = {
     Delivery.STATE: zenoh.Priority.DATA_HIGH,
     Delivery.BACKGROUND: zenoh.Priority.BACKGROUND,
 }
+
+UNKNOWN = "unknown"  # who is at the other end of a link without security
 
 
 class EndpointInUseError(OSError):
@@ -102,17 +105,19 @@ class Session:
         own = uuid.uuid4().bytes
         self._ids = {key: publisher_of(own, key) for key in plan.publishes[identity]}
         self._sequences: dict[Key, int] = {}
-        credentials = None
+        credentials, folder = None, keys or default_folder(swarm.name)
         if swarm.network.security == "mtls":
-            credentials = _credentials(plan, keys or default_folder(swarm.name), identity, verified)
+            credentials = _credentials(plan, folder, identity, verified)
         ignore_linger()
         self._sessions: list[zenoh.Session] = []
+        self._held = hold(folder) if credentials is not None else None
         with contextlib.ExitStack() as stack:
             stack.callback(self.close)
             self._open(plan.endpoints.get(identity, "nowhere"), configuration(plan, identity, credentials, detours))
             if credentials is not None and identity in plan.reserved:
                 self._open(plan.reserved[identity], reserved_configuration(plan, identity, credentials))
             stack.pop_all()
+        clock.settle()
         self._publishers = {key: self._declare(key) for key in plan.publishes[identity]}
 
     def __enter__(self) -> Session:
@@ -125,6 +130,8 @@ class Session:
         """End the session; one that is left open hangs the process's exit."""
         for session in self._sessions:
             session.close()  # type: ignore[no-untyped-call]
+        if self._held is not None:
+            self._held.close()
 
     def publish(self, messages: Iterable[tuple[Key, Message]]) -> None:
         """Publish messages; KeyError when the key table does not let this identity publish one of the keys."""
@@ -138,13 +145,13 @@ class Session:
 
     def newest(self, key: Key) -> Newest:
         """Subscribe to `key`, buffering its newest sample until it is read."""
-        return Newest(Inbox(key, ROWS[key.kind]), self._rings(key, BACKLOG, zenoh.Locality.REMOTE))
+        return Newest(inbox_of(key), self._rings(key, BACKLOG, zenoh.Locality.REMOTE))
 
     def prompt(self, key: Key, wakeup: Wakeup) -> Prompt:
         """Subscribe to `key`; `wakeup` calls its handler in the running loop as soon as a sample is there."""
-        prompt = Prompt(Inbox(key, ROWS[key.kind]), wakeup)
+        prompt = Prompt(inbox_of(key), wakeup)
         callback = zenoh.handlers.Callback(prompt.arrived, indirect=False)
-        for session in self._carrying(key in self._plan.from_persons):
+        for session in self._carrying(key in self._plan.from_operators):
             session.declare_subscriber(self._plan.text(key), callback, allowed_origin=zenoh.Locality.REMOTE)
         return prompt
 
@@ -155,7 +162,7 @@ class Session:
     def linked(self) -> tuple[str, ...]:
         """Return who is at the other end of each link, by authenticated identity (without security: nobody known)."""
         links = [link for session in self._sessions for link in session.info.links()]
-        return tuple(sorted(link.auth_identifier or "unknown" for link in links))
+        return tuple(sorted(link.auth_identifier or UNKNOWN for link in links))
 
     def _open(self, where: str, config: dict[str, object]) -> None:
         try:
@@ -168,13 +175,13 @@ class Session:
                 f"{self._identity} cannot listen at {where} (network.base_port = {base}): {_reason(error)}"
             ) from None
 
-    def _carrying(self, persons: bool) -> list[zenoh.Session]:
-        """Return the sessions by which a key goes, with or without the one for persons."""
-        return self._sessions if persons else self._sessions[:1]
+    def _carrying(self, operators: bool) -> list[zenoh.Session]:
+        """Return the sessions by which a key goes, with or without the one for operators."""
+        return self._sessions if operators else self._sessions[:1]
 
     def _rings(self, key: Key, capacity: int, origin: zenoh.Locality) -> Ring:
         rings = []
-        for session in self._carrying(key in self._plan.from_persons):
+        for session in self._carrying(key in self._plan.from_operators):
             ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(capacity)
             rings.append(session.declare_subscriber(self._plan.text(key), ring, allowed_origin=origin))
         return rings[0] if len(rings) == 1 else Rings(rings)
@@ -187,7 +194,7 @@ class Session:
                 congestion_control=zenoh.CongestionControl.DROP,  # waiting for a silent peer would delay all others
                 express=ROWS[key.kind].delivery is Delivery.EVENT,
             )
-            for session in self._carrying(key in self._plan.to_persons)
+            for session in self._carrying(key in self._plan.to_operators)
         )
 
 

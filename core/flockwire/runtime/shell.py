@@ -1,6 +1,6 @@
 """The thin shell round every core: receive, step, publish, keep rate, report, end clean.
 
-When to step, and what to count and to report, is the stepper's to decide (flight/stepping.py), here as in virtual time.
+The stepper decides when to step, and what to count and to report (process/stepping.py), here as in virtual time.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from contextlib import AbstractAsyncContextManager, nullcontext
 from random import Random
 
 from flockwire import clock
-from flockwire.flight.cores import Core, Start, make_core
-from flockwire.flight.faults import of_core
-from flockwire.flight.stepping import Deadlines, StatusPublisher, Stepper, at_once, tick_period
-from flockwire.flight.timekeeping import Timekeeping, patience
+from flockwire.process.cores import Core, Start, make_core
+from flockwire.process.faults import of_core
+from flockwire.process.stepping import Deadlines, StatusPublisher, Stepper, at_once, tick_period
+from flockwire.process.timekeeping import Timekeeping, patience
 from flockwire.runtime.datagrams import Sockets, served
 from flockwire.runtime.detours import read_detours
 from flockwire.runtime.ending import Ending, finished, last_resort
@@ -131,9 +131,11 @@ async def run_core(job: Job, feed: Feed | None = None) -> None:
         sockets = await stack.enter_async_context(served(core))
         shell = Shell(core, plan, identity, session, swarm_clock, status, sockets)
         shell.start()
+        done = False
         try:
             async with (feed(core, shell.step) if feed is not None else None) or nullcontext():
                 await finished(core, plan, identity, session, ending)
+            done = True
         finally:
             shell.stop()
-            last_resort()
+            last_resort(identity, done)

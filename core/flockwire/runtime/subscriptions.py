@@ -77,7 +77,7 @@ class Newest(Subscription):
 
 
 class Prompt(Subscription):
-    """The newest sample of a key, announced to `wakeup` as soon as it arrives."""
+    """The newest sample of a key, announced to `wakeup` as soon as it arrives; or each, where every message counts."""
 
     def __init__(self, inbox: Inbox, wakeup: Wakeup) -> None:
         super().__init__(inbox)
@@ -88,7 +88,7 @@ class Prompt(Subscription):
     def arrived(self, sample: zenoh.Sample) -> None:
         """Buffer the sample and wake the loop. Called by Zenoh, in its thread."""
         self._waiting.append(sample)
-        if not self._announced:
+        if self.inbox.each or not self._announced:
             self._announced = True
             self._wakeup.announce(self)
 
@@ -96,9 +96,9 @@ class Prompt(Subscription):
         """Return the newest message that came since the last call and was accepted, None when there is none."""
         self._announced = False
         newest, count = None, len(self._waiting)
-        for _ in range(count):
-            newest = self.inbox.accept(*_bytes(self._waiting.popleft()), now) or newest
         self._count(count)
+        for _ in range(min(count, 1) if self.inbox.each else count):
+            newest = self.inbox.accept(*_bytes(self._waiting.popleft()), now) or newest
         return newest
 
 

@@ -6,8 +6,8 @@ import asyncio
 from collections.abc import Callable
 
 from flockwire import clock
-from flockwire.flight.timekeeping import Timekeeping, is_known, timekeeping
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
+from flockwire.process.timekeeping import Timekeeping, is_known, timekeeping
 from flockwire.runtime.session import Session
 from flockwire.runtime.subscriptions import Prompt, Wakeup
 from flockwire.wire.plan import Plan
@@ -39,8 +39,8 @@ class SwarmClock:
         """
         self.step()
         began = clock.monotonic()
-        while not (self.known() or ended.is_set() or clock.monotonic() - began > seconds * BILLION):
-            if clock.monotonic() - began > LONG * BILLION:
+        while not (self.known() or ended.is_set() or clock.monotonic() - began >= seconds * SECOND):
+            if clock.monotonic() - began > LONG * SECOND:
                 idle()
             await asyncio.sleep(POLL)
             self.step()

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from struct import Struct
 
 from flockwire import clock
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND, nanoseconds
 
 _CLOCK_MONOTONIC, _ABSOLUTE = 1, 1
 _TIMES = Struct("@qqqq")  # interval sec, nsec, first expiry sec, nsec
@@ -26,7 +26,7 @@ class Ticker:
     """Calls `tick(lateness_ns, skipped)` every `period` s from `start` until `stop`."""
 
     def __init__(self, period: float, tick: Tick) -> None:
-        self._period = round(period * BILLION)
+        self._period = nanoseconds(period)
         self._tick = tick
         self._next = 0
         self._fd = -1
@@ -40,7 +40,7 @@ class Ticker:
             self._fd = _timerfd(self._next, self._period)
             self._loop.add_reader(self._fd, self._expired)
         else:
-            self._timer = self._loop.call_later(self._period / BILLION, self._elapsed)
+            self._timer = self._loop.call_later(self._period / SECOND, self._elapsed)
 
     def stop(self) -> None:
         """Tick no more; harmless when it never began."""
@@ -61,7 +61,7 @@ class Ticker:
     def _elapsed(self) -> None:
         count = 1 + max(0, clock.monotonic() - self._next) // self._period
         self._fire(count)
-        delay = max(0, self._next - clock.monotonic()) / BILLION
+        delay = max(0, self._next - clock.monotonic()) / SECOND
         self._timer = self._loop.call_later(delay, self._elapsed)
 
     def _fire(self, count: int) -> None:
@@ -73,7 +73,7 @@ class Ticker:
 def _timerfd(first: int, interval: int) -> int:
     libc = ctypes.CDLL(None, use_errno=True)
     fd: int = libc.timerfd_create(_CLOCK_MONOTONIC, os.O_NONBLOCK | os.O_CLOEXEC)
-    times = _TIMES.pack(*divmod(interval, BILLION), *divmod(first, BILLION))
+    times = _TIMES.pack(*divmod(interval, SECOND), *divmod(first, SECOND))
     if fd < 0 or libc.timerfd_settime(fd, _ABSOLUTE, times, None) != 0:
         code = ctypes.get_errno()
         raise OSError(code, f"timerfd: {os.strerror(code)}")

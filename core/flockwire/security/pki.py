@@ -1,9 +1,9 @@
 """The swarm's certificates: one EC P-256 certificate per identity, its name the identity, and who signs them.
 
     FOLDER/authority/ca.key            signs those of processes; stays off the drones
-    FOLDER/authority/operators.key     signs those of persons; the same
+    FOLDER/authority/operators.key     signs those of operators; the same
     FOLDER/ca.crt                      what every process trusts
-    FOLDER/operators.crt               what it trusts at the endpoint that is reserved for persons
+    FOLDER/operators.crt               what it trusts at the endpoint that is reserved for operators
     FOLDER/IDENTITY.crt, IDENTITY.key  what a process shows, to those that it dials and those that dial it
 
 Making keys is idempotent: what is good stays, what is about to expire or names another host's address is made again.
@@ -26,6 +26,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
+from flockwire.security.holding import in_use
 from flockwire.wire.plan import AUTHORITY, Plan
 
 LIFE = timedelta(days=90)
@@ -51,6 +52,7 @@ def make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool = False) -> 
     """Make what is missing, wrong or about to expire; returns the names of what was made.
 
     With `rotate`, a new authority and all certificates again: whatever was signed before is rejected afterwards.
+    No authority is made again while a process holds the folder's keys.
     Raises KeysError, and OSError where the folder cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True, mode=0o700)
@@ -69,6 +71,11 @@ def _make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool) -> tuple[s
         return _without_authority(plan, folder, now)
     signers = {name: signer for name, signer in held.items() if signer is not None and _lasts(signer.certificate, now)}
     made = [name for name in plan.authorities if name not in signers]
+    if made and in_use(folder):
+        raise KeysError(
+            f"{folder}: processes of this machine run with these keys, and no order, not even a stop, would reach "
+            "them from those of a new authority; end them first"
+        )
     for name in made:
         signers[name] = new = new_authority(plan.swarm.name, now)
         _write(folder / "authority" / f"{name}.key", _pem(new.key), private=True)

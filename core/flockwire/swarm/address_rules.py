@@ -1,4 +1,4 @@
-"""The rules of a swarm file about hosts and Tellos: their addresses, and what would take another's place."""
+"""The rules of a swarm file about hosts: their names, their addresses, and those of drones' agents."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ import ipaddress
 import re
 from collections.abc import Iterator
 
-from flockwire.swarm.model import Swarm, uav
+from flockwire.swarm.model import Swarm
 from flockwire.swarm.rule import needs
-from flockwire.swarm.tello_addresses import tello_addresses
 
 
 @needs("hosts", "drones.address")
@@ -39,45 +38,3 @@ def _ip(key: str, text: str) -> Iterator[str]:
         ipaddress.ip_address(text)
     except ValueError:
         yield f"{key} = {text!r}: must be an IP address"
-
-
-@needs("drones.airframe", "drones.tello", "airframes")
-def tello_tables(swarm: Swarm) -> Iterator[str]:
-    """Yield what is wrong with each table of a Tello by itself."""
-    for place, drone in enumerate(swarm.drones):
-        frame, table = swarm.airframes.get(drone.airframe), drone.tello
-        if table is None or frame is None:
-            continue
-        if frame.kind != "tello":
-            yield f"drones.{place}.tello: airframe {drone.airframe!r} is of kind {frame.kind!r}, must be 'tello'"
-        for key in ("address", "local_ip"):
-            if (address := getattr(table, key)) is not None:
-                yield from _ip4(f"drones.{place}.tello.{key}", address)
-
-
-@needs("drones", "airframes", "gateway.source", "network.base_port")
-def tellos(swarm: Swarm) -> Iterator[str]:
-    """Yield two Tellos on one address, and two drivers of one host that would take each other's datagrams."""
-    owners: dict[object, int] = {}
-    for number in swarm.tellos:
-        table, (drone, local), host = swarm.tello(number), tello_addresses(swarm, number), swarm.drone(number).host
-        if (other := owners.setdefault(drone, number)) != number:
-            yield f"drones.tello.address = {drone!r}: {uav(number)} and {uav(other)} have one address"
-        for key in ("command_port", "state_port"):
-            if (other := owners.setdefault((host, local, getattr(table, key)), number)) != number:
-                yield (
-                    f"drones.tello.local_ip: the drivers of {uav(other)} and {uav(number)} would both bind {local}, "
-                    f"port {getattr(table, key)}; give this host an address for each and name it: tello.local_ip"
-                )
-        if table.address is not None and swarm.gateway.source == "simulated":
-            yield (
-                f"drones.tello.address = {drone!r}: no tracker sees {uav(number)}, gateway.source = 'simulated'; name "
-                "a real tracker there, or leave the address out to simulate the drone"
-            )
-
-
-def _ip4(key: str, text: str) -> Iterator[str]:
-    try:
-        ipaddress.IPv4Address(text)
-    except ValueError:
-        yield f"{key} = {text!r}: must be an IPv4 address"

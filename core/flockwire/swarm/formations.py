@@ -7,7 +7,6 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
 
-from flockwire.control import expression_formation
 from flockwire.control import formation as shapes
 from flockwire.control.expression import derivative
 from flockwire.control.expression_parser import parse_expression
@@ -104,7 +103,7 @@ class ExpressionFormation(FormationModel):
     def build(self, count: int) -> shapes.Formation:
         """Return the formation of `count` followers."""
         axes = (parse_expression(self.x), parse_expression(self.y), parse_expression(self.z))
-        return expression_formation.ExpressionFormation(count, axes)
+        return shapes.ExpressionFormation(count, axes)
 
     def undefined(self, count: int, horizon: float, step: float) -> tuple[str, int, float] | None:
         """Return the axis, the rank and the time in s where an expression is first seen to have no finite value.

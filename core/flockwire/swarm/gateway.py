@@ -66,7 +66,7 @@ class Vrpn(Axes):
 
 
 class Qualisys(Axes):
-    """Qualisys QTM's real-time server (`pip install 'flockwire[qualisys]'`)."""
+    """Qualisys QTM's real-time server (`scripts/extra qualisys`)."""
 
     server: str = "127.0.0.1"  # its name or address
     port: Port = 22223  # of TCP, the one for little-endian
@@ -75,7 +75,7 @@ class Qualisys(Axes):
 
 
 class Vicon(Axes):
-    """Vicon's Tracker or Nexus (`pip install 'flockwire[vicon]'`)."""
+    """Vicon's Tracker or Nexus (`scripts/extra vicon`)."""
 
     server: str = "127.0.0.1"  # its name or address
     latency: NotNegative = 0.0  # s, from exposure to arrival, as far as it is known

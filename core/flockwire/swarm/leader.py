@@ -51,7 +51,7 @@ class Leader(Model):
 
     kind: Literal["trajectory", "teleoperated", "tracked", "virtual"] = "trajectory"  # who leads, see docs/leaders.md
     trajectory: Annotated[ConstantVelocity | CirclingTrajectory | WaypointsTrajectory, Field(discriminator="kind")] = (
-        ConstantVelocity(kind="constant")  # its path, flown while the formation is; of a simulated person: walked
+        CirclingTrajectory(kind="circle")  # its path, flown while the formation is; of a simulated person: walked
     )
     input_bound: Positive = 0.1  # m/s, |u_0| per axis: unknown to the followers, used in Lemma 3
     tracking_gain: Positive = 2.0  # 1/s, of the leader's own position loop

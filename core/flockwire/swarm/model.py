@@ -14,7 +14,8 @@ from pydantic import Field, field_validator
 from flockwire.control import formation as shapes
 from flockwire.control.graph import LEADER, Graph
 from flockwire.control.survey import Survey, survey
-from flockwire.swarm.drones import BUILT_IN_AIRFRAMES, Airframe, Drone, Tello
+from flockwire.swarm.airframes import AIRFRAMES, ROWS, AirframeRow
+from flockwire.swarm.drones import BUILT_IN_AIRFRAMES, Airframe, Drone
 from flockwire.swarm.formations import FormationTable
 from flockwire.swarm.gateway import Gateway
 from flockwire.swarm.leader import Leader
@@ -112,16 +113,25 @@ class Swarm(Model):
         cameras = self.gateway.source == "simulated" or self.gateway.simulates_tracker
         return tuple(i for i in self.tracked if i not in self.flying and cameras)
 
-    @cached_property
-    def tellos(self) -> tuple[int, ...]:
-        """Ids of the drones that are Tellos, simulated or not, ascending: each has a driver of its own."""
-        named = {name for name, airframe in self.airframes.items() if airframe.kind == "tello"}
+    def of_kind(self, *rows: AirframeRow) -> tuple[int, ...]:
+        """Return the ids of the drones whose airframes are of one of these kinds, simulated or not, ascending."""
+        named = {name for name in self.airframes if self.airframe_row(name) in rows}
         return tuple(i for i in self.flying if self.drone(i).airframe in named)
+
+    @cached_property
+    def driven(self) -> tuple[int, ...]:
+        """Ids of the drones that have a driver of their own, simulated or not, ascending."""
+        return self.of_kind(*(row for row in AIRFRAMES if row.driver))
 
     @cached_property
     def simulated(self) -> tuple[int, ...]:
         """Ids of the drones whose airframes are simulated, ascending."""
-        return tuple(i for i in self.flying if i not in self.tellos or self.tello(i).address is None)
+        return tuple(i for i in self.flying if i not in self.driven or self.real_address(i) is None)
+
+    @cached_property
+    def ground(self) -> float:
+        """Height of the ground on which simulated drones land, m: that of the lowest start."""
+        return min((self.drone(i).start[2] for i in self.flying), default=0.0)
 
     @cached_property
     def topology(self) -> Graph:
@@ -146,19 +156,29 @@ class Swarm(Model):
         body = self.drone(number).body
         return uav(number) if body is None else body
 
-    def tello(self, number: int) -> Tello:
-        """Return how drone `number`, a Tello, is reached."""
-        return self.drone(number).tello or Tello()
-
     def airframe(self, number: int) -> Airframe:
         """Return the airframe parameters of drone `number`."""
         return self.airframes[self.drone(number).airframe]
+
+    def airframe_row(self, name: str) -> AirframeRow:
+        """Return the row of the airframe table of the airframe called `name`."""
+        return ROWS[self.airframes[name].kind]
+
+    def row(self, number: int) -> AirframeRow:
+        """Return the row of the airframe table of drone `number`."""
+        return self.airframe_row(self.drone(number).airframe)
+
+    def real_address(self, number: int) -> str | None:
+        """Return where drone `number` is reached, by its kind's table in [[drones]]; None for a simulated one."""
+        address = getattr(getattr(self.drone(number), self.row(number).kind, None), "address", None)
+        return None if address is None else str(address)
 
     def in_simulation(self) -> Swarm:
         """Return the swarm as it flies in virtual time: simulated cameras and airframes stand for real ones."""
         if self.gateway.source == "simulated":
             return self
-        drones = tuple(drone.model_copy(update={"tello": None}) for drone in self.drones)
+        kinds = dict.fromkeys(row.kind for row in AIRFRAMES if row.drone_keys)
+        drones = tuple(drone.model_copy(update=kinds) for drone in self.drones)
         fields = {name: getattr(self, name) for name in type(self).model_fields}
         return Swarm.model_construct(**fields | {"gateway": self.gateway.simulated(), "drones": drones})
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 import inspect
 import io
+import re
 import sys
 import tokenize
 from collections.abc import Iterator
@@ -153,12 +154,16 @@ def explanation(model: type[BaseModel], name: str) -> tuple[str, str]:
     return "", ""
 
 
+_LINTERS = re.compile(r"# noqa[^#]*")  # a comment for the linter
+
+
 @cache
 def _comments(module: str) -> dict[str, dict[str, str]]:
     """Return the comments behind the fields of each class of a module."""
     source = inspect.getsource(sys.modules[module])
     tokens = tokenize.generate_tokens(io.StringIO(source).readline)
-    by_line = {token.start[0]: token.string.lstrip("# ") for token in tokens if token.type == tokenize.COMMENT}
+    comments = ((token.start[0], _LINTERS.sub("", token.string)) for token in tokens if token.type == tokenize.COMMENT)
+    by_line = {line: comment.lstrip("# ") for line, comment in comments}
     found: dict[str, dict[str, str]] = {}
     for node in ast.parse(source).body:
         if isinstance(node, ast.ClassDef):

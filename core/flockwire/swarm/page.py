@@ -91,7 +91,41 @@ def schema() -> dict[str, Any]:
                 table["properties"][entry.name] |= {"description": ", ".join(filter(None, (unit, meaning)))}
         for hidden in [name for name, field in model.model_fields.items() if field.repr is False]:
             del table["properties"][hidden]
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **made, "title": "flockwire swarm file"}
+    plain = _plain(made, made["$defs"])
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **plain, "title": "flockwire swarm file"}
+
+
+def _plain(part: Any, tables: dict[str, Any]) -> Any:  # noqa: ANN401  (JSON)
+    """Return a part of a schema without choices that an editor's error cannot name: of null, and of a table's kind.
+
+    TOML has no null; a table is judged by the kind that it names, where `oneOf` would judge it by all of them.
+    """
+    if isinstance(part, list):
+        return [_plain(inner, tables) for inner in part]
+    if not isinstance(part, dict):
+        return part
+    given = [choice for choice in part.get("anyOf", ()) if choice != {"type": "null"}]
+    if len(given) == 1:
+        part = {**given[0], **{key: inner for key, inner in part.items() if key != "anyOf"}}
+    found = {key: _plain(inner, tables) for key, inner in part.items() if key not in ("oneOf", "discriminator")}
+    return found | _by_kind(part["discriminator"]["mapping"], tables) if "discriminator" in part else found
+
+
+def _by_kind(names: dict[str, str], tables: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of a table that is one of `tables`, by kind; an editor offers the keys of all."""
+    kind: dict[str, Any] = {"properties": {"kind": {"enum": list(names)}}, "required": ["kind"]}
+    cases = [{"if": {"properties": {"kind": {"const": one}}}, "then": {"$ref": name}} for one, name in names.items()]
+    keys = {
+        key: {"description": table.get("description", "")}
+        for name in names.values()
+        for key, table in tables[name.rpartition("/")[2]]["properties"].items()
+    }
+    return {
+        "type": "object",
+        "properties": keys | kind["properties"],
+        "required": ["kind"],
+        "allOf": [{"if": kind, "then": {"allOf": cases}}],
+    }
 
 
 def _models() -> list[type[BaseModel]]:

@@ -1,4 +1,7 @@
-"""Reads TOML files; what is wrong with one becomes lines of key, value and rule."""
+"""Reads TOML files; what is wrong with one becomes lines of key, value and rule.
+
+pydantic's own texts name branches of unions and types of Python, and no key that may have been meant: they stay unused.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +10,12 @@ import tomllib
 from collections.abc import Iterator
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, NamedTuple, get_args
+from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
 from flockwire.swarm.outline import Place, entries, is_model, kinds, place
-from flockwire.swarm.wording import one_of, rule, shown
+from flockwire.swarm.wording import meant, one_of, rule, shown
 
 _SYNTAX = {  # what the parser says, by a part of it; what it means to somebody who wrote the file
     "Invalid value": "a value is a number, true, false, 'text' in quotes, a [list] or a { table }",
@@ -20,8 +23,8 @@ _SYNTAX = {  # what the parser says, by a part of it; what it means to somebody 
     "Cannot overwrite": "this key or table has a value already",
     "Cannot declare": "this table is there twice, or is a list",
     "Cannot mutate": "this table was complete already; put the key into it",
-    "Unclosed array": "a list ends with ]; its items are parted by commas",
-    "Unclosed inline table": "a { table } ends with }; its keys are parted by commas",
+    "Unclosed array": "a list ends with ]; its items are separated by commas",
+    "Unclosed inline table": "a { table } ends with }; its keys are separated by commas",
     "Expected newline or end": "one key and its value to a line; a decimal point is a point",
     "Unterminated string": "the text lacks its closing quote",
     "Illegal character": "the text lacks its closing quote, or holds a character that must not be there",
@@ -92,14 +95,16 @@ def _lines(model: type[BaseModel], where: Place, detail: dict[str, Any]) -> list
         return [f"{key} = {shown(value)}: {detail['ctx']['error']}"]
     if kind in ("union_tag_invalid", "union_tag_not_found"):
         told = "missing;" if kind == "union_tag_not_found" else f"= {shown(value.get('kind'))}:"
-        return [f"{key}.kind {told} must be {one_of(kinds(where.kind))}".replace(" missing", ": missing")]
+        near = "" if kind == "union_tag_not_found" else meant(value.get("kind"), kinds(where.kind))
+        return [f"{key}.kind {told} must be {one_of(kinds(where.kind))}{near}".replace(" missing", ": missing")]
     if kind in ("missing", "too_long") and where.keys and isinstance(where.keys[-1], int):
         where = place(model, detail["loc"][:-1])  # a list that is too short lacks an item
         return [f"{where.text} = {shown(value)}: must be {rule(where.kind, where.metadata)}"]
     told = rule(where.kind, where.metadata)
     if kind == "missing":
         return [f"{key}: missing; this key has no default" + (f" and must be {told}" if told else "")]
-    return [f"{key} = {shown(value)}: " + (f"must be {told}" if told else "this cannot be here")]
+    near = meant(value, map(str, get_args(where.kind))) if get_origin(where.kind) is Literal else ""
+    return [f"{key} = {shown(value)}: " + (f"must be {told}{near}" if told else "this cannot be here")]
 
 
 def _unknown(model: type[BaseModel], where: Place, location: tuple[str | int, ...], value: object) -> Fault:

@@ -9,10 +9,11 @@ from math import dist
 
 from flockwire.control.graph import LEADER
 from flockwire.control.plane_polygon import Corner, crossing, edges
-from flockwire.swarm.address_rules import hosts, tello_tables, tellos
+from flockwire.swarm.address_rules import hosts
 from flockwire.swarm.formation_rules import carried, formations
 from flockwire.swarm.model import Swarm, uav
 from flockwire.swarm.rule import Rule, needs
+from flockwire.swarm.wording import meant
 
 BUILT_IN = {
     "paper": "flockwire_agent.paper_law:PaperLaw",
@@ -28,9 +29,11 @@ def _drones(swarm: Swarm) -> Iterator[str]:
             yield f"drones.{place}.id = {drone.id}: another drone has this id"
         seen.add(drone.id)
         if drone.airframe not in swarm.airframes:
-            yield f"drones.{place}.airframe = {drone.airframe!r}: must be one of [airframes], {sorted(swarm.airframes)}"
+            known = f"[airframes], {sorted(swarm.airframes)}{meant(drone.airframe, swarm.airframes)}"
+            yield f"drones.{place}.airframe = {drone.airframe!r}: must be one of {known}"
         if drone.host is not None and drone.host not in swarm.hosts:
-            yield f"drones.{place}.host = {drone.host!r}: must be one of [hosts], {sorted(swarm.hosts)}"
+            known = f"[hosts], {sorted(swarm.hosts)}{meant(drone.host, swarm.hosts)}"
+            yield f"drones.{place}.host = {drone.host!r}: must be one of {known}"
     if not swarm.followers:
         yield "drones: at least one follower (an id above 0) is needed"
     virtual = swarm.leader.kind == "virtual"
@@ -53,7 +56,10 @@ def _rates(swarm: Swarm) -> Iterator[str]:
 def _law(swarm: Swarm) -> Iterator[str]:
     law = swarm.control.law
     if law not in BUILT_IN and not re.fullmatch(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*", law):
-        yield f"control.law = {law!r}: must be one of {sorted(BUILT_IN)} or your own class, 'package.module:ClassName'"
+        yield (
+            f"control.law = {law!r}: must be one of {sorted(BUILT_IN)} or your own class, 'package.module:ClassName'"
+            f"{meant(law, BUILT_IN)}"
+        )
 
 
 @needs("graph", "drones.id", "leader.kind")
@@ -120,11 +126,16 @@ def _polygon(corners: tuple[Corner, ...]) -> Iterator[str]:
         yield f"{key}: must not cross or touch itself, {one} meets {other}"
 
 
-@needs("limits.takeoff_height", "limits.fence")
+@needs("limits.takeoff_height", "limits.fence", "drones.start", "leader.kind")
 def _heights(swarm: Swarm) -> Iterator[str]:
     limits, top = swarm.limits, swarm.limits.fence.high[2]
-    if limits.takeoff_height > top:
-        yield f"limits.takeoff_height = {limits.takeoff_height}: must be below the fence's top, {top} m"
+    flying = [(drone.start[2], place) for place, drone in enumerate(swarm.drones) if drone.id in swarm.flying]
+    highest, place = max(flying, default=(0.0, 0))
+    if highest + limits.takeoff_height > top:
+        yield (
+            f"limits.takeoff_height = {limits.takeoff_height}: must be {max(0.0, top - highest):g} m or less: it "
+            f"counts from drones.{place}.start, {highest:g} m high, and the fence's top is {top:g} m"
+        )
 
 
 @needs("limits.speed", "limits.vertical_speed")
@@ -177,5 +188,5 @@ def _starts(swarm: Swarm) -> Iterator[str]:
 
 RULES: tuple[Rule, ...] = (
     _drones, hosts, _law, _graph, _rates, _fence, _heights, _speeds, _battery, _staleness, _avoidance, _starts,
-    formations, carried, tello_tables, tellos,
+    formations, carried,
 )  # fmt: skip

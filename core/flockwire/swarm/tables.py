@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import json
+from collections.abc import Callable, Iterable, Mapping
 from math import inf
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, JsonValue, WithJsonSchema
 
 from flockwire.control.fence import Room
+from flockwire.domain.body import Separation
 from flockwire.swarm.wording import Rule
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -41,6 +43,15 @@ class Model(BaseModel):
     """Frozen, typed strictly, and closed against unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+class Parameters(Model):
+    """Base of the model of `[control.parameters]` that a law of one's own has as its attribute `Parameters`."""
+
+    @classmethod
+    def of(cls, given: Mapping[str, object]) -> Self:
+        """Return the parameters that the swarm file gives; raises ValueError, as `flockwire check` does before."""
+        return cls.model_validate_json(json.dumps(given))
 
 
 class Control(Model):
@@ -86,14 +97,14 @@ class Avoidance(Model):
     sidestep_reach: Positive = 0.6  # m, gap within which a body is in the way
 
     @property
-    def drone_distance_kept(self) -> float:
-        """What the safety filter keeps between two centres, m."""
-        return self.drone_safety_distance + self.margin
+    def safe(self) -> Separation:
+        """The distances that must be kept."""
+        return Separation(self.drone_safety_distance, self.obstacle_safety_distance)
 
     @property
-    def obstacle_distance_kept(self) -> float:
-        """What the safety filter keeps from an obstacle's surface, m."""
-        return self.obstacle_safety_distance + self.margin
+    def kept(self) -> Separation:
+        """The distances that the safety filter keeps: the margin is added."""
+        return Separation(self.drone_safety_distance + self.margin, self.obstacle_safety_distance + self.margin)
 
 
 class Fence(Model):
@@ -158,7 +169,7 @@ class Limits(Model):
     acceleration: Positive = 10.0  # m/s^2, of commands (safety filter)
     floor: Finite = 0.15  # m, no drone goes lower, except to land (safety filter)
     blind_speed: Positive = 0.5  # m/s, while the nearby bodies are stale
-    takeoff_height: Positive = 1.0  # m, at which the formation begins
+    takeoff_height: Positive = 1.0  # m, that each drone climbs from its start before the formation begins
     vertical_speed: Positive = 0.7  # m/s, of take-off and landing
     start_tolerance: Positive = 0.2  # m, between a drone's start and where it stands before its first flight
     clock_offset_bound: Positive = 0.05  # s, the most that a process's offset from the swarm's time may be unknown by
@@ -174,6 +185,8 @@ class Checks(Model):
     formation_tail: Positive = 0.1  # m, formation error in the last 30 % of each formation phase
     observation_tail: Positive = 0.1  # m, observation error, likewise
     settle_within: Positive = 20.0  # s, from the formation's time 0
+    off_place: Positive = 5.0  # s, that a follower may be off its place at a time, once all had settled
+    fence: NotNegative = 0.1  # m, that a drone in the air may be outside limits.fence
     landing_radius: Positive = 0.5  # m, between where a landing begins and where it ends, on the ground plan
     control_rate: Probability = 0.95  # share of its steps that the slowest agent must make in the formation phases
     recording_gap: Positive = 0.5  # s, of a topic that the recorder may miss

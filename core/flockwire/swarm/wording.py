@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from difflib import get_close_matches
 from typing import Any, Literal, get_args, get_origin
 
 from flockwire.swarm.outline import is_model, kinds, plain
@@ -70,6 +71,12 @@ def one_of(words: Iterable[str]) -> str:
     """Return words as a choice."""
     *others, last = [f"'{word}'" for word in words]
     return f"{', '.join(others)} or {last}" if others else last
+
+
+def meant(value: object, words: Iterable[str]) -> str:
+    """Return which of `words` somebody may have meant by `value`, to follow a refusal; empty where none is near."""
+    near = get_close_matches(str(value), [*words], n=1)
+    return f"; did you mean {near[0]!r}?" if near else ""
 
 
 def shown(value: object) -> str:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from functools import lru_cache
 from struct import Struct, calcsize, error
 
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 
 HEADER = b"\x00\x01\x00\x00"  # little-endian CDR
 LONGEST_SEQUENCE = 4096
@@ -67,17 +67,17 @@ class Writer:
 
     def time(self, stamp: int) -> None:
         """Append a builtin_interfaces/Time, from ns."""
-        self.put("i", stamp // BILLION)
-        self.put("I", stamp % BILLION)
+        self.put("i", stamp // SECOND)
+        self.put("I", stamp % SECOND)
 
     def text(self, value: str) -> None:
         """Append a string."""
         raw = value.encode()
         self._data += bytes(-len(self._data) % 4) + _LENGTH.pack(len(raw) + 1) + raw + b"\0"
 
-    def texts(self, values: tuple[str, ...]) -> None:
-        """Append a sequence of strings."""
-        self.put("I", len(values))
+    def texts(self, values: tuple[str, ...], fields: int = 1) -> None:
+        """Append a sequence of strings, or of messages that are so many strings each."""
+        self.put("I", len(values) // fields)
         for value in values:
             self.text(value)
 
@@ -118,9 +118,9 @@ class Reader:
     def time(self) -> int:
         """Take a builtin_interfaces/Time, in ns."""
         sec, nanosec = self.take("i"), self.take("I")
-        if nanosec >= BILLION:
+        if nanosec >= SECOND:
             raise MessageError(f"{nanosec} ns are more than a second")
-        return sec * BILLION + nanosec
+        return sec * SECOND + nanosec
 
     def text(self) -> str:
         """Take a string."""
@@ -134,9 +134,9 @@ class Reader:
         except UnicodeDecodeError as wrong:
             raise MessageError(f"a string is not UTF-8: {wrong}") from None
 
-    def texts(self) -> tuple[str, ...]:
-        """Take a sequence of strings."""
-        return tuple([self.text() for _ in range(self.length())])
+    def texts(self, fields: int = 1) -> tuple[str, ...]:
+        """Take a sequence of strings, or of messages that are so many strings each."""
+        return tuple([self.text() for _ in range(fields * self.length())])
 
     def numbers(self, code: str) -> tuple[int, ...]:
         """Take a sequence of integers."""

@@ -7,9 +7,9 @@ from struct import Struct, error
 from typing import NamedTuple
 from zlib import crc32
 
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 from flockwire.wire.cdr import MessageError
-from flockwire.wire.keys import ANY_TIME, Key, KeyRow
+from flockwire.wire.keys import ANY_TIME, ROWS, Key, KeyRow
 from flockwire.wire.messages import Message
 
 ATTACHMENT = Struct("<qqB16s")  # as rmw_zenoh: sequence number, source time in ns, 16, publisher id
@@ -17,6 +17,7 @@ CANARY = b"flockwire canary"  # what the conformance probe publishes in place of
 MISDIRECTED = "of another key"  # the reason under which a message is counted that was published on another key
 OVER_QUOTA = "over quota"  # the reason under which a message is counted that is too large, or one too many
 MOST_MISSED = 1_000_000  # a larger gap is forged, and must not overflow a counter
+MOST_PUBLISHERS = 64  # of a key of which every message counts: their last sequence numbers are remembered
 BURST = 4  # s of its quota that a key may use at once: so much a receiver finds after it stood still
 
 
@@ -79,15 +80,15 @@ class Quota:
     """
 
     def __init__(self, rate: int) -> None:
-        self._spacing = BILLION // rate
+        self._spacing = SECOND // rate
         self._arrival = 0
 
     def exceeded(self, now: int) -> bool:
         """Return whether a message that came at `now` (Unix ns) exceeds the quota; count it when it does not."""
         arrival = self._arrival
-        if arrival < now or arrival > now + 2 * BURST * BILLION:  # nothing is used up, or the clock was set back
+        if arrival < now or arrival > now + 2 * BURST * SECOND:  # nothing is used up, or the clock was set back
             arrival = now
-        elif arrival > now + BURST * BILLION:
+        elif arrival > now + BURST * SECOND:
             return True
         self._arrival = arrival + self._spacing
         return False
@@ -113,12 +114,13 @@ class Inbox:
         self.rejected: Counter[str] = Counter()
         self.sent = self.missed = 0
         self._row, self._mark = row, mark_of(key)
-        self._maximum_age = None if row.maximum_age is None else round(row.maximum_age * BILLION)
-        self._ahead, self._any_time = round(row.ahead * BILLION), row.ahead >= ANY_TIME
+        self._maximum_age = None if row.maximum_age is None else round(row.maximum_age * SECOND)
+        self._ahead, self._any_time = round(row.ahead * SECOND), row.ahead >= ANY_TIME
         self._newest = 0
         self._publisher = b""
         self._sequence = -1
         self._quota, self._largest = Quota(row.rate), row.largest
+        self.each = row.each
 
     def accept(self, payload: bytes, attached: bytes, now: int) -> Received | None:
         """Return the message, or None when it is malformed, not newer than the last accepted, too old or ahead.
@@ -159,7 +161,7 @@ class Inbox:
                 return "repeated"
         elif not publisher.endswith(self._mark):
             return MISDIRECTED
-        if stamp < self._newest and not self._any_time:  # its sequence tells what is repeated
+        if stamp < self._newest and not self._any_time:  # its sequence number shows what is repeated
             return "older than the last"
         if stamp > now + self._ahead:
             return "ahead of time"
@@ -168,3 +170,30 @@ class Inbox:
     def _reject(self, reason: str) -> Message | None:
         self.rejected[reason] += 1
         return None
+
+
+class EachInbox(Inbox):
+    """Receives a key of which every message counts: each publisher is judged by its own sequence numbers alone."""
+
+    def __init__(self, key: Key, row: KeyRow) -> None:
+        super().__init__(key, row)
+        self._sequences: dict[bytes, int] = {}
+
+    def admit(self, opened: Opened | None, now: int) -> Message | None:
+        """Judge what `open_sample` returned, as `accept` does; return its message when it passes."""
+        if opened is not None:
+            last = self._sequences.get(opened[3])
+            self._publisher, self._sequence = (b"", -1) if last is None else (opened[3], last)
+        message = super().admit(opened, now)
+        if message is not None:
+            self._sequences.pop(self._publisher, None)  # the order is that of the last use
+            self._sequences[self._publisher] = self._sequence
+            if len(self._sequences) > MOST_PUBLISHERS:
+                del self._sequences[next(iter(self._sequences))]
+        return message
+
+
+def inbox_of(key: Key) -> Inbox:
+    """Return what receives `key`."""
+    row = ROWS[key.kind]
+    return EachInbox(key, row) if row.each else Inbox(key, row)

@@ -33,7 +33,7 @@ from flockwire.wire.processes import (
     GATEWAY,
     KINEMATICS,
     LEADING,
-    PEOPLE,
+    ORDERING,
     TELEOP,
     TRACKER,
     Process,
@@ -94,6 +94,7 @@ class KeyRow:
     maximum_age: float | None = 1.0  # s; None: a message holds until a newer one comes
     ahead: float = 0.1  # s by which a stamp may lie in the future: a bound on the offset between two machines' clocks
     occasional: bool = False  # published only when there is something to report
+    each: bool = False  # every message counts, not the newest: of several publishers, whose clocks do not decide
 
 
 def _drones(which: Callable[[Swarm], tuple[int, ...]]) -> Owners:
@@ -167,13 +168,15 @@ def _led(roster: Roster, owner: Owner) -> tuple[str, ...]:
 
 
 def _driver(roster: Roster, owner: Owner) -> tuple[str, ...]:
-    """Name who drives a drone: a Tello's own driver, or the simulated airframes' process."""
+    """Name who drives a drone: its own driver, or the simulated airframes' process."""
     return roster.drivers(owner.drone) if owner.drone is not None else ()
 
 
-def _tello_driver(roster: Roster, owner: Owner) -> tuple[str, ...]:
-    """Name a Tello's driver: it turns velocities by the drone's yaw."""
-    return _driver(roster, owner) if owner.drone in roster.swarm.tellos else ()
+def _turning_driver(roster: Roster, owner: Owner) -> tuple[str, ...]:
+    """Name the own driver of a drone that turns: it needs the heading."""
+    swarm = roster.swarm
+    turns = owner.drone in swarm.driven and owner.drone is not None and swarm.row(owner.drone).turns
+    return _driver(roster, owner) if turns else ()
 
 
 def _walker(roster: Roster, _: Owner) -> tuple[str, ...]:
@@ -203,14 +206,14 @@ def _pose_readers(roster: Roster, owner: Owner) -> tuple[str, ...]:
 
 def _other_hosts(roster: Roster) -> tuple[Owner, ...]:
     """Name the processes that may run on another host than the gateway: a person's command runs anywhere."""
-    (gateway,), persons = roster.of(GATEWAY), roster.of(*PEOPLE, TELEOP)
+    (gateway,), operators = roster.of(GATEWAY), roster.of(*ORDERING, TELEOP)
     if len(roster.swarm.hosts) == 1:
         return ()
     here = roster.host(gateway)
     return tuple(
         Owner(member.identity, member.drone)
         for member in roster.members.values()
-        if member.identity in persons or (roster.started(member) and roster.host(member.identity) != here)
+        if member.identity in operators or (roster.started(member) and roster.host(member.identity) != here)
     )
 
 
@@ -218,19 +221,19 @@ TABLE = (
     KeyRow("truth", Pose, _drones(_simulated), _all(KINEMATICS), _cameras, 1000, 512),
     KeyRow("nearby", Nearby, _drones(_sensing), _all(GATEWAY), _pilot, 1000, 16384),
     KeyRow("doubt", IdentityDoubt, _drones(_tracked), _all(GATEWAY), _pilot, 1000, 512, occasional=True),
-    KeyRow("pose", Pose, _drones(_posed), _pose_source, _any_of(_pose_readers, _tello_driver), 1000, 512),
+    KeyRow("pose", Pose, _drones(_posed), _pose_source, _any_of(_pose_readers, _turning_driver), 1000, 512),
     KeyRow("estimate", Estimate, _drones(_followers), _pilot, _neighbours, 1000, 512),
     KeyRow("command", Command, _drones(_flying), _pilot, _driver, 1000, 512),
-    KeyRow("telemetry", Telemetry, _drones(_flying), _driver, _any_of(_pilot, _all(*PEOPLE)), 40, 512),
-    KeyRow("status", Status, _processes, _itself, _any_of(_led, _all(*PEOPLE)), 40, 16384, Delivery.BACKGROUND),
+    KeyRow("telemetry", Telemetry, _drones(_flying), _driver, _any_of(_pilot, _all(*ORDERING)), 40, 512),
+    KeyRow("status", Status, _processes, _itself, _any_of(_led, _all(*ORDERING)), 40, 16384, Delivery.BACKGROUND),
     KeyRow(
         # The gateway repeats the newest mission, stamp unchanged, for those who join late.
-        "mission", Mission, _everybody, _all(*PEOPLE, GATEWAY), _any_of(_all(GATEWAY, LEADING, AGENT), _walker),
-        40, 8192, Delivery.EVENT, None,
+        "mission", Mission, _everybody, _all(*ORDERING, GATEWAY), _any_of(_all(GATEWAY, LEADING, AGENT), _walker),
+        400, 8192, Delivery.EVENT, None, ANY_TIME, each=True,
     ),
     KeyRow(
         # Clocks that are far apart must not keep a stop from anybody.
-        "stop", Stop, _everybody, _all(*PEOPLE), _all(KINEMATICS, DRIVER, LEADING, AGENT), 400, 1024, Delivery.EVENT,
+        "stop", Stop, _everybody, _all(*ORDERING), _all(KINEMATICS, DRIVER, LEADING, AGENT), 400, 1024, Delivery.EVENT,
         maximum_age=120.0, ahead=120.0,
     ),
     KeyRow(STEERING, Command, _steered, _all(TELEOP), _pilot, 200, 512),

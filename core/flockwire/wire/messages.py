@@ -11,8 +11,10 @@ from enum import IntEnum
 from functools import lru_cache
 from typing import NamedTuple, Protocol, Self
 
-from flockwire.control.vector import Vector
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.body import Body, BodyKind
+from flockwire.domain.motion import LeaderMotion
+from flockwire.domain.time import SECOND
+from flockwire.domain.vector import Vector
 from flockwire.wire.cdr import LONGEST_SEQUENCE, MessageError, Reader, Writer
 from flockwire.wire.stamped import pack, peek_length, unpack
 
@@ -65,25 +67,24 @@ _LEADING: dict[object, Leading] = {int(state): state for state in Leading}
 
 
 class Estimate(NamedTuple):
-    """flockwire_msgs/LeaderEstimate: one follower's estimate of the leader's position, velocity and acceleration.
+    """flockwire_msgs/LeaderEstimate: one follower's estimate of the leader's motion.
 
     `origin` is the time of the leader's pose that it is based on, Unix ns, after as many `hops`.
     """
 
     stamp: int
     frame: str
-    position: Vector
-    velocity: Vector
-    acceleration: Vector = (0.0, 0.0, 0.0)  # m/s^2
+    motion: LeaderMotion
     origin: int = 0
     hops: int = 0
     leading: Leading = Leading.UNKNOWN
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        sec, nanosec = divmod(self.origin, BILLION)
+        position, velocity, acceleration = self.motion
+        sec, nanosec = divmod(self.origin, SECOND)
         return pack(
-            self.stamp, self.frame, "dddddddddiIBB", *self.position, *self.velocity, *self.acceleration,
+            self.stamp, self.frame, "dddddddddiIBB", *position, *velocity, *acceleration,
             sec, nanosec, self.hops, self.leading,
         )  # fmt: skip
 
@@ -92,12 +93,11 @@ class Estimate(NamedTuple):
         """Read CDR bytes; raises MessageError."""
         stamp, frame, v = unpack(data, "dddddddddiIBB")
         leading = _LEADING.get(v[12])
-        if leading is None or v[10] >= BILLION:
+        if leading is None or v[10] >= SECOND:
             raise MessageError(f"there is no state {v[12]} of a leader, or {v[10]} ns are more than a second")
-        origin = int(v[9]) * BILLION + int(v[10])
-        return cls(
-            stamp, frame, (v[0], v[1], v[2]), (v[3], v[4], v[5]), (v[6], v[7], v[8]), origin, int(v[11]), leading
-        )
+        origin = int(v[9]) * SECOND + int(v[10])
+        motion = LeaderMotion((v[0], v[1], v[2]), (v[3], v[4], v[5]), (v[6], v[7], v[8]))
+        return cls(stamp, frame, motion, origin, int(v[11]), leading)
 
 
 class Command(NamedTuple):
@@ -119,27 +119,7 @@ class Command(NamedTuple):
         return cls(stamp, frame, (v[0], v[1], v[2]), v[5])
 
 
-class BodyKind(IntEnum):
-    """What a nearby body is."""
-
-    DRONE = 0
-    OBSTACLE = 1
-    MOVER = 2  # moves and gives way to nobody: a person, a tracked obstacle
-
-
 _KINDS: dict[object, BodyKind] = {int(kind): kind for kind in BodyKind}
-
-
-class Body(NamedTuple):
-    """A nearby body: from the own position to its nearest axis point, and its radius round that.
-
-    The velocity (m/s, world frame) is a mover's; what drones do, each pilot sees for itself.
-    """
-
-    kind: BodyKind
-    relative_position: Vector
-    radius: float
-    velocity: Vector = (0.0, 0.0, 0.0)
 
 
 class Nearby(NamedTuple):
@@ -187,15 +167,15 @@ class IdentityDoubt(NamedTuple):
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        return pack(self.stamp, self.frame, "iI", *divmod(self.since, BILLION))
+        return pack(self.stamp, self.frame, "iI", *divmod(self.since, SECOND))
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read CDR bytes; raises MessageError."""
         stamp, frame, (seconds, rest) = unpack(data, "iI")
-        if rest >= BILLION:
+        if rest >= SECOND:
             raise MessageError(f"{rest} ns are more than a second")
-        return cls(stamp, frame, int(seconds) * BILLION + int(rest))
+        return cls(stamp, frame, int(seconds) * SECOND + int(rest))
 
 
 class FlightState(IntEnum):
@@ -205,13 +185,17 @@ class FlightState(IntEnum):
     FLYING = 1
     LANDING = 2
     STOPPED = 3
+    HELD = 4  # off the ground with its motors standing: in somebody's hand
 
 
 _STATES: dict[object, FlightState] = {int(state): state for state in FlightState}
 
 
 class Telemetry(NamedTuple):
-    """flockwire_msgs/Telemetry: the state of an airframe."""
+    """flockwire_msgs/Telemetry: the state of an airframe.
+
+    From an emergency stop on `stop_received` is true; the state is STOPPED when the drone is known to be down.
+    """
 
     stamp: int
     frame: str
@@ -219,19 +203,24 @@ class Telemetry(NamedTuple):
     battery: float  # share of full, 0 to 1
     height: float  # m above the ground
     command_age: float  # s since the last command; -1 before the first
+    stop_received: bool = False
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        return pack(self.stamp, self.frame, "Bddd", self.state, self.battery, self.height, self.command_age)
+        return pack(
+            self.stamp, self.frame, "BdddB", self.state, self.battery, self.height, self.command_age, self.stop_received
+        )
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read CDR bytes; raises MessageError."""
-        stamp, frame, v = unpack(data, "Bddd")
+        stamp, frame, v = unpack(data, "BdddB")
         state = _STATES.get(v[0])
         if state is None:
             raise MessageError(f"there is no flight state {v[0]}")
-        return cls(stamp, frame, state, v[1], v[2], v[3])
+        if v[4] not in (0, 1):
+            raise MessageError(f"stop_received = {v[4]}: must be 0 or 1")
+        return cls(stamp, frame, state, v[1], v[2], v[3], bool(v[4]))
 
 
 class TimeRequest(NamedTuple):
@@ -261,15 +250,15 @@ class TimeReply(NamedTuple):
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        return pack(self.stamp, self.frame, "iIiI", *divmod(self.requested, BILLION), *divmod(self.received, BILLION))
+        return pack(self.stamp, self.frame, "iIiI", *divmod(self.requested, SECOND), *divmod(self.received, SECOND))
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read CDR bytes; raises MessageError."""
         stamp, frame, v = unpack(data, "iIiI")
-        if max(v[1], v[3]) >= BILLION:
+        if max(v[1], v[3]) >= SECOND:
             raise MessageError(f"{max(v[1], v[3])} ns are more than a second")
-        return cls(stamp, frame, int(v[0]) * BILLION + int(v[1]), int(v[2]) * BILLION + int(v[3]))
+        return cls(stamp, frame, int(v[0]) * SECOND + int(v[1]), int(v[2]) * SECOND + int(v[3]))
 
 
 MISSION_VERBS = ("prepare", "takeoff", "start", "formation", "hold", "land")  # "prepare" says who is left out
@@ -290,8 +279,19 @@ class Change(NamedTuple):
     places: tuple[int, ...]
 
 
+UNSIGNED = 0xFFFFFFFF  # the int32 of a time is packed with the numbers beside it, which are unsigned
+MOST_VERSIONS = 64  # orders that one message names
+
+
+class Version(NamedTuple):
+    """flockwire_msgs/OrderVersion: which order one is. Versions are compared for equality: no clock decides."""
+
+    stamp: int  # Unix ns, by the clock of who gave it
+    giver: int  # a number of who gave it: 31 bits, one for each flight or order that a station conducts
+
+
 class Mission(NamedTuple):
-    """flockwire_msgs/Mission: what the operator wants of all drones; the newest one holds."""
+    """flockwire_msgs/Mission: what the operator wants of all drones; each pilot decides by `knows` whether it holds."""
 
     stamp: int
     frame: str
@@ -300,6 +300,13 @@ class Mission(NamedTuple):
     formation: str = ""  # a name from [formations], empty for [formation]
     change: Change | None = None  # None where it is flown from the beginning, everybody in the place of their own rank
     without: tuple[int, ...] = ()  # the drones that stay on the ground, and that nobody waits for
+    giver: int = 0  # who gave it (Version)
+    knows: tuple[Version, ...] = ()  # the orders that its giver knew of, and made it from
+
+    @property
+    def version(self) -> Version:
+        """Which order it is."""
+        return Version(self.stamp, self.giver)
 
     @property
     def in_formation(self) -> bool:
@@ -328,7 +335,7 @@ class Mission(NamedTuple):
 
 
 def write_formation(writer: Writer, mission: Mission) -> None:
-    """Append which formation a mission flies, since when, how it is changed to, and without whom."""
+    """Append which formation a mission flies, since when, how it is changed to, without whom, and who gave it."""
     writer.time(mission.start)
     writer.text(mission.formation)
     begin, duration, before, places_before, places = mission.change or NO_CHANGE
@@ -338,21 +345,51 @@ def write_formation(writer: Writer, mission: Mission) -> None:
     writer.numbers("H", places_before)
     writer.numbers("H", places)
     writer.numbers("H", mission.without)
+    writer.put("I", mission.giver)
+    write_versions(writer, mission.knows)
 
 
-def read_formation(reader: Reader) -> tuple[int, str, Change | None, tuple[int, ...]]:
+def read_formation(
+    reader: Reader,
+) -> tuple[int, str, Change | None, tuple[int, ...], int, tuple[Version, ...]]:
     """Take what `write_formation` appends; raises MessageError."""
     start, formation = reader.time(), reader.text()
     change = Change(reader.time(), reader.take_all("d", 1)[0], reader.text(), reader.numbers("H"), reader.numbers("H"))
-    without = reader.numbers("H")
+    without, giver, knows = reader.numbers("H"), reader.take("I"), read_versions(reader)
     if change == NO_CHANGE:
-        return start, formation, None, without
+        return start, formation, None, without, giver, knows
     ranks = list(range(len(change.places)))
     if sorted(change.places) != ranks or sorted(change.places_before) != ranks:
         raise MessageError("a change of formation in which two have one place")
     if not 0.0 < change.duration <= LONGEST_CHANGE:
         raise MessageError(f"a change of formation that takes {change.duration} s")
-    return start, formation, change, without
+    return start, formation, change, without, giver, knows
+
+
+def write_versions(writer: Writer, versions: tuple[Version, ...]) -> None:
+    """Append which orders are named; of more than MOST_VERSIONS the last."""
+    flat: list[int] = []
+    for stamp, giver in versions[-MOST_VERSIONS:]:
+        flat += (stamp // SECOND & UNSIGNED, stamp % SECOND, giver)
+    writer.put_all("I", len(flat) // 3, *flat)
+
+
+def read_versions(reader: Reader) -> tuple[Version, ...]:
+    """Take what `write_versions` appends; raises MessageError."""
+    count = reader.length()
+    if count > MOST_VERSIONS:
+        raise MessageError(f"names {count} orders, the most is {MOST_VERSIONS}")
+    if not count:
+        return ()
+    parts = [int(part) for part in reader.take_all("I", 3 * count)]
+    if max(parts[1::3]) >= SECOND:
+        raise MessageError(f"{max(parts[1::3])} ns are more than a second")
+    triples = zip(parts[::3], parts[1::3], parts[2::3], strict=True)
+    return tuple([Version(_signed(seconds) * SECOND + rest, giver) for seconds, rest, giver in triples])
+
+
+def _signed(seconds: int) -> int:
+    return seconds if seconds <= UNSIGNED >> 1 else seconds - UNSIGNED - 1
 
 
 NO_CHANGE = Change(0, 0.0, "", (), ())

@@ -14,7 +14,7 @@ from flockwire.wire.keys import TABLE, Key, key_text
 from flockwire.wire.processes import DRONE_PORTS, SINGLE_PORTS, Link, Member, Process, Roster
 
 AUTHORITY = "ca"  # what signs the certificates of processes
-PERSONS = "operators"  # what signs those of persons
+OPERATORS = "operators"  # what signs those of operators
 
 
 class Flow(NamedTuple):
@@ -44,14 +44,14 @@ class Plan:
         self.routers = tuple(identity for identity, row in roster.rows.items() if row.link is Link.ROUTER)
         self.recorders = tuple(identity for identity, row in roster.rows.items() if row.records)
         self.witnesses = tuple(identity for identity, row in roster.rows.items() if row.witness)
-        self.persons = tuple(identity for identity, row in roster.rows.items() if row.link is Link.DIALS)
+        self.operators = tuple(identity for identity, row in roster.rows.items() if row.link is Link.DIALS)
         self.flows = tuple(_flows(roster, self.recorders))
         self.publishes: dict[str, tuple[Key, ...]] = {}
         self.subscribes: dict[str, tuple[Key, ...]] = {}
         self._passes: dict[tuple[str, str], list[Key]] = {}
         self._collect()
-        self.from_persons = frozenset(key for person in self.persons for key in self.publishes[person])
-        self.to_persons = frozenset(key for person in self.persons for key in self.subscribes[person])
+        self.from_operators = frozenset(key for operator in self.operators for key in self.publishes[operator])
+        self.to_operators = frozenset(key for operator in self.operators for key in self.subscribes[operator])
         self.partners = self._partners()
         self.links = self._links()
         place = {identity: rank for rank, identity in enumerate(self.identities)}
@@ -99,14 +99,18 @@ class Plan:
         return (sender, receiver) in self._passes
 
     def dialled(self, one: str, other: str) -> str:
-        """Return the endpoint at which `one` dials `other`: a person the one that is reserved for persons."""
-        return self.reserved.get(other, self.endpoints[other]) if one in self.persons else self.endpoints[other]
+        """Return the endpoint at which `one` dials `other`: an operator that which is reserved for operators."""
+        return self.reserved.get(other, self.endpoints[other]) if one in self.operators else self.endpoints[other]
 
     def locator(self, endpoint: str) -> str:
-        """Return what Zenoh listens at, or dials, for `endpoint`: QUIC carries what may be lost as datagrams."""
+        """Return what Zenoh listens at, or dials, for `endpoint`: QUIC carries what may be lost as datagrams.
+
+        An IPv6 address is without its brackets: Zenoh looks for what it dials, as it stands, in the certificate.
+        """
         network = self.swarm.network
         if network.security == "none":
             return f"tcp/{endpoint}"
+        endpoint = endpoint.replace("[", "").replace("]", "")
         return f"quic/{endpoint}?mixed_rel=1" if network.link == "quic" else f"tls/{endpoint}"
 
     def bound(self, endpoint: str) -> str:
@@ -115,12 +119,12 @@ class Plan:
 
     def issuer(self, identity: str) -> str:
         """Return which authority signs the certificate of `identity`: who dials reserved endpoints has one apart."""
-        return PERSONS if self.reserved and identity in self.persons else AUTHORITY
+        return OPERATORS if self.reserved and identity in self.operators else AUTHORITY
 
     @property
     def authorities(self) -> tuple[str, ...]:
         """The names of the authorities that the swarm's certificates are signed by."""
-        return (AUTHORITY, PERSONS) if self.reserved else (AUTHORITY,)
+        return (AUTHORITY, OPERATORS) if self.reserved else (AUTHORITY,)
 
     def _collect(self) -> None:
         publishes: dict[str, list[Key]] = {identity: [] for identity in self.identities}
@@ -172,12 +176,12 @@ class Plan:
         return f"[{address}]:{port}" if ":" in address else f"{address}:{port}"
 
     def _reserves(self, identity: str) -> bool:
-        """Return whether it listens for persons apart: nobody else can use up its places for them."""
-        linked = set(self.persons).intersection(self.links[identity])
+        """Return whether it listens for operators apart: nobody else can use up its places for them."""
+        linked = set(self.operators).intersection(self.links[identity])
         return bool(linked) and not self.routers and self.swarm.network.security == "mtls"
 
     def _reserved(self, identity: str) -> str:
-        """Return `IP:PORT` for persons: the port is as far below the base port as its other place is above it."""
+        """Return `IP:PORT` for operators: the port is as far below the base port as its other place is above it."""
         address = self.endpoints[identity].rpartition(":")[0]
         return f"{address}:{self.swarm.network.base_port - 1 - self._place(identity)}"
 

@@ -56,6 +56,7 @@ class Process:
     after: tuple[str, ...] = ("router", "recorder")  # kinds whose status is waited for before it is started
     driver: bool = False  # drives airframes: it may end only when they are down
     restarts: bool = False  # one that dies in a flight is started again
+    untimed: bool = False  # begins before swarm time is known: its core is an Untimed one
     rank: int = 0  # of processes whose parent is gone, those of a lower rank end first
     alone: str = (
         ""  # "module:function" that runs it without the swarm, with a --protocol of its own; empty: there is none
@@ -107,24 +108,24 @@ TRACKER = Process(
     "tracker-sim",
     "Run the simulated tracker, which serves the simulated airframes in a real tracker's protocol.",
     lambda swarm: (Member("tracker-sim"),) if swarm.gateway.simulates_tracker else (),
-    "flockwire_mocap.twin_core:make_core",
+    "flockwire_mocap.twin.core:make_core",
     port=5,
-    runner="flockwire_mocap.twin_process:run",
+    runner="flockwire_mocap.twin.process:run",
     rank=3,
     faults=frozenset({"tracker", "noise", "swap", "visitor"}),
-    alone="flockwire_mocap.twin_process:serve_alone",
+    alone="flockwire_mocap.twin.process:serve_alone",
     only_if="a table [gateway.twin], and a gateway.source that it serves,",
 )
 KINEMATICS = Process(
     "kinematics",
-    "Run the simulated airframes, and the drivers of those that are no Tello.",
+    "Run the simulated airframes, and drive those that have no driver of their own.",
     lambda swarm: (Member("kinematics"),) if swarm.simulated or swarm.walking else (),
-    "flockwire_tello.core:make_core",
+    "flockwire_kinematics.core:make_core",
     port=1,
     driver=True,
     rank=2,
     faults=frozenset({"lag", "failure"}),
-    only_if="a drone that is no real Tello, or a simulated person who leads",
+    only_if="a simulated drone, or a simulated person who leads",
 )
 LEADING = Process(
     "leader",
@@ -145,15 +146,16 @@ AGENT = Process(
 )
 DRIVER = Process(
     "driver",
-    "Run the driver of one Tello.",
-    lambda swarm: tuple(Member(f"driver{i}", i) for i in swarm.tellos),
-    "flockwire_tello.driver:make_core",
+    "Run the driver of one drone.",
+    lambda swarm: tuple(Member(f"driver{i}", i) for i in swarm.driven),
+    "flockwire.process.driving:make_driver",
     port=1,
     numbered=True,
     driver=True,
     rank=1,
     restarts=True,
-    only_if="a drone whose airframe is of kind 'tello'",
+    untimed=True,
+    only_if="a drone whose airframe has a driver of its own",
 )
 RECORDER = Process(
     "recorder",
@@ -202,7 +204,7 @@ CONSOLE = Process(
 )
 
 PROCESSES = (ROUTER, GATEWAY, TRACKER, KINEMATICS, LEADING, AGENT, DRIVER, RECORDER, OPERATOR, TELEOP, CONSOLE)
-PEOPLE = (OPERATOR, CONSOLE)  # who gives orders, by the same rules
+ORDERING = (OPERATOR, CONSOLE)  # who gives orders, by the same rules
 
 
 class Roster:

@@ -17,7 +17,7 @@ def problems(plan: Plan) -> Iterator[str]:
     yield from _ports(plan)
     yield from _addresses(plan)
     yield from _security(plan)
-    yield from _simulated_tellos(plan)
+    yield from _simulated_airframes(plan)
 
 
 def _processes(plan: Plan) -> Iterator[str]:
@@ -64,13 +64,13 @@ def _security(plan: Plan) -> Iterator[str]:
             )
 
 
-def _simulated_tellos(plan: Plan) -> Iterator[str]:
-    """Yield drivers that run elsewhere than the simulated Tello: that is on its host's loopback."""
+def _simulated_airframes(plan: Plan) -> Iterator[str]:
+    """Yield drivers that run elsewhere than their simulated airframes: those are on their host's loopback."""
     served = next(iter(plan.of_kind(KINEMATICS.kind)), None)
     for driver in plan.of_kind(DRIVER.kind):
         drone = plan.members[driver].drone
         if served is not None and drone in plan.swarm.simulated and plan.hosts[driver] != plan.hosts[served]:
             yield (
-                f"drones.host: {driver} runs on {plan.hosts[driver]}, its simulated Tello on {plan.hosts[served]}; "
+                f"drones.host: {driver} runs on {plan.hosts[driver]}, its simulated airframe on {plan.hosts[served]}; "
                 f"both must be on one host (hosts.{plan.hosts[driver]}.processes)"
             )

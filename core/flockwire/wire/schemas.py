@@ -55,14 +55,16 @@ DEFINITIONS = {
     "flockwire_msgs/msg/NearbyBodies": "std_msgs/Header header\nflockwire_msgs/NearbyBody[] bodies",
     "flockwire_msgs/msg/IdentityDoubt": "std_msgs/Header header\nbuiltin_interfaces/Time since",
     "flockwire_msgs/msg/Telemetry": (
-        "uint8 GROUNDED=0\nuint8 FLYING=1\nuint8 LANDING=2\nuint8 STOPPED=3\n"
-        "std_msgs/Header header\nuint8 state\nfloat64 battery\nfloat64 height\nfloat64 command_age"
+        "uint8 GROUNDED=0\nuint8 FLYING=1\nuint8 LANDING=2\nuint8 STOPPED=3\nuint8 HELD=4\n"
+        "std_msgs/Header header\nuint8 state\nfloat64 battery\nfloat64 height\nfloat64 command_age\nbool stop_received"
     ),
     "flockwire_msgs/msg/Mission": (
         "std_msgs/Header header\nstring verb\nbuiltin_interfaces/Time start\nstring formation\n"
         "builtin_interfaces/Time change_begin\nfloat64 change_duration\nstring change_before\n"
-        "uint16[] places_before\nuint16[] places\nuint16[] without"
+        "uint16[] places_before\nuint16[] places\nuint16[] without\n"
+        "uint32 giver\nflockwire_msgs/OrderVersion[] knows"
     ),
+    "flockwire_msgs/msg/OrderVersion": "builtin_interfaces/Time stamp\nuint32 giver",
     "flockwire_msgs/msg/TimeRequest": "std_msgs/Header header",
     "flockwire_msgs/msg/TimeReply": (
         "std_msgs/Header header\nbuiltin_interfaces/Time requested\nbuiltin_interfaces/Time received"
@@ -77,10 +79,13 @@ DEFINITIONS = {
         "builtin_interfaces/Time order_stamp\nstring order_verb\nbuiltin_interfaces/Time order_start\n"
         "string order_formation\nbuiltin_interfaces/Time order_change_begin\nfloat64 order_change_duration\n"
         "string order_change_before\nuint16[] order_places_before\nuint16[] order_places\n"
-        "uint16[] order_without\n"
+        "uint16[] order_without\nuint32 order_giver\nflockwire_msgs/OrderVersion[] order_knows\n"
         "bool position_known\ngeometry_msgs/Point position\n"
-        "float64 clock_offset\nfloat64 clock_bound"
+        "float64 clock_offset\nfloat64 clock_bound\n"
+        "flockwire_msgs/OrderVersion[] order_concurrent\nfloat64 order_age\n"
+        "flockwire_msgs/Reason[] reasons"
     ),
+    "flockwire_msgs/msg/Reason": "string code\nstring text\nstring remedy",
 }
 
 

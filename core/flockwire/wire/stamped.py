@@ -6,14 +6,14 @@ from functools import lru_cache
 from math import isfinite
 from struct import Struct, error
 
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 from flockwire.wire.cdr import HEADER, MessageError, layout
 
 
 def pack(stamp: int, frame: str, body: str, *values: object) -> bytes:
     """Return the CDR bytes of a message stamped `stamp` (Unix ns) in `frame`, with `values` of struct codes `body`."""
     form, length, raw = _form(frame, body)
-    return form.pack(HEADER, stamp // BILLION, stamp % BILLION, length, raw, *values)
+    return form.pack(HEADER, stamp // SECOND, stamp % SECOND, length, raw, *values)
 
 
 def unpack(data: bytes, body: str) -> tuple[int, str, tuple[float, ...]]:
@@ -27,13 +27,13 @@ def unpack(data: bytes, body: str) -> tuple[int, str, tuple[float, ...]]:
     except error:
         raise _too_short(data) from None
     nanosec, values = found[2], found[5:]
-    if found[0] != HEADER or nanosec >= BILLION:
+    if found[0] != HEADER or nanosec >= SECOND:
         raise MessageError("the header is not that of a stamped message in little-endian CDR")
     if len(data) != form.size and (len(data) - form.size > 3 or any(data[form.size :])):
         raise MessageError(f"{len(data) - form.size} bytes are left over")
     if not isfinite(sum(values)):
         raise MessageError("holds a number that is not finite")
-    return found[1] * BILLION + nanosec, _text(found[4]), values
+    return found[1] * SECOND + nanosec, _text(found[4]), values
 
 
 def peek_length(data: bytes) -> int:

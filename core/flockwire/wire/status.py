@@ -5,15 +5,24 @@ from __future__ import annotations
 from math import isfinite
 from typing import NamedTuple, Self
 
-from flockwire.control.vector import ZERO, Vector
+from flockwire.domain.vector import ZERO, Vector
 from flockwire.wire.cdr import MessageError, Reader, Writer
-from flockwire.wire.messages import Mission, read_formation, write_formation
+from flockwire.wire.messages import (
+    Mission,
+    Version,
+    read_formation,
+    read_versions,
+    write_formation,
+    write_versions,
+)
 
 NO_MISSION = Mission(0, "", "")
 
 MOST_REJECTIONS = 128  # keys and reasons that one status names; the most frequent ones, the rest in one sum
 MOST_LINKS = 256  # processes that one status names
+MOST_REASONS = 8  # that one status gives
 LONGEST_TEXT = 256  # characters of any of its texts (of what `bounded` shortens, bytes of UTF-8)
+SERIAL = "serial"  # the code of the reason whose text is the serial number of the drone that a driver drives
 FULL = "full"  # the phase of a recorder whose disk takes no more
 OTHERS = "others"  # the sum of those rejections that are not named
 
@@ -24,6 +33,19 @@ Counts = tuple[tuple[str, int], ...]  # what was counted, and how often
 def counted(*counts: tuple[str, int]) -> Counts:
     """Return those of the counts that are not zero."""
     return tuple([count for count in counts if count[1]])
+
+
+class Reason(NamedTuple):
+    """Something that a process reports by a code: what it is about, what is so, and what to do where that is wrong."""
+
+    code: str
+    text: str
+    remedy: str = ""  # empty where nothing is wrong
+
+    @property
+    def line(self) -> str:
+        """The reason as a person reads it."""
+        return f"{self.text}: {self.remedy}" if self.remedy else self.text
 
 
 class Report(NamedTuple):
@@ -41,6 +63,21 @@ class Report(NamedTuple):
     latency: float = -1.0  # s from a frame's capture to its publication, median
     counts: Counts = ()  # what was not as it should be of its own input
     position: Vector | None = None  # m, world frame, by its own pose
+    concurrent: tuple[Version, ...] = ()  # further orders that one which takes up must know of (pilot/orders.py)
+    order_age: float = -1.0  # s since it took in the newest of its orders
+    reasons: tuple[Reason, ...] = ()  # what else it reports, each thing by its code
+
+    @property
+    def line(self) -> str:
+        """The detail and all reasons in one line."""
+        if not self.reasons:
+            return self.detail
+        return "; ".join(filter(None, (self.detail, *(reason.line for reason in self.reasons))))
+
+    @property
+    def newest(self) -> tuple[Version, ...]:
+        """The orders that one which takes up must know of."""
+        return self.concurrent if self.mission is None else (self.mission.version, *self.concurrent)
 
 
 class Status(NamedTuple):
@@ -70,7 +107,8 @@ class Status(NamedTuple):
             rest = sum([count for _, count in by_count[MOST_REJECTIONS - 1 :]])
             rejected = (*by_count[: MOST_REJECTIONS - 1], (OTHERS, rest))
         counts = _short_names(report.counts[:MOST_REJECTIONS])
-        report = report._replace(detail=_shortened(report.detail), counts=counts)
+        reasons = tuple([Reason(*map(_shortened, reason)) for reason in report.reasons[:MOST_REASONS]])
+        report = report._replace(detail=_shortened(report.detail), counts=counts, reasons=reasons)
         links = tuple([_shortened(name) for name in self.links[:MOST_LINKS]])
         return self._replace(report=report, rejected=_short_names(rejected), links=links)
 
@@ -96,6 +134,9 @@ class Status(NamedTuple):
         writer.put("B", report.position is not None)
         writer.put_all("d", *(report.position or ZERO))
         writer.put_all("d", self.clock_offset, self.clock_bound)
+        write_versions(writer, report.concurrent)
+        writer.put("d", report.order_age)
+        writer.texts(tuple([text for reason in report.reasons for text in reason]), len(Reason._fields))
         return writer.finish()
 
     @classmethod
@@ -111,14 +152,18 @@ class Status(NamedTuple):
         mission = Mission(reader.time(), frame, reader.text(), *read_formation(reader))
         known, place = reader.take("B"), reader.take_all("d", 3)
         clock_offset, clock_bound = reader.take_all("d", 2)
+        concurrent, order_age = read_versions(reader), reader.take_all("d", 1)[0]
+        told = reader.texts(len(Reason._fields))
         reader.end()
-        if not isfinite(sum((*figures, latency, *place, clock_offset, clock_bound))):
+        if not isfinite(sum((*figures, latency, *place, clock_offset, clock_bound, order_age))):
             raise MessageError("holds a number that is not finite")
         if len(names) != len(counts) or len(names) > MOST_REJECTIONS:
             raise MessageError(f"{len(names)} names with {len(counts)} counts, {MOST_REJECTIONS} at most")
         if len(keys) > MOST_REJECTIONS or len(links) > MOST_LINKS:
             raise MessageError(f"names {len(keys)} rejections and {len(links)} links, too many")
-        if max([len(text) for text in (frame, identity, phase, detail, *keys, *links, *names)]) > LONGEST_TEXT:
+        if len(told) > MOST_REASONS * len(Reason._fields):
+            raise MessageError(f"gives {len(told) // len(Reason._fields)} reasons, {MOST_REASONS} at most")
+        if max([len(text) for text in (frame, identity, phase, detail, *keys, *links, *names, *told)]) > LONGEST_TEXT:
             raise MessageError(f"holds a text of more than {LONGEST_TEXT} characters")
         if len(keys) != len(rejections):
             raise MessageError(f"{len(keys)} keys with {len(rejections)} counts")
@@ -127,7 +172,11 @@ class Status(NamedTuple):
         obeyed = mission if mission.stamp else None
         position = (place[0], place[1], place[2]) if known else None
         report = Report(phase, detail, error, pose, estimate, nearby, telemetry, battery, obeyed)
-        report = report._replace(latency=latency, counts=tuple(zip(names, counts, strict=True)), position=position)
+        report = report._replace(
+            latency=latency, counts=tuple(zip(names, counts, strict=True)), position=position,
+            concurrent=concurrent, order_age=order_age,
+            reasons=tuple([Reason(*told[k : k + 3]) for k in range(0, len(told), 3)]),
+        )  # fmt: skip
         return cls(
             stamp, frame, identity, report, steps, late_1ms, late_5ms, skipped, refused, cpu, resident,
             rejected, links, clock_offset, clock_bound,

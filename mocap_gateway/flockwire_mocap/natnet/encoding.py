@@ -13,7 +13,7 @@ from flockwire_mocap.natnet.packets import (
     NEWEST,
     PRECISE_SUFFIX,
     RIGID_BODY,
-    SERVER_INFO,
+    SENDER,
     SUFFIX,
     TRACKING_VALID,
     TURNED,
@@ -57,8 +57,11 @@ def encode(kind: Kind, body: bytes = b"") -> bytes:
 
 
 def encode_connect() -> bytes:
-    """Return a client's greeting, as every version understands it."""
-    return encode(Kind.CONNECT, b"Ping\0")
+    """Return a client's greeting as the vendor's clients write it: name, its version, NatNet's; no bitstream asked for.
+
+    Some servers read all of it, whatever was sent; others look for "Ping" alone.
+    """
+    return encode(Kind.CONNECT, SENDER.pack(b"Ping", 0, 0, 0, 0, *NEWEST, 0, 0))
 
 
 def encode_command(text: str) -> bytes:
@@ -69,7 +72,7 @@ def encode_command(text: str) -> bytes:
 def encode_server_info(info: ServerInfo) -> bytes:
     """Return the answer to a greeting."""
     name = info.name.encode()[:255]
-    head = SERVER_INFO.pack(name, *info.application_version, *info.natnet_version)
+    head = SENDER.pack(name, *info.application_version, *info.natnet_version)
     group = bytes(map(int, info.group.split(".")))
     return encode(Kind.SERVER_INFO, head + CONNECTION.pack(info.clock_frequency, info.data_port, info.multicast, group))
 

@@ -10,7 +10,7 @@ from enum import IntEnum
 from struct import Struct
 from typing import NamedTuple
 
-from flockwire.control.vector import Vector
+from flockwire.domain.vector import Vector
 
 from flockwire_mocap.quaternion import Quaternion
 
@@ -25,7 +25,7 @@ NEWEST: Version = (4, 5)  # IMU and GPIO sections before the suffix
 
 HEADER = Struct("<HH")
 RIGID_BODY = Struct("<i7ffH")  # id, x y z, qx qy qz qw, mean marker error, parameters
-SERVER_INFO = Struct("<256s4B4B")
+SENDER = Struct("<256s4B4B")  # a client's or a server's name, version of the application, of NatNet
 CONNECTION = Struct("<QHB4s")  # clock frequency, data port, multicast, group
 REQUESTED_VERSION = Struct("<265xBB2x")  # a long greeting: name, versions, one option, then that version
 SUFFIX = Struct("<IIdQQQH")  # timecode, its subframe, timestamp, three ticks, parameters

@@ -8,7 +8,7 @@ from flockwire_mocap.natnet.packets import (
     CONNECTION,
     HEADER,
     REQUESTED_VERSION,
-    SERVER_INFO,
+    SENDER,
     ClientPacket,
     Connect,
     Kind,
@@ -46,7 +46,7 @@ def parse_request(datagram: bytes) -> ClientPacket:
 
 
 def _read_greeting(body: PacketReader) -> Connect:
-    """Read a greeting: old clients send "Ping" alone; one that is long enough may ask for a version, or for 0.0."""
+    """Read a greeting: "Ping" alone, or name and versions, or longer: then it may ask for a version, or for 0.0."""
     if body.remaining < REQUESTED_VERSION.size:
         return Connect()
     major, minor = body.unpack(REQUESTED_VERSION)
@@ -72,7 +72,7 @@ def _read(kind: int, body: PacketReader, version: Version | None) -> Packet:
 
 def _read_server_info(body: PacketReader) -> ServerInfo:
     """Read name, versions and, from 3.0 on, clock and connection."""
-    name, *versions = body.unpack(SERVER_INFO)
+    name, *versions = body.unpack(SENDER)
     frequency, port, multicast, group = 0, 0, 0, bytes(4)
     if body.remaining >= CONNECTION.size:
         frequency, port, multicast, group = body.unpack(CONNECTION)

@@ -33,7 +33,7 @@ class NatNetServer(asyncio.DatagramProtocol):
         command_port: int = COMMAND_PORT,
     ) -> None:
         self._options, self._names, self._address = options, names, address
-        self.command_port = command_port
+        self.command_port, self.data_port = command_port, options.data_port
         self._twin: NatNetTwin | None = None
         self._commands: asyncio.DatagramTransport | None = None
         self._data: asyncio.DatagramTransport | None = None
@@ -41,11 +41,12 @@ class NatNetServer(asyncio.DatagramProtocol):
     async def open(self) -> None:
         """Open both sockets; raises OSError if a port is taken or the address is not there."""
         loop = asyncio.get_running_loop()
-        data = self._socket(self._options.data_port)
+        data = self._socket(self._options.data_port, shared=self._options.multicast)
         data.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(self._address))
         commands = self._socket(self.command_port)
         self.command_port = commands.getsockname()[1]
-        self._twin = NatNetTwin(self._options._replace(data_port=data.getsockname()[1]), self._names)
+        self.data_port = data.getsockname()[1]
+        self._twin = NatNetTwin(self._options._replace(data_port=self.data_port), self._names)
         self._data, _ = await loop.create_datagram_endpoint(asyncio.DatagramProtocol, sock=data)
         self._commands, _ = await loop.create_datagram_endpoint(lambda: self, sock=commands)
 
@@ -67,8 +68,10 @@ class NatNetServer(asyncio.DatagramProtocol):
         if answer is not None and self._commands is not None:
             self._commands.sendto(answer, addr)
 
-    def _socket(self, port: int) -> socket.socket:
+    def _socket(self, port: int, shared: bool = False) -> socket.socket:
+        """Return a socket; `shared` with clients on this host, which receive what is sent to the group at its port."""
         sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, int(shared))
         sock.setblocking(False)
         sock.bind((self._address, port))
         return sock

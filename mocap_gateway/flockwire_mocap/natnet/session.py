@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND, nanoseconds
 
 from flockwire_mocap.frame_sequence import Arrival, FrameSequence
 from flockwire_mocap.natnet.encoding import encode, encode_command, encode_connect
@@ -26,9 +26,9 @@ from flockwire_mocap.natnet.packets import (
 from flockwire_mocap.natnet.parsing import parse
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose
 
-PERIOD = BILLION  # ns between two keep-alives, and between two attempts at anything else
-SILENCE = 3 * BILLION  # ns without a packet after which the greeting is repeated
-MODEL_PAUSE = 4 * BILLION  # ns more between two model definitions; some servers mark every frame as changed
+PERIOD = SECOND  # ns between two keep-alives, and between two attempts at anything else
+SILENCE = 3 * SECOND  # ns without a packet after which the greeting is repeated
+MODEL_PAUSE = 4 * SECOND  # ns more between two model definitions; some servers mark every frame as changed
 MODEL_ATTEMPTS = 3  # a server that does not answer is not asked for ever: it may stop streaming over it
 
 
@@ -193,8 +193,8 @@ class NatNetSession:
         frequency = self.info.clock_frequency if self.info is not None else 0
         if not frequency or not stamps.transmitted:
             seconds = stamps.timestamp
-            stamp = round(seconds * BILLION) if abs(seconds) < BILLION else 0  # NaN and nonsense fail
+            stamp = nanoseconds(seconds) if abs(seconds) < SECOND else 0  # NaN and nonsense fail
             return stamp, stamp
-        transmitted = stamps.transmitted * BILLION // frequency
+        transmitted = stamps.transmitted * SECOND // frequency
         known = 0 < stamps.mid_exposure <= stamps.transmitted
-        return (stamps.mid_exposure * BILLION // frequency if known else transmitted), transmitted
+        return (stamps.mid_exposure * SECOND // frequency if known else transmitted), transmitted

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from flockwire.flight.cores import Start
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
+from flockwire.process.cores import Start
 from flockwire.swarm.gateway import NatNet
 from flockwire.wire.status import Counts, counted
 
@@ -13,7 +13,7 @@ from flockwire_mocap.natnet.trouble import trouble
 from flockwire_mocap.source import Link
 from flockwire_mocap.streamed import StreamedSource, coordinates_of
 
-FIRST_ANSWER = BILLION  # ns that a server has to answer before it is said to be silent
+FIRST_ANSWER = SECOND  # ns that a server has to answer before it is said to be silent
 
 
 class NatNetSource(StreamedSource):

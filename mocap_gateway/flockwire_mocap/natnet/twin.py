@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 
 from flockwire_mocap.natnet.encoding import encode, encode_frame, encode_model, encode_server_info
 from flockwire_mocap.natnet.packets import (
@@ -28,7 +28,7 @@ from flockwire_mocap.natnet.parsing import parse_request
 from flockwire_mocap.tracking import TrackerFrame
 
 FREQUENCY = 10_000_000  # Hz, of the performance counter of most Windows machines
-LIFETIME = 5 * BILLION  # ns without a request after which a client gets no more frames
+LIFETIME = 5 * SECOND  # ns without a request after which a client gets no more frames
 DONE, REFUSED = bytes(4), b"\x01\x00\x00\x00"
 
 Address = tuple[str, int]
@@ -140,8 +140,8 @@ class NatNetTwin:
 
 def _mocap_frame(frame: TrackerFrame) -> MocapFrame:
     """Return the frame in NatNet's terms: its stamps in ticks, the data received halfway, all bodies, lost ones too."""
-    captured, transmitted = (stamp * FREQUENCY // BILLION for stamp in (frame.captured, frame.transmitted))
-    stamps = Stamps(0, 0, frame.captured / BILLION, captured, (captured + transmitted) // 2, transmitted, None)
+    captured, transmitted = (stamp * FREQUENCY // SECOND for stamp in (frame.captured, frame.transmitted))
+    stamps = Stamps(0, 0, frame.captured / SECOND, captured, (captured + transmitted) // 2, transmitted, None)
     bodies = tuple(
         RigidBody(body.identity, body.position, body.orientation, 0.0, body.tracked) for body in frame.bodies
     )

@@ -14,7 +14,7 @@ from flockwire_mocap.keep_alive import keep_alive
 from flockwire_mocap.persistent import PersistentConnection
 from flockwire_mocap.qualisys.source import QualisysSource, names_in
 
-PATIENCE = 2.0  # s for the server to answer
+ANSWER_TIMEOUT = 2.0  # s for the server to answer
 
 
 class QualisysClient(PersistentConnection):
@@ -38,9 +38,9 @@ class QualisysClient(PersistentConnection):
         """Stream until the connection is lost; returns why there is none."""
         table, self._lost = self._source.table, asyncio.Event()
         try:
-            async with asyncio.timeout(PATIENCE):
+            async with asyncio.timeout(ANSWER_TIMEOUT):
                 connection = await self._package.connect(
-                    table.server, port=table.port, on_disconnect=lambda _: self._lost.set(), timeout=PATIENCE
+                    table.server, port=table.port, on_disconnect=lambda _: self._lost.set(), timeout=ANSWER_TIMEOUT
                 )
         except TimeoutError:
             return f"{self._where} accepts, but does not answer as QTM does: set the port for little-endian (22223)"

@@ -1,16 +1,30 @@
-"""Between rotation matrices as QTM sends them, nine numbers column by column, and quaternions x, y, z, w."""
+"""Rotation matrices as QTM sends them, nine numbers column by column; from and to quaternions x, y, z, w, to angles."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import hypot
+from math import asin, atan2, degrees, hypot
 
 from flockwire_mocap.quaternion import Quaternion, rotate
+
+_UPRIGHT = 1e-6  # the cosine of b below which a and c cannot be told apart
 
 
 def to_columns(q: Quaternion) -> tuple[float, ...]:
     """Return the matrix of the unit quaternion `q`: the turned axes, one after the other."""
     return (*rotate(q, (1.0, 0.0, 0.0)), *rotate(q, (0.0, 1.0, 0.0)), *rotate(q, (0.0, 0.0, 1.0)))
+
+
+def to_angles(columns: Sequence[float]) -> tuple[float, float, float]:
+    """Return QTM's usual angles of a rotation matrix, degrees: R = Rx(a) Ry(b) Rz(c), b from -90 to 90.
+
+    At b = ±90 only the sum or the difference of a and c is known: then c = 0.
+    """
+    ux, _, _, vx, vy, vz, wx, wy, wz = columns
+    b = degrees(asin(max(-1.0, min(1.0, wx))))
+    if hypot(wy, wz) < _UPRIGHT:
+        return degrees(atan2(vz, vy)), b, 0.0
+    return degrees(atan2(-wy, wz)), b, degrees(atan2(-vx, ux))
 
 
 def from_columns(columns: Sequence[float]) -> Quaternion:

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Sequence
 from math import isfinite
 from xml.etree import ElementTree as Xml
 
-from flockwire.control.vector import Vector
-from flockwire.flight.cores import Start
-from flockwire.nanoseconds import BILLION, THOUSAND
+from flockwire.domain.time import MICROSECOND, nanoseconds
+from flockwire.domain.vector import Vector
+from flockwire.process.cores import Start
 from flockwire.wire.status import counted
 
 from flockwire_mocap.frame_sequence import Arrival, FrameSequence
@@ -35,12 +35,12 @@ class QualisysSource(StreamedSource):
         self.names: tuple[str, ...] = ()
         self.failure = f"waits for {self.table.server}:{self.table.port}"
         self._sequence, self._rejected = FrameSequence(), 0
-        super().__init__(coordinates_of(gateway), self._state, round(self.table.latency * BILLION))
+        super().__init__(coordinates_of(gateway), self._state, nanoseconds(self.table.latency))
 
     def measured(self, number: int, microseconds: int, bodies: Iterable[Measured], now: int) -> None:
         """Take in a frame that arrived at `now` (Unix ns)."""
         if self._sequence.arrived(number) is Arrival.NEXT:
-            captured = microseconds * THOUSAND
+            captured = microseconds * MICROSECOND
             reported = tuple(self._body(k, *body) for k, body in enumerate(bodies))
             self.arrived(TrackerFrame(number, captured, captured, reported), now)
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 
 from flockwire_mocap.qualisys.wire import (
     COMMAND,
+    COMPONENTS,
     ERROR,
     HEADER,
     LONGEST,
@@ -17,14 +18,22 @@ from flockwire_mocap.qualisys.wire import (
 from flockwire_mocap.tracking import TrackerFrame
 
 CONNECTED = 1  # the event of a server that is ready to stream
-VERSIONS = ("1.25", "1.24", "1.23", "1.22", "1.21")
+VERSIONS = ("1.25", "1.24", "1.23", "1.22", "1.21", "1.20", "1.19")
+HOW_OFTEN = ("allframes", "frequency", "frequencydivisor")  # every frame is sent, whatever of these is asked for
 
 
 class QtmTwin:
-    """What one client has asked for. `failed` where it is no client of this protocol."""
+    """What one client has asked for. `failed` where it is no client of this protocol.
 
-    def __init__(self, names: Iterable[str]) -> None:
-        self.failed = self._streams = False
+    `send` sends a datagram to a port of the client's host.
+    """
+
+    def __init__(self, names: Iterable[str], send: Callable[[bytes, int], None]) -> None:
+        self.failed = False
+        self._send = send
+        self._version_set = VERSIONS[0]
+        self._components: tuple[int, ...] = ()  # what it wants of each frame; nothing: no frames
+        self._port: int | None = None  # where it wants datagrams
         self._names = tuple(names)
         self._unread = bytearray()
         self._outgoing = bytearray(encode_text(COMMAND, "QTM RT Interface connected"))
@@ -45,8 +54,10 @@ class QtmTwin:
 
     def publish(self, frame: TrackerFrame) -> None:
         """Stream a frame, if the client has asked for frames."""
-        if self._streams:
-            self._outgoing += encode_frame(frame)
+        if self._components and self._port is not None:
+            self._send(encode_frame(frame, self._components), self._port)
+        elif self._components:
+            self._outgoing += encode_frame(frame, self._components)
 
     def outgoing(self) -> bytes:
         """Return the bytes to be sent since the last call."""
@@ -69,15 +80,29 @@ class QtmTwin:
 
     def _version(self, arguments: list[str]) -> bytes:
         if len(arguments) == 1 and arguments[0] in VERSIONS:
+            self._version_set = arguments[0]
             return encode_text(COMMAND, f"Version set to {arguments[0]}")
         return encode_text(ERROR, "Version NOT supported")
 
     def _parameters(self, arguments: list[str]) -> bytes:
         if {"6d", "all"}.intersection(arguments):
-            return encode_parameters(self._names)
+            return encode_parameters(self._names, self._version_set)
         return encode_text(ERROR, "Parse error")
 
     def _stream(self, arguments: list[str]) -> bytes:
         """Begin or end to stream; QTM confirms neither but by the frames."""
-        self._streams = "6d" in arguments
-        return b"" if self._streams or "stop" in arguments else encode_text(ERROR, "Parse error")
+        self._components, self._port = (), None
+        if arguments == ["stop"]:
+            return b""
+        ports = [text.removeprefix("udp:") for text in arguments if text.startswith("udp:")]
+        wanted = [text for text in arguments if text.partition(":")[0] not in (*HOW_OFTEN, "udp")]
+        if not wanted or not COMPONENTS.keys() >= set(wanted) or len(ports) > 1 or not all(map(_is_port, ports)):
+            return encode_text(ERROR, "Parse error")
+        self._components = tuple(COMPONENTS[name] for name in dict.fromkeys(wanted))
+        self._port = int(ports[0]) if ports else None
+        return b""
+
+
+def _is_port(text: str) -> bool:
+    """Return whether `text` is a port; QTM takes an address before it too, a twin serves its clients' hosts alone."""
+    return text.isascii() and text.isdecimal() and len(text) <= 5 and 0 < int(text) <= 65535

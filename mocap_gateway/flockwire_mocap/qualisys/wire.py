@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from struct import Struct, pack
 from xml.sax.saxutils import escape
 
-from flockwire.nanoseconds import THOUSAND
+from flockwire.domain.time import MICROSECOND
 
-from flockwire_mocap.qualisys.rotation import to_columns
+from flockwire_mocap.qualisys.rotation import to_angles, to_columns
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 
 PORT = 22223  # of clients that read little-endian
 ERROR, COMMAND, XML, DATA, EVENT = 0, 1, 2, 3, 6  # the types
-SIX_DEGREES = 5  # the component of bodies with position and rotation matrix
+UNLABELLED, SIX_DEGREES, EULER = 2, 5, 6  # the components: markers, bodies with a rotation matrix, with three angles
+COMPONENTS = {"3dnolabels": UNLABELLED, "6d": SIX_DEGREES, "6deuler": EULER}  # by their names in a client's command
 LONGEST = 1 << 16  # bytes of a client's packet
 HEADER = Struct("<II")
 _DATA = Struct("<qII")  # us since the measurement began, number of the frame, components
 _COMPONENT = Struct("<IIIHH")  # size, type, bodies, 2D drop rate, 2D out of sync rate
 _BODY = Struct("<12f")  # mm, rotation matrix column by column; NaN where the body is lost
-_LOST = _BODY.pack(*[float("nan")] * 12)
+_TURNED = Struct("<6f")  # mm, degrees about x, y, z
+_NAN = float("nan")
 
 
 def encode(kind: int, content: bytes) -> bytes:
@@ -32,18 +34,18 @@ def encode_text(kind: int, text: str) -> bytes:
     return encode(kind, text.encode() + b"\0")
 
 
-def encode_parameters(names: Iterable[str]) -> bytes:
+def encode_parameters(names: Iterable[str], version: str) -> bytes:
     """Return the settings of the bodies: their names in the order of the frames."""
-    bodies = [f"<Body><Name>{escape(name)}</Name></Body>" for name in names]
-    text = f"<Bodies>{len(bodies)}</Bodies>{''.join(bodies)}"
-    return encode_text(XML, f"<QTM_Parameters_Ver_1.25><The_6D>{text}</The_6D></QTM_Parameters_Ver_1.25>")
+    bodies = [f"<Body><Name>{escape(name)}</Name><RGBColor>0</RGBColor></Body>" for name in names]
+    text, tag = f"<Bodies>{len(bodies)}</Bodies>{''.join(bodies)}", f"QTM_Parameters_Ver_{version}"
+    return encode_text(XML, f"<{tag}><The_6D>{text}</The_6D></{tag}>")
 
 
-def encode_frame(frame: TrackerFrame) -> bytes:
-    """Return a frame: all bodies, those that are not tracked as NaN."""
-    bodies = b"".join(_BODY.pack(*_numbers(body)) if body.tracked else _LOST for body in frame.bodies)
-    component = _COMPONENT.pack(_COMPONENT.size + len(bodies), SIX_DEGREES, len(frame.bodies), 0, 0)
-    return encode(DATA, _DATA.pack(frame.captured // THOUSAND, frame.number & 0xFFFFFFFF, 1) + component + bodies)
+def encode_frame(frame: TrackerFrame, components: Sequence[int] = (SIX_DEGREES,)) -> bytes:
+    """Return a frame: in each component all bodies, those that are not tracked as NaN; there are no loose markers."""
+    parts = [_component(kind, frame.bodies) for kind in components]
+    head = _DATA.pack(frame.captured // MICROSECOND, frame.number & 0xFFFFFFFF, len(parts))
+    return encode(DATA, head + b"".join(parts))
 
 
 def encode_event(number: int) -> bytes:
@@ -51,5 +53,15 @@ def encode_event(number: int) -> bytes:
     return encode(EVENT, pack("<B", number))
 
 
-def _numbers(body: ReportedBody) -> tuple[float, ...]:
-    return (*body.position, *to_columns(body.orientation))
+def _component(kind: int, bodies: Sequence[ReportedBody]) -> bytes:
+    rows = [] if kind == UNLABELLED else [_row(kind, body) for body in bodies]
+    content = b"".join(rows)
+    return _COMPONENT.pack(_COMPONENT.size + len(content), kind, len(rows), 0, 0) + content
+
+
+def _row(kind: int, body: ReportedBody) -> bytes:
+    layout = _TURNED if kind == EULER else _BODY
+    if not body.tracked:
+        return layout.pack(*[_NAN] * (6 if kind == EULER else 12))
+    columns = to_columns(body.orientation)
+    return layout.pack(*body.position, *(to_angles(columns) if kind == EULER else columns))

@@ -6,8 +6,8 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from flockwire.control.vector import Vector
-from flockwire.flight.cores import Start
+from flockwire.domain.vector import Vector
+from flockwire.process.cores import Start
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Message
 

@@ -2,6 +2,9 @@
 
     python -m flockwire_mocap.vicon.child SERVER
 
+A frame is [when it came, {name: [x, y, z, qx, qy, qz, qw]}]: ns of the monotonic clock, read here, so that the age of a
+line that waits in the pipe shows. A line of text is an error of the package.
+
 It is a process of its own because the package's connect, without a server, neither returns nor lets anything else run.
 """
 
@@ -10,6 +13,8 @@ from __future__ import annotations
 import json
 import sys
 from typing import Any
+
+from flockwire import clock
 
 from flockwire_mocap.extras import MissingExtraError, imported
 
@@ -27,7 +32,8 @@ def main() -> int:
         system = package.connect("vicon", {"hostname": sys.argv[1]})
         while True:
             system.waitForNextFrame()
-            print(json.dumps({name: row(body) for name, body in system.rigidBodies.items()}), flush=True)
+            came = clock.monotonic()
+            print(json.dumps([came, {name: row(body) for name, body in system.rigidBodies.items()}]), flush=True)
     except BrokenPipeError:
         return 0
     except (MissingExtraError, RuntimeError) as error:

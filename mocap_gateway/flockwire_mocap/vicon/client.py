@@ -14,7 +14,7 @@ from flockwire_mocap.extras import imported
 from flockwire_mocap.persistent import PersistentConnection
 from flockwire_mocap.vicon.source import ViconSource
 
-PATIENCE = 2.5  # s without a frame after which the child is killed and started again
+FRAME_TIMEOUT = 2.5  # s without a frame after which the child is killed and started again
 LONGEST_LINE = 1 << 20  # bytes: a frame of MOST_BODIES with long names is a quarter of that
 
 
@@ -52,7 +52,7 @@ class ViconClient(PersistentConnection):
         server = self._source.table.server
         while True:
             try:
-                line = await asyncio.wait_for(child.stdout.readline(), PATIENCE)
+                line = await asyncio.wait_for(child.stdout.readline(), FRAME_TIMEOUT)
             except TimeoutError:
                 return f"{server} sends nothing: check its address, and that Tracker or Nexus is live"
             if not line:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from math import isfinite
 
-from flockwire.flight.cores import Start
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import nanoseconds
+from flockwire.process.cores import Start
 from flockwire.wire.status import counted
 
 from flockwire_mocap.source import Link
@@ -14,6 +14,7 @@ from flockwire_mocap.streamed import StreamedSource, coordinates_of
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose
 
 MOST_BODIES = 1000
+LATEST = 1 << 62  # ns of a monotonic clock: 146 years
 
 
 class ViconSource(StreamedSource):
@@ -32,22 +33,25 @@ class ViconSource(StreamedSource):
         self.child = ""
         self._numbers: dict[str, int] = {}
         self._lines = self._malformed = self._rejected = 0
-        super().__init__(coordinates_of(gateway), self._state, round(self.table.latency * BILLION))
+        super().__init__(coordinates_of(gateway), self._state, nanoseconds(self.table.latency))
 
     def line(self, line: bytes, now: int) -> None:
-        """Take in a line of the child's at `now` (Unix ns): a frame as {name: [x, y, z, qx, qy, qz, qw]}, or a text."""
+        """Take in a line of the child's that was read at `now` (Unix ns): a frame as the child describes, or a text."""
         try:
             frame = json.loads(line)
             if isinstance(frame, str):
                 self.child = frame
                 return
-            bodies = tuple(self._body(str(name), [float(v) for v in row]) for name, row in frame.items())
+            came, rows = frame
+            if type(came) is not int or not 0 <= came < LATEST:
+                raise ValueError(came)
+            bodies = tuple(self._body(str(name), [float(v) for v in row]) for name, row in rows.items())
         except (ValueError, AttributeError, TypeError):
             self._malformed += 1
             return
         self._lines += 1
         self.failure = ""
-        self.arrived(TrackerFrame(self._lines, now, now, bodies), now)
+        self.arrived(TrackerFrame(self._lines, came, came, bodies), now)
 
     def _body(self, name: str, row: list[float]) -> ReportedBody:
         x, y, z, qx, qy, qz, qw = row

@@ -14,7 +14,7 @@ from flockwire_mocap.tracking import TrackerFrame
 from flockwire_mocap.vrpn.session import VrpnSession
 from flockwire_mocap.vrpn.wire import PORT
 
-PATIENCE = 3.0  # s for the server to accept
+ACCEPT_TIMEOUT = 3.0  # s for the server to accept
 
 Deliver = Callable[[TrackerFrame, int], None]
 
@@ -59,7 +59,7 @@ class VrpnClient(PersistentConnection):
         """Connect, and return when the connection is lost, or there is none: why."""
         session, where = self.session, f"{self._host}:{self._port}"
         try:
-            async with asyncio.timeout(PATIENCE):
+            async with asyncio.timeout(ACCEPT_TIMEOUT):
                 transport, link = await self._connect()
         except OSError as error:  # a time-out is one too
             return f"{where} cannot be reached ({str(error) or 'no answer'}): check address, port, firewall"

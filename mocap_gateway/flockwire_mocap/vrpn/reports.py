@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 from flockwire_mocap.vrpn.connection import MOST_NAMES, PoseReport
 
-RESTART = 10 * BILLION  # ns; a report that is older than that by its stamp comes from a clock that was set back
+RESTART = 10 * SECOND  # ns; a report that is older than that by its stamp comes from a clock that was set back
 SET_BACK = 3  # reports of a body in a row that are older than the newest, of which the last shows the same
 
 

@@ -1,12 +1,42 @@
-"""A VRPN server as a tracker's twin."""
+"""A VRPN server as a tracker's twin: each body is a sender that reports its pose."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
-from flockwire_mocap.stream_server import StreamServer
-from flockwire_mocap.vrpn.twin import VrpnTwin
-from flockwire_mocap.vrpn.wire import PORT
+from flockwire_mocap.tracking import TrackerFrame
+from flockwire_mocap.twin.stream_server import StreamServer
+from flockwire_mocap.vrpn.connection import VrpnConnection
+from flockwire_mocap.vrpn.wire import PORT, PoseBody
+
+
+class VrpnTwin:
+    """Describes the bodies `names`, then reports their poses; a body that is not tracked is not reported."""
+
+    def __init__(self, names: Iterable[str]) -> None:
+        self._connection = VrpnConnection()
+        for name in names:
+            self._connection.describe(name)
+
+    @property
+    def failed(self) -> bool:
+        """Whether the client speaks another protocol."""
+        return self._connection.failed is not None
+
+    def receive(self, data: bytes) -> None:
+        """Take in bytes as they come, cut anywhere."""
+        self._connection.receive(data)
+
+    def publish(self, frame: TrackerFrame) -> None:
+        """Report the bodies of a frame."""
+        for body in frame.bodies:
+            if body.tracked:
+                name = body.name or str(body.identity)
+                self._connection.send_pose(name, frame.captured, PoseBody(0, body.position, body.orientation))
+
+    def outgoing(self) -> bytes:
+        """Return the bytes to be sent since the last call."""
+        return self._connection.outgoing()
 
 
 class VrpnServer(StreamServer):
@@ -14,4 +44,4 @@ class VrpnServer(StreamServer):
 
     def __init__(self, names: Iterable[str], address: str = "127.0.0.1", port: int = PORT) -> None:
         bodies = tuple(names)
-        super().__init__(lambda: VrpnTwin(bodies), address, port)
+        super().__init__(lambda _: VrpnTwin(bodies), address, port)

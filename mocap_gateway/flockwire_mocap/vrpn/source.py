@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from flockwire.flight.cores import Start
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import nanoseconds
+from flockwire.process.cores import Start
 from flockwire.wire.status import counted
 
 from flockwire_mocap.source import Link
@@ -21,7 +21,7 @@ class VrpnSource(StreamedSource):
         super().__init__(
             coordinates_of(swarm.gateway),
             self._state,
-            round(self.table.latency * BILLION),
+            nanoseconds(self.table.latency),
             {swarm.body(i): i for i in swarm.tracked},
             1.0 / swarm.gateway.rate_hz,
         )

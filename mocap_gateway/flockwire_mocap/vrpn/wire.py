@@ -10,8 +10,8 @@ from __future__ import annotations
 from struct import Struct
 from typing import NamedTuple
 
-from flockwire.control.vector import Vector
-from flockwire.nanoseconds import BILLION, THOUSAND
+from flockwire.domain.time import MICROSECOND, SECOND
+from flockwire.domain.vector import Vector
 
 from flockwire_mocap.quaternion import Quaternion
 
@@ -47,9 +47,9 @@ class PoseBody(NamedTuple):
 
 def encode(message: VrpnMessage) -> bytes:
     """Return the bytes of a message."""
-    seconds, rest = divmod(message.stamp, BILLION)
+    seconds, rest = divmod(message.stamp, SECOND)
     length = HEADER_SIZE + len(message.body)
-    head = _HEADER.pack(length, seconds & 0xFFFFFFFF, rest // THOUSAND, message.sender, message.kind)
+    head = _HEADER.pack(length, seconds & 0xFFFFFFFF, rest // MICROSECOND, message.sender, message.kind)
     return head + message.body + bytes(-length % 8)
 
 
@@ -94,5 +94,5 @@ def take_message(data: bytes | bytearray, begin: int) -> tuple[VrpnMessage | Non
     end = begin + length + -length % 8
     if len(data) < end:
         return None, begin
-    stamp = seconds * BILLION + micros * THOUSAND
+    stamp = seconds * SECOND + micros * MICROSECOND
     return VrpnMessage(stamp, sender, kind, bytes(data[begin + HEADER_SIZE : begin + length])), end

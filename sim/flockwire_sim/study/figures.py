@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from flockwire.swarm.model import Swarm
-from flockwire_recorder.drawing import DANGER, INK, OKABE_ITO, STYLE
+from flockwire_analysis.figures.drawing import DANGER, INK, OKABE_ITO, STYLE
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter

@@ -29,6 +29,7 @@ from pathlib import Path
 from random import Random
 from typing import Annotated, Any
 
+from flockwire.swarm.model import Swarm
 from flockwire.swarm.reading import error_lines, read_toml
 from flockwire.swarm.tables import Finite, Model, Positive, Probability
 from pydantic import Field, JsonValue, ValidationError, model_validator
@@ -121,6 +122,14 @@ class Study(Model):
     def points(self) -> tuple[GridPoint, ...]:
         """Every combination of the grid; one empty combination when there is no grid."""
         return tuple(tuple(zip(self.grid, values, strict=True)) for values in product(*self.grid.values()))
+
+    def equal_runs(self, swarm: Swarm) -> bool:
+        """Return whether all runs of a grid point fly the same flight, for nothing is left to chance."""
+        gateway, world = swarm.gateway, swarm.sim
+        chances = (world.jitter, world.loss, world.reordering, world.clock_offset, world.clock_drift)
+        grid = any(key.startswith(("gateway.", "sim.")) for key in self.grid)
+        drawn = self.starts or self.graph or self.random or self.faults
+        return not (drawn or grid or gateway.noise or gateway.dropout or any(chances))
 
     def seed_of(self, run: int) -> int:
         """Return the seed of run `run`, the same at all grid points."""

@@ -12,10 +12,9 @@ import tomli_w
 from flockwire.swarm.model import Swarm
 from pydantic import JsonValue
 
-from flockwire_sim.study.confidence import wilson
 from flockwire_sim.study.file import GridPoint, Study, StudyError
 from flockwire_sim.study.flight import Result
-from flockwire_sim.study.percentiles import Spread, spread
+from flockwire_sim.study.statistics import Spread, spread, wilson
 from flockwire_sim.study.variation import Table, vary
 
 WORST = 5  # runs that are listed

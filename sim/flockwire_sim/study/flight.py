@@ -6,8 +6,8 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from flockwire.swarm.model import Swarm
-from flockwire_recorder.checks import ABOUT_THE_RECORD
-from flockwire_recorder.summary import Summary, summarise
+from flockwire_analysis.checks import ABOUT_THE_RECORD
+from flockwire_analysis.summary import Summary, summarise
 
 from flockwire_sim.recording import TraceInMemory
 from flockwire_sim.study.file import Study, StudyError

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import TracebackType
 
 from flockwire_sim.study.file import Study, StudyError
-from flockwire_sim.study.flight import Result
+from flockwire_sim.study.flight import Result, Task
 from flockwire_sim.study.variation import Table
 
 PLAN, RUNS = "plan.json", "runs.jsonl"
@@ -22,6 +22,7 @@ class Ledger:
     """
 
     def __init__(self, out: Path, plan: Study, table: Table) -> None:
+        self._plan, self._table = plan, table
         identity = _identity(plan, table)
         there = _read(out / PLAN)
         if there is None and out.exists() and (not out.is_dir() or any(out.iterdir())):
@@ -57,6 +58,13 @@ class Ledger:
         self.results.append(result)
         self._file.write(json.dumps(result.as_json()).encode() + b"\n")
         self._file.flush()
+
+    def missing(self) -> list[Task]:
+        """Return what is still to be flown: the first run of each grid point, then the second ones, and so on."""
+        flown = {(result.point, result.run) for result in self.results}
+        plan, points = self._plan, range(len(self._plan.points))
+        runs = [(point, run) for run in range(plan.runs) for point in points if (point, run) not in flown]
+        return [Task(plan, self._table, point, run) for point, run in runs]
 
     def _flown(self, out: Path) -> list[Result]:
         """Read the runs; a last line that was cut off by a crash is taken out."""

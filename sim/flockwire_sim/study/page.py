@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from flockwire.swarm.model import Swarm
-from flockwire_recorder.rendering import render
+from flockwire_analysis.rendering import render
 
 from flockwire_sim.study.findings import QUANTITIES, Findings, GridPointFigures
 from flockwire_sim.study.labels import label, quantity

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from copy import deepcopy
 from dataclasses import dataclass
+from pathlib import Path
 from random import Random
 from typing import Any
 
-from flockwire.flight.faults import Fault, FaultFileError, parse_faults
-from flockwire.loading import SwarmFileError, parse_swarm
+from flockwire.loading import SwarmFileError, load_table, parse_swarm
+from flockwire.process.faults import Fault, FaultFileError, parse_faults
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
 from pydantic import JsonValue
 
 from flockwire_sim.fault_injection import refusal
+from flockwire_sim.study.draws import random_edges, random_starts
 from flockwire_sim.study.file import Draw, GridPoint, Study, StudyError
-from flockwire_sim.study.places import random_starts
-from flockwire_sim.study.trees import random_edges
 
 Table = dict[str, Any]
 
@@ -37,6 +37,18 @@ def vary(plan: Study, table: Table, point: GridPoint, seed: int) -> Variation:
     """Return the run of `seed` at a grid point; raises StudyError when what was drawn cannot be flown."""
     drawn = {key: draw.value(_chance(seed, key)) for key, draw in plan.random.items()}
     return _build(plan, table, [*point, *drawn.items()], seed, drawn)
+
+
+def swarm_table(path: Path) -> Table:
+    """Return the swarm file's content, its files of key frames named so that they are found from anywhere.
+
+    Raises SwarmFileError.
+    """
+    table: Table = load_table(path)
+    for formation in (table.get("formation"), *dict(table.get("formations", {})).values()):
+        if isinstance(formation, dict) and "frames" in formation:
+            formation["file"] = str((path.parent / str(formation["file"])).resolve())
+    return table
 
 
 def rehearse(plan: Study, table: Table) -> None:

@@ -14,6 +14,8 @@ from itertools import islice
 from multiprocessing.process import BaseProcess
 from threading import Thread
 
+from flockwire.extras import remedy
+
 from flockwire_sim.study.file import StudyError
 from flockwire_sim.study.flight import Result, Task, fly
 
@@ -50,7 +52,8 @@ def cluster(address: str) -> Iterator[Workers]:
     try:
         from distributed import Client  # noqa: PLC0415  (an optional extra)
     except ImportError:
-        raise StudyError(f"--scheduler = {address}: needs the extra flockwire[study] (distributed)") from None
+        line = f"--scheduler = {address}: needs the package distributed: {remedy('study')}"
+        raise StudyError(line) from None
     for name in ("distributed.client", "distributed.core", "distributed.comm"):
         logging.getLogger(name).setLevel(logging.CRITICAL)  # what goes wrong is reported in one line
     try:

@@ -4,7 +4,7 @@ from math import exp
 
 import pytest
 from flockwire.control.airframe_state import AirframeState
-from flockwire.control.feed_forward import lead, stopping_reference
+from flockwire.control.first_order_lag import lead, stopping_reference
 from hypothesis import given
 from hypothesis import strategies as st
 

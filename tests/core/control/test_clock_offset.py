@@ -6,7 +6,7 @@ from random import Random
 
 import pytest
 from flockwire.control.clock_offset import DRIFT, OffsetEstimator
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND, nanoseconds
 
 MS = 1_000_000
 
@@ -22,13 +22,13 @@ class Clocks:
 
     def own(self, true: float) -> int:
         """Return what the own clock shows, ns."""
-        return round((true * (1.0 + self._drift) - self.offset) * BILLION)
+        return round((true * (1.0 + self._drift) - self.offset) * SECOND)
 
     def exchange(self, true: float) -> float:
         """Make one round trip from the time `true` on; returns its end."""
         there = true + self._chance.uniform(*self._delays)
         back = there + self._chance.uniform(*self._delays)
-        assert self.estimator.add(self.own(true), round(there * BILLION), round(there * BILLION), self.own(back))
+        assert self.estimator.add(self.own(true), nanoseconds(there), nanoseconds(there), self.own(back))
         return back
 
     def errors(self, seconds: float, rate: float) -> list[tuple[float, float]]:
@@ -39,7 +39,7 @@ class Clocks:
             if k / rate >= 10.0 and k % round(rate) == 0:
                 estimate = self.estimator.estimate(self.own(end))
                 assert estimate is not None
-                wrong = estimate.offset - (round(end * BILLION) - self.own(end))
+                wrong = estimate.offset - (nanoseconds(end) - self.own(end))
                 found.append((abs(wrong) / MS, estimate.bound / MS))
         return found
 
@@ -60,9 +60,9 @@ def test_a_quiet_link_is_known_to_its_round_trip() -> None:
 def test_unequal_delays_stay_within_the_bound() -> None:
     clocks = Clocks(2)
     for k in range(100):
-        sent, arrived, returned = k * BILLION // 10, k * BILLION // 10 + 30 * MS, k * BILLION // 10 + 31 * MS
+        sent, arrived, returned = k * SECOND // 10, k * SECOND // 10 + 30 * MS, k * SECOND // 10 + 31 * MS
         clocks.estimator.add(sent, arrived, arrived, returned)
-    estimate = clocks.estimator.estimate(10 * BILLION)
+    estimate = clocks.estimator.estimate(10 * SECOND)
     assert estimate is not None
     assert 14 * MS < estimate.offset < 15 * MS
     assert estimate.bound > estimate.offset
@@ -71,12 +71,12 @@ def test_unequal_delays_stay_within_the_bound() -> None:
 def test_a_clock_that_was_set_is_followed() -> None:
     estimator = OffsetEstimator()
     for k in range(50):
-        step = 0 if k < 25 else BILLION
-        sent = k * BILLION // 10 + step
+        step = 0 if k < 25 else SECOND
+        sent = k * SECOND // 10 + step
         estimator.add(sent, sent - step + MS, sent - step + MS, sent + 2 * MS)
         estimate = estimator.estimate(sent + 2 * MS)
     assert estimate is not None
-    assert abs(estimate.offset + BILLION) < MS
+    assert abs(estimate.offset + SECOND) < MS
 
 
 def test_nothing_is_known_before_replies_and_impossible_ones_are_refused() -> None:

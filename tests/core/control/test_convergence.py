@@ -2,7 +2,7 @@ from math import inf
 
 import numpy as np
 import pytest
-from flockwire.control.convergence import convergence, laplacian, laplacian_ff, smallest_observer_gain
+from flockwire.control.convergence import convergence, laplacian, smallest_observer_gain
 from flockwire.control.graph import Graph
 from hypothesis import given
 from hypothesis import strategies as st
@@ -31,7 +31,6 @@ def test_gamma_of_the_chain_is_one_over_the_depth():
 def test_laplacian_orders_the_leader_first_and_then_the_followers_as_listed():
     graph = Graph((7, 3), ((0, 7, 2.0), (7, 3, 0.5), (0, 3, 1.0)))
     assert laplacian(graph).tolist() == [[0.0, 0.0, 0.0], [-2.0, 2.0, 0.0], [-1.0, -0.5, 1.5]]
-    assert laplacian_ff(graph).tolist() == [[2.0, 0.0], [-0.5, 1.5]]
 
 
 @st.composite

@@ -2,9 +2,8 @@ from math import cos, exp, isnan, log, pi, sin, sqrt
 
 import pytest
 from flockwire.control.expression import ExpressionError, bound, derivative, function_of_time
-from flockwire.control.expression_formation import ExpressionFormation
 from flockwire.control.expression_parser import parse_expression
-from flockwire.control.formation import Circle
+from flockwire.control.formation import Circle, ExpressionFormation
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -2,7 +2,7 @@ from math import cos, pi, sin
 
 import pytest
 from flockwire.control.formation import Circle, Grid, Line, Polygon
-from flockwire.control.vector import distance, norm, scale, subtract
+from flockwire.domain.vector import distance, norm, scale, subtract
 from hypothesis import given
 from hypothesis import strategies as st
 

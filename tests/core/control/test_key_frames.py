@@ -1,6 +1,6 @@
 import pytest
 from flockwire.control.key_frames import KeyFrames, parse_key_frames
-from flockwire.control.vector import ZERO, scale, subtract
+from flockwire.domain.vector import ZERO, scale, subtract
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,6 +1,14 @@
 import pytest
-from flockwire.control.observer import ObserverParameters, explicit_step, implicit_step, rate_estimate, signed_power
-from flockwire.control.vector import distance
+from flockwire.control.observer import (
+    ObserverParameters,
+    explicit_step,
+    implicit_step,
+    rate_estimate,
+    relay_step,
+    signed_power,
+)
+from flockwire.domain.motion import LeaderMotion
+from flockwire.domain.vector import distance
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -98,3 +106,19 @@ def test_the_rate_estimate_without_a_filter_is_the_rate():
 def test_wrong_parameters_are_refused_by_name(gain, exponent, name):
     with pytest.raises(ValueError, match=name):
         ObserverParameters(gain, exponent)
+
+
+def test_an_estimate_that_is_near_takes_over_what_it_hears() -> None:
+    neighbour = LeaderMotion((1.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.2, 0.0))
+    assert relay_step(LeaderMotion((0.99, 0.0, 0.0)), [(2.0, neighbour)], PAPER, 0.01) == neighbour
+
+
+def test_several_neighbours_are_averaged_by_weight() -> None:
+    a, b = LeaderMotion((1.0, 0.0, 0.0), (1.0, 0.0, 0.0)), LeaderMotion((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    stepped = relay_step(LeaderMotion((1.0, 0.0, 0.0)), [(3.0, a), (1.0, b)], PAPER, 0.01)
+    assert stepped.velocity == pytest.approx((0.75, 0.0, 0.0))
+
+
+def test_without_neighbours_it_coasts() -> None:
+    own = LeaderMotion((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (9.0, 9.0, 9.0))
+    assert relay_step(own, [], PAPER, 0.1).position == pytest.approx((0.1, 0.0, 0.0))

@@ -2,7 +2,7 @@ import pytest
 from flockwire.control.formation import Circle
 from flockwire.control.potential import potential_gradient
 from flockwire.control.protocol import ProtocolParameters, compensation, control_input
-from flockwire.control.vector import ZERO, add, distance, norm, scale
+from flockwire.domain.vector import ZERO, add, distance, norm, scale
 from hypothesis import given
 from hypothesis import strategies as st
 

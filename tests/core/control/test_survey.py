@@ -4,7 +4,7 @@ import pytest
 from flockwire.control.formation import Circle, Grid, Line
 from flockwire.control.key_frames import KeyFrames
 from flockwire.control.survey import survey
-from flockwire.control.vector import distance, norm
+from flockwire.domain.vector import distance, norm
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

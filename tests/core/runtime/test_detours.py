@@ -10,6 +10,13 @@ def test_what_is_told_is_read(detours):
     assert read_detours(detour_environment(detours)) == detours
 
 
+def test_every_process_of_a_plan_can_be_dialled_elsewhere(make_plan):
+    plan = make_plan({"gateway": {"source": "natnet", "twin": {}}})
+    detours = {identity: f"127.0.0.1:{40001 + k}" for k, identity in enumerate(plan.identities)}
+    assert "tracker-sim" in detours
+    assert read_detours(detour_environment(detours)) == detours
+
+
 def test_without_detours_the_environment_says_nothing():
     assert detour_environment({}) == {}
     assert read_detours({DETOURS: ""}) == {}

@@ -3,10 +3,12 @@
 import asyncio
 import os
 import signal
+import threading
 
 import pytest
 from flockwire.runtime import ending as module
-from flockwire.runtime.ending import LIFELINE, Ending, finished
+from flockwire.runtime.ending import LIFELINE, UNDONE, Ending, finished, last_resort
+from waiting import until
 
 SOON = 5.0  # s in which what must happen has long happened
 
@@ -50,12 +52,6 @@ def lifeline(monkeypatch):
 
 def raised(number):
     os.kill(os.getpid(), number)
-
-
-async def until(condition):
-    async with asyncio.timeout(SOON):
-        while not condition():  # noqa: ASYNC110  (nothing announces it)
-            await asyncio.sleep(0.002)
 
 
 async def passes():
@@ -173,3 +169,25 @@ def test_without_its_parent_a_pilot_waits_for_its_own_drone_alone(make_plan, lif
         core.down = True
 
     waiting(make_plan, "uav1", core, Links("uav2", "kinematics", "gateway", "recorder"), act)
+
+
+@pytest.mark.parametrize(
+    ("done", "status", "told"), [(True, 0, "its work is done"), (False, UNDONE, "with its work undone")]
+)
+def test_a_session_that_does_not_close_ends_the_process_with_a_word_and_well_where_its_work_is_done(
+    monkeypatch, caplog, done, status, told
+):
+    ended, statuses = threading.Event(), []
+
+    def leave(number):
+        statuses.append(number)
+        ended.set()
+
+    monkeypatch.setattr(module, "LAST_RESORT", 0.0)
+    monkeypatch.setattr(module.os, "_exit", leave)
+    last_resort("recorder", done)
+    assert ended.wait(SOON)
+    assert statuses == [status]
+    (line,) = caplog.messages
+    assert line.startswith("the session did not close in ")
+    assert line.endswith(told)

@@ -6,9 +6,12 @@ from pathlib import Path
 
 import pytest
 import zenoh
+from flockwire import clock
 from flockwire.runtime.configuration import BURST, SPARE_SESSIONS, configuration, reserved_configuration
 from flockwire.runtime.session import Session
 from flockwire.security.files import Credentials, CredentialsError
+from flockwire.security.holding import in_use
+from flockwire.security.pki import make_keys
 from flockwire.wire.access import access_control
 
 FILES = Credentials(Path("ca.crt"), Path("own.crt"), Path("own.key"))
@@ -139,3 +142,22 @@ def test_orders_travel_before_state_and_no_put_waits_for_a_peer(make_plan):
         assert all(publisher.congestion_control == zenoh.CongestionControl.DROP for publisher in orders + state)
         assert all(publisher.priority == zenoh.Priority.REAL_TIME for publisher in orders)
         assert int(zenoh.Priority.REAL_TIME) < min(int(publisher.priority) for publisher in state)
+
+
+def test_a_session_holds_its_keys_until_it_ends(make_plan, tmp_path):
+    plan = make_plan()
+    make_keys(plan, tmp_path, clock.utc())
+    for verified in (True, False):
+        with Session(plan, "operator", tmp_path, verified=verified):
+            assert in_use(tmp_path)
+        assert not in_use(tmp_path)
+
+
+@pytest.mark.parametrize("mode", ["peers", "router"])
+@pytest.mark.parametrize("link", ["tls", "quic"])
+def test_an_ipv6_address_is_dialled_as_its_certificate_has_it(make_plan, mode, link):
+    plan = make_plan({"network.mode": mode, "network.link": link, "hosts": {"local": {"address": "fd00::7"}}})
+    for identity in plan.identities:
+        config = configuration(plan, identity, FILES)
+        for where in (*config["listen"]["endpoints"], *config["connect"]["endpoints"]):
+            assert where.partition("/")[2].rpartition(":")[0] == "fd00::7"

@@ -1,10 +1,11 @@
 import asyncio
 import json
 import socket
+from types import SimpleNamespace
 
 import pytest
 from flockwire import clock
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.runtime import supervision
 from flockwire.runtime.supervision import Supervision
 from flockwire.wire.status import Report
@@ -23,7 +24,7 @@ def systemd(tmp_path):
 @pytest.fixture
 def now(monkeypatch):
     """Return the list whose first item is the monotonic time, ns."""
-    time = [100 * BILLION]
+    time = [100 * SECOND]
     monkeypatch.setattr(clock, "monotonic", lambda: time[0])
     return time
 
@@ -44,8 +45,8 @@ def test_systemd_is_told_of_the_first_step_and_then_at_half_the_watchdogs_time(s
     times = []
     for _ in range(50):
         told.completed(Report("hold"))
-        times += [(now[0] - 100 * BILLION) / BILLION] * len(received(receiver))
-        now[0] += BILLION // 10
+        times += [(now[0] - 100 * SECOND) / SECOND] * len(received(receiver))
+        now[0] += SECOND // 10
     assert times == [0.0, 1.0, 2.0, 3.0, 4.0]
 
 
@@ -53,7 +54,7 @@ def test_readiness_comes_first_and_without_steps_nothing_comes(systemd, now):
     receiver, address = systemd
     told = Supervision("uav1", {supervision.NOTIFY: address, supervision.WATCHDOG: "2000000"})
     told.completed(Report("hold"))
-    now[0] += 100 * BILLION
+    now[0] += 100 * SECOND
     assert received(receiver) == [b"READY=1\nWATCHDOG=1"]
     told.completed(Report("hold"))
     assert received(receiver) == [b"WATCHDOG=1"]
@@ -62,6 +63,7 @@ def test_readiness_comes_first_and_without_steps_nothing_comes(systemd, now):
 def test_a_systemd_that_is_gone_ends_nothing(tmp_path, now):
     told = Supervision("uav1", {supervision.NOTIFY: str(tmp_path / "nobody")})
     told.completed(Report("hold"))
+    assert json.loads(told.answer(now[0]))["phase"] == "hold"
 
 
 def test_an_abstract_address_is_understood(now):
@@ -72,7 +74,7 @@ def test_an_abstract_address_is_understood(now):
         assert received(receiver) == [b"READY=1\nWATCHDOG=1"]
 
 
-def asked(path, told, *reports, age=0.0):
+def asked(monkeypatch, path, told, *reports, age=0.0):
     """Return how a process that has reported so, the last step `age` s ago, answers a health check."""
     answers = []
 
@@ -80,23 +82,24 @@ def asked(path, told, *reports, age=0.0):
         supervised = Supervision("uav1", {supervision.HEALTH: path})
         for report in reports:
             supervised.completed(report)
-        supervised._stepped -= round(age * BILLION) if reports else 0
+        later = SimpleNamespace(monotonic=lambda: clock.monotonic() + nanoseconds(age))
+        monkeypatch.setattr(supervision, "clock", later)
         answers.append(await asyncio.to_thread(told, path))
 
     asyncio.run(process())
     return answers[0]
 
 
-def test_a_process_that_steps_is_healthy_and_says_what_it_does(tmp_path):
+def test_a_process_that_steps_is_healthy_and_says_what_it_does(tmp_path, monkeypatch):
     path = str(tmp_path / "health")
-    assert asked(path, health.ask, Report("hold", "no fresh pose")) == (True, "uav1: hold no fresh pose")
-    assert asked(path, health.ask, Report("ready")) == (True, "uav1: ready")  # in place of the one before
+    assert asked(monkeypatch, path, health.ask, Report("hold", "no fresh pose")) == (True, "uav1: hold no fresh pose")
+    assert asked(monkeypatch, path, health.ask, Report("ready")) == (True, "uav1: ready")  # in place of the one before
 
 
-def test_one_that_has_not_stepped_or_not_for_long_is_not(tmp_path):
+def test_one_that_has_not_stepped_or_not_for_long_is_not(tmp_path, monkeypatch):
     path = str(tmp_path / "health")
-    assert asked(path, health.ask) == (False, "uav1: starting; no step yet")
-    well, line = asked(path, health.ask, Report("formation"), age=5.0)
+    assert asked(monkeypatch, path, health.ask) == (False, "uav1: starting; no step yet")
+    well, line = asked(monkeypatch, path, health.ask, Report("formation"), age=5.0)
     assert not well
     assert line.startswith("uav1: formation; last step 5.")
 
@@ -113,7 +116,7 @@ def test_one_that_stands_still_or_is_gone_is_not(tmp_path, monkeypatch):
 def test_the_answer_is_json(tmp_path):
     told = Supervision("uav1", {})
     told.completed(Report("hold"))
-    answer = json.loads(told.answer(clock.monotonic() + BILLION))
+    answer = json.loads(told.answer(clock.monotonic() + SECOND))
     assert (answer["identity"], answer["phase"]) == ("uav1", "hold")
     assert answer["step_age_s"] == pytest.approx(1.0, abs=0.5)
 

@@ -2,11 +2,11 @@ import asyncio
 from itertools import accumulate
 from time import monotonic_ns
 
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.runtime.ticker import Ticker
 
 PERIOD = 0.002
-NS = round(PERIOD * BILLION)
+NS = nanoseconds(PERIOD)
 
 
 class Ticks:
@@ -24,7 +24,7 @@ class Ticks:
             self.began.append(monotonic_ns())
             self.lateness.append(lateness)
             self.skipped.append(skipped)
-            while monotonic_ns() - self.began[-1] < step * BILLION:
+            while monotonic_ns() - self.began[-1] < step * SECOND:
                 pass
             self.ended.append(monotonic_ns())
             if len(self.began) == count:
@@ -77,5 +77,14 @@ def test_after_stop_nothing_ticks():
     asyncio.run(run())
 
 
-def test_stopping_one_that_never_began_is_harmless():
-    Ticker(PERIOD, lambda *_: None).stop()
+def test_one_that_was_stopped_before_it_began_can_begin():
+    async def run():
+        ticked = asyncio.Event()
+        ticker = Ticker(PERIOD, lambda *_: ticked.set())
+        ticker.stop()
+        ticker.start()
+        await asyncio.wait_for(ticked.wait(), 5.0)
+        ticker.stop()
+        assert ticked.is_set()
+
+    asyncio.run(run())

@@ -14,7 +14,9 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID
 from flockwire.security.credentials import common_name, load_credentials
 from flockwire.security.files import CredentialsError
+from flockwire.security.holding import hold
 from flockwire.security.pki import (
+    AUTHORITY_LIFE,
     BACKDATED,
     LIFE,
     RENEW,
@@ -219,6 +221,19 @@ def test_rotation_replaces_all_and_makes_the_old_worthless(keys, plan, made):
     with pytest.raises((ValueError, InvalidSignature)):
         old.verify_directly_issued_by(certificate(keys, "ca"))
     assert load_credentials(keys, "uav1", made)
+
+
+def test_while_a_process_holds_the_keys_no_authority_is_made_again(keys, plan, made):
+    before = contents(keys)
+    with hold(keys):
+        with pytest.raises(KeysError, match=r"run with these keys.* not even a stop.* end them first"):
+            make_keys(plan, keys, made, rotate=True)
+        with pytest.raises(KeysError, match="run with these keys"):  # nor one that is about to expire
+            make_keys(plan, keys, made + AUTHORITY_LIFE)
+        assert contents(keys) == before
+        (keys / "uav1.crt").unlink()
+        assert make_keys(plan, keys, made) == ("uav1",)  # which the others accept
+    assert make_keys(plan, keys, made, rotate=True) == (*plan.authorities, *plan.certified)
 
 
 def test_a_rotation_that_was_cut_short_is_finished_by_the_next_run(keys, plan, made):

@@ -33,6 +33,22 @@ def test_the_schema_accepts_the_shipped_swarms(validator, path):
 
 
 @pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"formation.raduis": 1.0}, "Additional properties are not allowed ('raduis' was unexpected)"),
+        ({"formation.kind": "cirle"}, "'cirle' is not one of ['circle', "),
+        ({"formations.wide": {"kind": "circle", "radius": -1.0}}, "-1.0 is less than or equal to the minimum of 0"),
+        ({"formations.wide": {"radius": 1.0}}, "'kind' is a required property"),
+        ({"leader.trajectory": {"kind": "circel"}}, "'circel' is not one of ["),
+        ({"limits.fence.ceiling": "high"}, "'high' is not of type 'number'"),
+    ],
+)
+def test_what_an_editor_says_names_the_mistake_and_no_other_kind(validator, swarm_table, changes, message):
+    (error,) = validator.iter_errors(swarm_table(changes))
+    assert error.message.startswith(message)
+
+
+@pytest.mark.parametrize(
     ("key", "value"),
     [
         ("speed", 3),

@@ -29,6 +29,14 @@ WRONG = [
         "drones.tello.local_ip: the drivers of uav1 and uav2 would both bind 127.0.0.9, port 8889",
     ),
     (
+        TELLOS | {"limits.staleness.command_land": 15.0},
+        "limits.staleness.command_land = 15: must be below 15 s, after which airframe 'tello' lands by itself",
+    ),
+    (
+        TELLOS | {"limits.staleness.telemetry_land": 16.0},
+        "limits.staleness.telemetry_land = 16: must be below 15 s, after which airframe 'tello' lands by itself",
+    ),
+    (
         {"airframes": {"tello": {"stick_gains": {"right": 0.0}}}},
         "airframes.tello.stick_gains.right = 0.0: must be a number above 0",
     ),
@@ -102,6 +110,11 @@ WRONG = [
         {"limits.fence": {"polygon": [[-9, -9], [9, -9], [0, 9]], "ceiling": 0.5}},
         "limits.takeoff_height = 1.0: must be",
     ),
+    (
+        {"drones.3.start": [0.6, -2.3, 1.5], "limits.fence": {"ceiling": 2.2}},
+        "limits.takeoff_height = 1.0: must be 0.7 m or less: it counts from drones.3.start, 1.5 m high, and the "
+        "fence's top is 2.2 m",
+    ),
     ({"drones.3.start": [0.0, 0.3, 0.0]}, "drones.3.start = [0.0, 0.3, 0.0]: 0.30 m from drones.0.start, must be"),
     (
         {"obstacles": [{"center": [3.0, -0.8, 0.0], "radius": 0.05}]},
@@ -165,4 +178,4 @@ def test_every_unsound_pair_of_starts_is_named(make_swarm):
     ],
 )
 def test_what_keeps_the_rules_is_accepted(make_swarm, changes):
-    make_swarm(changes)
+    assert make_swarm(changes) != make_swarm()

@@ -32,7 +32,7 @@ def answer(tmp_path, changes):
 def test_the_file_is_sound_before_it_is_changed(tmp_path):
     path = tmp_path / "flock.toml"
     path.write_text(wrong_files.SOUND)
-    load_swarm(path)
+    assert load_swarm(path).name in wrong_files.SOUND
 
 
 @pytest.mark.parametrize("name", wrong_files.WRONG)

@@ -1,17 +1,17 @@
 import tracemalloc
 
 import pytest
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.wire.inbox import ATTACHMENT, CANARY, MISDIRECTED, Inbox, attachment, publisher_of
 from flockwire.wire.keys import MISSION, ROWS, STOP, TIME_REPLY, TIME_REQUEST, Key
 from flockwire.wire.messages import Mission, Pose, Stop, TimeReply, TimeRequest
 from hypothesis import given
 from hypothesis import strategies as st
 
-NOW = 1_790_000_000 * BILLION
+NOW = 1_790_000_000 * SECOND
 US, OTHER = b"a" * 16, b"b" * 16
 POSE = Key("pose", "uav1")
-AHEAD = round(ROWS["pose"].ahead * BILLION)
+AHEAD = nanoseconds(ROWS["pose"].ahead)
 
 
 def pose(stamp=NOW):
@@ -54,7 +54,7 @@ def test_a_message_that_comes_late_or_early_is_counted_by_its_reason(inbox, stam
 
 def test_a_message_past_its_maximum_age_is_expired():
     inbox = inbox_of(POSE)
-    maximum_age = round(ROWS["pose"].maximum_age * BILLION)
+    maximum_age = nanoseconds(ROWS["pose"].maximum_age)
     assert inbox.accept(pose(NOW - maximum_age - 1), attachment(0, NOW, US, POSE), NOW) is None
     assert inbox.rejected == {"expired": 1}
     assert inbox.accept(pose(NOW - maximum_age), attachment(1, NOW, US, POSE), NOW)
@@ -62,17 +62,17 @@ def test_a_message_past_its_maximum_age_is_expired():
 
 def test_a_stop_expires_too():
     inbox = inbox_of(STOP)
-    assert inbox.accept(Stop(NOW, "world", "").encode(), attachment(0, NOW, US, STOP), NOW + 121 * BILLION) is None
+    assert inbox.accept(Stop(NOW, "world", "").encode(), attachment(0, NOW, US, STOP), NOW + 121 * SECOND) is None
 
 
 @pytest.mark.parametrize("offset", [-119, -4, 4, 119])
 def test_clocks_that_are_two_minutes_apart_keep_no_stop_out(offset):
     inbox = inbox_of(STOP)
-    assert inbox.accept(Stop(NOW, "world", "").encode(), attachment(0, NOW, US, STOP), NOW + offset * BILLION)
+    assert inbox.accept(Stop(NOW, "world", "").encode(), attachment(0, NOW, US, STOP), NOW + offset * SECOND)
 
 
 def test_a_mission_never_expires():
-    day = 86_400 * BILLION
+    day = 86_400 * SECOND
     assert inbox_of(MISSION).accept(Mission(NOW - day, "world", "hold").encode(), attachment(0, NOW, US, MISSION), NOW)
 
 
@@ -160,7 +160,7 @@ def test_a_canary_is_counted_whatever_it_carries(inbox):
 
 def recording(count, first=0):
     """Return what a publisher sent, 100 times a second: payload, attachment and time of each message."""
-    times = [(k, NOW + k * BILLION // 100) for k in range(first, first + count)]
+    times = [(k, NOW + k * SECOND // 100) for k in range(first, first + count)]
     return [(pose(t), attachment(k, t, US, POSE), t) for k, t in times]
 
 
@@ -178,7 +178,7 @@ def test_a_recorded_minute_played_back_beside_the_living_moves_nobody_and_is_cou
 def test_a_recorded_minute_played_back_to_a_process_that_hears_nobody_else_is_counted_too():
     inbox, minute = inbox_of(POSE), recording(6000)
     for payload, attached, _ in minute:
-        assert inbox.accept(payload, attached, NOW + 66 * BILLION) is None
+        assert inbox.accept(payload, attached, NOW + 66 * SECOND) is None
     assert inbox.rejected == {"expired": 4000 + 1, "over quota": 1999}  # all at one time: four seconds' worth is judged
 
 
@@ -193,12 +193,12 @@ def test_a_recorded_minute_under_new_numbers_and_names_moves_nobody_either():
 
 def test_a_stamp_ahead_blocks_its_key_for_no_longer_than_clocks_may_differ(inbox):
     assert inbox.accept(pose(NOW + AHEAD), attachment(0, NOW, OTHER, POSE), NOW)
-    assert inbox.accept(pose(NOW + BILLION), attachment(1, NOW, OTHER, POSE), NOW) is None
+    assert inbox.accept(pose(NOW + SECOND), attachment(1, NOW, OTHER, POSE), NOW) is None
     assert inbox.accept(pose(NOW + AHEAD), attachment(6, NOW, US, POSE), NOW + AHEAD)
 
 
 def test_a_clock_that_was_set_back_blocks_no_key_for_longer_than_clocks_may_differ(inbox):
-    hour = 3600 * BILLION
+    hour = 3600 * SECOND
     assert inbox.accept(pose(NOW - hour), attachment(6, NOW - hour, US, POSE), NOW - hour)
 
 
@@ -231,8 +231,8 @@ def test_a_sample_that_the_network_delivers_under_another_key_is_rejected():
 
 
 @pytest.mark.parametrize(("kind", "message"), [
-    (TIME_REQUEST, TimeRequest(NOW - 300 * BILLION, "world")),
-    (TIME_REPLY, TimeReply(NOW - 300 * BILLION, "world", NOW, NOW)),
+    (TIME_REQUEST, TimeRequest(NOW - 300 * SECOND, "world")),
+    (TIME_REPLY, TimeReply(NOW - 300 * SECOND, "world", NOW, NOW)),
 ])  # fmt: skip
 def test_what_asks_for_the_time_passes_though_its_clock_was_set_back(kind, message):
     key = Key(kind, "uav1")

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 AGENTS = ("uav1", "uav2", "uav3", "uav4")
-PEOPLE = {"operator", "console"}
+ORDERING = {"operator", "console"}
 PILOTS = ("leader", *AGENTS)
 STARTED = ("gateway", "kinematics", *PILOTS, "recorder")
 CHAIN = {  # the paper's: {key: (who publishes it, who subscribes to it beside the recorder)}
@@ -18,11 +18,11 @@ CHAIN = {  # the paper's: {key: (who publishes it, who subscribes to it beside t
     **{Key("estimate", uav(i)): ({uav(i)}, {uav(i + 1)}) for i in range(1, 4)},
     Key("estimate", "uav4"): ({"uav4"}, set()),
     **{Key("command", uav(i)): ({PILOTS[i]}, {"kinematics"}) for i in range(5)},
-    **{Key("telemetry", uav(i)): ({"kinematics"}, {PILOTS[i], *PEOPLE}) for i in range(5)},
-    **{Key("status", identity): ({identity}, PEOPLE) for identity in STARTED},
-    Key("status", "leader"): ({"leader"}, {"uav1", *PEOPLE}),  # whether it leads
-    MISSION: ({*PEOPLE, "gateway"}, {"gateway", *PILOTS}),
-    STOP: (PEOPLE, {"kinematics", *PILOTS}),
+    **{Key("telemetry", uav(i)): ({"kinematics"}, {PILOTS[i], *ORDERING}) for i in range(5)},
+    **{Key("status", identity): ({identity}, ORDERING) for identity in STARTED},
+    Key("status", "leader"): ({"leader"}, {"uav1", *ORDERING}),  # whether it leads
+    MISSION: ({*ORDERING, "gateway"}, {"gateway", *PILOTS}),
+    STOP: (ORDERING, {"kinematics", *PILOTS}),
 }
 
 
@@ -96,9 +96,9 @@ def test_no_row_names_a_process_that_the_swarm_does_not_have(plans, data):
 def test_the_leaders_status_goes_to_whoever_has_an_edge_from_it_and_no_other_status_to_any_agent(make_swarm):
     for leader in ({}, {"leader.kind": "virtual", "drones.0": None}):
         swarm = make_swarm({"graph.edges": [[0, 1], [0, 3], [1, 2], [2, 3], [3, 4]], **leader})
-        assert both(swarm, Key("status", "leader")) == ({"leader"}, {"uav1", "uav3", *PEOPLE})
+        assert both(swarm, Key("status", "leader")) == ({"leader"}, {"uav1", "uav3", *ORDERING})
         for identity in set(STARTED) - {"leader"}:
-            assert both(swarm, Key("status", identity)) == ({identity}, PEOPLE)
+            assert both(swarm, Key("status", identity)) == ({identity}, ORDERING)
 
 
 def test_no_row_knows_who_records(make_swarm):

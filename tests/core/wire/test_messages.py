@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.body import Body, BodyKind
+from flockwire.domain.motion import LeaderMotion
+from flockwire.domain.time import SECOND
 from flockwire.wire.cdr import MessageError
 from flockwire.wire.keys import TABLE
 from flockwire.wire.messages import (
     LONGEST_CHANGE,
     MISSION_VERBS,
-    Body,
-    BodyKind,
     Change,
     Command,
     Estimate,
@@ -23,9 +23,10 @@ from flockwire.wire.messages import (
     Telemetry,
     TimeReply,
     TimeRequest,
+    Version,
 )
 from flockwire.wire.schemas import DEFINITIONS, ROS_TYPES, schema_text
-from flockwire.wire.status import Report, Status
+from flockwire.wire.status import Reason, Report, Status
 from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -35,7 +36,7 @@ for name, definition in DEFINITIONS.items():
     ROS.register(get_types_from_msg(definition, name))
 T = {name.rpartition("/")[2]: kind for name, kind in ROS.types.items()}
 
-stamps = st.integers(-(2**31) * BILLION, 2**31 * BILLION - 1)
+stamps = st.integers(-(2**31) * SECOND, 2**31 * SECOND - 1)
 frames = st.text(max_size=20)
 numbers = st.floats(-1e12, 1e12)
 vectors = st.tuples(numbers, numbers, numbers)
@@ -48,24 +49,32 @@ changes = st.integers(1, 20).flatmap(
     )
 )  # fmt: skip
 absent = st.lists(st.integers(0, 999), max_size=4).map(tuple)
+givers = st.integers(0, 2**32 - 1)
+versions = st.lists(st.builds(Version, stamps, givers), max_size=4).map(tuple)
 orders = st.builds(
-    Mission, stamps.filter(bool), st.just("world"), st.text(), stamps, st.text(), st.none() | changes, absent
-)
+    Mission, stamps.filter(bool), st.just("world"), st.text(), stamps, st.text(), st.none() | changes, absent,
+    givers, versions,
+)  # fmt: skip
 reports = st.builds(
     Report, st.text(), st.text(), numbers, numbers, numbers, numbers, numbers, numbers, st.none() | orders,
     latency=numbers, counts=st.lists(st.tuples(st.text(), counts), max_size=3).map(tuple),
-    position=st.none() | vectors,
+    position=st.none() | vectors, concurrent=versions, order_age=numbers,
+    reasons=st.lists(st.builds(Reason, st.text(), st.text(), st.text()), max_size=3).map(tuple),
 )  # fmt: skip
 MESSAGES = (
     st.builds(Pose, stamps, frames, vectors, st.tuples(numbers, numbers, numbers, numbers)),
     st.builds(
-        Estimate, stamps, frames, vectors, vectors, vectors, stamps, st.integers(0, 255), st.sampled_from(Leading)
+        Estimate, stamps, frames, st.builds(LeaderMotion, vectors, vectors, vectors), stamps, st.integers(0, 255),
+        st.sampled_from(Leading),
     ),
     st.builds(Command, stamps, frames, vectors, numbers),
     st.builds(Nearby, stamps, frames, st.lists(bodies, max_size=6).map(tuple)),
     st.builds(IdentityDoubt, stamps, frames, stamps),
-    st.builds(Telemetry, stamps, frames, st.sampled_from(FlightState), numbers, numbers, numbers),
-    st.builds(Mission, stamps, frames, st.sampled_from(MISSION_VERBS), stamps, st.text(), st.none() | changes, absent),
+    st.builds(Telemetry, stamps, frames, st.sampled_from(FlightState), numbers, numbers, numbers, st.booleans()),
+    st.builds(
+        Mission, stamps, frames, st.sampled_from(MISSION_VERBS), stamps, st.text(), st.none() | changes, absent,
+        givers, versions,
+    ),
     st.builds(Stop, stamps, frames, st.text()),
     st.builds(
         Status, stamps, st.just("world"), st.text(), reports, counts, counts, counts, counts, counts, numbers, counts,
@@ -77,9 +86,11 @@ MESSAGES = (
 )  # fmt: skip
 messages = st.one_of(MESSAGES)
 
+REASONS = (Reason("firmware", "SDK 20"), Reason("IMU", "a tilt of 25 degrees", "put it level"))
+
 
 def ros_time(stamp):
-    return T["Time"](*divmod(stamp, BILLION))
+    return T["Time"](*divmod(stamp, SECOND))
 
 
 def ros_content(message):  # noqa: PLR0911 (one for each kind)
@@ -90,7 +101,7 @@ def ros_content(message):  # noqa: PLR0911 (one for each kind)
             return (T["Pose"](point(message.position), T["Quaternion"](*message.orientation)),)
         case Estimate():
             return (
-                point(message.position), vector(message.velocity), vector(message.acceleration),
+                point(message.motion.position), *map(vector, message.motion[1:]),
                 ros_time(message.origin), message.hops, message.leading,
             )  # fmt: skip
         case Command():
@@ -105,7 +116,7 @@ def ros_content(message):  # noqa: PLR0911 (one for each kind)
         case IdentityDoubt():
             return (ros_time(message.since),)
         case Telemetry():
-            return (message.state, message.battery, message.height, message.command_age)
+            return (message.state, message.battery, message.height, message.command_age, message.stop_received)
         case Mission():
             return (message.verb, *ros_formation(message))
         case Stop():
@@ -125,6 +136,7 @@ def ros_content(message):  # noqa: PLR0911 (one for each kind)
                 ros_time(order.stamp), order.verb, *ros_formation(order),
                 r.position is not None, T["Point"](*(r.position or (0.0, 0.0, 0.0))),
                 message.clock_offset, message.clock_bound,
+                ros_versions(r.concurrent), r.order_age, [T["Reason"](*reason) for reason in r.reasons],
             )  # fmt: skip
     raise AssertionError(message)
 
@@ -132,7 +144,12 @@ def ros_content(message):  # noqa: PLR0911 (one for each kind)
 def ros_formation(order):
     begin, duration, before, places_before, places = order.change or Change(0, 0.0, "", (), ())
     ranks = [np.array(each, dtype=np.uint16) for each in (places_before, places, order.without)]
-    return (ros_time(order.start), order.formation, ros_time(begin), duration, before, *ranks)
+    changed = (ros_time(order.start), order.formation, ros_time(begin), duration, before)
+    return (*changed, *ranks, order.giver, ros_versions(order.knows))
+
+
+def ros_versions(versions):
+    return [T["OrderVersion"](ros_time(stamp), giver) for stamp, giver in versions]
 
 
 def ros_bytes(message):
@@ -156,26 +173,28 @@ def test_the_bytes_are_those_of_rosbags(of_one_kind, data):
 
 @pytest.mark.parametrize("length", range(21))
 def test_every_frame_id_keeps_the_alignment(length):
-    stamp, frame, place = 3 * BILLION + 7, "f" * length, (1.0, 2.0, 3.0)
+    stamp, frame, place = 3 * SECOND + 7, "f" * length, (1.0, 2.0, 3.0)
     several = tuple(Body(BodyKind.OBSTACLE, place, radius) for radius in (0.0, 0.5, 1.0))
     for message in (
         Pose(stamp, frame, place),
-        Estimate(stamp, frame, place, place, place, stamp - 1, 3, Leading.LEADS),
+        Estimate(stamp, frame, LeaderMotion(place, place, place), stamp - 1, 3, Leading.LEADS),
         Command(stamp, frame, place, 0.5),
         Nearby(stamp, frame, several),
         IdentityDoubt(stamp, frame, stamp - 1),
         Telemetry(stamp, frame, FlightState.FLYING, 0.5, 1.0, 0.01),
         Mission(stamp, frame, "start", stamp, "line"),
         Mission(stamp, frame, "formation", stamp, "line", Change(stamp, 2.0, "", (0, 1, 2), (2, 0, 1))),
+        Mission(stamp, frame, "start", giver=7, knows=(Version(stamp - 1, 8), Version(stamp, 2**31))),
         Stop(stamp, frame, "why"),
         TimeRequest(stamp, frame),
         TimeReply(stamp, frame, stamp - 1, stamp + 1),
         Status(stamp, frame, "uav1", Report("hold"), 1, 2, 3, 4, 5, 0.5, 6, (("a", 1),), ("gateway",)),
+        Status(stamp, frame, "driver1", Report("grounded", reasons=REASONS), 1, 2, 3, 4, 5, 0.5, 6, (), ()),
         Status(
             stamp,
             frame,
             "uav1",
-            Report("hold", mission=Mission(stamp - 2, frame, "start", stamp, "line")),
+            Report("hold", mission=Mission(stamp - 2, frame, "start", stamp, "line"), concurrent=(Version(stamp, 1),)),
             1,
             2,
             3,
@@ -192,22 +211,22 @@ def test_every_frame_id_keeps_the_alignment(length):
 
 
 def test_an_origin_of_more_than_a_second_of_nanoseconds_is_rejected():
-    message = Estimate(BILLION, "world", (0.0,) * 3, (0.0,) * 3, origin=7 * BILLION + 999_999_999)
+    message = Estimate(SECOND, "world", LeaderMotion((0.0,) * 3), origin=7 * SECOND + 999_999_999)
     data = bytearray(message.encode())
     place = data.index((999_999_999).to_bytes(4, "little"))
-    data[place : place + 4] = BILLION.to_bytes(4, "little")
+    data[place : place + 4] = SECOND.to_bytes(4, "little")
     with pytest.raises(MessageError, match="more than a second"):
         Estimate.decode(bytes(data))
 
 
 def test_a_status_without_an_order_names_none():
-    status = Status(BILLION, "world", "uav1", Report("ready"), 1, 2, 3, 4, 5, 0.5, 6, (), ())
+    status = Status(SECOND, "world", "uav1", Report("ready"), 1, 2, 3, 4, 5, 0.5, 6, (), ())
     assert Status.decode(status.encode()).report.mission is None
 
 
 @given(st.lists(bodies, max_size=40).map(tuple))
 def test_any_number_of_nearby_bodies_comes_back(many):
-    message = Nearby(BILLION, "world", many)
+    message = Nearby(SECOND, "world", many)
     assert Nearby.decode(message.encode()) == message
 
 

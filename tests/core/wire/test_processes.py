@@ -4,7 +4,7 @@ import json
 from itertools import combinations
 
 import pytest
-from flockwire.loading import load_object
+from flockwire.objects import load_object
 from flockwire.swarm.model import Swarm
 from flockwire.wire.processes import DRONE_PORTS, PROCESSES, SINGLE_PORTS, Link, Member, Roster
 

@@ -1,16 +1,16 @@
 """What one key may bring: so many messages a second, each so large; what exceeds that is dropped and counted."""
 
 import pytest
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 from flockwire.wire.cdr import MessageError
 from flockwire.wire.inbox import BURST, OVER_QUOTA, Inbox, Quota, attachment
 from flockwire.wire.keys import ROWS, TABLE, Key
 from flockwire.wire.messages import Pose
-from flockwire.wire.status import LONGEST_TEXT, MOST_LINKS, MOST_REJECTIONS, Report, Status
+from flockwire.wire.status import LONGEST_TEXT, MOST_LINKS, MOST_REASONS, MOST_REJECTIONS, Reason, Report, Status
 from hypothesis import given
 from hypothesis import strategies as st
 
-NOW = 1_790_000_000 * BILLION
+NOW = 1_790_000_000 * SECOND
 US, POSE = b"a" * 16, Key("pose", "uav1")
 
 
@@ -21,7 +21,7 @@ def status(detail="", rejected=(), links=()):
 @given(st.integers(1, 1000), st.integers(0, 20))
 def test_a_quota_lets_a_burst_through_and_then_its_rate(rate, seconds):
     quota, often = Quota(rate), 3 * rate
-    period = BILLION // often
+    period = SECOND // often
     passed = sum(not quota.exceeded(NOW + k * period) for k in range(often * seconds))
     assert passed <= rate * (seconds + BURST) + 1
     assert passed >= min(often * seconds, rate * seconds)
@@ -30,7 +30,7 @@ def test_a_quota_lets_a_burst_through_and_then_its_rate(rate, seconds):
 def test_the_usual_rate_never_exceeds_the_quota():
     for row in TABLE:
         quota = Quota(row.rate)
-        assert not any(quota.exceeded(NOW + k * (2 * BILLION // row.rate)) for k in range(20 * row.rate))
+        assert not any(quota.exceeded(NOW + k * (2 * SECOND // row.rate)) for k in range(20 * row.rate))
 
 
 def test_what_has_gathered_while_a_process_stood_still_passes():
@@ -41,7 +41,7 @@ def test_what_has_gathered_while_a_process_stood_still_passes():
 def test_a_clock_that_is_set_back_does_not_close_a_key():
     quota = Quota(10)
     assert not quota.exceeded(NOW)
-    assert not quota.exceeded(NOW - 3600 * BILLION)
+    assert not quota.exceeded(NOW - 3600 * SECOND)
 
 
 def test_a_flood_is_dropped_and_counted():
@@ -73,6 +73,26 @@ def test_names_that_are_too_long_are_shortened():
     told = told._replace(report=told.report._replace(counts=(long,))).bounded()
     assert Status.decode(told.encode()) == told
     assert told.report.counts == told.rejected == (("é" * 126 + "...", 3),)
+
+
+def test_of_more_reasons_than_a_status_gives_the_first_are_kept_each_shortened():
+    reasons = tuple(Reason(str(k), "x" * 300, "y" * 300) for k in range(MOST_REASONS + 1))
+    told = status("x" * 300)
+    told = told._replace(report=told.report._replace(reasons=reasons))
+    with pytest.raises(MessageError, match=f"gives {MOST_REASONS + 1} reasons"):
+        Status.decode(told.encode())
+    told = told.bounded()
+    assert Status.decode(told.encode()) == told
+    assert len(told.encode()) <= ROWS["status"].largest
+    assert [(one.code, len(one.text), len(one.remedy)) for one in told.report.reasons] == [
+        (str(k), LONGEST_TEXT, LONGEST_TEXT) for k in range(MOST_REASONS)
+    ]
+
+
+def test_a_report_in_one_line_has_the_detail_and_each_reason_with_its_remedy():
+    reasons = (Reason("firmware", "SDK 20"), Reason("IMU", "a tilt", "put it level"))
+    assert Report("grounded", reasons=reasons).line == "SDK 20; a tilt: put it level"
+    assert Report("hold", "why").line == "why"
 
 
 def test_a_small_status_is_left_as_it_is():

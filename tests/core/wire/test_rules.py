@@ -13,7 +13,7 @@ WRONG = [
     ),
     (
         {"hosts": {"a": {}, "b": {"address": "10.0.0.2"}}, "drones.2.host": "b", "drones.2.airframe": "tello"},
-        "drones.host: driver2 runs on b, its simulated Tello on a; both must be on one host",
+        "drones.host: driver2 runs on b, its simulated airframe on a; both must be on one host",
     ),
     ({"hosts.a.processes": ["operator"]}, "hosts.a.processes has 'operator': must be of ['router', "),
     (
@@ -74,4 +74,4 @@ def test_a_broken_rule_names_key_value_and_rule(make_swarm, changes, line):
     ],
 )  # fmt: skip
 def test_what_keeps_the_rules_is_accepted(make_swarm, changes):
-    make_swarm(changes)
+    assert make_swarm(changes) != make_swarm()

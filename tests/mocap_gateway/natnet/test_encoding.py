@@ -64,4 +64,11 @@ def test_requests_survive_the_wire():
 
 
 def test_a_greeting_is_what_clients_of_the_vendor_send():
-    assert encode_connect() == b"\0\0\x05\0Ping\0"
+    greeting = encode_connect()
+    assert greeting[:9] == b"\0\0\x08\x01Ping\0"
+    assert greeting[4:] == b"Ping".ljust(256, b"\0") + bytes((0, 0, 0, 0, 4, 5, 0, 0))
+
+
+@pytest.mark.parametrize("size", [5, 264, 265, 268, 269, 270, 271])
+def test_a_greeting_of_any_length_is_one(size):
+    assert parse_request(encode(Kind.CONNECT, b"Ping".ljust(size, b"\0"))) == Connect()

@@ -1,5 +1,5 @@
 import pytest
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 from flockwire_mocap.natnet.encoding import (
     encode,
     encode_command,
@@ -38,17 +38,17 @@ def session(info=INFO, **options):
 
 def test_it_greets_once_a_second_until_it_is_answered():
     asking = session(info=None)
-    greeted = [now for now in range(0, 5 * BILLION, BILLION // 10) if asking.requests(now) == [GREETING]]
-    assert greeted == [0, BILLION, 2 * BILLION, 3 * BILLION, 4 * BILLION]
-    asking.receive(encode_server_info(INFO), SERVER, 5 * BILLION)
-    assert GREETING not in asking.requests(5 * BILLION)
+    greeted = [now for now in range(0, 5 * SECOND, SECOND // 10) if asking.requests(now) == [GREETING]]
+    assert greeted == [0, SECOND, 2 * SECOND, 3 * SECOND, 4 * SECOND]
+    asking.receive(encode_server_info(INFO), SERVER, 5 * SECOND)
+    assert GREETING not in asking.requests(5 * SECOND)
 
 
 def test_in_unicast_it_keeps_the_connection_alive():
     living = session(request_model=False)
     sent = []
-    for now in range(0, 10 * BILLION, BILLION // 10):
-        living.receive(frame(now // (BILLION // 10)), SERVER, now)
+    for now in range(0, 10 * SECOND, SECOND // 10):
+        living.receive(frame(now // (SECOND // 10)), SERVER, now)
         sent += living.requests(now)
     assert sent == [KEEP_ALIVE] * 10
 
@@ -60,13 +60,13 @@ def test_in_multicast_it_need_not():
 
 def test_it_greets_a_silent_server_again():
     lost = session(request_model=False)
-    assert GREETING not in lost.requests(3 * BILLION)
-    assert GREETING in lost.requests(3 * BILLION + 1)
+    assert GREETING not in lost.requests(3 * SECOND)
+    assert GREETING in lost.requests(3 * SECOND + 1)
 
 
 def test_it_asks_for_names_a_few_times_only():
     asking = session()
-    sent = [request for now in range(0, 20 * BILLION, BILLION // 10) for request in asking.requests(now)]
+    sent = [request for now in range(0, 20 * SECOND, SECOND // 10) for request in asking.requests(now)]
     assert sent.count(MODEL_REQUEST) == 3
 
 
@@ -74,9 +74,9 @@ def test_it_asks_for_names_again_when_the_models_have_changed():
     told = session()
     told.requests(0)
     told.receive(encode_model([BodyDescription(7, "one")], (4, 1)), SERVER, 1)
-    assert MODEL_REQUEST not in told.requests(10 * BILLION)
-    told.receive(frame(1, parameters=2), SERVER, 10 * BILLION)
-    assert MODEL_REQUEST in told.requests(10 * BILLION)
+    assert MODEL_REQUEST not in told.requests(10 * SECOND)
+    told.receive(frame(1, parameters=2), SERVER, 10 * SECOND)
+    assert MODEL_REQUEST in told.requests(10 * SECOND)
 
 
 def test_poses_come_by_number_without_a_model_and_by_name_with_one():
@@ -88,7 +88,7 @@ def test_poses_come_by_number_without_a_model_and_by_name_with_one():
 
 def test_stamps_are_in_ns_of_the_ticks_clock():
     seen = session().receive(frame(ticks=(10_000_000, 10_050_000, 10_070_000)), SERVER, 0)
-    assert (seen.captured, seen.transmitted) == (BILLION, BILLION + 7_000_000)
+    assert (seen.captured, seen.transmitted) == (SECOND, SECOND + 7_000_000)
 
 
 @pytest.mark.parametrize("mid_exposure", [0, 4000])
@@ -154,7 +154,7 @@ def test_an_older_bitstream_is_asked_for_and_read_once_granted():
     choosy.receive(encode(Kind.RESPONSE, bytes(4)), SERVER, 0)
     assert choosy.version == (3, 0)
     assert choosy.receive(frame(1, version=(3, 0)), SERVER, 0) is not None
-    assert encode_command("Bitstream,3.0") not in choosy.requests(5 * BILLION)
+    assert encode_command("Bitstream,3.0") not in choosy.requests(5 * SECOND)
 
 
 def test_a_refused_bitstream_is_not_read():

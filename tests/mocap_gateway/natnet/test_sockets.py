@@ -11,8 +11,9 @@ from flockwire_mocap.natnet.server import NatNetServer
 from flockwire_mocap.natnet.session import NatNetSession, Options
 from flockwire_mocap.natnet.trouble import trouble
 from flockwire_mocap.natnet.twin import TwinOptions
-from flockwire_mocap.streaming import stream
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
+from streaming import stream
+from waiting import SOON, until
 
 HOME = "127.0.0.1"
 NAMES = {k: f"drone {k}" for k in range(1, 11)}
@@ -27,12 +28,6 @@ def frames(count=FRAMES):
         yield TrackerFrame(number, now - 8_000_000, now, tuple(bodies))
 
 
-async def until(condition, seconds=3.0):
-    async with asyncio.timeout(seconds):
-        while not condition():  # noqa: ASYNC110 sockets report to no event
-            await asyncio.sleep(0.01)
-
-
 async def fly(server_options, multicast, ready=lambda session: session.names == NAMES, **options):
     """Stream frames to a client; returns them, its session, and the frames as they were delivered."""
     server = NatNetServer(server_options._replace(data_port=0), NAMES, command_port=0)
@@ -44,7 +39,8 @@ async def fly(server_options, multicast, ready=lambda session: session.names == 
     await client.open()
     try:
         await until(lambda: ready(session))
-        await asyncio.sleep(0.15)  # the group that the server has told is joined at the client's next tick
+        if multicast:
+            await asyncio.sleep(0.15)  # the group that the server has announced is joined at the client's next tick
         await stream(frames(), 240.0, server.publish)
         await until(lambda: len(delivered) == FRAMES)
     finally:
@@ -88,7 +84,7 @@ def test_a_server_that_never_answers_is_read_in_the_version_that_is_set():
         server = NatNetServer(TwinOptions((4, 2), multicast=True, data_port=0), NAMES, command_port=0)
         await server.open()
         session, delivered = NatNetSession(Options(HOME, multicast=True, bitstream=(4, 2))), []
-        group = (GROUP, server._data.get_extra_info("sockname")[1])
+        group = (GROUP, server.data_port)
         client = NatNetClient(
             session, lambda frame, now: delivered.append(frame), local=HOME, command_port=9, group=group
         )
@@ -107,12 +103,13 @@ def test_a_server_that_is_not_there_is_a_line_and_no_hang():
     async def wait():
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
             taken.bind((HOME, 0))
+            taken.setblocking(False)
             session = NatNetSession(Options(HOME))
             client = NatNetClient(session, lambda frame, now: None, local=HOME, command_port=taken.getsockname()[1])
             await client.open()
-            await asyncio.sleep(0.3)
+            greeting = await asyncio.wait_for(asyncio.get_running_loop().sock_recv(taken, 1000), SOON)
             client.close()
-            return HEADER.unpack_from(taken.recv(100))[0], trouble(session, 1510)
+            return HEADER.unpack_from(greeting)[0], trouble(session, 1510)
 
     kind, found = asyncio.run(wait())
     assert kind == Kind.CONNECT
@@ -133,6 +130,24 @@ def test_a_stranger_on_the_same_host_is_not_the_server():
         return session
 
     assert asyncio.run(intrude()).foreign == "127.0.0.2"
+
+
+@pytest.mark.parametrize(("multicast", "shared"), [(True, True), (False, False)], ids=["multicast", "unicast"])
+def test_who_listens_to_the_group_on_the_servers_host_has_its_port_too(multicast, shared):
+    async def listen():
+        server = NatNetServer(TwinOptions((4, 1), multicast=multicast, data_port=0), NAMES, command_port=0)
+        await server.open()
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
+            client.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                client.bind(("", server.data_port))
+            except OSError:
+                return False
+            finally:
+                server.close()
+        return True
+
+    assert asyncio.run(listen()) == shared
 
 
 @pytest.mark.parametrize("bitstream", [None, (4, 1)])

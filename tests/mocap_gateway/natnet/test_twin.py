@@ -1,5 +1,5 @@
 import pytest
-from flockwire.nanoseconds import BILLION
+from flockwire.domain.time import SECOND
 from flockwire_mocap.natnet.encoding import encode, encode_command, encode_connect
 from flockwire_mocap.natnet.packets import Kind, ModelDefinition, Other, Response
 from flockwire_mocap.natnet.parsing import parse
@@ -8,7 +8,7 @@ from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 
 ALICE, BOB = ("10.0.0.2", 4000), ("10.0.0.3", 4000)
 BODY = ReportedBody(7, None, (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0), tracked=True)
-FRAME = TrackerFrame(5, BILLION, BILLION + 4_000_000, (BODY, BODY._replace(identity=8, tracked=False)))
+FRAME = TrackerFrame(5, SECOND, SECOND + 4_000_000, (BODY, BODY._replace(identity=8, tracked=False)))
 NAMES = {7: "one", 8: "two"}
 
 

@@ -1,19 +1,22 @@
 """QTM's protocol: the vendor's own client reads the twin, over real sockets."""
 
 import asyncio
-from math import isnan, sqrt
+import socket
+from math import cos, isnan, radians, sin, sqrt
+from struct import pack, unpack_from
 
 import pytest
 import qtm_rt
 from flockwire_mocap.core import make_core
 from flockwire_mocap.qualisys.client import QualisysClient
-from flockwire_mocap.qualisys.rotation import from_columns, to_columns
+from flockwire_mocap.qualisys.rotation import from_columns, to_angles, to_columns
 from flockwire_mocap.qualisys.server import QtmServer
 from flockwire_mocap.qualisys.source import names_in
 from flockwire_mocap.qualisys.twin import QtmTwin
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 from hypothesis import given
 from hypothesis import strategies as st
+from waiting import until
 
 HOME = "127.0.0.1"
 NAMES = [f"uav{i}" for i in range(5)]
@@ -40,12 +43,6 @@ def frame(k):
         ReportedBody(i, n, (1000.0 * i, 10.0 * k, 1000.0), (0.0, 0.0, 0.6, 0.8), i != 4) for i, n in enumerate(NAMES)
     )
     return TrackerFrame(k, 10_000_000 * k, 10_000_000 * k, bodies)
-
-
-async def until(condition, seconds=3.0):
-    async with asyncio.timeout(seconds):
-        while not condition():  # noqa: ASYNC110 sockets report to no event
-            await asyncio.sleep(0.01)
 
 
 def test_the_vendors_client_reads_the_twin():
@@ -102,7 +99,7 @@ def test_the_gateway_gets_poses_in_metres_and_lost_bodies_say_nothing(start):
 
 @pytest.mark.parametrize("serve", [True, False])
 def test_a_server_of_another_kind_or_none_is_a_line_with_a_remedy(start, serve, monkeypatch):
-    monkeypatch.setattr("flockwire_mocap.qualisys.client.PATIENCE", 0.3)
+    monkeypatch.setattr("flockwire_mocap.qualisys.client.ANSWER_TIMEOUT", 0.3)
 
     async def wait():
         other = await asyncio.start_server(lambda reader, writer: None, HOME, 0)
@@ -129,8 +126,101 @@ def test_settings_without_bodies_and_hostile_ones_are_lines():
         names_in(b'<!DOCTYPE x [<!ENTITY a "b">]><x/>')
 
 
+def command(text):
+    """Return a client's command."""
+    return pack("<II", 9 + len(text.encode()), 1) + text.encode() + b"\0"
+
+
+def twin_and_datagrams():
+    sent = []
+    twin = QtmTwin(NAMES, lambda data, port: sent.append((data, port)))
+    twin.outgoing()
+    return twin, sent
+
+
+@given(st.tuples(number, number, number, number).filter(lambda q: sum(c * c for c in q) > 0.01))
+def test_angles_are_turns_about_x_then_the_new_y_then_the_new_z(q):
+    length = sqrt(sum(c * c for c in q))
+    columns = to_columns(tuple(c / length for c in q))
+    (sa, sb, sc), (ca, cb, cc) = zip(*((sin(radians(w)), cos(radians(w))) for w in to_angles(columns)), strict=True)
+    product = (
+        cb * cc, ca * sc + sa * sb * cc, sa * sc - ca * sb * cc,
+        -cb * sc, ca * cc - sa * sb * sc, sa * cc + ca * sb * sc,
+        sb, -sa * cb, ca * cb,
+    )  # fmt: skip
+    assert product == pytest.approx(columns, abs=1e-6)
+
+
+def test_a_turn_about_one_axis_is_one_angle():
+    for axis in range(3):
+        turn = tuple(0.5 if k == axis else 0.0 for k in range(3))
+        expected = tuple(60.0 if k == axis else 0.0 for k in range(3))
+        assert to_angles(to_columns((*turn, sqrt(0.75)))) == pytest.approx(expected, abs=1e-6)
+
+
+def test_an_old_client_gets_angles_by_datagrams():
+    async def read():
+        server = QtmServer(NAMES, port=0)
+        await server.open()
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
+            receiver.bind((HOME, 0))
+            receiver.setblocking(False)
+            reader, writer = await asyncio.open_connection(HOME, server.port)
+            port = receiver.getsockname()[1]
+            for text in ("Version 1.19", "GetParameters 6D", f"StreamFrames AllFrames UDP:{port} 3DNoLabels 6DEuler"):
+                writer.write(command(text))
+            said = b""
+            while b"</QTM_Parameters_Ver_1.19>" not in said:
+                said += await reader.read(4096)
+            await until(lambda: next(iter(server._clients))._twin._components)
+            server.publish(frame(3))
+            async with asyncio.timeout(3.0):
+                datagram = await asyncio.get_running_loop().sock_recv(receiver, 65535)
+            writer.close()
+            server.close()
+        return said, datagram
+
+    said, datagram = asyncio.run(read())
+    assert b"Version set to 1.19" in said
+    size, kind, microseconds, number, components = unpack_from("<IIqII", datagram)
+    assert (size, kind, microseconds, number, components) == (len(datagram), 3, 30_000, 3, 2)
+    assert unpack_from("<III", datagram, 24) == (16, 2, 0)  # no loose markers
+    assert unpack_from("<III", datagram, 40) == (16 + 5 * 24, 6, 5)
+    bodies = [unpack_from("<6f", datagram, 56 + 24 * k) for k in range(5)]
+    assert bodies[2] == pytest.approx((2000.0, 30.0, 1000.0, 0.0, 0.0, 73.7398), abs=1e-3)
+    assert all(map(isnan, bodies[4]))
+
+
+def test_a_client_may_stop_and_go_on_over_tcp():
+    twin, sent = twin_and_datagrams()
+    for text, over_tcp, datagrams in (
+        ("StreamFrames AllFrames UDP:5000 6D", False, 1),
+        ("StreamFrames Stop", False, 1),
+        ("StreamFrames Frequency:100 6D 6DEuler", True, 1),
+    ):
+        twin.receive(command(text))
+        assert twin.outgoing() == b""
+        twin.publish(frame(1))
+        assert (bool(twin.outgoing()), len(sent)) == (over_tcp, datagrams)
+    assert sent[0][1] == 5000
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    ["", "AllFrames", "6D Skeleton", "UDP:0 6D", "UDP:65536 6D", "UDP:x 6D", "UDP: 6D", "UDP:1 UDP:2 6D", "UDP:5000",
+     "UDP:10.0.0.1:5000 6D", "UDP:² 6D"],
+)  # fmt: skip
+def test_what_is_not_served_is_an_error_and_ends_what_was(arguments):
+    twin, sent = twin_and_datagrams()
+    twin.receive(command("StreamFrames AllFrames UDP:5000 6D"))
+    twin.receive(command(f"StreamFrames {arguments}"))
+    assert b"Parse error" in twin.outgoing()
+    twin.publish(frame(1))
+    assert (twin.outgoing(), sent) == (b"", [])
+
+
 @given(st.binary(max_size=64))
 def test_whatever_a_client_sends_the_twin_answers_or_leaves(data):
-    twin = QtmTwin(NAMES)
+    twin = QtmTwin(NAMES, lambda data, port: None)
     twin.receive(data)
     assert twin.outgoing()

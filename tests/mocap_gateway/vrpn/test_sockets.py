@@ -3,10 +3,11 @@
 import asyncio
 
 from flockwire import clock
-from flockwire_mocap.streaming import stream
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 from flockwire_mocap.vrpn.client import VrpnClient
 from flockwire_mocap.vrpn.server import VrpnServer
+from streaming import stream
+from waiting import until
 
 HOME = "127.0.0.1"
 NAMES = [f"drone {k}" for k in range(10)]
@@ -19,12 +20,6 @@ def frames(count=FRAMES):
         places = enumerate(NAMES)
         bodies = (ReportedBody(k, n, (float(k), number / 3, 1.0), (0.0, 0.0, 0.0, 1.0), k != 4) for k, n in places)
         yield TrackerFrame(number, now, now, tuple(bodies))
-
-
-async def until(condition, seconds=3.0):
-    async with asyncio.timeout(seconds):
-        while not condition():  # noqa: ASYNC110 sockets report to no event
-            await asyncio.sleep(0.01)
 
 
 def test_every_report_arrives_once_and_lost_bodies_say_nothing():
@@ -52,7 +47,9 @@ def test_every_report_arrives_once_and_lost_bodies_say_nothing():
     assert all(seen == [number / 3 for number in range(FRAMES)] for seen in heights.values())
 
 
-def test_a_server_that_comes_later_or_comes_back_is_found():
+def test_a_server_that_comes_later_or_comes_back_is_found(monkeypatch):
+    monkeypatch.setattr(VrpnClient, "PAUSE", 0.02)
+
     async def fly():
         first, delivered = VrpnServer(NAMES, port=0), []
         await first.open()
@@ -89,5 +86,6 @@ def test_a_server_of_another_protocol_is_left():
         await until(lambda: "not VRPN 7" in (client.session.trouble or ""))
         await client.close()
         server.close()
+        return client.session.trouble
 
-    asyncio.run(fly())
+    assert "not VRPN 7" in asyncio.run(fly())

@@ -1,0 +1,132 @@
+"""From messages, one by one, to what a trace holds of a flight."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from flockwire.law import FAILED
+from flockwire.swarm.model import Swarm
+from flockwire.wire.keys import ROWS, Key
+from flockwire.wire.messages import Message, Mission, Stop, Version
+from flockwire.wire.plan import Plan
+from flockwire.wire.status import Status
+from flockwire_recorder.publication import count_lost, published_at
+
+from flockwire_analysis.recorded import ProcessRecord, StateChange, Trace, is_repeated
+from flockwire_analysis.series import Columns
+
+
+@dataclass(slots=True)
+class _Publisher:
+    """One channel: what is published on a topic by one process, `repeated` until it is answered or not.
+
+    `rate` is the most messages of it, per s.
+    """
+
+    repeated: bool
+    rate: int
+    begin: int  # Unix ns
+    end: int = 0
+    sequences: array[int] = field(default_factory=lambda: array("q"))
+    last: Status | None = None
+    cpu: float = 0.0
+    links: set[str] = field(default_factory=set)
+
+    def lost(self) -> int:
+        """Return how many of its messages are missing between the first and the last that were recorded."""
+        return count_lost(self.sequences, self.rate, self.end - self.begin)
+
+
+class Collector:
+    """Collects the messages of a flight of `swarm` into a Trace."""
+
+    def __init__(self, swarm: Swarm, metadata: dict[str, str]) -> None:
+        self.plan = Plan(swarm)
+        self._metadata = metadata
+        self._publishers: dict[Hashable, _Publisher] = {}
+        self._columns: dict[Key, Columns] = {}
+        self._missions: dict[Version, Mission] = {}
+        self._obeyed: set[Version] = set()  # of the missions those that a process obeyed
+        self._stops: dict[int, Stop] = {}
+        self._states: dict[str, list[StateChange]] = {}
+        self._failed_laws: dict[str, None] = {}
+        self._begin = self._end = 0
+        self._recorded = self._malformed = 0
+
+    def add(
+        self, channel: Hashable, key: Key | None, message: Message | None, sequence: int, published: int, logged: int
+    ) -> None:
+        """Add a message of `key`; both are None where they cannot be read.
+
+        `channel` stands for a key of one publisher, `sequence` is its count, `published` and `logged` are Unix
+        times in ns; the former is the publisher's word.
+        """
+        publisher = self._publishers.get(channel)
+        if publisher is None:
+            repeated, rate = (is_repeated(key.kind), ROWS[key.kind].rate) if key is not None else (False, 0)
+            publisher = self._publishers[channel] = _Publisher(repeated, rate, logged)
+        self._recorded += 1
+        self._begin = min(self._begin or logged, logged)
+        self._end = max(self._end, logged)
+        publisher.sequences.append(sequence)
+        publisher.end = max(publisher.end, logged)
+        if key is None or message is None:
+            self._malformed += 1
+            return
+        match message:
+            case Mission():
+                self._missions[message.version] = message
+            case Stop():
+                self._stops[message.stamp] = message
+            case Status() if message.identity != key.owner:  # a status of somebody else is forged
+                self._malformed += 1
+                return
+            case Status():
+                publisher.last = message
+                publisher.cpu += message.cpu
+                publisher.links.update(message.links)
+                if (obeyed := message.report.mission) is not None:
+                    self._obeyed.add(obeyed.version)
+                if message.report.detail.startswith(FAILED):
+                    self._failed_laws[f"{message.identity}: {message.report.detail}"] = None
+                states = self._states.setdefault(message.identity, [])
+                if not states or states[-1].phase != message.report.phase:
+                    states.append(StateChange(message.stamp, message.report.phase))
+        columns = self._columns.get(key)
+        if columns is None:
+            columns = self._columns[key] = Columns(key.kind)
+        columns.add(message, published_at(published, logged), logged, sequence)
+
+    def trace(self, path: Path, closed: bool = True, lost_bytes: int = 0) -> Trace:
+        """Return what was collected, which came from `path`."""
+        return Trace(
+            path, self.plan, self._metadata,
+            {key: columns.series() for key, columns in self._columns.items()},
+            self._held(),
+            tuple(stop for _, stop in sorted(self._stops.items())),
+            tuple(
+                ProcessRecord(publisher.last, publisher.cpu / len(publisher.sequences), tuple(sorted(publisher.links)))
+                for publisher in self._publishers.values()
+                if publisher.last is not None
+            ),
+            {identity: tuple(states) for identity, states in self._states.items()},
+            tuple(self._failed_laws),
+            self._begin, self._end, self._recorded,
+            self._lost(), self._malformed, closed, lost_bytes,
+        )  # fmt: skip
+
+    def _held(self) -> tuple[Mission, ...]:
+        """Return the orders that somebody obeyed, as far as that was recorded, by time: those rejected are none."""
+        missions = (mission for _, mission in sorted(self._missions.items()))
+        return tuple(mission for mission in missions if not self._obeyed or mission.version in self._obeyed)
+
+    def _lost(self) -> int:
+        """Return how many messages are missing, and how many orders that pilots obeyed.
+
+        What is repeated until it is answered may find no link, after its process was stopped for a while.
+        """
+        orders = {version for version in self._obeyed if version.stamp >= self._begin}.difference(self._missions)
+        return len(orders) + sum(publisher.lost() for publisher in self._publishers.values() if not publisher.repeated)

@@ -1,0 +1,49 @@
+"""What happened in a flight, in the order of time: orders, stops and injected faults."""
+
+from __future__ import annotations
+
+import json
+from typing import NamedTuple
+
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire_recorder.trace import FAULTS
+
+from flockwire_analysis.recorded import Trace
+
+REPEATS = 3 * SECOND  # ns within which a stop is the same one, repeated
+
+
+class Event(NamedTuple):
+    """At `stamp` (Unix ns) something began, in a word or two."""
+
+    stamp: int
+    text: str
+
+
+def events(trace: Trace) -> tuple[Event, ...]:
+    """Return what is to be marked in the figures of a flight."""
+    return tuple(sorted((*_orders(trace), *_stops(trace), *_faults(trace))))
+
+
+def _orders(trace: Trace) -> list[Event]:
+    """Return the operator's orders; a start counts from the formation's time 0."""
+    found = []
+    for mission in trace.missions:
+        when = max(mission.start, mission.stamp) if mission.in_formation else mission.stamp
+        found.append(Event(when, f"{mission.verb} {mission.formation}".strip()))
+    return found
+
+
+def _faults(trace: Trace) -> list[Event]:
+    """Return what was injected; its time counts from the first order to take off."""
+    took_off = next((mission.stamp for mission in trace.missions if mission.verb == "takeoff"), trace.begin)
+    injected = json.loads(trace.metadata.get(FAULTS, "[]"))
+    return [Event(took_off + nanoseconds(at), text) for at, text in injected]
+
+
+def _stops(trace: Trace) -> list[Event]:
+    found: list[Event] = []
+    for stop in trace.stops:
+        if not found or stop.stamp - found[-1].stamp > REPEATS:
+            found.append(Event(stop.stamp, "STOP"))
+    return found

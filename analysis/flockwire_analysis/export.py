@@ -1,0 +1,107 @@
+"""A trace as tables, for other programs: one for each kind of message, one for the errors, one for events."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from flockwire.domain.time import SECOND
+from flockwire.extras import remedy
+from flockwire.swarm.model import uav
+
+from flockwire_analysis.events import events
+from flockwire_analysis.phases import Span, formation_phases
+from flockwire_analysis.recorded import Trace
+from flockwire_analysis.series import Integers
+from flockwire_analysis.tracking import formation_errors, observation_errors
+
+_POINT, _VELOCITY = ("x_m", "y_m", "z_m"), ("vx_m_s", "vy_m_s", "vz_m_s")
+COLUMNS: dict[str, tuple[str, ...]] = {
+    "truth": _POINT,
+    "pose": _POINT,
+    "estimate": _POINT + _VELOCITY,
+    "command": _VELOCITY,
+    "telemetry": ("state", "battery", "height_m", "command_age_s"),
+}
+Table = dict[str, Sequence[Any]]  # columns by name, all of one length
+
+
+class ExportError(ValueError):
+    """What keeps a trace from being exported."""
+
+
+def tables(trace: Trace) -> Iterator[tuple[str, Table]]:
+    """Yield name and columns of each table that has rows.
+
+    `t_s` is mission time in s (time since the trace's begin where no formation was flown), `stamp_ns` Unix time. The
+    `phase` of an error is that of summary.json's phases in which it is, from 1 on, 0 outside all of them: after a hold,
+    in a landing. `tail` is 1 in the part by which the phase is judged, else 0.
+    """
+    phases = [phase.span for phase in formation_phases(trace)]
+    origin = phases[0].begin if phases else trace.begin
+    for kind, columns in COLUMNS.items():
+        series = [(i, one) for i in sorted({0, *trace.flying}) if len(one := trace.of(kind, i))]
+        parts = [(i, one.stamps, one.values) for i, one in series]
+        if parts:
+            yield kind, _table(parts, columns, origin)
+    for name, errors in (
+        ("formation_error", formation_errors(trace)),
+        ("observation_error", observation_errors(trace)),
+    ):
+        parts = [(i, one.stamps, one.values[:, None]) for i, one in errors.items() if len(one.stamps)]
+        if parts:
+            table = _table(parts, ("error_m",), origin)
+            yield name, table | _phases(phases, np.array(table["stamp_ns"], np.int64))
+    if found := events(trace):
+        stamps = [event.stamp for event in found]
+        yield "events", {"t_s": [(s - origin) / SECOND for s in stamps], "stamp_ns": stamps,
+                         "event": [event.text for event in found]}  # fmt: skip
+
+
+def _table(parts: Sequence[tuple[int, Any, Any]], columns: tuple[str, ...], origin: int) -> Table:
+    stamps = np.concatenate([stamps for _, stamps, _ in parts])
+    values = np.concatenate([values for _, _, values in parts])
+    drones = [uav(i) for i, stamps, _ in parts for _ in range(len(stamps))]
+    named = {name: values[:, place].tolist() for place, name in enumerate(columns)}
+    return {"t_s": ((stamps - origin) / SECOND).tolist(), "stamp_ns": stamps.tolist(), "drone": drones, **named}
+
+
+def _phases(phases: Sequence[Span], stamps: Integers) -> Table:
+    """Return the columns of the phase of `stamps` (Unix ns), and whether they are in its tail."""
+    phase, tail = np.zeros(len(stamps), np.int64), np.zeros(len(stamps), np.int64)
+    for number, span in enumerate(phases, 1):
+        phase[span.holds(stamps)] = number
+        tail[span.tail().holds(stamps)] = 1
+    return {"phase": phase.tolist(), "tail": tail.tolist()}
+
+
+def write_csv(trace: Trace, out: Path) -> tuple[Path, ...]:
+    """Write each table as a CSV file into the folder `out`; returns the files. Raises OSError."""
+    out.mkdir(parents=True, exist_ok=True)
+    written = []
+    for name, table in tables(trace):
+        written.append(out / f"{name}.csv")
+        with written[-1].open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(table)
+            writer.writerows(zip(*table.values(), strict=True))
+    return tuple(written)
+
+
+def write_parquet(trace: Trace, out: Path) -> tuple[Path, ...]:
+    """Write each table as a Parquet file into the folder `out`; returns the files. Raises ExportError, OSError."""
+    try:
+        import pyarrow  # noqa: PLC0415  (an extra)
+        from pyarrow import parquet  # noqa: PLC0415
+    except ImportError:
+        line = f"--format = 'parquet': needs the package pyarrow: {remedy('parquet')} (or take csv)"
+        raise ExportError(line) from None
+    out.mkdir(parents=True, exist_ok=True)
+    written = []
+    for name, table in tables(trace):
+        written.append(out / f"{name}.parquet")
+        parquet.write_table(pyarrow.table(table), written[-1])
+    return tuple(written)

@@ -1,0 +1,110 @@
+"""Two flights over each other: their errors, their distances and their paths."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib import rc_context
+
+from flockwire_analysis import separation, tracking
+from flockwire_analysis.figures.drawing import INK, MUTED, OKABE_ITO, STYLE, Canvas, legend, line, thinned
+from flockwire_analysis.figures.errors import FLOOR
+from flockwire_analysis.motion import in_formation, places
+from flockwire_analysis.phases import airborne
+from flockwire_analysis.recorded import Trace
+from flockwire_analysis.series import Floats
+from flockwire_analysis.tracking import Errors
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+
+LOOKS = ((OKABE_ITO[0], "-"), (OKABE_ITO[1], (0, (3, 1.5))))
+Quantity = Callable[[Trace], tuple[Floats, Floats]]  # to instants (Unix ns) and values
+
+
+def compare(traces: tuple[Trace, Trace], names: tuple[str, str], out: Path) -> tuple[Path, ...]:
+    """Draw two flights over each other, each by its own mission time, as comparison and paths (PNG, PDF) into `out`."""
+    with rc_context(STYLE):
+        return _over_time(traces, names, out), _from_above(traces, names, out)
+
+
+def _over_time(traces: tuple[Trace, Trace], names: tuple[str, str], out: Path) -> Path:
+    quantities: tuple[tuple[str, Quantity, bool], ...] = (
+        ("formation\nerror, m", _formation, True),
+        ("observation\nerror, m", _observation, True),
+        ("smallest\ndistance, m", _nearest, False),
+    )
+    canvases = [Canvas(trace, out) for trace in traces]
+    figure, panels = canvases[0].panels(len(quantities), 3.9)
+    for axes, (label, quantity, logarithmic) in zip(panels, quantities, strict=True):
+        for canvas, (colour, style) in zip(canvases, LOOKS, strict=True):
+            times, values = quantity(canvas.trace)
+            seconds = (times - canvas.origin) / 1e9
+            axes.plot(*thinned(seconds, values), color=colour, linestyle=style, linewidth=1.0)
+        if logarithmic:
+            axes.set_yscale("log")
+        else:
+            axes.set_ylim(bottom=0.0)
+            axes.axhline(traces[0].swarm.avoidance.drone_safety_distance, color=MUTED, linewidth=0.7, linestyle=":")
+        axes.set_ylabel(label)
+    flights = [(canvas.second(canvas.flight.begin), canvas.second(canvas.flight.end)) for canvas in canvases]
+    panels[-1].set_xlim(min(begin for begin, _ in flights), max(end for _, end in flights))
+    panels[-1].set_xlabel("mission time, s")
+    figure.align_ylabels(panels)
+    legend(panels[0], _entries(names))
+    return canvases[0].save(figure, "comparison")
+
+
+def _from_above(traces: tuple[Trace, Trace], names: tuple[str, str], out: Path) -> Path:
+    canvas = Canvas(traces[0], out)
+    figure, (axes,) = canvas.panels(height=3.5)
+    for trace, (colour, style) in zip(traces, LOOKS, strict=True):
+        _paths(axes, trace, colour, style)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("x (east), m")
+    axes.set_ylabel("y (north), m")
+    legend(axes, _entries(names))
+    return canvas.save(figure, "paths")
+
+
+def _paths(axes: Axes, trace: Trace, colour: str, style: object) -> None:
+    times = airborne(trace).instants(1000)
+    for number in trace.placed():
+        path = places(trace, number, times)
+        width = 1.1 if number == 0 else 0.7
+        axes.plot(path[:, 0], path[:, 1], color=colour, linestyle=style, linewidth=width, alpha=0.8)
+    for obstacle in trace.swarm.obstacles:
+        axes.plot(*obstacle.center[:2], "x", color=INK, markersize=4)
+
+
+def _entries(names: tuple[str, str]) -> list[Artist]:
+    return [line(name, colour, style, 1.3) for name, (colour, style) in zip(names, LOOKS, strict=True)]
+
+
+def _formation(trace: Trace) -> tuple[Floats, Floats]:
+    times, values = _largest(tracking.formation_errors(trace))
+    return times, np.where(in_formation(trace, times.astype(np.int64)), values, np.nan)
+
+
+def _observation(trace: Trace) -> tuple[Floats, Floats]:
+    return _largest(tracking.observation_errors(trace))
+
+
+def _nearest(trace: Trace) -> tuple[Floats, Floats]:
+    times = separation.common_times(airborne(trace))
+    pairs = [d for d in separation.pair_distances(trace, times).values() if np.isfinite(d).any()]
+    return times.astype(np.float64), np.fmin.reduce(pairs) if pairs else np.full(len(times), np.nan)
+
+
+def _largest(errors: dict[int, Errors]) -> tuple[Floats, Floats]:
+    """Return the largest error of all followers at the stamps of the first that has any."""
+    known = [error for error in errors.values() if len(error.stamps)]
+    if not known:
+        return np.empty(0), np.empty(0)
+    times = known[0].stamps.astype(np.float64)
+    all_values = [np.interp(times, error.stamps, error.values) for error in known]
+    return times, np.maximum(np.max(all_values, axis=0), FLOOR)

@@ -1,0 +1,258 @@
+"""What all figures share: colours that the colour-blind can distinguish, one look, one time axis, one column's width.
+
+A figure is drawn at the width of a paper's column, in type that is legible there, as PNG and as PDF. Names stand above
+the axes, where no curve is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from flockwire.control.graph import LEADER
+from flockwire.domain.time import SECOND
+from flockwire.swarm.model import uav
+from matplotlib import colormaps, rc_context
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from flockwire_analysis.events import Event, events
+from flockwire_analysis.phases import Span, airborne, formation_phases
+from flockwire_analysis.recorded import Trace
+from flockwire_analysis.series import Floats, Integers
+from flockwire_analysis.tracking import Errors, formation_errors, observation_errors
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+
+INK, MUTED, GRID, DANGER = "#1b1f27", "#69707d", "#e6e8ec", "#b3261e"
+OKABE_ITO = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
+COLUMN = 3.5  # inches: the width of one of two columns
+DPI = 320
+MOST_POINTS = 1500  # of one line
+ENVELOPE = 400
+MOST_IN_A_ROW = 6
+MOST_NAMED = 12  # drones in a legend
+NAME_SIZE = 6.5  # points, of the names of events
+NAME_ROWS = 3  # of them
+LETTER = 0.56 * NAME_SIZE  # points that a letter takes
+BEYOND = 0.18  # share of the axes' width, left of them, that a name may take
+AXES_WIDTH = 0.82 * COLUMN * 72  # points, about
+
+STYLE: dict[Any, Any] = {
+    "font.family": "DejaVu Sans", "font.size": 7.5, "text.color": INK, "axes.labelcolor": INK,
+    "axes.edgecolor": "#b9bec7", "axes.linewidth": 0.6, "axes.spines.top": False, "axes.spines.right": False,
+    "axes.grid": True, "axes.axisbelow": True, "grid.color": GRID, "grid.linewidth": 0.5, "axes.labelpad": 2.5,
+    "xtick.color": MUTED, "ytick.color": MUTED, "xtick.labelsize": 7, "ytick.labelsize": 7,
+    "xtick.major.size": 0, "ytick.major.size": 0, "ytick.minor.size": 0, "xtick.major.pad": 2, "ytick.major.pad": 2,
+    "legend.frameon": False, "legend.fontsize": 7, "lines.solid_capstyle": "round", "lines.linewidth": 1.0,
+    "axes.titlesize": 8.5, "figure.constrained_layout.h_pad": 0.02, "figure.constrained_layout.w_pad": 0.02,
+    "pdf.fonttype": 42,
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A figure on disk and what it shows."""
+
+    path: Path
+    title: str
+    caption: str
+
+
+class Canvas:
+    """What the figures of one trace have in common: colours, the origin of time, the window, events to mark."""
+
+    def __init__(self, trace: Trace, out: Path, vector: bool = True) -> None:
+        self.trace, self.out, self._vector = trace, out, vector
+        self.phases = formation_phases(trace)
+        self.phase: Span | None = self.phases[0].span if self.phases else None
+        self.flight = airborne(trace)
+        self.origin = self.phase.begin if self.phase is not None else trace.begin
+        self.events = events(trace)
+        self.time_label = "mission time, s" if self.phase is not None else "time since the trace's begin, s"
+
+    @cached_property
+    def formation_errors(self) -> dict[int, Errors]:
+        """What `tracking.formation_errors` returns: several figures need it."""
+        return formation_errors(self.trace)
+
+    @cached_property
+    def observation_errors(self) -> dict[int, Errors]:
+        """What `tracking.observation_errors` returns: several figures need it."""
+        return observation_errors(self.trace)
+
+    def seconds(self, stamps: Integers) -> Floats:
+        """Return `stamps` (Unix ns) as s of mission time."""
+        return np.asarray((stamps - self.origin) / SECOND)
+
+    def second(self, stamp: int) -> float:
+        """Return `stamp` (Unix ns) as s of mission time."""
+        return (stamp - self.origin) / SECOND
+
+    def times(self) -> Integers:
+        """Return instants of the flight for a curve, Unix ns."""
+        return self.flight.instants(MOST_POINTS)
+
+    def colour(self, number: int) -> str:
+        """Return the colour of drone `number`, the same in every figure; the leader is black."""
+        followers = self.trace.swarm.followers
+        if number == LEADER:
+            return INK
+        place = followers.index(number)
+        if len(followers) <= len(OKABE_ITO):
+            return OKABE_ITO[place]
+        return str(to_hex(colormaps["viridis"](0.95 * place / (len(followers) - 1))))
+
+    def panels(self, rows: int = 1, height: float = 2.3) -> tuple[Figure, list[Axes]]:
+        """Return a figure of `rows` axes above each other with one time axis, `height` inches in all."""
+        with rc_context(STYLE):
+            figure = Figure(figsize=(COLUMN, height), layout="constrained")
+            return figure, list(np.atleast_1d(figure.subplots(rows, 1, sharex=True)))
+
+    def save(self, figure: Figure, name: str) -> Path:
+        """Write the figure as NAME.png and NAME.pdf; returns the path of the first."""
+        path = self.out / f"{name}.png"
+        with rc_context(STYLE):
+            figure.savefig(path, dpi=DPI, facecolor="white")
+            if self._vector:
+                figure.savefig(path.with_suffix(".pdf"), metadata={"CreationDate": None})
+        return path
+
+    def names(self, numbers: Iterable[int]) -> list[Artist]:
+        """Return the drones as entries of a legend, none where they are too many to distinguish."""
+        drones = list(numbers)
+        named = drones if len(drones) <= MOST_NAMED else []
+        return [Line2D([], [], color=self.colour(i), linewidth=1.8, label=uav(i)) for i in named]
+
+    def over_time(self, axes: Sequence[Axes], tails: bool = False) -> int:
+        """Give the axes the flight's time axis, with a line for each event and its name above; shade the `tails`.
+
+        Returns how many rows the names take.
+        """
+        shown = self.flight
+        begin, end = self.second(shown.begin), self.second(shown.end)
+        marked = [event for event in self.events if shown.begin <= event.stamp <= shown.end]
+        for one in axes:
+            for event in marked:
+                one.axvline(self.second(event.stamp), color=MUTED, linewidth=0.6, linestyle=(0, (1, 2.5)), zorder=1.5)
+            for phase in self.phases if tails else ():
+                tail = phase.span.tail()
+                left, right = self.second(tail.begin), self.second(tail.end)
+                one.axvspan(left, right, color=OKABE_ITO[0], alpha=0.07, linewidth=0, zorder=0)
+            one.set_xlim(begin, max(end, begin + 0.1))
+        axes[-1].set_xlabel(self.time_label)
+        places = [(self.second(event.stamp) - begin) / max(end - begin, 0.1) for event in marked]
+        rows = rows_of(marked, places)
+        for event, place, row, before in zip(marked, places, rows, _before(marked, places), strict=True):
+            if row is not None:
+                _name(axes[0], event.text, place, row, before)
+        return max((1 + row for row in rows if row is not None), default=0)
+
+
+def rows_of(marked: Sequence[Event], places: Sequence[float]) -> list[int | None]:
+    """Return for each event the row in which its name overlaps no other, None where there is no room left.
+
+    `places` are shares of the axes' width, ascending.
+    """
+    ends = [-1.0] * NAME_ROWS
+    rows: list[int | None] = []
+    for event, place in zip(marked, places, strict=True):
+        width = _width(event.text)
+        left = min(place, 1.0 - width)
+        free = [row for row, end in enumerate(ends) if end <= left]
+        if free:
+            ends[free[0]] = left + width
+        rows.append(free[0] if free else None)
+    return rows
+
+
+def _width(text: str) -> float:
+    """Return how wide the name of an event is, as a share of the axes' width."""
+    return (len(text) + 1.5) * LETTER / AXES_WIDTH
+
+
+def _before(marked: Sequence[Event], places: Sequence[float]) -> list[bool]:
+    """Return which names stand before their lines, for behind them they would stand over the next event's."""
+    found, taken = [], -BEYOND
+    for event, place, following in zip(marked, places, [*places[1:], 2.0], strict=True):
+        width = _width(event.text)
+        found.append(following - place < width and place - width >= taken)
+        taken = max(taken, place + width)
+    return found
+
+
+def _name(axes: Axes, text: str, place: float, row: int, before: bool) -> None:
+    """Write the name of an event above the axes, in a row of its own where it would overlap another."""
+    edge = place > 1.0 - _width(text) and not before
+    over = edge or before
+    axes.annotate(
+        text, (1.0 if edge else place, 1.0), (0 if edge else -1 if before else 1, 1.5 + (NAME_SIZE + 1.5) * row),
+        xycoords="axes fraction", textcoords="offset points", va="bottom", ha="right" if over else "left",
+        color=MUTED, fontsize=NAME_SIZE,
+    )  # fmt: skip
+
+
+def legend(axes: Axes, drones: Sequence[Artist], others: Sequence[Artist] = (), rows: int = 0) -> None:
+    """Name the drones above the axes and their `rows` of events, and above them what else is drawn."""
+    if others:
+        figure = axes.figure.get_figure(root=True)
+        figure.legend(handles=list(others), loc="outside upper left", ncols=len(others), borderaxespad=0.1, **_LEGEND)
+    if drones:
+        room = (1.5 + (NAME_SIZE + 1.5) * rows) / STYLE["legend.fontsize"]
+        axes.legend(
+            handles=list(drones), loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=MOST_IN_A_ROW, borderaxespad=room,
+            **_LEGEND,
+        )  # fmt: skip
+
+
+def line(text: str, colour: str = MUTED, style: Any = "-", width: float = 1.0) -> Artist:  # noqa: ANN401
+    """Return an entry of a legend for a line."""
+    return Line2D([], [], color=colour, linestyle=style, linewidth=width, label=text)
+
+
+def dot(text: str) -> Artist:
+    """Return an entry of a legend for a marked point."""
+    return Line2D([], [], linestyle="", label=text, **MARK)
+
+
+def area(text: str) -> Artist:
+    """Return an entry of a legend for the shaded tails."""
+    return Patch(color=OKABE_ITO[0], alpha=0.12, linewidth=0, label=text)
+
+
+_LEGEND: dict[str, Any] = {
+    "handlelength": 1.2, "columnspacing": 1.0, "handletextpad": 0.5, "borderpad": 0.1, "labelspacing": 0.3,
+}  # fmt: skip
+MARK: dict[str, Any] = {
+    "marker": "o", "markersize": 3.6, "markerfacecolor": "white", "markeredgecolor": INK, "markeredgewidth": 0.9,
+    "zorder": 6,
+}  # fmt: skip
+
+
+def thinned(times: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """Return a series of at most about MOST_POINTS that keeps the smallest and the largest value of each block."""
+    block = -(-2 * len(times) // MOST_POINTS)
+    if block < 3:
+        return times, values
+    whole = len(times) // block * block
+    if not whole:
+        return times, values
+    blocks = values[:whole].reshape(-1, block)
+    rows = np.sort(np.stack([np.argmin(blocks, axis=1), np.argmax(blocks, axis=1)], axis=1), axis=1)
+    picked = (rows + np.arange(len(blocks))[:, None] * block).ravel()
+    return times[picked], values[picked]
+
+
+def envelope(times: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """Return the largest value of each of some ENVELOPE blocks: what an error does not exceed."""
+    block = max(1, len(times) // ENVELOPE)
+    whole = len(times) // block * block
+    return times[:whole:block], values[:whole].reshape(-1, block).max(axis=1)

@@ -1,0 +1,113 @@
+"""How well the followers knew their leader, how soon, and how well they kept their places."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from flockwire.domain.time import SECOND
+from matplotlib.ticker import NullLocator
+
+from flockwire_analysis.figures.drawing import DANGER, MUTED, Canvas, Picture, area, envelope, legend, line
+from flockwire_analysis.motion import in_formation
+from flockwire_analysis.phases import Span
+from flockwire_analysis.series import Booleans, Floats
+from flockwire_analysis.tracking import SETTLED_BELOW, Errors, settling_time
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+FLOOR = 1e-4  # m: the lower end of the axes: what is below is not drawn
+DASHED = (0, (4, 3))
+TAIL = "The shaded tail of each phase is what the flight is judged by."
+
+
+def formation(canvas: Canvas) -> Picture | None:
+    """Draw |x_i - h_i - x_0| while a formation was flown."""
+    if canvas.phase is None:
+        return None
+    errors = canvas.formation_errors
+    flown = {i: _gapped(error, in_formation(canvas.trace, error.stamps)) for i, error in errors.items()}
+    return _over_time(
+        canvas, flown, "formation_error", "Formation error", r"$|x_i - h_i - x_0|$, m",
+        "How far each follower is from its place in the formation round the leader, while a formation is flown; the "
+        f"largest of every tenth of a second or so. {TAIL}",
+    )  # fmt: skip
+
+
+def observation(canvas: Canvas) -> Picture | None:
+    """Draw |eta_i - x_0|."""
+    return _over_time(
+        canvas, canvas.observation_errors, "observation_error", "Observation error", r"$|\eta_i - x_0|$, m",
+        "How far each follower's estimate of the leader's position is from where the leader was; the largest of every "
+        f"tenth of a second or so. {TAIL}",
+    )  # fmt: skip
+
+
+def convergence(canvas: Canvas) -> Picture | None:
+    """Draw the observation errors from the first estimate on, as long as they need to become small."""
+    errors = {i: error for i, error in canvas.observation_errors.items() if len(error.stamps)}
+    if not errors:
+        return None
+    begin = min(int(error.stamps[0]) for error in errors.values())
+    settled = settling_time(errors, Span(begin, max(int(error.stamps[-1]) for error in errors.values())))
+    span = Span(begin, begin + int(SECOND * max(0.5, 2.0 * (settled if settled is not None else 5.0))))
+    figure, (axes,) = canvas.panels()
+    for number, error in errors.items():
+        within = span.holds(error.stamps)
+        times = (error.stamps[within] - begin) / SECOND
+        axes.plot(times, _drawn(error.values[within]), color=canvas.colour(number))
+    _logarithmic(axes)
+    axes.set_ylim(bottom=FLOOR)
+    axes.axhline(SETTLED_BELOW, color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=1.5)
+    axes.set_xlim(0.0, span.length)
+    axes.set_ylabel(r"$|\eta_i - x_0|$, m")
+    axes.set_xlabel("time since the first estimate, s")
+    entries = [line(f"{SETTLED_BELOW:g} m", style=DASHED)]
+    if settled is not None:
+        axes.axvline(settled, color=DANGER, linewidth=0.7, linestyle=(0, (1, 2)), zorder=1.5)
+        entries.append(line(f"all below from {settled:.2f} s on", DANGER, (0, (1, 2))))
+    legend(axes, canvas.names(errors), entries)
+    caption = "The same errors from the first estimate on, on a time scale of their own."
+    return Picture(canvas.save(figure, "convergence"), "Convergence of the observer", caption)
+
+
+def _gapped(error: Errors, kept: Booleans) -> Errors:
+    """Return an error that is unknown where it is not `kept`."""
+    return Errors(error.stamps, np.where(kept, error.values, np.nan))
+
+
+def _over_time(
+    canvas: Canvas, errors: dict[int, Errors], name: str, title: str, label: str, caption: str
+) -> Picture | None:
+    known = {i: _within(canvas, error) for i, error in errors.items()}
+    known = {i: error for i, error in known.items() if np.isfinite(error.values).any()}
+    if not known:
+        return None
+    figure, (axes,) = canvas.panels()
+    for number, error in known.items():
+        times, values = envelope(canvas.seconds(error.stamps), _drawn(error.values))
+        axes.plot(times, values, color=canvas.colour(number), alpha=0.9)
+    top = max(float(np.nanmax(error.values)) for error in known.values())
+    _logarithmic(axes)
+    axes.set_ylim(FLOOR, max(2.0 * top, 4 * SETTLED_BELOW))
+    axes.set_ylabel(label)
+    axes.axhline(SETTLED_BELOW, color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=1.5)
+    rows = canvas.over_time([axes], tails=True)
+    legend(axes, canvas.names(known), [line(f"settled, {SETTLED_BELOW:g} m", style=DASHED), area("tail")], rows)
+    return Picture(canvas.save(figure, name), title, caption)
+
+
+def _drawn(values: Floats) -> Floats:
+    """Return errors as a logarithmic axis takes them: none where they are zero. What is below FLOOR is out of view."""
+    return np.where(values > 0.0, values, np.nan)
+
+
+def _logarithmic(axes: Axes) -> None:
+    axes.set_yscale("log")
+    axes.yaxis.set_minor_locator(NullLocator())  # marks that nobody sees take longest to draw
+
+
+def _within(canvas: Canvas, error: Errors) -> Errors:
+    shown = canvas.flight.holds(error.stamps)
+    return Errors(error.stamps[shown], error.values[shown])

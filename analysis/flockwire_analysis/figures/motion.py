@@ -1,0 +1,103 @@
+"""What flew where and how fast, axis by axis, each curve against its reference."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from flockwire.control.graph import LEADER
+
+from flockwire_analysis.figures.drawing import INK, Canvas, Picture, legend, line, thinned
+from flockwire_analysis.motion import places, reference_velocities, references, velocities
+from flockwire_analysis.series import Floats, Series
+
+HEIGHT = 4.3  # inches
+DASHED = (0, (3, 2))
+Curves = Mapping[int, tuple[Floats, Floats]]  # of each drone: times in s, values of shape n x 3
+
+
+def positions(canvas: Canvas) -> Picture | None:
+    """Draw x, y and z of every drone, and the places of the followers in the formation."""
+    known = canvas.trace.placed()
+    return _axes(
+        canvas, "positions", "Positions", "m", "xyz",
+        _at(canvas, known, places), _at(canvas, known, references), "place in the formation",
+        "Where each drone was, axis by axis; dashed: its place in the formation. The leader is black.",
+    )  # fmt: skip
+
+
+def estimates(canvas: Canvas) -> Picture | None:
+    """Draw every follower's estimate of the leader's position."""
+    found = {i: canvas.trace.of("estimate", i) for i in canvas.trace.followers}
+    leader = {LEADER: _at(canvas, (LEADER,), places)[LEADER]} if LEADER in canvas.trace.placed() else {}
+    return _axes(
+        canvas, "estimates", "Estimates of the leader's position", "m", (r"$\eta_x$", r"$\eta_y$", r"$\eta_z$"),
+        _series(canvas, found), leader, "the leader's position",
+        "What each follower took for the leader's position, axis by axis; dashed black: where the leader was.",
+    )  # fmt: skip
+
+
+def speeds(canvas: Canvas) -> Picture | None:
+    """Draw the velocity of every drone."""
+    known = canvas.trace.placed()
+    return _axes(
+        canvas, "velocities", "Velocities", "m/s", (r"$v_x$", r"$v_y$", r"$v_z$"),
+        _at(canvas, known, velocities), _at(canvas, known, reference_velocities), "velocity of the place",
+        "How fast each drone flew, from its positions; dashed: the velocity of its place in the formation.",
+    )  # fmt: skip
+
+
+def commands(canvas: Canvas) -> Picture | None:
+    """Draw the velocity that every pilot commanded."""
+    found = {i: canvas.trace.of("command", i) for i in canvas.trace.flying}
+    return _axes(
+        canvas, "commands", "Commands", "m/s", (r"$u_x$", r"$u_y$", r"$u_z$"), _series(canvas, found),
+        _at(canvas, canvas.trace.placed(), reference_velocities), "velocity of the place",
+        "The velocity that each drone's pilot commanded; dashed: the velocity of its place in the formation.",
+    )  # fmt: skip
+
+
+def _at(canvas: Canvas, numbers: tuple[int, ...], quantity: Callable[..., Floats]) -> Curves:
+    times = canvas.times()
+    return {i: (canvas.seconds(times), quantity(canvas.trace, i, times)) for i in numbers}
+
+
+def _series(canvas: Canvas, found: Mapping[int, Series]) -> Curves:
+    curves = {}
+    for number, series in found.items():
+        shown = canvas.flight.holds(series.stamps)
+        if shown.any():
+            curves[number] = (canvas.seconds(series.stamps[shown]), series.values[shown, :3])
+    return curves
+
+
+def _axes(
+    canvas: Canvas, name: str, title: str, unit: str, symbols: str | tuple[str, ...], curves: Curves, wanted: Curves,
+    reference: str, caption: str,
+) -> Picture | None:  # fmt: skip
+    """Draw three panels, one for each axis."""
+    if not curves:
+        return None
+    figure, panels = canvas.panels(3, HEIGHT)
+    for axis, (axes, symbol) in enumerate(zip(panels, symbols, strict=True)):
+        for number, (times, values) in curves.items():
+            axes.plot(*thinned(times, values[:, axis]), color=canvas.colour(number), linewidth=0.9, alpha=0.9)
+        for number, (times, values) in wanted.items():
+            axes.plot(times, values[:, axis], color=canvas.colour(number), linewidth=0.8, linestyle=DASHED, zorder=4)
+        axes.set_ylabel(f"{symbol}, {unit}")
+        _roomy(axes, [values[:, axis] for _, values in curves.values()])
+    figure.align_ylabels(panels)
+    rows = canvas.over_time(panels)
+    drawn = any(np.isfinite(values).any() for _, values in wanted.values())
+    legend(panels[0], canvas.names(curves), [line(reference, INK, DASHED, 0.8)] if drawn else [], rows)
+    return Picture(canvas.save(figure, name), title, caption)
+
+
+def _roomy(axes: object, values: list[Floats]) -> None:
+    """Give an axis on which nothing moves a scale that does not show noise as motion."""
+    known = np.concatenate([one[np.isfinite(one)] for one in values])
+    if not len(known):
+        return
+    low, high = float(known.min()), float(known.max())
+    middle, half = (low + high) / 2.0, max((high - low) * 0.54, 0.1)
+    axes.set_ylim(middle - half, middle + half)  # type: ignore[attr-defined]

@@ -1,0 +1,123 @@
+"""What became of each drone: whether it was lost, stood on the ground in the formation, and came down at its place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from flockwire.domain.time import SECOND
+from flockwire.pilot.phases import Phase
+from flockwire.swarm.model import uav
+from flockwire.wire.keys import Key
+from flockwire.wire.messages import FlightState
+
+from flockwire_analysis.phases import FormationPhase
+from flockwire_analysis.recorded import Trace
+from flockwire_analysis.series import Series
+from flockwire_analysis.tracking import interpolated
+
+SILENCE = 2 * SECOND  # ns before the flight's end by which a drone's telemetry, or its pilot's status, may have ended
+DOWN = (FlightState.GROUNDED, FlightState.STOPPED, FlightState.HELD)
+
+
+@dataclass(frozen=True, slots=True)
+class LandingFigures:
+    """How the flight ended: drones that are `not_down` (a sentence each), the largest landing distance, m, and whose.
+
+    A landing distance is that on the ground plan between where a drone's landing began and where it ended.
+    """
+
+    not_down: tuple[str, ...] = ()
+    distance: float | None = None
+    drone: str = ""
+
+
+def lost(trace: Trace) -> tuple[str, ...]:
+    """Return a sentence for each drone whose messages ended, or whose motors stopped without an order.
+
+    What ended when all were down counts for nothing: containers and services end one after another.
+    """
+    ends = [series.logged[-1] for i in trace.flying for _, series in _reports(trace, i) if len(series)]
+    end = max(ends, default=trace.end)
+    down = max((_last_aloft(trace, i) for i in trace.flying), default=0)
+    return tuple(sentence for i in trace.flying for sentence in _losses(trace, i, int(end), down))
+
+
+def grounded(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[str, ...]:
+    """Return a sentence for each drone that was on the ground within a formation phase, whatever its pilot reported."""
+    found = []
+    for i in trace.flying:
+        telemetry = trace.of("telemetry", i)
+        down = telemetry.values[:, 0] == FlightState.GROUNDED
+        stamps = [telemetry.stamps[phase.span.holds(telemetry.stamps) & down] for phase in phases]
+        if len(together := np.concatenate([np.empty(0, np.int64), *stamps])):
+            found.append(f"{uav(i)} from {_seconds(trace, int(together[0]))}")
+    return tuple(found)
+
+
+def landing(trace: Trace) -> LandingFigures:
+    """Return how the drones came down; after an emergency stop that is no measure."""
+    silent = [uav(i) for i in trace.flying if not len(trace.of("telemetry", i))]
+    up = tuple(sentence for i in trace.flying for sentence in _up(trace, i))
+    if len(up) > 1 and not any(mission.verb == "land" for mission in trace.missions):
+        up = (f"the recording ends without an order to land, {len(up)} drones in the air",)
+    up += tuple(f"no telemetry of {name} was recorded" for name in silent)
+    distances = {i: d for i in trace.flying if (d := _landing_distance(trace, i)) is not None}
+    farthest = max(distances, key=lambda i: distances[i], default=None)
+    return LandingFigures(up) if farthest is None else LandingFigures(up, distances[farthest], uav(farthest))
+
+
+def _reports(trace: Trace, number: int) -> tuple[tuple[str, Series], ...]:
+    """Return what a drone and its pilot report of themselves, by name."""
+    pilot = trace.plan.pilot[number]
+    return (
+        (f"telemetry of {uav(number)}", trace.of("telemetry", number)),
+        (f"status of {pilot}", trace.series.get(Key("status", pilot)) or trace.of("status", number)),
+    )
+
+
+def _last_aloft(trace: Trace, number: int) -> int:
+    """Return when telemetry last had a drone elsewhere than on the ground, Unix ns."""
+    telemetry = trace.of("telemetry", number)
+    airborne = telemetry.logged[~np.isin(telemetry.values[:, 0], DOWN)] if len(telemetry) else telemetry.logged
+    return int(airborne[-1]) if len(airborne) else 0
+
+
+def _losses(trace: Trace, number: int, end: int, down: int) -> Iterator[str]:
+    for name, series in _reports(trace, number):
+        if not len(series):
+            yield f"no {name} was recorded"
+        elif series.logged[-1] < end - SILENCE and series.logged[-1] <= down:
+            before = (end - int(series.logged[-1])) / SECOND
+            yield f"the {name} ends {before:.1f} s before the flight does"
+    telemetry = trace.of("telemetry", number)
+    stopped = telemetry.stamps[telemetry.values[:, 0] == FlightState.STOPPED]
+    if len(stopped) and not any(stop.stamp <= stopped[0] + SECOND for stop in trace.stops):
+        yield f"the motors of {uav(number)} stopped without an order at {_seconds(trace, int(stopped[0]))}"
+
+
+def _up(trace: Trace, number: int) -> Iterator[str]:
+    telemetry = trace.of("telemetry", number)
+    if len(telemetry) and telemetry.values[-1, 0] not in DOWN:
+        yield f"{uav(number)} was not on the ground at the end, but {telemetry.values[-1, 2]:.2f} m above it"
+
+
+def _landing_distance(trace: Trace, number: int) -> float | None:
+    positions, begin = trace.positions(number), _landing_began(trace, number)
+    if begin is None or not len(positions):
+        return None
+    (x, y, _), end = interpolated(positions, np.array([begin]))[0], positions.values[-1]
+    return float(np.hypot(end[0] - x, end[1] - y)) if np.isfinite(x) else None
+
+
+def _landing_began(trace: Trace, number: int) -> int | None:
+    """Return when a drone's last landing began: when it was ordered, or when its pilot began it, if that was before."""
+    orders = [mission.stamp for mission in trace.missions if mission.verb == "land"]
+    states = trace.states.get(trace.plan.pilot[number], ())
+    own = [state.stamp for state in states if state.phase == Phase.LANDING]
+    return min([*orders[-1:], *own[-1:]], default=None)
+
+
+def _seconds(trace: Trace, stamp: int) -> str:
+    return f"{(stamp - trace.begin) / SECOND:.1f} s of the recording"

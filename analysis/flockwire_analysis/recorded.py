@@ -1,0 +1,103 @@
+"""What a trace holds of a flight."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+from flockwire.control.graph import LEADER
+from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.keys import ROWS, TIME_REQUEST, Delivery, Key
+from flockwire.wire.messages import Mission, Stop
+from flockwire.wire.plan import Plan
+from flockwire.wire.status import Status
+
+from flockwire_analysis.series import Columns, Series
+
+
+def is_repeated(kind: str) -> bool:
+    """Return whether messages of a kind of key are repeated until they are answered: one may be missing."""
+    return kind == TIME_REQUEST or ROWS[kind].delivery is Delivery.EVENT
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessRecord:
+    """How one publisher fared: its `last` status, its mean share of one core, and whom it was ever linked to."""
+
+    last: Status
+    cpu: float
+    links: tuple[str, ...]
+
+
+class StateChange(NamedTuple):
+    """From `stamp` (Unix ns) on, a process reported `phase`."""
+
+    stamp: int
+    phase: str
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What a trace holds.
+
+    `series` holds what was recorded of each key, `missions` each mission once, by stamp; `vitals` one entry for each
+    publisher of a status, `states` by identity the changes of the phase that it reported, `failed_laws` a sentence
+    for whatever a law raised. `begin` and `end` are the first and the last log time (Unix ns). `lost` counts the gaps
+    in the sequences of messages that are not repeated, and the orders that pilots obeyed and the trace lacks;
+    `malformed` the messages that could not be decoded. A trace that was not `closed` was read up to its last whole
+    record, and `lost_bytes` are behind that.
+    """
+
+    path: Path
+    plan: Plan
+    metadata: dict[str, str]
+    series: dict[Key, Series]
+    missions: tuple[Mission, ...]
+    stops: tuple[Stop, ...]
+    vitals: tuple[ProcessRecord, ...]
+    states: dict[str, tuple[StateChange, ...]]
+    failed_laws: tuple[str, ...]
+    begin: int
+    end: int
+    recorded: int
+    lost: int
+    malformed: int
+    closed: bool
+    lost_bytes: int
+
+    @property
+    def swarm(self) -> Swarm:
+        """The swarm that flew."""
+        return self.plan.swarm
+
+    @cached_property
+    def left_out(self) -> tuple[int, ...]:
+        """The drones that all orders left on the ground."""
+        orders = [set(mission.without) for mission in self.missions if mission.verb != "land"]
+        return tuple(sorted(set.intersection(*orders))) if orders else ()
+
+    @cached_property
+    def flying(self) -> tuple[int, ...]:
+        """The drones that were to fly, ascending."""
+        return tuple(number for number in self.swarm.flying if number not in self.left_out)
+
+    @cached_property
+    def followers(self) -> tuple[int, ...]:
+        """The followers that were to fly, ascending."""
+        return tuple(number for number in self.swarm.followers if number not in self.left_out)
+
+    def of(self, kind: str, number: int) -> Series:
+        """Return what was recorded of drone `number`'s key `kind`, possibly nothing."""
+        return self.series.get(Key(kind, uav(number))) or Columns(kind).series()
+
+    def positions(self, number: int) -> Series:
+        """Return where drone `number` was: its truth where recorded, else its pose."""
+        truth = self.of("truth", number)
+        return truth if len(truth) else self.of("pose", number)
+
+    def placed(self) -> tuple[int, ...]:
+        """Return the drones whose position is known: the leader's number first, virtual or not."""
+        numbers = sorted({LEADER, *self.flying})
+        return tuple(number for number in numbers if len(self.positions(number)))

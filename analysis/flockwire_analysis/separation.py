@@ -1,0 +1,118 @@
+"""How close the drones came to each other and to obstacles, how far they left the fence, and how fast they flew."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+from flockwire.domain.time import SECOND
+from flockwire.swarm.tables import Obstacle
+from flockwire.wire.messages import FlightState
+
+from flockwire_analysis.phases import Span
+from flockwire_analysis.recorded import Trace
+from flockwire_analysis.series import Booleans, Floats, Integers, Series
+from flockwire_analysis.tracking import interpolated
+
+GRID = SECOND // 100  # ns between the instants at which distances are taken
+POLYGON_STEP = 0.1  # s between two looks at the walls of a fence's polygon
+SPEED_WINDOW = SECOND // 20  # ns over which a displacement becomes a speed
+
+
+def common_times(span: Span) -> Integers:
+    """Return instants of `span`, 100 Hz, Unix ns."""
+    return np.arange(span.begin, span.end + 1, GRID, dtype=np.int64)
+
+
+def pair_distances(trace: Trace, times: Integers) -> dict[tuple[int, int], Floats]:
+    """Return |x_i - x_j| in m of any two airframes at `times` (Unix ns), NaN where one is unknown."""
+    places = {number: interpolated(trace.positions(number), times) for number in trace.flying}
+    return {(i, j): np.sqrt(np.sum((places[i] - places[j]) ** 2, axis=1)) for i, j in combinations(trace.flying, 2)}
+
+
+def obstacle_distances(trace: Trace, times: Integers) -> dict[int, Floats]:
+    """Return each airframe's distance in m to the nearest obstacle's surface at `times`, NaN where it is unknown."""
+    result = {}
+    for number in trace.flying:
+        places = interpolated(trace.positions(number), times)
+        each = [surface_distance(places, obstacle) for obstacle in trace.swarm.obstacles]
+        result[number] = np.min(each, axis=0)
+    return result
+
+
+def mover_distances(trace: Trace, span: Span) -> dict[int, Floats]:
+    """Return each airframe's distances in m to the nearest body that moves and is no drone, as it was published."""
+    return {number: _within(trace.of("nearby", number), span) for number in trace.flying}
+
+
+def _within(series: Series, span: Span) -> Floats:
+    found: Floats = series.values[span.holds(series.stamps), 0]
+    return found
+
+
+def surface_distance(places: Floats, obstacle: Obstacle) -> Floats:
+    """Return the distance in m from `places` (m, shape n x 3) to an obstacle's surface, negative inside.
+
+    The cylinder stands on the ground (z = 0); without a height it is endless and only the horizontal distance counts.
+    """
+    x, y, _ = obstacle.center
+    aside: Floats = np.hypot(places[:, 0] - x, places[:, 1] - y) - obstacle.radius
+    if obstacle.height is None:
+        return aside
+    above = places[:, 2] - obstacle.height
+    outside: Floats = np.hypot(np.maximum(aside, 0.0), np.maximum(above, 0.0))
+    return outside + np.minimum(np.maximum(aside, above), 0.0)
+
+
+def max_outside(trace: Trace, span: Span) -> float | None:
+    """Return how far outside `limits.fence` any airframe was within `span`, m (0 inside); on the ground it may be.
+
+    The walls of a polygon are looked at ten times a second.
+    """
+    room = trace.swarm.limits.fence.room()
+    found = []
+    for number in trace.flying:
+        series = trace.positions(number)
+        places = series.values[span.holds(series.stamps) & _in_the_air(trace, number, series.stamps)]
+        if not len(places):
+            continue
+        beyond = np.maximum(np.array(room.low) - places, places - np.array(room.high))
+        found.append(max(0.0, float(beyond.max())))
+        if room.corners:
+            every = max(1, round(len(series) * POLYGON_STEP * SECOND / max(1, series.stamps[-1] - series.stamps[0])))
+            found += [room.outside((x, y, z)) for x, y, z in places[::every].tolist()]
+    return max(found, default=None)
+
+
+def max_speed(trace: Trace, span: Span) -> float | None:
+    """Return the highest speed of any airframe within `span`, m/s, from displacements over about 50 ms."""
+    speeds = [_max_speed(trace, number, span) for number in trace.flying]
+    return max((speed for speed in speeds if speed is not None), default=None)
+
+
+def smallest(distances: list[Floats]) -> float | None:
+    """Return the smallest of all known distances, None when there is none."""
+    known = [values[np.isfinite(values)] for values in distances]
+    return min((float(values.min()) for values in known if len(values)), default=None)
+
+
+def _in_the_air(trace: Trace, number: int, stamps: Integers) -> Booleans:
+    """Return at which of `stamps` (Unix ns) the newest telemetry of an airframe did not have it on the ground."""
+    telemetry = trace.of("telemetry", number)
+    if not len(telemetry):
+        return np.ones(len(stamps), np.bool_)
+    newest = np.maximum(np.searchsorted(telemetry.stamps, stamps, "right") - 1, 0)
+    return np.asarray(telemetry.values[newest, 0] != FlightState.GROUNDED)
+
+
+def _max_speed(trace: Trace, number: int, span: Span) -> float | None:
+    series = trace.positions(number)
+    within = span.holds(series.stamps)
+    stamps, places = series.stamps[within], series.values[within]
+    after = np.searchsorted(stamps, stamps + SPEED_WINDOW)
+    first = np.flatnonzero(after < len(stamps))
+    first = first[stamps[after[first]] - stamps[first] < 4 * SPEED_WINDOW]  # across a gap nobody knows
+    if not len(first):
+        return None
+    moved = np.sqrt(np.sum((places[after[first]] - places[first]) ** 2, axis=1))
+    return float((moved * SECOND / (stamps[after[first]] - stamps[first])).max())

@@ -1,0 +1,76 @@
+"""What a trace holds of one topic, as numpy arrays: a row for each message."""
+
+from __future__ import annotations
+
+from array import array
+from dataclasses import dataclass
+from math import hypot, inf
+
+import numpy as np
+from flockwire.domain.body import BodyKind
+from flockwire.wire.keys import ROWS
+from flockwire.wire.messages import Command, Estimate, Message, Nearby, Pose, Telemetry
+from numpy.typing import NDArray
+
+Integers = NDArray[np.int64]
+Floats = NDArray[np.float64]
+Booleans = NDArray[np.bool_]
+
+_WIDTHS: dict[type[Message], int] = {Pose: 3, Estimate: 6, Command: 3, Telemetry: 4, Nearby: 1}  # columns
+
+
+NOWHERE = 1e9  # m, m/s: what is further off is put there, whose square, and picture, is still one
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """The messages of one topic in the order of their stamps, one row each.
+
+    `stamps` (for which the content holds), `published` and `logged` are Unix times in ns, `sequences` the publishers'
+    counts. Columns of `values`, in m, m/s and s: pose and truth x y z; estimate x y z vx vy vz; command vx vy vz;
+    telemetry flight state, battery (share of full), height, command age; nearby the distance to the surface of the
+    nearest mover, infinite without one; none for the others. Finite ones are at most NOWHERE.
+    """
+
+    stamps: Integers
+    published: Integers
+    logged: Integers
+    sequences: Integers
+    values: Floats
+
+    def __len__(self) -> int:
+        return len(self.stamps)
+
+
+class Columns:
+    """Collects the rows of one series: the messages of a key of this `kind`."""
+
+    def __init__(self, kind: str) -> None:
+        self._times = array("q")
+        self._values = array("d")
+        self._width = _WIDTHS.get(ROWS[kind].message, 0)
+
+    def add(self, message: Message, published: int, logged: int, sequence: int) -> None:
+        """Add a message, with when it was published and logged (Unix ns), and its publisher's count."""
+        self._times.extend((message.stamp, published, logged, sequence))
+        match message:
+            case Pose():
+                self._values.extend(message.position)
+            case Estimate():
+                self._values.extend((*message.motion.position, *message.motion.velocity))
+            case Command():
+                self._values.extend(message.velocity)
+            case Telemetry():
+                self._values.extend((message.state, message.battery, message.height, message.command_age))
+            case Nearby():
+                gaps = [hypot(*b.relative_position) - b.radius for b in message.bodies if b.kind is BodyKind.MOVER]
+                self._values.append(min(gaps, default=inf))
+
+    def series(self) -> Series:
+        """Return what was added, in the order of its stamps."""
+        times = np.array(self._times, np.int64).reshape(-1, 4)
+        values = np.array(self._values, np.float64).reshape(len(times), self._width)
+        order = np.argsort(times[:, 0], kind="stable")
+        stamps, published, logged, sequences = np.ascontiguousarray(times[order].T)
+        np.clip(values, -NOWHERE, NOWHERE, out=values, where=np.isfinite(values))
+        return Series(stamps, published, logged, sequences, values[order])

@@ -1,0 +1,248 @@
+"""The figures and the verdict of a flight, computed from its trace."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.swarm.model import uav
+
+from flockwire_analysis import gaps, outcomes, separation, tracking
+from flockwire_analysis.checks import Check, Measured, checks, kept_within
+from flockwire_analysis.detours import undisturbed
+from flockwire_analysis.latency import HOPS, Percentiles, latencies, percentiles
+from flockwire_analysis.phases import FormationPhase, Span, airborne, formation_of, formation_phases
+from flockwire_analysis.recorded import Trace
+from flockwire_analysis.tracking import ErrorFigures
+
+LONG_ENOUGH = 5.0  # s of a formation phase in which followers can settle, and have settled for 2 s
+
+
+@dataclass(frozen=True, slots=True)
+class DeadlineFigures:
+    """Steps of all followers' agents: made, late by more than 1 and 5 ms, and skipped."""
+
+    ticks: int
+    late_1ms: int
+    late_5ms: int
+    skipped: int
+
+
+@dataclass(frozen=True, slots=True)
+class Messages:
+    """Messages recorded, lost before the recorder, and rejected by their receivers (by key and reason)."""
+
+    recorded: int
+    lost: int
+    rejected: int
+    rejected_by_key: dict[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class PhaseFigures:
+    """One formation phase: the formation's name in the order, its begin, s from mission_start_ns, and its length, s.
+
+    `judged_tail_m` is the largest formation error in the tail, detours round obstacles apart, None where it is unknown;
+    `longest_off_s` the longest time, s, for which a follower was off its place after all had settled, likewise.
+    """
+
+    formation: str
+    begin_s: float
+    length_s: float
+    observation_error_m: ErrorFigures
+    formation_error_m: ErrorFigures
+    judged_tail_m: float | None
+    longest_off_s: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """What summary.json holds; lengths in m, speeds in m/s, None for what cannot be known.
+
+    Of several formation phases, the errors are those of the worst. `rate` is each agent's share of the steps that the
+    control rate asks for in all of them; `tracker` counts what was not as it should be of the tracker's frames;
+    `left_out` are the drones that stayed on the ground by order; `missing` has a sentence for whatever the trace lacks.
+    """
+
+    duration_s: float
+    mission_start_ns: int | None
+    drones: int
+    left_out: tuple[str, ...]
+    observation_error_m: ErrorFigures
+    formation_error_m: ErrorFigures
+    min_distance_uav_m: float | None
+    min_distance_obstacle_m: float | None
+    max_speed_m_s: float | None
+    max_outside_m: float | None
+    latency_ms: dict[str, Percentiles]
+    deadlines: DeadlineFigures
+    messages: Messages
+    tracker: dict[str, int]
+    rate: dict[str, float | None]
+    missing: tuple[str, ...]
+    phases: tuple[PhaseFigures, ...]
+    checks: tuple[Check, ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether all checks passed."""
+        return all(check.ok for check in self.checks)
+
+    def failures(self) -> tuple[str, ...]:
+        """Return a sentence for each failed check."""
+        return tuple(check.sentence() for check in self.checks if not check.ok)
+
+    def as_json(self) -> dict[str, object]:
+        """Return the content of summary.json."""
+        lists = {"missing": list(self.missing), "phases": [asdict(phase) for phase in self.phases]}
+        return asdict(self) | lists | {"checks": [check.as_json() for check in self.checks]}
+
+
+def summarise(trace: Trace) -> Summary:
+    """Compute all figures of a flight; what cannot be computed is None, named in `missing`, and fails its check."""
+    phases = formation_phases(trace)
+    lacking = _Lacking(trace, phases)
+    figures = _figures(trace, phases)
+    judged = [phase for phase in figures if phase.length_s >= LONG_ENOUGH] or figures
+    observation = tracking.worst([phase.observation_error_m for phase in judged])
+    formation = tracking.worst([phase.formation_error_m for phase in judged])
+    distances = _distances(trace) if not lacking.placeless else _Distances()
+    spans = [phase.span for phase in phases]
+    rate = {trace.plan.pilot[i]: gaps.control_rate(trace, i, spans) for i in trace.followers}
+    gap = gaps.longest_gap(trace)
+    measured = Measured(
+        lacking.places, lacking.formation, len(trace.flying),
+        distances.between_drones, distances.to_obstacles, distances.speed, distances.outside,
+        tuple(dict.fromkeys(stop.reason for stop in trace.stops)), formation.settled_s, trace.failed_laws,
+        _unsettled(judged), tracking.largest([phase.longest_off_s for phase in judged]),
+        tracking.largest([phase.judged_tail_m for phase in judged]), observation.max_tail,
+        outcomes.grounded(trace, phases), outcomes.lost(trace), outcomes.landing(trace),
+        rate, gap, gaps.where(trace, gap), trace.lost,
+    )  # fmt: skip
+    return Summary(
+        duration_s=(trace.end - trace.begin) / 1e9,
+        mission_start_ns=spans[0].begin if spans else None,
+        drones=len(trace.flying),
+        left_out=tuple(map(uav, trace.left_out)),
+        observation_error_m=observation,
+        formation_error_m=formation,
+        min_distance_uav_m=distances.between_drones,
+        min_distance_obstacle_m=distances.to_obstacles,
+        max_speed_m_s=distances.speed,
+        max_outside_m=distances.outside,
+        latency_ms={hop: percentiles(latencies(trace, hop)) for hop in HOPS},
+        deadlines=_deadlines(trace),
+        messages=_messages(trace),
+        tracker={name: count for vitals in trace.vitals for name, count in vitals.last.report.counts},
+        rate=rate,
+        missing=tuple(lacking.sentences),
+        phases=figures,
+        checks=checks(trace.swarm, measured),
+    )
+
+
+def _figures(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[PhaseFigures, ...]:
+    if not phases:
+        return ()
+    observation, formation = tracking.observation_errors(trace), tracking.formation_errors(trace)
+    steady, origin = undisturbed(trace, formation), phases[0].span.begin
+    found = []
+    for phase in phases:
+        span, errors = phase.span, tracking.figures(formation, phase.span)
+        off = None
+        if errors.settled_s is not None:
+            settled = Span(span.begin + nanoseconds(errors.settled_s), span.end)
+            off = tracking.longest_off(formation, steady, settled, kept_within(trace.swarm))
+        found.append(PhaseFigures(
+            phase.formation, (span.begin - origin) / SECOND, span.length,
+            tracking.figures(observation, span), errors, tracking.largest_tail(formation, steady, span), off,
+        ))  # fmt: skip
+    return tuple(found)
+
+
+def _unsettled(phases: Sequence[PhaseFigures]) -> str:
+    """Return which phase did not settle, empty when all did."""
+    for phase in phases:
+        if phase.formation_error_m.settled_s is None:
+            name = f"formation {phase.formation!r}" if phase.formation else "the formation"
+            when = f"{name}, from {phase.begin_s:.1f} s on, {phase.length_s:.1f} s long"
+            return f"the followers did not stay within {tracking.SETTLED_BELOW:g} m of their places for 2 s ({when})"
+    return ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Distances:
+    """The smallest distances, the largest one outside the fence, m, and the highest speed, m/s, of the flights."""
+
+    between_drones: float | None = None
+    to_obstacles: float | None = None
+    speed: float | None = None
+    outside: float | None = None
+
+
+def _distances(trace: Trace) -> _Distances:
+    flight = airborne(trace)
+    times = separation.common_times(flight)
+    obstacles = separation.obstacle_distances(trace, times) if trace.swarm.obstacles else {}
+    movers = separation.mover_distances(trace, flight)
+    return _Distances(
+        separation.smallest(list(separation.pair_distances(trace, times).values())),
+        separation.smallest([*obstacles.values(), *movers.values()]),
+        separation.max_speed(trace, flight),
+        separation.max_outside(trace, flight),
+    )
+
+
+class _Lacking:
+    """What the trace lacks: `sentences`, and the reasons why positions or the formation cannot be judged."""
+
+    def __init__(self, trace: Trace, phases: tuple[FormationPhase, ...]) -> None:
+        flying = trace.flying
+        self.placeless = [uav(number) for number in flying if not len(trace.positions(number))]
+        self.places = f"no position of {', '.join(self.placeless)} was recorded" if self.placeless else ""
+        self.formation = self._formation(trace, bool(phases)) or self.places
+        unknown = [uav(number) for number in trace.followers if not len(trace.of("estimate", number))]
+        reporting = {vitals.last.identity for vitals in trace.vitals}
+        unreported = [name for name in map(trace.plan.pilot.__getitem__, trace.followers) if name not in reporting]
+        sentences = {
+            "the trace was not closed: its recorder did not end properly": not trace.closed,
+            f"{trace.lost_bytes} bytes of the trace are incomplete": trace.lost_bytes,
+            f"{trace.malformed} messages could not be decoded": trace.malformed,
+            self.formation: self.formation,
+            self.places: self.places,
+            f"no estimate of {', '.join(unknown)} was recorded": unknown,
+            f"no status of {', '.join(unreported)} was recorded": unreported,
+        }
+        self.sentences = [f"{text[0].upper()}{text[1:]}." for text, holds in sentences.items() if holds]
+
+    @staticmethod
+    def _formation(trace: Trace, begun: bool) -> str:
+        starts = [mission for mission in trace.missions if mission.in_formation]
+        unknown = next((m.formation for m in starts if formation_of(trace, m) is None), None)
+        if not starts:
+            return "no mission `start` was recorded, so there was no formation to judge"
+        if not begun:
+            return "the trace ends before the formation's time 0"
+        if unknown is not None:
+            return f"the swarm has no formation {unknown!r}, which was started"
+        return "" if len(trace.positions(0)) else "no pose of the leader, uav0, was recorded"
+
+
+def _deadlines(trace: Trace) -> DeadlineFigures:
+    agents = {trace.plan.pilot[number] for number in trace.followers}
+    last = [vitals.last for vitals in trace.vitals if vitals.last.identity in agents]
+    return DeadlineFigures(
+        sum(status.steps for status in last),
+        sum(status.late_1ms for status in last),
+        sum(status.late_5ms for status in last),
+        sum(status.skipped for status in last),
+    )
+
+
+def _messages(trace: Trace) -> Messages:
+    by_key: Counter[str] = Counter()
+    for vitals in trace.vitals:
+        by_key.update(dict(vitals.last.rejected))
+    return Messages(trace.recorded, trace.lost, by_key.total(), dict(by_key.most_common()))

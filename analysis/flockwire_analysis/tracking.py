@@ -1,0 +1,164 @@
+"""How well the followers knew their leader, and kept their places round it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from flockwire.domain.time import SECOND
+
+from flockwire_analysis.phases import Span, offsets
+from flockwire_analysis.recorded import Trace
+from flockwire_analysis.series import Floats, Integers, Series
+
+SETTLED_BELOW = 0.1  # m
+SETTLED_FOR = 2 * SECOND  # ns
+SILENCE = SECOND // 2  # ns without a sample after which an error counts as unknown
+
+
+@dataclass(frozen=True, slots=True)
+class Errors:
+    """One follower's error: `stamps` in Unix ns, `values` in m."""
+
+    stamps: Integers
+    values: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorFigures:
+    """Largest and root-mean-square error over the tail, m, and when it settled, s of mission time."""
+
+    max_tail: float | None = None
+    rms_tail: float | None = None
+    settled_s: float | None = None
+
+
+def interpolated(series: Series, stamps: Integers) -> Floats:
+    """Return the first three columns of `series`, linear between its stamps, at `stamps` (Unix ns).
+
+    NaN outside, and where nothing was recorded for SILENCE: nobody knows what was between.
+    """
+    if not len(series):
+        return np.full((len(stamps), 3), np.nan)
+    base = series.stamps[0]
+    known, wanted = (series.stamps - base) / SECOND, (stamps - base) / SECOND
+    columns = [np.interp(wanted, known, series.values[:, axis], np.nan, np.nan) for axis in range(3)]
+    result = np.stack(columns, axis=1)
+    if len(series) > 1:
+        after = np.clip(np.searchsorted(series.stamps, stamps), 1, len(series) - 1)
+        gaps = np.flatnonzero(series.stamps[after] - series.stamps[after - 1] > SILENCE)
+        result[gaps[~np.isin(stamps[gaps], series.stamps)]] = np.nan
+    return result
+
+
+def observation_errors(trace: Trace) -> dict[int, Errors]:
+    """Return |eta_i - x_0| of each follower at the stamps of its estimates, where the leader's position is known."""
+    leader = trace.positions(0)
+    result = {}
+    for number in trace.followers:
+        estimates = trace.of("estimate", number)
+        error = estimates.values[:, :3] - interpolated(leader, estimates.stamps)
+        result[number] = _errors(estimates.stamps, error)
+    return result
+
+
+def formation_errors(trace: Trace) -> dict[int, Errors]:
+    """Return |x_i - h_i - x_0| of each follower at the stamps of its positions, from the formation's time 0."""
+    leader = trace.positions(0)
+    result = {}
+    for number in trace.followers:
+        places = trace.positions(number)
+        error = places.values - offsets(trace, number, places.stamps) - interpolated(leader, places.stamps)
+        result[number] = _errors(places.stamps, error)
+    return result
+
+
+def figures(errors: dict[int, Errors], phase: Span) -> ErrorFigures:
+    """Judge the errors of all followers within `phase`; None for what a follower without samples leaves open."""
+    tail = phase.tail()
+    tails = [error.values[tail.holds(error.stamps)] for error in errors.values()]
+    settled = settling_time(errors, phase)
+    if not all(len(values) for values in tails):
+        return ErrorFigures(settled_s=settled)
+    values = np.concatenate(tails)
+    return ErrorFigures(float(values.max()), float(np.sqrt(np.mean(values**2))), settled)
+
+
+def worst(figures_of_phases: Sequence[ErrorFigures]) -> ErrorFigures:
+    """Return the worst of several phases, each figure by itself; None where one of them is None, or there is none."""
+    return ErrorFigures(
+        largest([figures.max_tail for figures in figures_of_phases]),
+        largest([figures.rms_tail for figures in figures_of_phases]),
+        largest([figures.settled_s for figures in figures_of_phases]),
+    )
+
+
+def largest(values: Sequence[float | None]) -> float | None:
+    """Return the largest of `values`, None where one of them is None, or there is none."""
+    known = [value for value in values if value is not None]
+    return max(known) if known and len(known) == len(values) else None
+
+
+def largest_tail(errors: dict[int, Errors], steady: dict[int, Errors], phase: Span) -> float | None:
+    """Return the largest error in the tail of `phase`, m, by the samples in `steady`; None as in `figures`.
+
+    A follower that has none there is judged by all of its samples.
+    """
+    tail = phase.tail()
+    found = []
+    for number, error in errors.items():
+        chosen = [each.values[tail.holds(each.stamps)] for each in (steady[number], error)]
+        found.append(next((float(values.max()) for values in chosen if len(values)), None))
+    return largest(found)
+
+
+def longest_off(errors: dict[int, Errors], steady: dict[int, Errors], span: Span, limit: float) -> float:
+    """Return the longest time in `span`, s, for which a follower was more than `limit` (m) off its place.
+
+    At samples that are not in `steady` it may be.
+    """
+    longest = 0
+    for number, error in errors.items():
+        within = span.holds(error.stamps)
+        stamps = error.stamps[within]
+        off = (error.values[within] > limit) & np.isin(stamps, steady[number].stamps)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], off, [False]])))
+        runs = stamps[edges[1::2] - 1] - stamps[edges[::2]]
+        longest = max([longest, *runs.tolist()])
+    return longest / SECOND
+
+
+def settling_time(errors: dict[int, Errors], phase: Span) -> float | None:
+    """Return the begin, in s after that of `phase`, of the first stretch in which all errors are below the threshold.
+
+    The stretch is SETTLED_FOR long at least; a follower without samples for SILENCE does not count as settled.
+    """
+    blocked = [_unsettled(error, phase) for error in errors.values()]
+    bad = np.unique(np.concatenate([*blocked, [phase.end]]))
+    samples = np.unique(np.concatenate([error.stamps for error in errors.values()]))
+    if bad[0] - phase.begin >= SETTLED_FOR:
+        return 0.0
+    for last, following in pairwise(bad):
+        if following - last >= SETTLED_FOR:
+            begin = samples[np.searchsorted(samples, last, "right")]
+            if following - begin >= SETTLED_FOR:
+                return float(begin - phase.begin) / SECOND
+    return None
+
+
+def _unsettled(error: Errors, phase: Span) -> Integers:
+    """Return stamps at which the error is too large or, closer than SETTLED_FOR, unknown."""
+    within = phase.holds(error.stamps)
+    stamps, values = error.stamps[within], error.values[within]
+    edges = np.concatenate([[phase.begin], stamps, [phase.end]])
+    silences = np.flatnonzero(np.diff(edges) > SILENCE)
+    gaps = [np.append(np.arange(edges[k], edges[k + 1], SILENCE), edges[k + 1]) for k in silences]
+    return np.concatenate([stamps[values >= SETTLED_BELOW], *gaps]).astype(np.int64)
+
+
+def _errors(stamps: Integers, error: Floats) -> Errors:
+    norms = np.sqrt(np.sum(error**2, axis=1))
+    known = np.isfinite(norms)
+    return Errors(stamps[known], norms[known])

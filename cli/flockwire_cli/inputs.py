@@ -1,0 +1,119 @@
+"""What commands are given: swarm files, faults, folders, keys; what is wrong with one ends in a line, exit status 2."""
+
+from __future__ import annotations
+
+import os
+import sys
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from flockwire import clock
+from flockwire.loading import SwarmFileError, load_swarm, read_swarm
+from flockwire.security.files import CredentialsError
+from flockwire.swarm.model import Swarm
+from flockwire.swarm.wording import meant
+from flockwire.wire.plan import Plan
+from flockwire_station.flown import Flown, as_flown
+from flockwire_station.folders import check_no_trace, complete_keys, keys_folder, write_keys
+
+if TYPE_CHECKING:
+    from flockwire.process.faults import Fault
+
+ADDRESSES = "FLOCKWIRE_BY_NAME"  # set where each process has a host, or container, of its own that has its name
+
+
+def refuse(reason: str) -> NoReturn:
+    """End with exit status 2; each line of `reason` names what is wrong."""
+    print("\n".join(f"flockwire: {line}" for line in reason.split("\n")), file=sys.stderr)
+    raise SystemExit(2)
+
+
+def unwritable(out: Path, error: OSError) -> NoReturn:
+    """Refuse the folder `out`; an error that is not of the system (a port in use) has a sentence of its own."""
+    refuse(f"--out = {out}: cannot write there: {error.strerror}" if error.strerror else str(error))
+
+
+def this_host(swarm: Swarm, host: str | None) -> str:
+    """Return which of [hosts] this machine is, the first unless --host names one; refuses a name that is not there."""
+    if host is not None and host not in swarm.hosts:
+        refuse(f"--host = {host!r}: must be one of {sorted(swarm.hosts)} ([hosts]){meant(host, swarm.hosts)}")
+    return host or next(iter(swarm.hosts))
+
+
+def refuse_endless(duration: float) -> None:
+    """Refuse a --duration that is no number of seconds."""
+    if not isfinite(duration):
+        refuse(f"--duration = {duration}: must be a number of seconds; 0 flies until Ctrl-C")
+
+
+def refuse_a_second_trace(out: Path) -> None:
+    """Refuse a folder that has a flight's trace already."""
+    try:
+        check_no_trace(out)
+    except FileExistsError as error:
+        refuse(f"--out = {error}")
+
+
+def load(path: Path, checked: bool = True) -> Plan:
+    """Return the plan of a file's swarm, or refuse the file; an order does not wait for the rules to be `checked`."""
+    if (flying := as_flown(path)) is not None:
+        clock.share(flying.epoch)  # this host's clock may have been set since
+    try:
+        return planned(load_swarm(path) if checked else read_swarm(path))
+    except SwarmFileError as error:
+        refuse(str(error))
+
+
+def load_flying(file: Path, keys: Path | None) -> tuple[Plan, Path]:
+    """Return the plan of the swarm that flies by `file`, and its keys: as it took off, whatever the file says now.
+
+    Where nothing flies by it on this machine, what the file says; refuses one that cannot be read.
+    """
+    flying = as_flown(file)
+    if flying is None:
+        plan = load(file, checked=False)
+        return plan, keys_folder(file, plan, keys)
+    clock.share(flying.epoch)
+    if how := _changed(file, flying):
+        print(f"flockwire: {file}: {how}; the swarm that took off, {flying.swarm.name!r}, is meant", file=sys.stderr)
+    return planned(flying.swarm), keys or Path(flying.keys)
+
+
+def _changed(file: Path, flying: Flown) -> str:
+    """Return how `file` differs from what flies, empty when it does not."""
+    try:
+        return "" if read_swarm(file) == flying.swarm else "has changed since take-off"
+    except SwarmFileError:
+        return "cannot be read any more"
+
+
+def planned(swarm: Swarm) -> Plan:
+    """Return the plan of a swarm on this machine."""
+    return Plan(swarm, by_name=ADDRESSES in os.environ)
+
+
+def faults_of(path: Path | None, plan: Plan) -> tuple[Fault, ...]:
+    """Return the faults of a file, none without one; or refuse it."""
+    from flockwire.process.faults import FaultFileError, load_faults  # noqa: PLC0415
+
+    try:
+        return load_faults(path, plan) if path is not None else ()
+    except FaultFileError as error:
+        refuse(str(error))
+
+
+def made_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
+    """Return the folder of the certificates as `complete_keys` does, or refuse them."""
+    try:
+        return complete_keys(file, plan, keys, host)
+    except CredentialsError as error:
+        refuse(str(error))
+
+
+def written(folder: Path, work: Any) -> Any:  # noqa: ANN401  (it passes through whatever `work` returns)
+    """Do `work` on the keys in `folder`; refuse when that cannot be done."""
+    try:
+        return write_keys(folder, work)
+    except CredentialsError as error:
+        refuse(str(error))

@@ -1,0 +1,61 @@
+"""Serves Foxglove and Lichtblick what the page's session receives: payloads as they came, with their ROS 2 schemas.
+
+foxglove-sdk speaks their protocol (foxglove.sdk.v1) in threads of its own. Its clients can only look.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from flockwire.extras import remedy
+from flockwire.runtime.session import Session
+from flockwire.runtime.topics import Topic, in_order
+from flockwire.wire.plan import Plan
+from flockwire.wire.schemas import schema_text
+
+
+class FoxgloveError(Exception):
+    """Foxglove cannot be served: its package is not installed, or its address cannot be listened at."""
+
+
+class FoxgloveServer:
+    """Serves at `address` and `port` the topics to which `identity` subscribes on `session`.
+
+    Port 0 takes any free one: `port` is the one that was taken. The constructor raises FoxgloveError.
+    """
+
+    def __init__(self, plan: Plan, identity: str, session: Session, address: str, port: int) -> None:
+        try:
+            import foxglove  # noqa: PLC0415  (an extra)
+        except ImportError as error:
+            line = f"--foxglove = {port}: needs the package foxglove-sdk: {remedy('foxglove')}"
+            raise FoxgloveError(f"{line} ({error})") from None
+        self._context = context = foxglove.Context()  # kept: without it the channels lead nowhere
+        try:
+            self._server = foxglove.start_server(name=plan.swarm.name, host=address, port=port, context=context)
+        except RuntimeError as error:
+            reason = str(error).removeprefix("FoxgloveError: ")
+            raise FoxgloveError(f"--foxglove = {port}: cannot listen at {address}:{port}: {reason}") from None
+        self.port = self._server.port
+        self._rejected: Counter[str] = Counter()
+        self._topics = [Topic(plan, key, session) for key in plan.subscribes[identity]]
+        self._channels = {
+            topic.name: foxglove.Channel(
+                topic.name,
+                schema=foxglove.Schema(
+                    name=topic.ros_type, encoding="ros2msg", data=schema_text(topic.ros_type).encode()
+                ),
+                message_encoding="cdr",
+                context=context,
+            )
+            for topic in self._topics
+        }
+
+    def forward(self, now: int) -> None:
+        """Pass on what has come by `now` (Unix ns) to who subscribes to it; to be called ten times a second or more."""
+        for sent, topic, _, _, payload in in_order(self._topics, now, self._rejected):
+            self._channels[topic].log(payload, log_time=max(0, sent))
+
+    def close(self) -> None:
+        """Serve no more."""
+        self._server.stop()

@@ -1,0 +1,37 @@
+"""By which names the console may be asked: one that somebody else owns may lead here too (DNS rebinding)."""
+
+from __future__ import annotations
+
+import ipaddress
+import re
+from typing import Any
+
+from aiohttp import web
+
+_HOST = re.compile(r"(?:\[(?P<v6>[^\]]*)\]|(?P<name>[^:]*))(?::\d+)?")
+
+
+def is_own(host: str, names: frozenset[str]) -> bool:
+    """Return whether `host`, a Host header, is an IP address or one of `names`; its port may be any."""
+    found = _HOST.fullmatch(host)
+    if found is None:
+        return False
+    try:
+        ipaddress.ip_address(found["v6"] or found["name"])
+    except ValueError:
+        return (found["name"] or "").lower() in names
+    return True
+
+
+def pinned(address: str) -> Any:  # noqa: ANN401  (aiohttp's)
+    """Return a middleware that answers 403 to what is asked of any host but an IP address, localhost or `address`."""
+    names = frozenset({"localhost", address.lower()})
+
+    @web.middleware
+    async def pin(request: web.Request, handler: Any) -> web.StreamResponse:  # noqa: ANN401
+        if not is_own(request.headers.get("Host", ""), names):
+            raise web.HTTPForbidden(text="the console is not asked by this name; open it by its IP address")
+        response: web.StreamResponse = await handler(request)
+        return response
+
+    return pin

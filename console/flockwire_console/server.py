@@ -1,0 +1,166 @@
+"""The page's server: files, one websocket for each page, orders from those that know the token.
+
+The session to the swarm is opened once and kept, so a stop leaves at once.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import hmac
+import json
+import logging
+from collections.abc import AsyncIterator, Coroutine
+from pathlib import Path
+from typing import Any
+
+from aiohttp import WSMsgType, web
+from flockwire import clock
+from flockwire.domain.time import nanoseconds
+from flockwire.ground.giving import Answer, Order
+from flockwire.wire.plan import Plan
+from flockwire.wire.processes import CONSOLE
+from flockwire_station.operator import Operator
+
+from flockwire_console.hosts import pinned
+from flockwire_console.picture import Scene, outline
+
+PAGE = Path(__file__).with_name("page")
+PERIOD = 0.1  # s between two pictures
+ORDERS = ("start", "formation", "hold", "land", "stop")
+LONGEST_ORDER = 4096  # bytes
+MOST_PAGES = 32
+LONGEST_SEND = 1.0  # s that a page may take to take a picture
+HEARTBEAT = (
+    20.0  # s: with less, a station that is busy for seconds would part with a page that is about to order a stop
+)
+OTHER_LINK = "this link's token is not this console's; open the link that the console printed when it was started last"
+POLICY = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+
+
+class Pages:
+    """Serves the pages of one swarm, to who asks by the `address` that it listens at, or by another IP address."""
+
+    def __init__(self, plan: Plan, operator: Operator, token: str, address: str = "localhost") -> None:
+        self._plan, self._operator, self._token, self._address = plan, operator, token, address
+        self._scene = Scene(plan)
+        self._due, self._failed = 0, ""  # before when there is no next picture, monotonic ns; what failed last
+        self._sockets: dict[web.WebSocketResponse, asyncio.Transport] = {}
+        self._sending: set[web.WebSocketResponse] = set()  # pages that have not taken the last picture yet
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    def application(self) -> web.Application:
+        """Return what a web server runs."""
+        app = web.Application(middlewares=[_guarded, pinned(self._address)])
+        app.router.add_get("/", self._file)
+        app.router.add_get("/{name:app\\.js|style\\.css}", self._file)
+        app.router.add_get("/live", self._live)
+        app.cleanup_ctx.append(self._operating)
+        return app
+
+    async def _file(self, request: web.Request) -> web.StreamResponse:
+        return web.FileResponse(PAGE / request.match_info.get("name", "index.html"))
+
+    async def _live(self, request: web.Request) -> web.StreamResponse:
+        """Show the flight to a page; one with the token may give orders, a wrong one is refused."""
+        given = request.query.get("token", "")
+        if given and not hmac.compare_digest(given.encode(), self._token.encode()):
+            raise web.HTTPForbidden(text=OTHER_LINK)
+        origin = request.headers.get("Origin")
+        if origin is not None and origin.partition("://")[2] != request.host:
+            raise web.HTTPForbidden(text="another site's page")
+        if len(self._sockets) >= MOST_PAGES:
+            raise web.HTTPServiceUnavailable(text=f"{MOST_PAGES} pages are open already")
+        socket = web.WebSocketResponse(max_msg_size=LONGEST_ORDER, heartbeat=HEARTBEAT)
+        await socket.prepare(request)
+        transport = request.transport
+        assert transport is not None  # noqa: S101  (the connection was just answered)
+        await socket.send_json({"outline": outline(self._plan), "orders": bool(given)})
+        self._sockets[socket] = transport
+        try:
+            async for message in socket:
+                if message.type is WSMsgType.TEXT and given:
+                    self._order(socket, message.data)
+        finally:
+            self._sockets.pop(socket, None)
+        return socket
+
+    def _order(self, socket: web.WebSocketResponse, text: str) -> None:
+        """Give the order of a page; a stop leaves before anything else is looked at."""
+        try:
+            asked: dict[str, Any] = json.loads(text)
+            order = Order(asked["order"], str(asked.get("formation", "")), reason="the order of a page")
+        except (ValueError, TypeError, KeyError):
+            return
+        if order.verb not in ORDERS or (order.formation and order.formation not in self._plan.swarm.formations):
+            return
+        self._operator.ask(order, answered=lambda answer: self._begin(self._answer(socket, order, answer)))
+
+    def _begin(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _answer(self, socket: web.WebSocketResponse, order: Order, answer: Answer) -> None:
+        reason = answer.refusal or (f"not confirmed by {', '.join(answer.missing)}" if answer.missing else "")
+        with contextlib.suppress(ConnectionError):
+            await socket.send_json({"answer": {"order": order.verb, "failed": reason, "note": answer.note}})
+
+    async def _operating(self, _: web.Application) -> AsyncIterator[None]:
+        task = asyncio.create_task(self._operate())
+        yield
+        task.cancel()
+
+    async def _operate(self) -> None:
+        """Run the operator; what fails is logged, once, and the next turn comes all the same."""
+        while True:
+            try:
+                await self._operator.run(self._turn, PERIOD)
+            except Exception as error:
+                self._log(error, "cannot go on with an order")
+                await asyncio.sleep(PERIOD)
+
+    def _turn(self, now: int) -> bool | None:
+        """Send a picture, but not at every turn while an order is being given; pages report when none comes."""
+        if clock.monotonic() >= self._due:
+            self._due = clock.monotonic() + nanoseconds(PERIOD) // 2
+            try:
+                self._show(now)
+                self._failed = ""
+            except Exception as error:
+                self._log(error, "cannot make a picture for the pages")
+        return None
+
+    def _log(self, error: Exception, what: str) -> None:
+        if repr(error) != self._failed:
+            self._failed = repr(error)
+            logging.getLogger(CONSOLE.kind).exception(what)
+
+    def _show(self, now: int) -> None:
+        """Send how everybody is to the pages that have taken the last picture."""
+        ready = [socket for socket in self._sockets if socket not in self._sending]
+        if ready:
+            picture = json.dumps(self._scene.snapshot(self._operator.statuses, now), separators=(",", ":"))
+            for socket in ready:
+                self._sending.add(socket)
+                self._begin(self._send(socket, self._sockets[socket], picture))
+
+    async def _send(self, socket: web.WebSocketResponse, transport: asyncio.Transport, picture: str) -> None:
+        """Send to a page; the connection of one that takes nothing for a while ends, without waiting for it."""
+        try:
+            await asyncio.wait_for(socket.send_str(picture), LONGEST_SEND)
+        except (TimeoutError, ConnectionError):
+            transport.abort()
+        finally:
+            self._sending.discard(socket)
+
+
+@web.middleware
+async def _guarded(request: web.Request, handler: Any) -> web.StreamResponse:  # noqa: ANN401  (aiohttp's)
+    response: web.StreamResponse = await handler(request)
+    if not response.prepared:
+        response.headers["Content-Security-Policy"] = POLICY
+        response.headers["X-Content-Type-Options"] = "nosniff"
+        response.headers["Referrer-Policy"] = "no-referrer"
+        response.headers["Cache-Control"] = "no-store"
+    return response

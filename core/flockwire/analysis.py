@@ -1,0 +1,28 @@
+"""What was recorded of a flight: reading a trace, its figures and checks, its errors over time, report and tables.
+
+A public interface (docs/python.md). Needs the extra `station`; `write_report` needs `report` too. Stamps are Unix ns,
+lengths m, world frame ENU.
+"""
+
+from flockwire_analysis.checks import Check
+from flockwire_analysis.export import ExportError, write_csv, write_parquet
+from flockwire_analysis.reading import read_trace
+from flockwire_analysis.recorded import Trace
+from flockwire_analysis.report import write_report
+from flockwire_analysis.summary import Summary, summarise
+from flockwire_analysis.tracking import Errors, formation_errors, observation_errors
+
+__all__ = [
+    "Check",
+    "Errors",
+    "ExportError",
+    "Summary",
+    "Trace",
+    "formation_errors",
+    "observation_errors",
+    "read_trace",
+    "summarise",
+    "write_csv",
+    "write_parquet",
+    "write_report",
+]

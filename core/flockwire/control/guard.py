@@ -1,0 +1,115 @@
+"""The safety filter round every law: what a drone may command, whatever it wants."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf
+from typing import NamedTuple
+
+from flockwire.control.barrier import keep_clear, sight_speed, speed_and_acceleration
+from flockwire.control.fence import Room
+from flockwire.control.safety_filter import HalfSpace, nearest_velocity
+from flockwire.control.tracker import BodyTracks
+from flockwire.domain.body import Body, BodyKind, Separation
+from flockwire.domain.motion import Motion
+from flockwire.domain.time import SECOND
+from flockwire.domain.vector import Vector, add, limit, norm, scale, subtract
+
+BODY_TIME_CONSTANT = 0.05  # s, of the trackers of nearby bodies
+STOPPING_DISTANCE_FACTOR = 1.25  # a margin: the airframe is known to about 20 %
+BARRIER_PHASE = 0.7  # the barrier's rate times lag and dead time: what the others do shows that late (docs/theory.md)
+
+
+class GuardParameters(NamedTuple):
+    """What the safety filter of one drone keeps to, and what it knows of the drone."""
+
+    separation: Separation
+    room: Room
+    floor: float  # m
+    speed: float  # m/s, at most
+    vertical_speed: float  # m/s, at which it gets out of an obstacle that has grown round it
+    acceleration: float  # m/s^2, of commands
+    barrier_rate: float  # 1/s, alpha at most
+    slowness: float  # s, lag and dead time of the airframe
+    period: float  # s, between two commands
+    sight: float  # m, within which bodies are sensed; inf where nothing is sensed
+
+    @property
+    def rate(self) -> float:
+        """The barrier's rate alpha, 1/s, that suits the airframe."""
+        return min(self.barrier_rate, BARRIER_PHASE / (self.slowness + 3.0 * self.period))
+
+    @property
+    def fastest(self) -> float:
+        """The highest speed, m/s, that the filter lets pass: two drones that meet still stop in time."""
+        return min(self.speed, self.sight_speed(0.0))
+
+    def sight_speed(self, age: float) -> float:
+        """Return the speed, m/s, at which two drones still stop in time when what is seen is `age` s old."""
+        delay = STOPPING_DISTANCE_FACTOR * self.slowness + 3.0 * self.period
+        return sight_speed(self.sight, self.separation.drone, delay + age, self.acceleration)
+
+
+class Guard:
+    """The safety filter of one drone."""
+
+    def __init__(self, parameters: GuardParameters) -> None:
+        self._parameters = parameters
+        self._rate, self._fastest = parameters.rate, parameters.fastest
+        self._tracks = BodyTracks(BODY_TIME_CONSTANT)
+        self._epoch = 0  # Unix ns that the tracks' time counts from
+
+    def velocity(
+        self,
+        wanted: Vector,
+        motion: Motion,
+        bodies: Sequence[Body],
+        stamp: int,
+        now: int,
+        last: Vector,
+        dt: float,
+        speed: float,
+        grounding: bool,
+    ) -> Vector:
+        """Return the nearest velocity to `wanted` that keeps clear of everything.
+
+        `bodies` were seen at `stamp`, relative to `motion.position`; `last` is the command before this one, `dt` s ago;
+        `speed` the limit of the moment; `grounding` when it comes from the ground or goes there: no floor.
+        """
+        own = self._parameters
+        speed = min(speed, self._fastest)
+        wanted = limit(wanted, own.sight_speed(max(now - stamp, 0) / SECOND))
+        spaces = self._bodies(motion, bodies, stamp, now, speed)
+        room, braking = own.room, own.acceleration
+        floor = room.low[2] if grounding else own.floor
+        spaces += room.half_spaces(motion.position, motion.stopping, floor, self._rate, braking, speed)
+        centre, radius, sliver = speed_and_acceleration(last, speed, braking * dt)
+        if sliver is not None:
+            spaces.append(sliver)
+        # Where not all can be kept, the sliver is one of what gives way; the limit of speed does not.
+        return limit(nearest_velocity(wanted, spaces, radius, centre)[0], max(speed, norm(last)))
+
+    def _bodies(self, motion: Motion, bodies: Sequence[Body], stamp: int, now: int, speed: float) -> list[HalfSpace]:
+        self._epoch = self._epoch or stamp
+        positions = [add(motion.position, body.relative_position) for body in bodies]
+        velocities = self._tracks.update(positions, (stamp - self._epoch) / SECOND)
+        rate, parameters = self._rate, self._parameters
+        (drone_distance, obstacle_distance), slowness = parameters.separation, parameters.slowness
+        own = scale(subtract(motion.stopping, motion.position), STOPPING_DISTANCE_FACTOR if slowness else 1.0)
+        horizon = STOPPING_DISTANCE_FACTOR * slowness + (now - stamp) / SECOND
+        found = []
+        for body, velocity in zip(bodies, velocities, strict=True):
+            x, y, z = body.relative_position
+            drone = body.kind is BodyKind.DRONE
+            vx, vy, vz = velocity if drone else body.velocity
+            rise = own[2] if drone or z else 0.0  # along an upright cylinder nothing changes
+            separation = (-x, -y, -z)
+            stopping = (own[0] - x - horizon * vx, own[1] - y - horizon * vy, rise - z - horizon * vz)
+            distance = drone_distance if drone else obstacle_distance + body.radius
+            recovery = parameters.vertical_speed if body.kind is BodyKind.OBSTACLE else inf
+            space = keep_clear(
+                separation, stopping, (vx, vy, vz), drone, distance, rate, parameters.acceleration, speed, recovery
+            )
+            if space is not None:
+                found.append(space)
+        return found

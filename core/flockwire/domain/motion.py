@@ -1,0 +1,33 @@
+"""Motion: that of a drone as its pilot knows it, and that of the leader as it is estimated."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from flockwire.domain.vector import ZERO, Vector
+
+
+class Motion(NamedTuple):
+    """Where a drone was measured, m, its velocity there, m/s, and where it would stop if commanded to now, m."""
+
+    position: Vector
+    velocity: Vector
+    stopping: Vector
+
+
+class LeaderMotion(NamedTuple):
+    """An estimate of the leader: position, m, velocity, m/s, acceleration, m/s^2, world frame."""
+
+    position: Vector
+    velocity: Vector = ZERO
+    acceleration: Vector = ZERO
+
+    def after(self, dt: float) -> LeaderMotion:
+        """Return the motion `dt` s later: x + dt v + dt^2 a / 2, v + dt a, a."""
+        x, v, a = self.position, self.velocity, self.acceleration
+        half = 0.5 * dt * dt
+        return LeaderMotion(
+            (x[0] + dt * v[0] + half * a[0], x[1] + dt * v[1] + half * a[1], x[2] + dt * v[2] + half * a[2]),
+            (v[0] + dt * a[0], v[1] + dt * a[1], v[2] + dt * a[2]),
+            a,
+        )

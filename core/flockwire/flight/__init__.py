@@ -1,1 +1,0 @@
-"""What pilots and operators share, pure: phases, the staleness ladder, the director, faults, when a core steps."""

@@ -1,0 +1,172 @@
+"""What an operator knows of a fleet: the newest status of each pilot and the newest telemetry of each drone."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+
+from flockwire.domain.time import SECOND
+from flockwire.pilot.orders import came_down, rank
+from flockwire.pilot.phases import Phase
+from flockwire.swarm.model import uav
+from flockwire.wire.messages import FlightState, Mission, Telemetry
+from flockwire.wire.status import Report, Status
+
+STALE = 2 * SECOND  # ns after which a status or telemetry no longer counts
+ON_GROUND = frozenset({Phase.GROUNDED, Phase.READY})
+IN_THE_AIR = frozenset({FlightState.FLYING, FlightState.LANDING})
+
+
+class Fleet:
+    """What is known at `now` (Unix ns), by `statuses` of processes and `telemetry` of drones.
+
+    `pilots` are the identities of those that fly the drones, by drone.
+    """
+
+    def __init__(
+        self, pilots: Mapping[int, str], statuses: Mapping[str, Status], telemetry: Mapping[int, Telemetry], now: int
+    ) -> None:
+        self.pilots, self.now = pilots, now
+        self._statuses, self._telemetry = statuses, telemetry
+        self.fresh = {
+            drone: statuses[pilot]
+            for drone, pilot in pilots.items()
+            if pilot in statuses and now - statuses[pilot].stamp < STALE
+        }
+        self.states = {
+            drone: telemetry[drone].state
+            for drone in pilots
+            if drone in telemetry and now - telemetry[drone].stamp < STALE
+        }
+
+    @classmethod
+    def present(
+        cls, pilots: Mapping[int, str], statuses: Mapping[str, Status], telemetry: Mapping[int, Telemetry], now: int
+    ) -> Fleet:
+        """Return what is known of those who fly: who is left out of the flight, and silent, does not count."""
+        fleet = cls(pilots, statuses, telemetry, now)
+        running = fleet.mission()
+        silent = [drone for drone in (running.without if running is not None else ()) if drone not in fleet.fresh]
+        if not silent:
+            return fleet
+        there = {drone: pilot for drone, pilot in pilots.items() if drone not in silent}
+        return cls(there, statuses, telemetry, now)
+
+    def has_stopped(self, drone: int) -> bool:
+        """Return whether the drone's motors are known to be off."""
+        return self.states.get(drone) is FlightState.STOPPED
+
+    def received_stop(self, drone: int) -> bool:
+        """Return whether the drone's driver has an emergency stop, obeyed already or not."""
+        return self.has_stopped(drone) or (drone in self.states and self._telemetry[drone].stop_received)
+
+    def phase(self, drone: int) -> str | None:
+        """Return the phase of the drone's pilot, None when it is silent."""
+        return self.fresh[drone].report.phase if drone in self.fresh else None
+
+    def all_in(self, *phases: Phase) -> bool:
+        """Return whether every pilot is in one of `phases`."""
+        return all(self.phase(drone) in phases for drone in self.pilots)
+
+    def clocks_off(self, bound: float) -> dict[str, float]:
+        """Return by how many s clocks may be wrong, by process, where that is more than `bound` or unknown (-1)."""
+        fresh = [status for status in self._statuses.values() if self.now - status.stamp < STALE]
+        return {s.identity: s.clock_bound for s in fresh if not 0.0 <= s.clock_bound <= bound}
+
+    def mission(self) -> Mission | None:
+        """Return the order that holds: of those that pilots obey one from which none that takes up was made.
+
+        Of several a landing, then a hold; of a hold that of one who knows which formation it interrupts. What took up a
+        drone that has come down since, or was left out, counts where there is no other.
+        """
+        absent = {drone for status in self.fresh.values() for drone in _left_out(status.report)}
+        obeyed = [status.report for drone, status in self.fresh.items() if not self._rests(drone, absent)]
+        missions = _obeyed(obeyed) or _obeyed([status.report for status in self.fresh.values()])
+        older = {version for mission in missions if not rank(mission) for version in mission.knows}
+        newest = [mission for mission in missions if mission.version not in older]
+        return max(newest, key=_precedence, default=None)
+
+    def flown(self) -> Mission | None:
+        """Return the order by which drones are in a formation, None where none is."""
+        flown = [status.report.mission for status in self.fresh.values() if status.report.phase == Phase.FORMATION]
+        return max((one for one in flown if one is not None and one.in_formation), key=_precedence, default=None)
+
+    def rival(self, order: Mission) -> Report | None:
+        """Return how a pilot is that obeys another order that takes up, while neither was made from the other."""
+        rivals = [
+            status.report
+            for status in self.fresh.values()
+            if (other := status.report.mission) is not None
+            and not rank(other)
+            and other.version != order.version
+            and other.version not in order.knows
+            and order.version not in other.knows
+        ]
+        return max(rivals, key=lambda one: one.mission.giver if one.mission is not None else 0, default=None)
+
+    def reports(self) -> Iterator[tuple[str, Report]]:
+        """Yield identity and report of those whose orders a new one must name.
+
+        These are all who fly and, of others like the gateway, who is taken up.
+        What goes down and has reached none of those who fly is not known here: it is not to be named before it counts.
+        """
+        flying = frozenset(self.pilots.values())
+        for identity, status in self._statuses.items():
+            mission = status.report.mission
+            if mission is None or self.now - status.stamp >= STALE:
+                continue
+            if identity in flying or not rank(mission):
+                yield identity, status.report
+
+    def unconfirmed(self, order: Mission) -> tuple[str, ...]:
+        """Return the pilots that have not confirmed that they obey this very order."""
+        return tuple(pilot for drone, pilot in self.pilots.items() if not self._obeys(drone, order))
+
+    def overruled(self, order: Mission) -> Mission | None:
+        """Return an order that holds for a pilot and was made from `order`, which it ends; None where there is none."""
+        missions = (status.report.mission for status in self.fresh.values())
+        return next((one for one in missions if one is not None and order.version in one.knows), None)
+
+    def not_down(self, since: int = 0) -> tuple[str, ...]:
+        """Return the drones that are in the air, or have not reported after `since` (Unix ns) that they are not."""
+        return tuple(uav(drone) for drone in self.pilots if not self._is_down(drone, since))
+
+    def why(self, drone: int) -> str:
+        """Return what the drone's pilot reports of itself."""
+        status = self._statuses.get(self.pilots[drone])
+        if status is None:
+            return "no status"
+        return (status.report.detail or status.report.phase) if drone in self.fresh else "silent"
+
+    def _is_down(self, drone: int, since: int) -> bool:
+        state = self.states.get(drone)
+        return state is not None and state not in IN_THE_AIR and self._telemetry[drone].stamp > since
+
+    def _obeys(self, drone: int, order: Mission) -> bool:
+        if drone not in self.fresh:
+            return False
+        report = self.fresh[drone].report
+        if report.mission is None or order.version not in report.newest:
+            return False
+        down = order.verb == "hold" and report.phase in ON_GROUND  # nobody takes off who does not know of it
+        return down or report.mission.verb == order.verb
+
+    def _rests(self, drone: int, absent: Collection[int]) -> bool:
+        """Return whether a drone is on the ground that was left out, or came down since it was taken up."""
+        report = self.fresh[drone].report
+        if drone in absent and report.phase in ON_GROUND:
+            return True
+        return (
+            report.mission is not None and not rank(report.mission) and came_down(report.mission) in report.concurrent
+        )
+
+
+def _left_out(report: Report) -> tuple[int, ...]:
+    return report.mission.without if report.mission is not None and not rank(report.mission) else ()
+
+
+def _obeyed(reports: list[Report]) -> list[Mission]:
+    return [report.mission for report in reports if report.mission is not None]
+
+
+def _precedence(mission: Mission) -> tuple[int, int, int, int]:
+    return (rank(mission), mission.giver, mission.stamp, mission.start)

@@ -1,0 +1,112 @@
+"""Plans a change of formation, and refuses one that cannot be flown: speed, acceleration, spacing, fence, all along.
+
+The operator plans; pilots fly what the order says (flown_formation.py). Each duration that is tried is rehearsed
+(formation_rehearsal.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import chain
+
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.domain.vector import Vector
+from flockwire.ground.formation_rehearsal import Rehearsal, Way
+from flockwire.swarm.model import Swarm
+from flockwire.wire.messages import LONGEST_CHANGE, Change, Mission
+
+LEAD_TIME = SECOND  # ns from the order until the change begins, so that all have it by then
+SHORTEST = 1.0  # s that a change takes at least, unless its duration is given
+LONGEST = 60.0  # s that a change takes at most, unless its duration is given
+GROWTH = 1.06  # from one duration that is tried to the next, where it is too short
+LEAP = 1.3  # where something else is wrong, which more time may cure: two formations turn
+MOST_STRETCH = 4.0  # times the shortest duration that keeps to the limits, where the safety filter would slow that down
+
+
+class ChangeRefusedError(ValueError):
+    """A change of formation that cannot be flown; the text names drone, time and limit."""
+
+
+def plan_change(
+    swarm: Swarm,
+    running: Mission,
+    name: str,
+    now: int,
+    leader: Vector | None = None,
+    duration: float | None = None,
+    lead: int = LEAD_TIME,
+) -> Mission:
+    """Return the order that changes from what `running` has flown, or interrupted, to the formation `name`.
+
+    `now` is Unix ns; `leader` is where the leader is now (m, world frame; None: the fence is not looked at); without a
+    `duration`, s, the change takes the shortest that keeps to all limits and that the safety filter does not slow down.
+    It begins `lead` ns from now. Raises ChangeRefusedError.
+    """
+    last = running.change
+    order = running._replace(stamp=now, verb="formation")
+    if last is not None and now < last.begin + nanoseconds(last.duration):
+        left = (last.begin - now) / SECOND + last.duration
+        raise ChangeRefusedError(f"the change to formation {running.formation!r} takes another {left:.1f} s")
+    if name == running.formation:
+        return order
+    begin = now + lead
+    rehearsal = Rehearsal(swarm, running, name, (begin - running.start) / SECOND, leader, lead)
+    if duration is None:
+        duration = _shortest(rehearsal)
+    else:
+        _check(rehearsal, duration)
+    change = Change(begin, duration, running.formation, rehearsal.places_before, rehearsal.places(duration))
+    return order._replace(formation=name, change=change)
+
+
+def plan_in_time(
+    swarm: Swarm, running: Mission, name: str, clock: Callable[[], int], leader: Vector | None, duration: float | None
+) -> Mission:
+    """Plan as `plan_change` at the time that `clock` shows (Unix ns), and again where planning took too long.
+
+    Half of the lead time is left for the order to arrive.
+    """
+    lead = LEAD_TIME
+    while True:
+        began = clock()
+        order = plan_change(swarm, running, name, began, leader, duration, lead)
+        now = clock()
+        if 2 * (now - began) <= lead:
+            return order._replace(stamp=now)
+        lead = 4 * (now - began)
+
+
+def _shortest(rehearsal: Rehearsal) -> float:
+    """Return the shortest duration, s, that keeps to all limits; raises ChangeRefusedError when there is none.
+
+    Of these it is the shortest that the safety filter does not slow down; or where there is none, slows down least.
+    """
+    duration, reason = SHORTEST, ""
+    strained: list[tuple[float, float]] = []  # by how much, m/s, each duration that keeps to the limits
+    while duration <= (MOST_STRETCH * strained[0][1] if strained else LONGEST):
+        way = rehearsal.way(duration)
+        hurried = next(rehearsal.too_fast(way), "")
+        elsewhere = "" if hurried else next(_elsewhere(rehearsal, way), "")
+        if not (hurried or elsewhere):
+            strained.append((rehearsal.strain(way), duration))
+            if strained[-1][0] <= 0.0:
+                return duration
+        reason = hurried or elsewhere
+        duration *= LEAP if elsewhere else GROWTH
+    if strained:
+        return min(strained)[1]
+    raise ChangeRefusedError(f"{reason}, however long the change takes (up to {LONGEST:g} s)")
+
+
+def _check(rehearsal: Rehearsal, duration: float) -> None:
+    """Raise ChangeRefusedError when the change cannot be flown in `duration` s."""
+    if not 0.0 < duration <= LONGEST_CHANGE:
+        raise ChangeRefusedError(f"--duration = {duration:g}: must be above 0 and at most {LONGEST_CHANGE:g} s")
+    way = rehearsal.way(duration)
+    if problem := next(chain(rehearsal.too_fast(way), _elsewhere(rehearsal, way)), ""):
+        raise ChangeRefusedError(problem)
+
+
+def _elsewhere(rehearsal: Rehearsal, way: Way) -> Iterator[str]:
+    """Yield what is wrong besides the speed, which more time may cure, or may not."""
+    return chain(rehearsal.too_close(way), rehearsal.outside(way))

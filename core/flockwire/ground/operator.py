@@ -1,0 +1,191 @@
+"""The operator as a core: receives how all are, conducts a flight, gives orders, repeats them, and stops.
+
+It is the same in real time (station/operator.py) and in virtual time (sim/operator.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from flockwire.ground.director import GRACE, Director, Stage
+from flockwire.ground.fleet import Fleet
+from flockwire.ground.giving import ENDING, LOOK_TIME, Answer, Giving, Order, giving
+from flockwire.ground.preflight import Preflight
+from flockwire.swarm.model import uav
+from flockwire.wire.keys import MISSION, STOP, Key
+from flockwire.wire.messages import Message, Mission, Stop, Telemetry
+from flockwire.wire.plan import Plan
+from flockwire.wire.status import Status
+
+ELSEWHERE = "resume: this host does not conduct the flight; `flockwire start` takes off and flies it"
+ENDED = Answer(refusal="another order was given meanwhile")
+
+Answered = Callable[[Answer], None]
+
+
+@dataclass(slots=True, eq=False)
+class Asked:
+    """One order, asked for at `asked` and known here since `since` (Unix ns), until `answered` has its answer.
+
+    `giving` is None while the order waits for swarm time.
+    """
+
+    order: Order
+    asked: int
+    since: int
+    answered: Answered
+    giving: Giving | None = None
+    is_answered: bool = False
+
+
+class OperatorCore:
+    """Gives orders to the swarm of `plan`; `new_giver` returns a number that no other giver of orders has.
+
+    `director` conducts the newest flight, None before the first. `knows_time` is False while swarm time is not known.
+    """
+
+    def __init__(self, plan: Plan, new_giver: Callable[[], int]) -> None:
+        self.statuses: dict[str, Status] = {}
+        self.telemetry: dict[int, Telemetry] = {}
+        self.director: Director | None = None
+        self.knows_time = True
+        self._plan, self._new_giver = plan, new_giver
+        self._drones = {uav(drone): drone for drone in plan.pilots}
+        self._asked: list[Asked] = []  # stops first
+        self._ordered: list[Mission] = []  # orders to the flight conducted here, not published yet
+
+    def receive(self, key: Key, message: Message, now: int) -> None:
+        """Take a status or telemetry in; nobody publishes another's status."""
+        if isinstance(message, Status) and message.identity == key.owner:
+            self.statuses[key.owner] = message
+        elif isinstance(message, Telemetry):
+            self.telemetry[self._drones[key.owner]] = message
+
+    def correct(self, by: int) -> None:
+        """Take note that `now` goes on `by` ns ahead (behind when negative): so much has not passed."""
+        for one in self._asked:
+            if one.giving is None:
+                one.asked, one.since = one.asked + by, one.since + by
+
+    def fleet(self, now: int) -> Fleet:
+        """Return what is known of all pilots at `now` (Unix ns)."""
+        return Fleet(self._plan.pilots, self.statuses, self.telemetry, now)
+
+    def conduct(
+        self,
+        now: int,
+        duration: float = 0.0,
+        formation: str = "",
+        without: tuple[int, ...] = (),
+        grace: int = GRACE,
+        asked: int | None = None,
+    ) -> Director:
+        """Conduct a flight from `now` (Unix ns) on, by a director of its own, which is returned (Director)."""
+        swarm = self._plan.swarm
+        self.director = Director(
+            self._plan.pilots, swarm.frame, duration, now, formation, grace, Preflight.of(swarm), without,
+            self._new_giver(), asked,
+        )  # fmt: skip
+        return self.director
+
+    def order(self, verb: str, now: int, note: Callable[[str], None] = lambda _: None) -> None:
+        """Order "hold", "land", "resume" or "stop": the flight that is conducted here, or the drones of another's.
+
+        `note` gets a line where nothing is ordered, and who confirmed an order to another's flight.
+        """
+        director = self.director
+        if verb == "stop":
+            self.ask(Order(verb), now)
+        elif director is not None:
+            given = {"hold": director.hold, "land": director.land, "resume": director.resume}[verb](now)
+            self._publish(given)
+            if given is None and director.stage is not Stage.OVER:
+                note(f"{verb}: nothing ordered while {director.stage}")
+        elif verb == "resume":
+            note(ELSEWHERE)
+        else:
+            self.ask(Order(verb), now, answered=lambda answer: note(f"{verb}: {_line(answer)}"))
+
+    def change(self, order: Mission, running: Mission) -> Mission | None:
+        """Change the formation of the flight conducted here as `order`, planned from `running`; None: too late."""
+        given = self.director.change(order, running) if self.director is not None else None
+        self._publish(given)
+        return given
+
+    def abort(self, reason: str, now: int) -> None:
+        """End the flight conducted here because of `reason`, unless it has failed already."""
+        if self.director is not None and not self.director.failure:
+            self._publish(self.director.abort(reason, now))
+
+    def ask(self, order: Order, now: int, asked: int | None = None, answered: Answered = lambda _: None) -> None:
+        """Give `order` from the next step on; it was asked for at `asked` (Unix ns, default: `now`).
+
+        A stop, a landing and a hold are published at that step, and end a start or a change of formation that is under
+        way. Other orders wait for swarm time, LOOK_TIME at most.
+        """
+        if order.verb in ENDING:
+            ended = [one for one in self._asked if one.order.verb not in ENDING]
+            self._asked = [one for one in self._asked if one.order.verb in ENDING]
+            for one in ended:
+                one.answered(ENDED)
+        new = Asked(order, now if asked is None else asked, now, answered)
+        if order.verb != "stop":
+            self._asked.append(new)
+            return
+        self._asked.insert(0, new)
+        if self.director is not None:
+            self.director.stop(now)
+
+    @property
+    def asked(self) -> bool:
+        """Whether an order is being given."""
+        return bool(self._asked)
+
+    def to_plan(self) -> list[Giving]:
+        """Return what gives the orders that wait for a change of formation to be planned (Giving.to_plan)."""
+        return [one.giving for one in self._asked if one.giving is not None and one.giving.to_plan is not None]
+
+    def step(self, now: int) -> Iterator[tuple[Key, Message]]:
+        """Yield what is to be published at `now`: a stop before anything else is looked at."""
+        for one in tuple(self._asked):
+            yield from self._give(one, now)
+        ordered, self._ordered = self._ordered, []
+        for order in ordered:
+            yield MISSION, order
+        director = self.director
+        if director is not None and not ordered and director.stage is not Stage.OVER:
+            due = director.step(self.statuses, self.telemetry, now)
+            if due is not None:
+                yield MISSION, due
+
+    def _publish(self, order: Mission | None) -> None:
+        """Publish an order to the flight conducted here at the next step, None: nothing."""
+        if order is not None:
+            self._ordered.append(order)
+
+    def _give(self, one: Asked, now: int) -> Iterator[tuple[Key, Message]]:
+        """Go on with an order; it is answered once, and over then, but for a stop that is repeated for STOP_TIME."""
+        if one.giving is None:
+            if one.order.verb not in ENDING and not self.knows_time and now - one.since < LOOK_TIME:
+                return
+            one.giving = giving(self._plan, one.order, self._new_giver(), one.asked)
+        message = None
+        if one.giving.answer is None or one.order.verb == "stop":
+            message = one.giving.step(self.statuses, self.telemetry, now)
+        if message is not None:
+            yield STOP if isinstance(message, Stop) else MISSION, message
+        if one.giving.answer is None:
+            return
+        if message is None:
+            self._asked = [other for other in self._asked if other is not one]
+        if not one.is_answered:
+            one.is_answered = True
+            one.answered(one.giving.answer)
+
+
+def _line(answer: Answer) -> str:
+    """Return who confirmed an order, and who did not."""
+    missing = f"; not confirmed by {', '.join(answer.missing)}" if answer.missing else ""
+    reason = f" ({answer.refusal})" if answer.refusal else ""
+    return f"confirmed by {', '.join(answer.confirmed) or 'nobody'}{missing}{reason}"

@@ -1,0 +1,116 @@
+"""The staleness ladder: what a pilot may still do when inputs grow old."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from flockwire.domain.time import SECOND
+from flockwire.pilot.phases import NEVER
+from flockwire.swarm.model import uav
+from flockwire.swarm.tables import Limits, Staleness
+from flockwire.wire.messages import IdentityDoubt
+
+DOUBT_LASTS = 300_000_000  # ns that a doubt holds after its last message; the gateway repeats it with each frame
+MISTAKEN = "the tracker mistakes its body for another's"
+
+
+class Inputs(NamedTuple):
+    """Ages in s of what a pilot flies by (NEVER: not there yet), and what its airframe reports."""
+
+    pose: float
+    silence: float  # of the newest leader estimate; 0 for the leader itself
+    nearby: float  # 0 when nothing is sensed nearby
+    telemetry: float
+    battery: float  # share of full
+    outside: float  # m outside the fence
+    leader_down: float = 0.0  # s since the leader, whose formation is to be flown, is down; 0 while it leads
+    doubt: float = 0.0  # s since the tracker has its name on another's body; 0 while it has not
+
+
+def doubted(doubt: IdentityDoubt | None, now: int) -> float:
+    """Return for how long, s, the tracker has had a drone's name on another's body; 0 when it has not."""
+    if doubt is None or now - doubt.stamp > DOUBT_LASTS:
+        return 0.0
+    return max((now - doubt.since) / SECOND, 1e-9)
+
+
+def all_well(inputs: Inputs, limits: Limits) -> bool:
+    """Return whether no rung of the ladder is reached, so that none of the reasons below can be given."""
+    stale = limits.staleness
+    return (
+        inputs.pose <= stale.pose_zero
+        and inputs.silence <= stale.estimates_hold
+        and inputs.nearby <= stale.nearby_slow
+        and inputs.telemetry <= stale.telemetry_warn
+        and inputs.battery >= limits.battery_takeoff
+        and inputs.outside == 0.0
+        and inputs.leader_down == 0.0
+        and inputs.doubt == 0.0
+    )
+
+
+def land_reason(inputs: Inputs, limits: Limits) -> str:
+    """Return why the drone must land, empty when it need not."""
+    stale = limits.staleness
+    rungs = (
+        ("own pose", inputs.pose, stale.pose_land),
+        ("leader estimate", inputs.silence, stale.estimates_land),
+        ("telemetry", inputs.telemetry, stale.telemetry_land),
+        ("the leader", inputs.leader_down, stale.leader_land),
+    )
+    for name, age, rung in rungs:
+        if age > rung:
+            return f"{name} lost for {age:.1f} s"
+    if inputs.doubt > stale.identity_land:
+        return f"the tracker mistakes its body for another's for {inputs.doubt:.1f} s"
+    if inputs.battery < limits.battery_land:
+        return f"battery at {inputs.battery:.0%}"
+    if inputs.outside > limits.fence.margin:
+        return f"{inputs.outside:.1f} m outside the fence"
+    return ""
+
+
+def hold_reason(inputs: Inputs, stale: Staleness) -> str:
+    """Return why the drone must leave the formation and hold, empty when it need not."""
+    if inputs.pose > stale.pose_zero:
+        return "own pose is stale"
+    if inputs.doubt > 0.0:
+        return MISTAKEN
+    if inputs.silence > stale.estimates_hold:
+        return f"no leader estimate for {stale.estimates_hold:g} s"
+    if inputs.leader_down > 0.0:
+        return "the leader is down"
+    if inputs.nearby > stale.nearby_hold:
+        return "nearby bodies are stale"
+    return ""
+
+
+def unready_reason(inputs: Inputs, missing: tuple[int, ...], limits: Limits, driver: str) -> str:
+    """Return what the drone waits for before it may take off, empty when it is ready.
+
+    `missing`: silent neighbours; `driver`: the process that drives it.
+    """
+    stale = limits.staleness
+    names = ", ".join("the leader's pose" if j == 0 else f"{uav(j)}'s estimate" for j in missing)
+    reasons = (
+        (inputs.pose > stale.pose_zero, "waits for its own pose"),
+        (inputs.doubt > 0.0, MISTAKEN),
+        (inputs.telemetry > stale.telemetry_warn, f"waits for telemetry from {driver}"),
+        (bool(missing), f"waits for {names}"),
+        (inputs.nearby > stale.nearby_slow, "waits for its nearby bodies"),
+        (
+            inputs.battery < limits.battery_takeoff,
+            f"battery at {inputs.battery:.0%}, take-off needs {limits.battery_takeoff:.0%}",
+        ),
+    )
+    return next((text for applies, text in reasons if applies), "")
+
+
+def speed_limit(inputs: Inputs, limits: Limits) -> float:
+    """Return the speed, m/s, that the drone may fly at."""
+    return limits.speed if inputs.nearby <= limits.staleness.nearby_slow else min(limits.speed, limits.blind_speed)
+
+
+def shown(age: float) -> float:
+    """Return an age as status messages carry it: -1 for what never came."""
+    return -1.0 if age == NEVER else age

@@ -1,0 +1,136 @@
+"""What an agent receives from its in-neighbours, and which of it still counts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container
+from dataclasses import dataclass
+
+from flockwire.control.graph import LEADER
+from flockwire.domain.motion import LeaderMotion
+from flockwire.domain.time import SECOND
+from flockwire.domain.vector import Vector
+from flockwire.law import NeighbourEstimate
+from flockwire.pilot.phases import IN_FLIGHT, NEVER, Phase, age
+from flockwire.swarm.tables import Staleness
+from flockwire.wire.messages import Estimate, Leading, Pose
+from flockwire.wire.status import Status
+
+MOST_HOPS = 255  # that a message can carry
+LEADING_PHASES = IN_FLIGHT - {Phase.LANDING}
+
+
+@dataclass(slots=True)
+class Neighbour:
+    """One in-neighbour j: its weight w_ij and the newest that arrived from it."""
+
+    weight: float
+    stamp: int = 0
+    motion: LeaderMotion | None = None  # its estimate of the leader
+    position: Vector | None = None
+    origin: int = 0  # the time of the leader's pose that this is based on, Unix ns
+    hops: int = 0
+    leading: Leading = Leading.UNKNOWN
+
+
+class Neighbourhood:
+    """The in-neighbours N_i of one follower, by their weights; `leader` is the kind of the leader.
+
+    One without an airframe leads in any phase: a virtual one while its status comes, a tracked one while its pose does.
+    """
+
+    def __init__(self, weights: dict[int, float], limits: Staleness, leader: str = "trajectory") -> None:
+        self._every = {j: Neighbour(weight) for j, weight in weights.items()}
+        self._neighbours = self._every  # those that are not left out
+        self._drop_after = round(limits.estimate_drop * SECOND)  # ns
+        self._origin_limit = round(limits.estimates_hold * SECOND)
+        self._leader_limit = round(limits.leader_silent * SECOND)
+        self._virtual, self._carried = leader == "virtual", leader == "tracked"
+        self._leader_stamp = 0  # of the leader's own status
+        self.origin = 0  # of the newest data of the leader so far
+        self.hops = 0
+        self.leading = Leading.UNKNOWN
+
+    def __len__(self) -> int:
+        return len(self._neighbours)
+
+    def leave_out(self, drones: Container[int]) -> None:
+        """Neither wait for `drones` nor count them, until called again."""
+        self._neighbours = {j: neighbour for j, neighbour in self._every.items() if j not in drones}
+
+    def take_estimate(self, j: int) -> Callable[[Estimate], None]:
+        """Return what takes neighbour j's estimates of the leader."""
+        neighbour = self._every[j]
+
+        def take(message: Estimate) -> None:
+            stamp, _, neighbour.motion, origin, neighbour.hops, neighbour.leading = message
+            neighbour.stamp, neighbour.origin = stamp, min(origin, stamp)
+
+        return take
+
+    def take_pose(self, j: int) -> Callable[[Pose], None]:
+        """Return what takes neighbour j's poses; the leader's is also its estimate of itself (eta_0 = x_0)."""
+        neighbour = self._every[j]
+
+        def take(message: Pose) -> None:
+            neighbour.position = message.position
+            if j == LEADER:
+                neighbour.stamp = neighbour.origin = message.stamp
+                neighbour.motion = LeaderMotion(message.position)
+
+        return take
+
+    def take_status(self, message: Status) -> None:
+        """Take the leader's own status: whether it leads."""
+        self._leader_stamp = message.stamp
+        leads = self._virtual or message.report.phase in LEADING_PHASES
+        self._every[LEADER].leading = Leading.LEADS if leads else Leading.IS_DOWN
+
+    def update(self, now: int) -> list[NeighbourEstimate]:
+        """Update what is known of the leader; return the estimates of the neighbours that count at `now` (Unix ns).
+
+        One counts whose estimate is fresh and based on fresh data: old data does not get younger by being passed on.
+        The weight of a stale one leaves the sum.
+        """
+        oldest, oldest_origin = now - self._drop_after, now - self._origin_limit
+        found = []
+        for j, neighbour in self._neighbours.items():
+            if neighbour.stamp < oldest or neighbour.motion is None or neighbour.origin < oldest_origin:
+                continue
+            found.append(NeighbourEstimate(j, neighbour.weight, neighbour.stamp, neighbour.motion))
+            if neighbour.origin > self.origin:
+                self.origin, self.hops = neighbour.origin, min(neighbour.hops + 1, MOST_HOPS)
+                self.leading = neighbour.leading
+        if LEADER in self._neighbours:
+            self.leading = self._leading(now)
+        return found
+
+    def _leading(self, now: int) -> Leading:
+        """Return what the leader's own status reports; without a fresh one the leader counts as down."""
+        if self._carried:
+            return self._by_pose(self._neighbours[LEADER].stamp, now)
+        if not self._leader_stamp:
+            return Leading.UNKNOWN
+        silent = now - self._leader_stamp > self._leader_limit
+        return Leading.IS_DOWN if silent else self._neighbours[LEADER].leading
+
+    def _by_pose(self, stamp: int, now: int) -> Leading:
+        if not stamp:
+            return Leading.UNKNOWN
+        return Leading.IS_DOWN if now - stamp > self._leader_limit else Leading.LEADS
+
+    def silence(self, now: int, since: int) -> float:
+        """Return the age, s, of the newest data of the leader; counted from `since` before there was any."""
+        return age(max(self.origin, since), now)
+
+    def oldest(self, now: int) -> float:
+        """Return the age, s, of the neighbour that has been silent longest; NEVER when one was not received yet."""
+        return max((age(neighbour.stamp, now) for neighbour in self._neighbours.values()), default=NEVER)
+
+    def missing(self, now: int) -> tuple[int, ...]:
+        """Return the neighbours that do not count."""
+        oldest, oldest_origin = now - self._drop_after, now - self._origin_limit
+        return tuple(j for j, one in self._neighbours.items() if one.stamp < oldest or one.origin < oldest_origin)
+
+    def positions(self) -> list[Vector]:
+        """Return the neighbours' own positions, where they are known (m, world frame)."""
+        return [neighbour.position for neighbour in self._neighbours.values() if neighbour.position is not None]

@@ -1,0 +1,76 @@
+"""Whether a drone in formation is where it should be, as reasons in its status."""
+
+from __future__ import annotations
+
+from flockwire.control.fence import Room
+from flockwire.domain.time import SECOND
+from flockwire.domain.vector import Vector, subtract
+from flockwire.pilot.phases import Phase
+from flockwire.swarm.tables import Checks
+from flockwire.wire.status import Reason, Report
+
+AT_THE_FENCE = Reason("at fence", "held at the fence")
+OFF = "off place"  # the code of the other reason; both codes are what is shown in place of the phase
+NEAR = 0.5  # m from a wall within which the fence may be what holds a drone
+HELD_BACK = 0.02  # m/s towards the wall that are wanted and not commanded
+HELD_FOR = SECOND  # ns, for which that lasts before it is reported
+
+
+def shown_phase(report: Report) -> str:
+    """Return what to show for the phase of a report: "formation" is for who is in its place."""
+    if report.phase != Phase.FORMATION:
+        return report.phase
+    codes = [reason.code for reason in report.reasons]
+    return next((code for code in (OFF, AT_THE_FENCE.code) if code in codes), report.phase)
+
+
+class OffPlace:
+    """Watches one drone that flies within `room` and is judged by `checks`; call `reasons` for each status."""
+
+    def __init__(self, room: Room, checks: Checks) -> None:
+        self._room = room
+        self._within = checks.formation_tail
+        self._off_limit = round(checks.off_place * SECOND)  # ns
+        self._settling_limit = max(self._off_limit, round(checks.settle_within * SECOND))  # ns
+        self.forget()
+
+    def forget(self) -> None:
+        """Start again: no formation is flown."""
+        self._settled = False
+        self._off_since = self._held_since = 0
+
+    def reasons(self, error: float, position: Vector, wanted: Vector, given: Vector, now: int) -> tuple[Reason, ...]:
+        """Return what is wrong at `now` (Unix ns).
+
+        `error` is the formation error, m (-1: it has none); `wanted` the velocity of its law, `given` that commanded,
+        m/s. Off its place is who was further from it than `checks.formation_tail` for `checks.off_place`, or for
+        `checks.settle_within` before it was there.
+        """
+        held, off = self._held(position, wanted, given, now), self._off(error, now)
+        return (*((AT_THE_FENCE,) if held else ()), *off)
+
+    def _off(self, error: float, now: int) -> tuple[Reason, ...]:
+        if error <= self._within:
+            self._settled = self._settled or error >= 0.0
+            self._off_since = 0
+            return ()
+        self._off_since = self._off_since or now
+        longest = self._off_limit if self._settled else self._settling_limit
+        if now - self._off_since <= longest:
+            return ()
+        return (Reason(OFF, f"off its place for more than {longest / SECOND:g} s"),)
+
+    def _held(self, position: Vector, wanted: Vector, given: Vector, now: int) -> bool:
+        if not _towards_wall(self._room, position, subtract(wanted, given)):
+            self._held_since = 0
+            return False
+        self._held_since = self._held_since or now
+        return now - self._held_since >= HELD_FOR
+
+
+def _towards_wall(room: Room, position: Vector, lacking: Vector) -> bool:
+    """Return whether a wall is near towards which `lacking` (m/s) leads."""
+    return any(
+        gap < NEAR and sum(n * v for n, v in zip(outwards, lacking, strict=True)) > HELD_BACK
+        for gap, outwards in room.sides(position)
+    )

@@ -1,0 +1,269 @@
+"""What flies one drone, whatever it is to do there: phases, staleness ladder, place keeping, safety filter, report.
+
+A follower's agent and the flying leader both have one; only the velocity wanted in formation is their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from flockwire.control.airframe_state import AirframeState
+from flockwire.control.free_place import landing_place
+from flockwire.control.guard import Guard
+from flockwire.control.potential import repulsion
+from flockwire.domain.body import Body
+from flockwire.domain.motion import Motion
+from flockwire.domain.time import SECOND
+from flockwire.domain.vector import ZERO, Vector, add, limit, scale
+from flockwire.parameters import PilotParameters
+from flockwire.pilot.ladder import (
+    Inputs,
+    all_well,
+    doubted,
+    hold_reason,
+    land_reason,
+    shown,
+    speed_limit,
+    unready_reason,
+)
+from flockwire.pilot.off_place import OffPlace
+from flockwire.pilot.phases import (
+    IN_FLIGHT,
+    NEVER,
+    FlightPhases,
+    Phase,
+    Situation,
+    age,
+    climb,
+    command_stamp,
+    keep_place,
+)
+from flockwire.pilot.surroundings import Surroundings
+from flockwire.swarm.model import uav
+from flockwire.wire.keys import STOP, Key
+from flockwire.wire.messages import Command, FlightState, IdentityDoubt, Message, Pose, Stop, Telemetry
+from flockwire.wire.status import Reason, Report
+
+AIRBORNE = frozenset({FlightState.FLYING, FlightState.LANDING})
+LEFT_OUT = "left out of this flight"
+HELD_UP = "off the ground with its motors standing: put it down, on a floor that its sensor sees"
+SET_DOWN = "its driver lands it"
+DRIVER_LOST = 10.0  # s of silence after which a driver is not coming back
+LONGEST_STEP = 0.1  # s: after a longer pause a pilot goes on as if only this had passed
+
+
+class Pilot:
+    """Flies one drone, started at `now` (Unix ns). Each step is one `observe`, then one `command`.
+
+    Between the two there is `motion` (None while the own pose is stale), `bodies` (what is near, relative to it),
+    `stamp` (Unix ns, of the command to give), `dt` (s since the last step) and the phase of `flight`. With
+    `parameters.guard` the safety filter is round every command in flight; without it (law "paper") nothing is, of a
+    follower no more than of the leader.
+    """
+
+    def __init__(self, parameters: PilotParameters, now: int) -> None:
+        number = parameters.number
+        self.pose_key = Key("pose", uav(number))
+        self.born = now
+        self._parameters, self._limits = parameters, parameters.limits
+        self.flight = FlightPhases(now)
+        self.motion: Motion | None = None
+        self.bodies: Sequence[Body] = ()
+        self.stamp, self.dt = now, 0.0
+        self._frame, self._room = parameters.frame, parameters.room
+        self._command_key = Key("command", uav(number))
+        self._guard = Guard(parameters.guard) if parameters.guard is not None else None
+        self._off_place = OffPlace(parameters.room, parameters.checks)
+        self._wanted = ZERO  # m/s, by the law, at the last command
+        self._airframe = AirframeState(parameters.lag, parameters.dead_time)
+        self._surroundings = Surroundings(parameters.sensing, parameters.obstacles)
+        self._pose: Pose | None = None
+        self._telemetry: Telemetry | None = None
+        self._doubt: IdentityDoubt | None = None
+        self._place: Vector | None = None  # where it holds, or took off; None until it knows where it is
+        self._inputs = Inputs(NEVER, NEVER, NEVER, NEVER, 1.0, 0.0)
+        self._stepped = now
+        self._down_since = 0  # when the leader went down, Unix ns
+        self.take: dict[Key, Callable[[Any], None]] = {  # what to do with a message, by its key
+            self.pose_key: self._take_pose,
+            Key("nearby", uav(number)): self._surroundings.take_nearby,
+            Key("doubt", uav(number)): self._take_doubt,
+            Key("telemetry", uav(number)): self._take_telemetry,
+            STOP: self._take_stop,
+        }
+
+    def observe(
+        self,
+        now: int,
+        silence: float,
+        missing: tuple[int, ...],
+        fault: str,
+        neighbours: Callable[[], list[Vector]],
+        leader_down: bool = False,
+    ) -> Phase:
+        """Go to the phase that follows at `now` (Unix ns), and see what is near; returns the phase.
+
+        The newest leader estimate is `silence` s old, the neighbours `missing` have none; `fault` forbids the
+        formation (empty: nothing does); `neighbours` returns the positions known without a sensor (m, world frame);
+        `leader_down`: the leader does not lead.
+        """
+        self.dt = max(0.0, min((now - self._stepped) / SECOND, LONGEST_STEP))  # a clock may be set back
+        self._stepped = now
+        pose, inputs = self._pose, self._read(now, silence, self._leaderless(now, leader_down))
+        self._inputs = inputs
+        self.stamp, fresh = command_stamp(pose, now, self._limits.staleness.pose_zero)
+        phase = self._decide(now, inputs, missing, fault)
+        self.motion, self.bodies = None, ()
+        if pose is not None:
+            self.bodies = self._surroundings.bodies(pose, neighbours)
+            if fresh:
+                seen = (pose.stamp - self.born) / SECOND  # small enough a float to keep the nanoseconds
+                self.motion = self._airframe.measure(pose.position, seen, (now - self.born) / SECOND)
+        return phase
+
+    def command(self, wanted: Vector, now: int) -> list[tuple[Key, Message]]:
+        """Return the command to publish at `now` (Unix ns); `wanted` (m/s) counts in the formation phase alone.
+
+        None after an emergency stop, nor before the driver has said whether the drone flies: then it lands for want of
+        commands, and does not hover for good.
+        """
+        if self.flight.phase is Phase.STOPPED or self._telemetry is None:
+            return []
+        motion = self.motion
+        self._wanted = wanted
+        velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity()
+        self._airframe.command(velocity, (now - self.born) / SECOND)
+        return [(self._command_key, Command(self.stamp, self._frame, velocity))]
+
+    def report(self, now: int, formation_error: float = -1.0, estimate_age: float = -1.0) -> Report:
+        """Return how the drone is; `formation_error` in m, `estimate_age` in s, -1 where there is none."""
+        pose, telemetry, detail = self._pose, self._telemetry, self.flight.reason
+        reasons: tuple[Reason, ...] = ()
+        if self.flight.phase is not Phase.FORMATION or self.motion is None:
+            self._off_place.forget()
+        elif not detail:
+            position, given = self.motion.position, self._airframe.last_command
+            reasons = self._off_place.reasons(formation_error, position, self._wanted, given, now)
+        return Report(
+            self.flight.phase, detail, formation_error,
+            (now - pose.stamp) / SECOND if pose is not None else -1.0,
+            estimate_age,
+            shown(age(self._surroundings.stamp, now)),
+            (now - telemetry.stamp) / SECOND if telemetry is not None else -1.0,
+            telemetry.battery if telemetry is not None else -1.0,
+            self.flight.mission,
+            counts=self.flight.orders.counts,
+            position=pose.position if pose is not None else None,
+            concurrent=self.flight.orders.concurrent,
+            order_age=self.flight.orders.age(now),
+            reasons=reasons,
+        )  # fmt: skip
+
+    def _leaderless(self, now: int, leader_down: bool) -> float:
+        """Return for how long, s, there has been nobody to fly a formation round, while one is ordered."""
+        mission = self.flight.mission
+        if not leader_down or mission is None or not mission.in_formation or self.flight.phase not in IN_FLIGHT:
+            self._down_since = 0
+            return 0.0
+        self._down_since = self._down_since or now
+        return max((now - self._down_since) / SECOND, 1e-9)
+
+    def _read(self, now: int, silence: float, leader_down: float) -> Inputs:
+        pose, telemetry = self._pose, self._telemetry
+        return Inputs(
+            (now - pose.stamp) / SECOND if pose is not None else NEVER,
+            silence,
+            age(self._surroundings.stamp, now) if self._parameters.sensing else 0.0,
+            (now - telemetry.stamp) / SECOND if telemetry is not None else NEVER,
+            telemetry.battery if telemetry is not None else 1.0,
+            self._room.outside(pose.position) if pose is not None else 0.0,
+            leader_down,
+            doubted(self._doubt, now),
+        )
+
+    def retire(self, now: int) -> None:
+        """Hold, then land: the process is to end."""
+        self.flight.retire(now)
+
+    def may_end(self, now: int) -> bool:
+        """Return whether the drone is down, or its driver has been silent for long: then nobody obeys any more."""
+        if self._telemetry is None:
+            return True
+        silent = (now - self._telemetry.stamp) / SECOND > DRIVER_LOST
+        return silent or self._telemetry.state not in AIRBORNE
+
+    def _decide(self, now: int, inputs: Inputs, missing: tuple[int, ...], fault: str) -> Phase:
+        """Go to the phase that follows; a new one has a place of its own to keep."""
+        limits, flight, was = self._limits, self.flight, self.flight.phase
+        unready = hold = land = ""
+        mission = flight.mission
+        left_out = LEFT_OUT if mission is not None and self._parameters.number in mission.without else ""
+        if missing or not all_well(inputs, limits):
+            unready = unready_reason(inputs, missing, limits, self._parameters.driver)
+            hold = hold_reason(inputs, limits.staleness)
+            land = land_reason(inputs._replace(pose=min(inputs.pose, age(self.born, now))), limits)
+        state = self._telemetry.state if self._telemetry is not None else None
+        if state is FlightState.LANDING:
+            land = land or SET_DOWN
+        elif state is FlightState.HELD:
+            unready = HELD_UP
+        airborne = state in AIRBORNE
+        pose, place = self._pose, self._place
+        high = pose is not None and place is not None and pose.position[2] >= place[2] + 0.95 * limits.takeoff_height
+        phase = flight.update(Situation(now, left_out or fault or unready, fault or hold, land, airborne, high))
+        if phase is not was:
+            self._place = None
+        return phase
+
+    def _velocity(self, wanted: Vector, motion: Motion, now: int) -> Vector:
+        """Return the velocity to command for a fresh pose."""
+        position, limits, phase = motion.position, self._limits, self.flight.phase
+        if phase not in IN_FLIGHT:
+            return ZERO
+        if phase is not Phase.FORMATION:
+            wanted = self._keep(phase, position)
+        speed, grounding = speed_limit(self._inputs, limits), phase in (Phase.LANDING, Phase.TAKEOFF)
+        if self._guard is not None:
+            last, seen = self._airframe.last_command, self._surroundings.stamp or self.stamp
+            return self._guard.velocity(wanted, motion, self.bodies, seen, now, last, self.dt, speed, grounding)
+        return wanted if grounding else limit(self._room.inwards(wanted, position), speed)
+
+    def _keep(self, phase: Phase, position: Vector) -> Vector:
+        """Return the velocity that keeps the place: on it, above it on the way up, or on the way down."""
+        rise = self._limits.vertical_speed
+        self._place = self._place or position
+        if phase is Phase.LANDING:
+            return self._descend(position, self._place)
+        if phase is Phase.TAKEOFF:
+            return climb(position, self._place, rise)
+        wanted = keep_place(position, self._place, rise)
+        if self._guard is not None:
+            return wanted
+        parameters = self._parameters
+        return add(wanted, scale(repulsion(self.bodies, parameters.potentials), -parameters.formation_gain))
+
+    def _descend(self, position: Vector, place: Vector) -> Vector:
+        """Return the velocity of going down on `place`, with the safety filter first over to a free one."""
+        rise, free = self._limits.vertical_speed, True
+        if self._guard is not None:
+            place, free = landing_place(position, place, self.bodies, self._parameters.separation, self._room)
+            self._place = place
+        return climb(position, place, -rise) if free else keep_place(position, (*place[:2], position[2]), rise)
+
+    def _blind_velocity(self) -> Vector:
+        """Return the velocity to command without a fresh pose: straight down when landing, else none."""
+        landing = self.flight.phase is Phase.LANDING
+        return (0.0, 0.0, -self._limits.vertical_speed) if landing else ZERO
+
+    def _take_pose(self, pose: Pose) -> None:
+        self._pose = pose
+
+    def _take_doubt(self, doubt: IdentityDoubt) -> None:
+        self._doubt = doubt
+
+    def _take_telemetry(self, telemetry: Telemetry) -> None:
+        self._telemetry = telemetry
+
+    def _take_stop(self, _: Stop) -> None:
+        self.flight.stop()

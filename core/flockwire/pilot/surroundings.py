@@ -1,0 +1,58 @@
+"""What is near a drone: sensed, or known without a sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+from flockwire.domain.body import Body, BodyKind, to_axis
+from flockwire.domain.vector import ZERO, Vector, add, subtract
+from flockwire.swarm.tables import Obstacle
+from flockwire.wire.messages import Nearby, Pose
+
+
+class Surroundings:
+    """The bodies near one drone, relative to its newest pose: sensed ones, or its neighbours and `obstacles`."""
+
+    def __init__(self, sensing: bool, obstacles: tuple[Obstacle, ...]) -> None:
+        self._sensing, self._obstacles = sensing, obstacles
+        self._nearby: Nearby | None = None
+        self._seen_from: tuple[int, Vector] = (0, ZERO)  # stamp and own position of a pose
+
+    @property
+    def stamp(self) -> int:
+        """When the bodies were seen, Unix ns; 0 when nothing is sensed."""
+        return self._nearby.stamp if self._nearby is not None else 0
+
+    def take_nearby(self, nearby: Nearby) -> None:
+        """Take the newest message of the sensor."""
+        self._nearby = nearby
+
+    def bodies(self, pose: Pose, neighbours: Callable[[], list[Vector]]) -> Sequence[Body]:
+        """Return the bodies relative to `pose`; what was seen from an earlier place is shifted by the own displacement.
+
+        `neighbours` returns the positions known without a sensor (m, world frame).
+        """
+        if not self._sensing:
+            return known_bodies(pose.position, neighbours(), self._obstacles)
+        if self._nearby is None:
+            return ()
+        if self._nearby.stamp == pose.stamp:
+            self._seen_from = (pose.stamp, pose.position)
+            return self._nearby.bodies
+        stamp, place = self._seen_from
+        if stamp != self._nearby.stamp:
+            return self._nearby.bodies
+        displacement = subtract(place, pose.position)
+        return [
+            body._replace(relative_position=add(body.relative_position, displacement)) for body in self._nearby.bodies
+        ]
+
+
+def known_bodies(position: Vector, neighbours: Iterable[Vector], obstacles: Iterable[Obstacle]) -> list[Body]:
+    """Return the bodies an agent knows of without a sensor: its neighbours' positions and the mapped obstacles."""
+    drones = [Body(BodyKind.DRONE, subtract(other, position), 0.0) for other in neighbours]
+    mapped = [
+        Body(BodyKind.OBSTACLE, to_axis(position, obstacle.center, obstacle.height), obstacle.radius)
+        for obstacle in obstacles
+    ]
+    return drones + mapped

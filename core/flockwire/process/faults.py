@@ -1,0 +1,251 @@
+"""Faults as data: what is to go wrong in a flight, and when. One TOML file drives real and virtual time.
+
+    [[faults]]
+    at = 12.0          # s after the order to take off
+    kind = "kill"
+    process = "uav3"
+
+Times must be in order, unknown keys are refused. `flockwire sim` honours every kind, `flockwire up` those that a
+machine can really do to its processes and their links (all but SIM_ONLY, and of a link no loss and no reordering).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field, ValidationError
+
+from flockwire.swarm.model import uav
+from flockwire.swarm.reading import error_lines, read_toml
+from flockwire.swarm.tables import Finite, Model, NotNegative, Point, Positive, Probability
+from flockwire.swarm.wording import meant
+from flockwire.wire.plan import Plan
+
+SIM_ONLY = ("clock",)
+
+
+class FaultFileError(ValueError):
+    """A file of faults that cannot be used; each line of the text names one key, its value and the rule."""
+
+
+class _Fault(Model):
+    """What all faults have: `at`, s after the order to take off."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, populate_by_name=True)
+
+    at: NotNegative
+
+
+class Kill(_Fault):
+    """The process ends at once (SIGKILL)."""
+
+    kind: Literal["kill"]
+    process: str
+
+
+class Restart(_Fault):
+    """The process restarts, with nothing known; if it still runs it is killed first."""
+
+    kind: Literal["restart"]
+    process: str
+
+
+class Freeze(_Fault):
+    """The process stands still for a time (SIGSTOP, SIGCONT)."""
+
+    kind: Literal["freeze"]
+    process: str
+    duration: Positive
+
+
+class _LinkFault(_Fault):
+    """What `source` publishes to `target` does not travel as usual for a time."""
+
+    source: str = Field(alias="from")
+    target: str = Field(alias="to")
+    duration: Positive
+
+
+class Cut(_LinkFault):
+    """Nothing arrives; the other direction stays as it is (a real one for 1 s, when Zenoh gives the link up)."""
+
+    kind: Literal["cut"]
+
+
+class LinkChange(_LinkFault):
+    """Other conditions hold, as in the swarm file's [sim]."""
+
+    kind: Literal["link"]
+    delay: NotNegative = 0.0
+    jitter: NotNegative = 0.0
+    loss: Probability = 0.0
+    reordering: Probability = 0.0
+
+
+class Partition(_Fault):
+    """Nothing passes between `processes` and all others."""
+
+    kind: Literal["partition"]
+    processes: Annotated[tuple[str, ...], Field(min_length=1)]
+    duration: Positive
+
+
+class TrackerLoss(_Fault):
+    """The cameras do not see a drone."""
+
+    kind: Literal["tracker"]
+    drone: int
+    duration: Positive
+
+
+class NoiseBurst(_Fault):
+    """The cameras measure with this much more noise (m, standard deviation per axis)."""
+
+    kind: Literal["noise"]
+    noise: Positive
+    duration: Positive
+
+
+class NameSwap(_Fault):
+    """The tracker gives the bodies of two drones each the other's name."""
+
+    kind: Literal["swap"]
+    drones: tuple[int, int]
+    duration: Positive
+
+
+class Visitor(_Fault):
+    """A body that is no drone's moves straight through the field, seen by the cameras: a person, a tracked obstacle."""
+
+    kind: Literal["visitor"]
+    body: str = "visitor"  # its name at the tracker
+    start: Point  # m
+    velocity: Point  # m/s
+    duration: Positive
+
+
+class ClockStep(_Fault):
+    """Somebody sets the clock of a process by `step` s."""
+
+    kind: Literal["clock"]
+    process: str
+    step: Finite
+
+
+class AirframeLag(_Fault):
+    """A simulated airframe answers with another lag and dead time, s."""
+
+    kind: Literal["lag"]
+    drone: int
+    lag: NotNegative
+    dead_time: NotNegative = 0.0
+
+
+class AirframeFailure(_Fault):
+    """The motors of a simulated airframe stop: it falls."""
+
+    kind: Literal["failure"]
+    drone: int
+
+
+Fault = (
+    Kill | Restart | Freeze | Cut | LinkChange | Partition | TrackerLoss | NoiseBurst | NameSwap | Visitor | ClockStep
+    | AirframeLag | AirframeFailure
+)  # fmt: skip
+
+
+class _File(Model):
+    faults: tuple[Annotated[Fault, Field(discriminator="kind")], ...] = ()
+
+
+def told(fault: Fault) -> str:
+    """Return a fault in a few words: its kind, and whom it hits."""
+    match fault:
+        case Cut() | LinkChange():
+            whom = f"{fault.source} → {fault.target}"
+        case Partition():
+            whom = ", ".join(fault.processes)
+        case Visitor():
+            whom = fault.body
+        case NameSwap():
+            whom = ", ".join(map(uav, fault.drones))
+        case TrackerLoss() | AirframeLag() | AirframeFailure():
+            whom = uav(fault.drone)
+        case Kill() | Restart() | Freeze() | ClockStep():
+            whom = fault.process
+        case NoiseBurst():
+            whom = ""
+    return f"{fault.kind} {whom}".strip()
+
+
+def load_faults(path: Path, plan: Plan) -> tuple[Fault, ...]:
+    """Read and check the faults for the swarm of `plan` in the file `path`; raises FaultFileError."""
+    return parse_faults(read_toml(path, "faults", FaultFileError), plan, str(path))
+
+
+def parse_faults(table: dict[str, object], plan: Plan, origin: str) -> tuple[Fault, ...]:
+    """Check the content `table` of a file of faults, which came from `origin`; raises FaultFileError."""
+    try:
+        faults = _File.model_validate_json(json.dumps(table, default=str)).faults
+    except ValidationError as error:
+        raise FaultFileError("\n".join(f"{origin}: {line}" for line in error_lines(error, _File))) from None
+    problems = list(_problems(faults, plan))
+    if problems:
+        raise FaultFileError("\n".join(f"{origin}: {line}" for line in problems))
+    return faults
+
+
+def of_core(faults: tuple[Fault, ...], plan: Plan, identity: str) -> tuple[Fault, ...]:
+    """Return those of `faults` that the core of `identity` injects by itself."""
+    return tuple(fault for fault in faults if fault.kind in plan.rows[identity].faults)
+
+
+def _problems(faults: tuple[Fault, ...], plan: Plan) -> Iterator[str]:
+    processes = [identity for identity in plan.identities if identity not in plan.witnesses]
+    before = 0.0
+    for place, fault in enumerate(faults):
+        key = f"faults.{place}"
+        if fault.at < before:
+            yield f"{key}.at = {fault.at:g}: must not be before that of the fault above, {before:g}"
+        before = max(before, fault.at)
+        for name, process in _named(fault):
+            if process not in processes:
+                choice = f"{', '.join(processes)}{meant(process, processes)}"
+                yield f"{key}.{name} = {process!r}: there is no such process; must be one of {choice}"
+        for name, number in _drones(fault):
+            known = plan.swarm.flying if isinstance(fault, AirframeLag | AirframeFailure) else plan.swarm.tracked
+            if number not in known:
+                yield f"{key}.{name} = {number}: there is no such drone; must be one of {list(known)}"
+        if isinstance(fault, NameSwap) and fault.drones[0] == fault.drones[1]:
+            yield f"{key}.drones = {list(fault.drones)}: must be two drones"
+        if isinstance(fault, Cut | LinkChange) and fault.source in processes and fault.target in processes:
+            subscribers = [name for name in processes if name != fault.source and plan.publishes_to(fault.source, name)]
+            if fault.target not in subscribers:
+                yield (
+                    f"{key}.to = {fault.target!r}: receives nothing from {fault.source}; must be one of "
+                    f"{', '.join(subscribers)}"
+                )
+
+
+def _drones(fault: Fault) -> Iterator[tuple[str, int]]:
+    match fault:
+        case TrackerLoss() | AirframeLag() | AirframeFailure():
+            yield "drone", fault.drone
+        case NameSwap():
+            for place, drone in enumerate(fault.drones):
+                yield f"drones.{place}", drone
+
+
+def _named(fault: Fault) -> Iterator[tuple[str, str]]:
+    match fault:
+        case Kill() | Restart() | Freeze() | ClockStep():
+            yield "process", fault.process
+        case Cut() | LinkChange():
+            yield "from", fault.source
+            yield "to", fault.target
+        case Partition():
+            for place, process in enumerate(fault.processes):
+                yield f"processes.{place}", process

@@ -1,0 +1,221 @@
+"""When a core steps, what it receives before, what is counted and reported of it: the same in real and virtual time.
+
+A core has no clock and no input or output. What runs one (runtime/shell.py on Zenoh, the simulation on its event
+queue) passes to a `Stepper` what has arrived and when its ticker ticks; the stepper decides the rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Protocol
+
+from flockwire.domain.time import SECOND
+from flockwire.process.cores import Core, Untimed
+from flockwire.process.timekeeping import Timekeeping
+from flockwire.swarm.model import Swarm
+from flockwire.wire.inbox import Inbox
+from flockwire.wire.keys import Key, key_text
+from flockwire.wire.messages import Message
+from flockwire.wire.status import Counts, Report, Status
+
+STATUS_PERIOD = SECOND // 10
+WATCHDOG_PERIODS = 2  # of a core with triggers, between two ticks
+WATCHDOG_TICKS = 2  # without a trigger, after which such a core steps at one; one more where triggers come slowly
+
+Publish = Callable[[Iterable[tuple[Key, Message]]], None]
+
+
+class Input(Protocol):
+    """The newest sample of one key."""
+
+    inbox: Inbox
+
+    def message(self, now: int) -> Message | None:
+        """Return the message that came since the last call, None when there is none or it was rejected."""
+
+
+class Resources(Protocol):
+    """What a process costs, and how it is connected."""
+
+    def cpu_share(self, now: int) -> float:
+        """Return the share of one core used since the last call."""
+
+    def resident(self) -> int:
+        """Return the most memory that was resident so far, in bytes."""
+
+    def refused(self) -> int:
+        """Return the connections refused so far."""
+
+    def links(self) -> tuple[str, ...]:
+        """Return who is linked, by authenticated identity."""
+
+
+class Deadlines:
+    """Counts steps, those that came late, and those that did not come."""
+
+    def __init__(self) -> None:
+        self.steps = self.late_1ms = self.late_5ms = self.skipped = 0
+
+    def count(self, lateness: int, skipped: int) -> None:
+        """Count one step that came `lateness` ns after its time, and `skipped` steps missed before it."""
+        self.steps += 1
+        self.late_1ms += lateness > 1_000_000
+        self.late_5ms += lateness > 5_000_000
+        self.skipped += skipped
+
+
+def next_deadline(deadline: int, now: int, period: int) -> int:
+    """Return the next deadline (ns) of a periodic task whose last one was `deadline` and which is done at `now`.
+
+    A step that comes a little early or late does not shift those after it; missed periods are not made up for, and a
+    clock that was set back begins again.
+    """
+    return deadline + period if now < deadline + period <= now + 2 * period else now + period
+
+
+def is_due(deadline: int, now: int, period: int) -> bool:
+    """Return whether a periodic task is due at `now`; it is too when the clock was set back below its last deadline."""
+    return now >= deadline or now < deadline - period
+
+
+class StatusPublisher:
+    """Publishes how a process is ten times a second, and logs a line when its state changes."""
+
+    def __init__(
+        self,
+        swarm: Swarm,
+        identity: str,
+        publish: Publish,
+        resources: Resources,
+        timekeeping: Timekeeping,
+        log: Callable[[str], None],
+    ) -> None:
+        self._key, self._frame, self._identity = Key("status", identity), swarm.frame, identity
+        self._publish, self._resources, self._timekeeping, self._log = publish, resources, timekeeping, log
+        self.deadline = 0  # of the next status, Unix ns
+        self._logged = ""
+
+    def due(self, now: int) -> bool:
+        """Return whether the next status is due."""
+        return is_due(self.deadline, now, STATUS_PERIOD)
+
+    def update(self, now: int, report: Report, counts: Deadlines, rejected: Counts) -> None:
+        """Publish the status, and log the state if it is a new one."""
+        self.deadline = next_deadline(self.deadline, now, STATUS_PERIOD)
+        status = Status(
+            now, self._frame, self._identity, report,
+            counts.steps, counts.late_1ms, counts.late_5ms, counts.skipped, self._resources.refused(),
+            self._resources.cpu_share(now), self._resources.resident(), rejected, self._resources.links(),
+            *self._timekeeping.figures(now),
+        )  # fmt: skip
+        self._publish(((self._key, status.bounded()),))
+        line = report.line
+        state = f"{report.phase}: {line}" if line else str(report.phase)
+        if state != self._logged:
+            self._logged = state
+            self._log(state)
+
+
+def at_once(core: Core) -> frozenset[Key]:
+    """Return the keys that are handed over as soon as they arrive; all others are buffered until the next step."""
+    return core.prompt | core.triggers
+
+
+def tick_period(core: Core) -> float:
+    """Return the period of a core's ticker, s: its own, or with triggers that of the watchdog for when they stop."""
+    return WATCHDOG_PERIODS * core.period if core.triggers else core.period
+
+
+class Stepper:
+    """Steps one core. `buffered` are the inputs read at each step, `inputs` all that it has.
+
+    Triggers that come faster than the core's rate make it step at that rate on average: each step moves the earliest
+    stamp of the next one on by a period. One that is up to a period late delays no other, and after a longer gap the
+    next trigger makes a step. Slower triggers make a step each.
+
+    `flush` sends the datagrams of a core that has some; called after each message that is handed over and each step.
+    """
+
+    def __init__(
+        self,
+        core: Core,
+        swarm: Swarm,
+        buffered: Sequence[Input],
+        inputs: Sequence[Input],
+        publish: Publish,
+        timekeeping: Timekeeping,
+        status: StatusPublisher | None,
+        flush: Callable[[int], None] | None = None,
+    ) -> None:
+        self._core, self._publish, self._status, self._flush = core, publish, status, flush
+        self._timekeeping = timekeeping
+        if isinstance(core, Untimed):
+            timekeeping.follow(core.correct)
+        self._receive = core.receive
+        self._triggers = core.triggers
+        self._buffered = tuple((source.inbox.key, source.message) for source in buffered)
+        self._named = tuple((key_text(swarm, source.inbox.key), source.inbox) for source in inputs)
+        self._deadlines = Deadlines()
+        self._period = round(core.period * SECOND)
+        self._earliest = 0  # stamp of the trigger that makes the next step, Unix ns
+        self._ticks = WATCHDOG_TICKS - 1  # since the last step; one less where that before it was long ago
+
+    def arrived(self, source: Input, now: int) -> None:
+        """Take in what has arrived of a key that is not buffered; step when it is a trigger and a step is due."""
+        message = source.message(now)
+        if message is None:
+            return
+        inbox = source.inbox
+        key = inbox.key
+        self._receive(key, message, now)
+        if self._flush is not None:
+            self._flush(now)
+        if key not in self._triggers or not self._core.due(key):
+            return
+        stamp = message.stamp
+        late, period = stamp - self._earliest, self._period
+        if late >= 0 or late < -period:
+            self._earliest = self._earliest + period if 0 <= late < period else stamp
+            self._ticks = 0 if late < 3 * period // 2 else -1
+            self._deadlines.count(now - inbox.sent, inbox.missed)
+            self._step(now)
+
+    def fed(self, now: int) -> None:
+        """Step for what has come to the core by a way of its own, which is no key."""
+        self._ticks = 0
+        self._deadlines.count(0, 0)
+        self._step(now)
+
+    def tick(self, lateness: int, skipped: int, now: int) -> None:
+        """Step for the ticker, which is `lateness` ns late and missed `skipped` ticks; not while triggers do."""
+        if not self._triggers:
+            self._deadlines.count(lateness, skipped)
+            self._step(now)
+        elif (ticks := self._ticks + 1) < WATCHDOG_TICKS:
+            self._ticks = ticks
+        else:
+            self._ticks = 0
+            self._step(now)
+        if outgoing := self._timekeeping.step(now):  # it may correct the clock: `now` is not used after it
+            self._publish(outgoing)
+
+    def _step(self, now: int) -> None:
+        core, status = self._core, self._status
+        for key, newest in self._buffered:
+            message = newest(now)
+            if message is not None:
+                self._receive(key, message, now)
+        messages = core.step(now)
+        if self._flush is not None:
+            self._flush(now)
+        self._publish(messages)
+        if status is not None and status.due(now):
+            status.update(now, core.report(now), self._deadlines, self._rejected())
+
+    def _rejected(self) -> Counts:
+        return tuple(
+            (f"{name} {reason}", count)
+            for name, inbox in self._named
+            if inbox.rejected
+            for reason, count in inbox.rejected.items()
+        )

@@ -1,0 +1,69 @@
+"""The airframe table: one row for each kind of airframe. No other file outside a row's own folder knows its name.
+
+Beside it stand the process table and the key table (wire). A new kind of airframe is a row here and a folder with what
+the row names, each as "module:name".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import inf
+from typing import NamedTuple
+
+
+class ByItself(NamedTuple):
+    """What an airframe does by itself when an input has been missing for `after` s; inf: nothing, for ever."""
+
+    does: str
+    after: float = inf
+
+
+@dataclass(frozen=True, slots=True)
+class AirframeRow:
+    """One kind of airframe; `kind` is also the name of its built-in airframe and of its table in [[drones]]."""
+
+    kind: str
+    simulated: str  # makes a process.driving.SimulatedAirframe of (swarm, drone's id, now, draw from [0, 1))
+    without_setpoints: ByItself  # no setpoint has come for some time
+    without_poses: ByItself  # the tracker has lost it; setpoints come
+    without_link: ByItself  # nothing comes from its driver
+    driver: str = ""  # makes the core of its driver's process of a Start; empty: its simulation obeys commands itself
+    drone_keys: str = ""  # model of what [[drones]] has for it: one table, called as its kind is
+    airframe_keys: str = ""  # model of what [airframes.NAME] has for it
+    built_in: Mapping[str, float] = field(default_factory=dict)  # keys of the built-in airframe
+    rules: str = ""  # rules of the swarm file (swarm/rule.py)
+    warnings: str = ""  # yields what `flockwire check` warns of, of a Swarm
+    live_checks: tuple[str, ...] = ()  # codes of its driver's reasons (wire/status.py) with a line in `check --live`
+    identified: str = ""  # yields its keys of [airframes.NAME], of an Airframe and the measured gain of each axis
+    turns: bool = False  # it obeys a yaw rate; its driver subscribes to its pose, to know its heading
+    command: str = ""  # a further command of the command line, which runs its simulation without a swarm
+
+
+KINEMATICS = AirframeRow(
+    "kinematics",
+    simulated="flockwire_kinematics.drone:standing",
+    without_setpoints=ByItself("goes on as it was commanded last"),
+    without_poses=ByItself("goes on"),
+    without_link=ByItself("goes on as it was commanded last"),
+)
+TELLO = AirframeRow(
+    "tello",
+    simulated="flockwire_tello.simulated.served:ServedTello",
+    without_setpoints=ByItself("lands", after=15.0),
+    without_poses=ByItself("holds by its own optical flow"),
+    without_link=ByItself("lands", after=15.0),
+    driver="flockwire_tello.driver:make_core",
+    drone_keys="flockwire_tello.swarm_file:TelloInDrones",
+    airframe_keys="flockwire_tello.swarm_file:TelloInAirframes",
+    built_in={"lag": 0.25, "dead_time": 0.1},  # s, assumed, not measured
+    rules="flockwire_tello.rules:RULES",
+    warnings="flockwire_tello.rules:warnings",
+    live_checks=("link", "firmware", "serial", "IMU"),
+    identified="flockwire_tello.swarm_file:identified",
+    turns=True,
+    command="flockwire_tello.command:tello_sim",
+)
+
+AIRFRAMES = (KINEMATICS, TELLO)
+ROWS = {row.kind: row for row in AIRFRAMES}

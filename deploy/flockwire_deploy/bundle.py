@@ -1,0 +1,106 @@
+"""`--target systemd`: a folder for each host, with all that it needs and nothing of another's; no internet needed."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tarfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from flockwire.swarm.rules import BUILT_IN
+from flockwire.wire.plan import Plan
+
+from flockwire_deploy.files import DeployError, template, write, write_keys, write_swarm
+from flockwire_deploy.units import folders, target_name, units
+from flockwire_deploy.wheels import Wheels, sums
+
+SUMS = "SHA256SUMS"
+
+
+@dataclass(frozen=True, slots=True)
+class Bundler:
+    """Writes the bundles of a swarm's hosts: its plan, its file, its keys, the wheels to install from."""
+
+    plan: Plan
+    swarm_file: Path
+    keys: Path
+    wheels: Wheels
+
+    def write(self, out: Path) -> tuple[str, ...]:
+        """Write `out`/HOST for each host; returns the hosts. Raises DeployError, OSError."""
+        law, hosts = self.plan.swarm.control.law, tuple(self.plan.swarm.hosts)
+        if law not in BUILT_IN and not self.wheels.install(law.partition(":")[0]):
+            raise DeployError(f"control.law = {law!r}: no wheel in --wheels has it; build one of it into that folder")
+        for host in hosts:
+            if not self.plan.processes_on(host):
+                raise DeployError(
+                    f"hosts.{host}: runs nothing; name it at a drone or give it processes, or take it out"
+                )
+        for host in hosts:
+            self._write_host(host, out / host)
+        self._remove_others(hosts, out)
+        return hosts
+
+    def _remove_others(self, hosts: tuple[str, ...], out: Path) -> None:
+        """Remove the bundles, with their keys, of hosts that the swarm no longer has."""
+        for unit in list(out.glob(f"*/units/{target_name(self.plan)}")):
+            folder = unit.parents[1]
+            copied = f" on {folder.name}\n" not in unit.read_text(encoding="utf-8")  # by the user, under another name
+            if folder.name not in hosts and not copied:
+                shutil.rmtree(folder)
+                packed(folder).unlink(missing_ok=True)
+
+    def _write_host(self, host: str, folder: Path) -> None:
+        plan = self.plan
+        for part in ("units", "swarm"):
+            shutil.rmtree(folder / part, ignore_errors=True)
+        write_swarm(plan.swarm, self.swarm_file, folder / "swarm")
+        for name, text in units(plan, host).items():
+            write(folder / "units" / name, text)
+        write_keys(plan, self.keys, [i for i in plan.processes_on(host) if i in plan.certified], folder / "keys")
+        self.wheels.copy(folder / "wheels")
+        write(folder / "requirements.txt", self.wheels.requirements())
+        script = template("install.sh.j2").render(
+            host=host,
+            swarm=plan.swarm.name,
+            folders=folders(plan),
+            target=target_name(plan),
+            wheels=self.wheels,
+        )
+        write(folder / "install.sh", script, 0o755)
+        write(folder / SUMS, sums(folder, _files(folder)))
+
+
+def write_playbook(plan: Plan, out: Path) -> None:
+    """Write what `--target ansible` brings the bundles out with: inventory.yaml and playbook.yaml.
+
+    They stand beside the bundles in `out`, each of which becomes one file to copy.
+    """
+    hosts = {name: host.address for name, host in plan.swarm.hosts.items()}
+    for host in hosts:
+        _pack(out / host, packed(out / host))
+    write(out / "inventory.yaml", template("inventory.yaml.j2").render(swarm=plan.swarm.name, hosts=hosts))
+    write(out / "playbook.yaml", template("playbook.yaml.j2").render(swarm=plan.swarm.name))
+
+
+def packed(folder: Path) -> Path:
+    """Return the file that a bundle is packed into."""
+    return folder.with_name(f"{folder.name}.tar")
+
+
+def _pack(folder: Path, file: Path) -> None:
+    """Put what is in `folder` into `file`, which has private keys and so is its owner's alone."""
+    file.unlink(missing_ok=True)  # an older one may be open to others
+    descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    with os.fdopen(descriptor, "wb") as stream, tarfile.open(fileobj=stream, mode="w") as archive:
+        archive.add(folder, arcname=".")
+
+
+def _files(folder: Path) -> Iterator[str]:
+    """Yield the files of a bundle, by their paths in it."""
+    for path in folder.rglob("*"):
+        name = str(path.relative_to(folder))
+        if path.is_file() and name != SUMS:
+            yield name

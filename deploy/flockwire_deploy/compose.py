@@ -1,0 +1,87 @@
+"""`--target compose`: one service for each process of the plan, with its own keys, on the networks of its links."""
+
+from __future__ import annotations
+
+from ipaddress import IPv4Network
+from typing import NamedTuple
+
+from flockwire.swarm.model import Swarm
+from flockwire.swarm.rules import BUILT_IN
+from flockwire.wire.plan import Plan
+from flockwire.wire.processes import OPERATOR
+from flockwire_station.command_lines import Place, arguments
+
+from flockwire_deploy.files import template
+from flockwire_deploy.networks import aboard, networks
+
+PLACE = Place("/swarm/swarm.toml", "/keys", "/runs")
+CONDUCTED = ("--duration", "${DURATION:-40}", "--out", PLACE.out)
+
+
+class Service(NamedTuple):
+    """One container: its process, its command, those that start before it and end after it, its networks."""
+
+    identity: str
+    command: tuple[str, ...]
+    after: tuple[str, ...]
+    networks: tuple[str, ...]
+    writes: bool  # into the folder of runs
+    person: bool  # gives the orders, and leaves when the flight is over
+
+
+def services(plan: Plan, within: IPv4Network | None = None) -> tuple[Service, ...]:
+    """Return the services of the swarm, in the order of the process table."""
+    nets = networks(plan, within)
+    return tuple(
+        Service(
+            identity,
+            _command(plan, identity),
+            _after(plan, identity),
+            tuple(net.name for net in nets if identity in net.members),
+            plan.rows[identity].records or identity == OPERATOR.kind,
+            identity == OPERATOR.kind,
+        )
+        for identity in aboard(plan)
+    )
+
+
+def outside(swarm: Swarm) -> str:
+    """Return a line about what the swarm's containers, on private networks, would lack; empty when nothing."""
+    remedy = "deploy with --target systemd, or fly it with `flockwire up`"
+    if swarm.control.law not in BUILT_IN:
+        return f"control.law = {swarm.control.law!r}: the image has only {sorted(BUILT_IN)}; {remedy}"
+    if swarm.gateway.source != "simulated":
+        return f"gateway.source = {swarm.gateway.source!r}: no container reaches a tracker; {remedy}"
+    if swarm.driven:
+        first = swarm.driven[0]
+        which = f"{swarm.drone(first).airframe!r}: no container reaches such a drone, or a simulated one"
+        return f"drones.{first}.airframe = {which}; {remedy}"
+    return ""
+
+
+def compose_file(plan: Plan, within: IPv4Network | None = None) -> str:
+    """Return the text of compose.yaml. Raises RangeError."""
+    page = template("compose.yaml.j2")
+    return page.render(
+        swarm=plan.swarm.name,
+        services=services(plan, within),
+        networks=networks(plan, within),
+        person=OPERATOR.kind,
+        place=PLACE,
+    )
+
+
+def _command(plan: Plan, identity: str) -> tuple[str, ...]:
+    if identity == OPERATOR.kind:
+        return ("conduct", PLACE.swarm_file, "--keys", PLACE.keys, *CONDUCTED)
+    return tuple(arguments(plan, identity, PLACE, dated=True))
+
+
+def _after(plan: Plan, identity: str) -> tuple[str, ...]:
+    """Return whom an engine is to end after `identity`, and so starts before it: the next higher rank.
+
+    A person is ended first of all: that lands the drones.
+    """
+    ranks = {other: -1 if other == OPERATOR.kind else plan.rows[other].rank for other in aboard(plan)}
+    higher = min((rank for rank in ranks.values() if rank > ranks[identity]), default=None)
+    return tuple(other for other, rank in ranks.items() if rank == higher)

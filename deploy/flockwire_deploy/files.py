@@ -1,0 +1,124 @@
+"""What every target writes: pages made of templates, the swarm file with what it names, the keys of a place alone."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterable, Iterator
+from pathlib import Path, PurePosixPath
+
+from cryptography import x509
+from flockwire.security.credentials import common_name
+from flockwire.security.holding import in_use
+from flockwire.security.pki import authority_name
+from flockwire.swarm.model import Swarm
+from flockwire.wire.plan import AUTHORITY, Plan
+from jinja2 import Environment, PackageLoader, StrictUndefined, Template
+
+Owner = tuple[int, int]  # user and group
+SWARM_FILE = "swarm.toml"
+
+
+class DeployError(ValueError):
+    """Something that cannot be deployed; the text is one line: the key or file, what is wrong, what to do."""
+
+
+def template(name: str) -> Template:
+    """Return the template called `name`; what it needs and is not given raises jinja2.UndefinedError."""
+    # Nothing of it is shown in a browser.
+    pages = Environment(  # noqa: S701
+        loader=PackageLoader("flockwire_deploy"), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )  # fmt: skip
+    return pages.get_template(name)
+
+
+def write_swarm(swarm: Swarm, file: Path, folder: Path) -> None:
+    """Copy the swarm file into `folder`, and what it names beside it. Raises DeployError."""
+    named = dict(_named(swarm))
+    for key, name in named.items():
+        path = PurePosixPath(name)
+        if path.is_absolute() or ".." in path.parts or not (file.parent / path).is_file():
+            raise DeployError(f"{key} = {name!r}: must lie in the swarm file's folder to be deployed with it")
+    write(folder / SWARM_FILE, file.read_bytes())
+    for name in named.values():
+        write(folder / name, (file.parent / name).read_bytes())
+
+
+def write_keys(plan: Plan, keys: Path, identities: Iterable[str], folder: Path, owner: Owner | None = None) -> None:
+    """Copy the keys of `identities`, and the authorities' certificates, from `keys` into `folder`, which has no others.
+
+    They then belong to `owner`, where one is given and may be. Raises DeployError where one is missing.
+    """
+    names = {f"{name}.crt" for name in plan.authorities}
+    names |= {f"{identity}.{ending}" for identity in identities for ending in ("crt", "key")}
+    missing = next((name for name in sorted(names) if not (keys / name).is_file()), None)
+    if missing is not None:
+        raise DeployError(
+            f"--keys = {keys}: has no {missing}; run `flockwire keys` where authority/ca.key is and copy the files"
+        )
+    folder.mkdir(parents=True, exist_ok=True)
+    folder.chmod(0o700)
+    for held in folder.iterdir():
+        if held.suffix in (".crt", ".key") and held.name not in names:
+            held.unlink()
+    for name in sorted(names):
+        shutil.copyfile(keys / name, folder / name, follow_symlinks=False)
+        (folder / name).chmod(0o600)
+    if owner is not None:
+        for path in (folder, *folder.iterdir()):
+            os.chown(path, *owner)
+
+
+def remove_other_keys(folder: Path, identities: Iterable[str]) -> None:
+    """Remove from `folder` the folders of keys of all but `identities`: each is called as its identity."""
+    kept = set(identities)
+    for held in folder.iterdir():
+        if held.name not in kept and (held / f"{held.name}.key").exists():
+            shutil.rmtree(held)
+
+
+def refuse_other_keys(plan: Plan, keys: Path) -> None:
+    """Raise DeployError where the folder `keys` is another swarm's."""
+    path = keys / f"{AUTHORITY}.crt"
+    if not path.exists():
+        return
+    try:
+        name = common_name(x509.load_pem_x509_certificate(path.read_bytes()))
+    except (OSError, ValueError) as error:
+        raise DeployError(f"--keys = {keys}: its {path.name} cannot be read: {error}") from None
+    if name != authority_name(plan.swarm.name):
+        raise DeployError(
+            f"--keys = {keys}: are of {name!r}, this swarm is {plan.swarm.name!r}; name its own, or leave --keys out"
+        )
+
+
+def refuse_keys_in_use(keys: Path, folder: Path) -> None:
+    """Raise DeployError where processes of this machine run with the keys in `folder`, those in `keys` being new ones.
+
+    Keys of the same authority may be replaced.
+    """
+    new, old = keys / f"{AUTHORITY}.crt", folder / f"{AUTHORITY}.crt"
+    if in_use(folder) and new.read_bytes() != old.read_bytes():
+        raise DeployError(
+            f"{folder}: processes of this machine run with these keys, and those of {keys} have a new authority: no "
+            "order, not even a stop, would reach them; end them first"
+        )
+
+
+def write(path: Path, content: str | bytes, mode: int = 0o644) -> None:
+    """Write a file, and the folders above it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    path.chmod(mode)
+
+
+def _named(swarm: Swarm) -> Iterator[tuple[str, str]]:
+    """Yield the keys of the swarm file that name files, with the paths from its folder."""
+    tables = {"formation": swarm.formation, **{f"formations.{name}": each for name, each in swarm.formations.items()}}
+    for key, table in tables.items():
+        name = getattr(table, "file", None)
+        if name is not None:
+            yield f"{key}.file", name
+    if swarm.gateway.source == "replay":
+        yield "gateway.replay.trace", swarm.gateway.replay.trace

@@ -1,0 +1,156 @@
+"""The wheels of a host without internet: which there are, their digests, and the machines that they are for."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import shutil
+import zipfile
+from collections.abc import Iterable
+from importlib.metadata import version
+from importlib.resources import files
+from pathlib import Path
+from typing import NamedTuple
+
+from flockwire_deploy.files import DeployError
+
+ARCHITECTURES = ("x86_64", "aarch64")
+INSTALLER = "pip"  # one of the wheels: a system's Python may lack it
+ANY = "*"  # version of Python
+MAKE_THEM = "scripts/wheels ARCHITECTURE makes them"
+_NAME = re.compile(
+    r"(?P<name>[^-]+)-(?P<version>[^-]+)(-\d[^-]*)?-(?P<python>[^-]+)-(?P<abi>[^-]+)-(?P<platform>[^-]+)\.whl"
+)
+
+
+class Wheel(NamedTuple):
+    """One wheel: what its name says, its file and its SHA-256."""
+
+    name: str
+    version: str
+    pythons: frozenset[str]  # tags that it is bound to, like cp311, or ANY
+    architectures: frozenset[str]
+    file: Path
+    digest: str
+
+
+class Wheels(NamedTuple):
+    """All wheels of a folder."""
+
+    wheels: tuple[Wheel, ...]
+
+    @property
+    def machines(self) -> tuple[str, ...]:
+        """The machines for which every package is here: architecture and Python as x86_64/3.11, or x86_64/* for any."""
+        bound = {tag for wheel in self.wheels for tag in wheel.pythons} - {ANY} or {ANY}
+        return tuple(
+            f"{arch}/{tag if tag == ANY else f'{tag[2]}.{tag[3:]}'}"
+            for arch in ARCHITECTURES
+            for tag in sorted(bound)
+            if self._complete(arch, tag)
+        )
+
+    def requirements(self) -> str:
+        """Return what pip installs with --require-hashes: each package at its version, with its wheels' digests."""
+        digests: dict[tuple[str, str], list[str]] = {}
+        for wheel in self.wheels:
+            if wheel.name != INSTALLER:
+                digests.setdefault((wheel.name, wheel.version), []).append(f"--hash=sha256:{wheel.digest}")
+        lines = (f"{name}=={version} {' '.join(sorted(held))}" for (name, version), held in sorted(digests.items()))
+        return "".join(f"{line}\n" for line in lines)
+
+    def copy(self, folder: Path) -> None:
+        """Copy the wheels into `folder`, which then has no others."""
+        folder.mkdir(parents=True, exist_ok=True)
+        names = {wheel.file.name for wheel in self.wheels}
+        for old in folder.glob("*.whl"):
+            if old.name not in names:
+                old.unlink()
+        for wheel in self.wheels:
+            shutil.copyfile(wheel.file, folder / wheel.file.name)
+
+    def install(self, module: str) -> bool:
+        """Return whether one of them has the package, or file, of `module`. Raises DeployError."""
+        top = module.partition(".")[0]
+        names = (name for wheel in self.wheels for name in _archive(wheel.file).namelist())
+        return any(name.partition("/")[0] in (top, f"{top}.py") for name in names)
+
+    def _complete(self, architecture: str, python: str) -> bool:
+        """Return whether every package has a wheel for that machine."""
+        fitting = {
+            wheel.name
+            for wheel in self.wheels
+            if architecture in wheel.architectures and not wheel.pythons.isdisjoint({python, ANY})
+        }
+        return fitting == {wheel.name for wheel in self.wheels}
+
+
+def read_wheels(folder: Path) -> Wheels:
+    """Return the wheels in `folder`; raises DeployError where this flockwire cannot be installed from them."""
+    found = Wheels(tuple(_wheel(file) for file in sorted(folder.glob("*.whl"))))
+    versions: dict[str, set[str]] = {}
+    for wheel in found.wheels:
+        versions.setdefault(wheel.name, set()).add(wheel.version)
+    mine = version("flockwire")
+    for name in ("flockwire", INSTALLER):
+        if name not in versions:
+            raise DeployError(f"--wheels = {folder}: has no wheel of {name}; {MAKE_THEM}")
+    several = next((name for name, held in versions.items() if len(held) > 1), None)
+    if several is not None:
+        raise DeployError(f"--wheels = {folder}: has several versions of {several}; empty it, then {MAKE_THEM}")
+    if mine not in versions["flockwire"]:
+        raise DeployError(f"--wheels = {folder}: its flockwire is not {mine}, which this is; {MAKE_THEM}")
+    for wheel in found.wheels:
+        if wheel.name == "flockwire" and (name := _differing(wheel.file)):
+            raise DeployError(f"--wheels = {folder}: the code of its flockwire is another, {name} differs; {MAKE_THEM}")
+    if not found.machines:
+        raise DeployError(f"--wheels = {folder}: there is no machine that all of them are for; {MAKE_THEM}")
+    return found
+
+
+def sums(folder: Path, names: Iterable[str]) -> str:
+    """Return the lines of SHA256SUMS for the files `names` in `folder`."""
+    return "".join(f"{hashlib.sha256((folder / name).read_bytes()).hexdigest()}  {name}\n" for name in sorted(names))
+
+
+def _differing(wheel: Path) -> str:
+    """Return the first file in a wheel of flockwire whose content is another here, empty where there is none."""
+    with _archive(wheel) as archive:
+        for name in archive.namelist():
+            package, _, path = name.partition("/")
+            made = package.endswith(".dist-info") or name.endswith(".so")  # for the wheel alone
+            if not made and archive.read(name) != _here(package, path):
+                return name
+    return ""
+
+
+def _here(package: str, path: str) -> bytes | None:
+    """Return the content of a file of an installed package, None where it has none."""
+    try:
+        return files(package).joinpath(path).read_bytes()
+    except (OSError, ModuleNotFoundError):
+        return None
+
+
+def _archive(wheel: Path) -> zipfile.ZipFile:
+    try:
+        return zipfile.ZipFile(wheel)
+    except zipfile.BadZipFile:
+        raise DeployError(f"{wheel}: is no wheel but in name; {MAKE_THEM}") from None
+
+
+def _wheel(file: Path) -> Wheel:
+    parts = _NAME.fullmatch(file.name)
+    if parts is None:
+        raise DeployError(f"{file}: is not named as a wheel is; {MAKE_THEM}")
+    platform, abi = parts["platform"], parts["abi"]
+    named = frozenset(arch for arch in ARCHITECTURES if arch in platform)
+    bound = frozenset(parts["python"].split(".") if abi.startswith("cp") else [ANY])
+    return Wheel(
+        parts["name"].replace("_", "-").lower(),
+        parts["version"],
+        bound,
+        frozenset(ARCHITECTURES) if platform == "any" else named,
+        file,
+        hashlib.sha256(file.read_bytes()).hexdigest(),
+    )

@@ -1,0 +1,145 @@
+"""The airframes of all simulated drones, of any row of the airframe table, without clock, input or output."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable
+from typing import cast
+
+from flockwire.domain.time import SECOND
+from flockwire.objects import load_object
+from flockwire.pilot.moving_point import MovingPoint
+from flockwire.process.cores import Address, Datagram, Start
+from flockwire.process.driving import RETIREMENT, SETTLED, TELEMETRY_PERIOD, Commanded, Served, SimulatedAirframe
+from flockwire.process.faults import AirframeFailure, AirframeLag, Fault
+from flockwire.process.stepping import is_due, next_deadline
+from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.keys import MISSION, STOP, Key
+from flockwire.wire.messages import Command, Message, Mission, Pose, Stop
+from flockwire.wire.status import Report
+
+SETTLED_SERVED = 4 * SECOND  # as SETTLED, where drivers must see it too: by a state that stays the same
+
+
+class KinematicsCore:
+    """All simulated drones of `swarm`, started at `now` (Unix ns), with the `faults` of their airframes.
+
+    A person who carries the leader walks its trajectory from the order to start on. Airframes with a driver of their
+    own are served at addresses of their own; `chance` draws what is random of them. Faults count from `took_off` (Unix
+    ns), or without it from the first command to rise.
+    """
+
+    def __init__(
+        self,
+        swarm: Swarm,
+        now: int,
+        faults: Iterable[Fault] = (),
+        took_off: int | None = None,
+        chance: Callable[[], float] = lambda: 0.5,
+    ) -> None:
+        own = [i for i in swarm.simulated if i not in swarm.driven]
+        served = [i for i in swarm.simulated if i in swarm.driven]
+        self.triggers: frozenset[Key] = frozenset()
+        self.prompt = frozenset({STOP, *((MISSION,) if swarm.walking else ()), *(Key("command", uav(i)) for i in own)})
+        self.period = 1.0 / swarm.gateway.rate_hz
+        self._frame = swarm.frame
+        self._airframes: dict[str, SimulatedAirframe] = {
+            uav(i): load_object(swarm.row(i).simulated)(swarm, i, now, chance) for i in (*own, *served)
+        }
+        self._commanded = {uav(i): cast("Commanded", self._airframes[uav(i)]) for i in own}
+        self._served = {one.address: one for one in (cast("Served", self._airframes[uav(i)]) for i in served)}
+        walk = swarm.leader.trajectory.build()
+        self._persons = {Key("truth", uav(i)): MovingPoint(walk, swarm.drone(i).start, now) for i in swarm.walking}
+        self._truths = tuple((Key("truth", owner), airframe) for owner, airframe in self._airframes.items())
+        self._settled = SETTLED if not served else SETTLED_SERVED
+        self._telemetry_deadline = now
+        self._flew = 0  # when the last drone was in the air, Unix ns
+        self._faults = deque(fault for fault in faults if isinstance(fault, AirframeLag | AirframeFailure))
+        self._begin = took_off  # of the time that faults count in: the first take-off
+
+    def receive(self, key: Key, message: Message, now: int) -> None:
+        """Take in a message."""
+        match message:
+            case Command():
+                if self._begin is None and message.velocity[2] > 0.0:
+                    self._begin = now
+                self._commanded[key.owner].command(message.velocity, now)
+            case Mission():
+                for person in self._persons.values():
+                    person.order(message, now)
+            case Stop():
+                for airframe in self._commanded.values():
+                    airframe.stop()
+                self._telemetry_deadline = 0  # the operator waits for a report that the motors are off
+
+    def due(self, key: Key) -> bool:
+        """Return False: the airframes move at a rate of their own."""
+        return False
+
+    def step(self, now: int) -> list[tuple[Key, Message]]:
+        """Move all drones on to `now` and publish where they are."""
+        if self._faults and self._begin is not None:
+            self._inject((now - self._begin) / SECOND)
+        messages: list[tuple[Key, Message]] = [
+            (key, Pose(now, self._frame, person.advance(now))) for key, person in self._persons.items()
+        ]
+        for key, airframe in self._truths:
+            airframe.advance(now)
+            if airframe.in_the_air:
+                self._flew = now
+                self._begin = now if self._begin is None else self._begin
+            messages.append((key, Pose(now, self._frame, airframe.position, airframe.orientation)))
+        if is_due(self._telemetry_deadline, now, TELEMETRY_PERIOD):
+            self._telemetry_deadline = next_deadline(self._telemetry_deadline, now, TELEMETRY_PERIOD)
+            for owner, commanded in self._commanded.items():
+                messages.append((Key("telemetry", owner), commanded.telemetry(now, self._frame)))
+        return messages
+
+    def retire(self, now: int) -> None:
+        """Land what still flies in RETIREMENT s: the process is to end."""
+        for airframe in self._commanded.values():
+            airframe.land_at = now + RETIREMENT
+
+    @property
+    def sockets(self) -> tuple[Address, ...]:
+        """The addresses to bind: those of the airframes that are served."""
+        return tuple(self._served)
+
+    def datagram(self, data: bytes, sender: Address, at: Address, now: int) -> None:
+        """Take in a datagram that came to the airframe at the address `at`."""
+        self._served[at].datagram(data, sender, now)
+
+    def outgoing(self, now: int) -> list[Datagram]:
+        """Return what the airframes send that are served."""
+        return [datagram for airframe in self._served.values() for datagram in airframe.outgoing(now)]
+
+    def may_end(self, now: int) -> bool:
+        """Return whether every drone has stood on the ground for a second."""
+        # Looked at now: this process may have stood still since its last step.
+        flying = any(airframe.in_the_air for airframe in self._airframes.values())
+        return not flying and now - self._flew >= self._settled
+
+    def report(self, now: int) -> Report:
+        """Return how the drones are."""
+        flying = sum(airframe.in_the_air for airframe in self._airframes.values())
+        clipped = sum(airframe.clipped for airframe in self._commanded.values())
+        details = (
+            f"{flying} of {len(self._airframes)} in flight" if flying else "",
+            f"{clipped} commands clipped" if clipped else "",
+        )
+        return Report("simulating", ", ".join(detail for detail in details if detail))
+
+    def _inject(self, t: float) -> None:
+        """Inject the faults that are due at `t` s after the first take-off."""
+        while self._faults and self._faults[0].at <= t:
+            fault = self._faults.popleft()
+            airframe = self._airframes[uav(fault.drone)]
+            if isinstance(fault, AirframeLag):
+                airframe.respond(fault.lag, fault.dead_time)
+            else:
+                airframe.stop()
+
+
+def make_core(start: Start) -> KinematicsCore:
+    """Return the core of all simulated airframes."""
+    return KinematicsCore(start.plan.swarm, start.now, start.faults, start.took_off, start.chance.random)

@@ -1,0 +1,117 @@
+"""What a tracker delivers of each body, over some seconds: rate, jitter, latency, loss, and how still the body is."""
+
+from __future__ import annotations
+
+from math import dist, hypot
+from statistics import fmean, median, pstdev
+from typing import NamedTuple
+
+from flockwire.domain.time import SECOND
+from flockwire.domain.vector import Vector
+from flockwire.swarm.model import Swarm, uav
+
+from flockwire_mocap.owners import Owners
+from flockwire_mocap.tracking import TrackerFrame
+
+STILL = 0.02  # m, standard deviation of the position of a body that stands still
+
+
+class BodyFigures(NamedTuple):
+    """What came of one body.
+
+    Attributes:
+        name: the tracker's, or its number as text where it has none.
+        drone: whose body it is, None when it is no drone's.
+        rate: of frames with the body tracked, Hz.
+        jitter: standard deviation of the time between two, s.
+        latency: from capture to arrival, s, median; the smallest delay of the network counts as none.
+        lost: share of frames in which it was not tracked.
+        position: where it was on average, m; None where it never was tracked.
+        motion: standard deviation of its position, m.
+
+    """
+
+    name: str
+    drone: int | None
+    rate: float
+    jitter: float
+    latency: float
+    lost: float
+    position: Vector | None
+    motion: float
+
+
+class _Body:
+    def __init__(self) -> None:
+        self.arrivals, self.latencies, self.places = list[int](), list[int](), list[Vector]()
+        self.lost = 0
+
+
+class Inspection:
+    """Collects frames of a source of `swarm`, on the field and in local time."""
+
+    def __init__(self, swarm: Swarm) -> None:
+        self._swarm, self._owners = swarm, Owners(swarm)
+        self._bodies: dict[tuple[int, str | None], _Body] = {}
+
+    def take(self, frame: TrackerFrame, now: int) -> None:
+        """Take in a frame that arrived at `now` (Unix ns)."""
+        for body in frame.bodies:
+            found = self._bodies.setdefault((body.identity, body.name), _Body())
+            if body.tracked:
+                found.arrivals.append(now)
+                found.latencies.append(now - frame.captured)
+                found.places.append(body.position)
+            else:
+                found.lost += 1
+
+    def figures(self) -> list[BodyFigures]:
+        """Return what came, drones first."""
+        rows = [self._row(identity, name, body) for (identity, name), body in self._bodies.items()]
+        return sorted(rows, key=lambda row: (row.drone is None, row.drone or 0, row.name))
+
+    def problems(self) -> list[str]:
+        """Return what must be mended before a flight, one line each.
+
+        Every drone's body must be there, tracked, still, and at its start; one that a person carries may move.
+        """
+        rows = self.figures()
+        there = {row.drone: row for row in rows if row.drone is not None}
+        free = ", ".join(repr(row.name) for row in rows if row.drone is None)
+        lines = []
+        for i in self._swarm.tracked:
+            if i not in there:
+                seen = f"; free bodies: {free}" if free else ""
+                lines.append(f"{uav(i)}: the tracker has no body {self._swarm.body(i)!r}: define it there{seen}")
+            else:
+                lines += self._problem(there[i], self._swarm.drone(i).start)
+        return lines
+
+    def _problem(self, row: BodyFigures, start: Vector) -> list[str]:
+        who = f"{uav(row.drone or 0)}: its body {row.name!r}"
+        if row.position is None:
+            return [f"{who} is not tracked: check its markers, and that cameras see it"]
+        if row.drone not in self._swarm.flying:
+            return []
+        beside = dist(row.position, start)
+        if row.motion > STILL:
+            return [f"{who} moves by {row.motion:.2f} m: put it down, or it is another's"]
+        if beside > self._swarm.limits.start_tolerance:
+            x, y, z = row.position
+            nearest = min(self._swarm.tracked, key=lambda i: dist(self._swarm.drone(i).start, row.position or start))
+            other = f" (there starts {uav(nearest)})" if nearest != row.drone else ""
+            return [f"{who} is at [{x:.2f}, {y:.2f}, {z:.2f}], {beside:.2f} m from its start{other}"]
+        return []
+
+    def _row(self, identity: int, name: str | None, body: _Body) -> BodyFigures:
+        drone = self._owners.drone(identity, name)
+        shown = name if name is not None else f"{identity}"
+        seen = len(body.arrivals)
+        lost = body.lost / (seen + body.lost)
+        if seen < 2:
+            return BodyFigures(shown, drone, 0.0, 0.0, 0.0, lost, body.places[0] if seen else None, 0.0)
+        gaps = [(b - a) / SECOND for a, b in zip(body.arrivals, body.arrivals[1:], strict=False)]
+        x, y, z = (fmean(axis) for axis in zip(*body.places, strict=True))
+        motion = hypot(*(pstdev(axis) for axis in zip(*body.places, strict=True)))
+        rate, latency = 1.0 / max(fmean(gaps), 1e-9), median(body.latencies) / SECOND
+        return BodyFigures(shown, drone, rate, pstdev(gaps), latency, lost, (x, y, z), motion)

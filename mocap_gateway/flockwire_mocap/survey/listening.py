@@ -1,0 +1,41 @@
+"""Listens to the tracker of a swarm file for some seconds, without the swarm: for `flockwire tracker` and `align`."""
+
+from __future__ import annotations
+
+import asyncio
+from random import Random
+
+from flockwire import clock
+from flockwire.process.cores import Start
+from flockwire.wire.plan import Plan
+from flockwire.wire.processes import GATEWAY
+
+from flockwire_mocap.core import make_core
+from flockwire_mocap.process import feed
+from flockwire_mocap.source import Link
+from flockwire_mocap.survey.inspection import Inspection
+
+NAMES = 1.2  # s before the first frame counts: connections and names come first
+
+
+async def listen(plan: Plan, seconds: float) -> tuple[Inspection, Link]:
+    """Return what came in `seconds`, and how the connection is; raises OSError where the source cannot be opened.
+
+    Raises ValueError for a source without a connection of its own: there is nothing to look at.
+    """
+    core = make_core(Start(plan, GATEWAY.kind, clock.now(), Random(0)))  # noqa: S311
+    source, inspection = core.source, Inspection(plan.swarm)
+    began = clock.monotonic()
+
+    def drained() -> None:
+        now = clock.now()
+        for frame in source.take(now):
+            if clock.monotonic() - began > NAMES * 1e9:
+                inspection.take(frame, now)
+
+    connection = feed(core, drained)
+    if connection is None:
+        raise ValueError(f"gateway.source = {plan.swarm.gateway.source!r}: there is no tracker to listen to")
+    async with connection:
+        await asyncio.sleep(NAMES + seconds)
+        return inspection, source.link(clock.now())

@@ -1,0 +1,1 @@
+"""The simulated tracker: serves simulated bodies in a real tracker's protocol."""

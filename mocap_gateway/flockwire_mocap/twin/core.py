@@ -1,0 +1,109 @@
+"""The simulated tracker without sockets: truth in, frames out as a real tracker would send them, with all its faults.
+
+Cameras, noise, latency and drop-outs are those of the simulated source; what goes wrong between tracker and gateway
+comes on top.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import inf
+
+from flockwire.domain.time import SECOND
+from flockwire.process.cores import Ground, Start
+from flockwire.swarm.model import uav
+from flockwire.wire.keys import Key
+from flockwire.wire.messages import Message, Pose
+from flockwire.wire.status import Report
+
+from flockwire_mocap.disturbances import Disturbance, Disturbances
+from flockwire_mocap.simulated import SimulatedSource
+from flockwire_mocap.streamed import coordinates_of
+from flockwire_mocap.tracking import LOST, ReportedBody, TrackerFrame, unseen
+
+AIRBORNE = 0.02  # m above the highest start at which a drone has taken off
+UPTIME = 1000 * SECOND  # ns that the tracker's clock shows when the process begins: it is not the swarm's
+
+Deliver = Callable[[TrackerFrame], None]
+
+
+class TwinCore(Ground):
+    """Sees the simulated airframes of a swarm; `deliver` gets each frame when it is to be sent."""
+
+    def __init__(self, start: Start) -> None:
+        super().__init__()
+        self.swarm = swarm = start.plan.swarm
+        self.deliver: Deliver | None = None
+        gateway = swarm.gateway
+        table = gateway.twin
+        assert table is not None  # noqa: S101  (without one the swarm has no such process)
+        self._cameras = SimulatedSource(swarm, start.chance, start.faults, start.took_off)
+        self.triggers = self._cameras.triggers
+        self.period = 1.0 / gateway.rate_hz
+        disturbance = Disturbance(loss=table.loss, repetition=table.repetition, reordering=table.reordering)
+        self._disturbances = Disturbances(disturbance, start.chance)
+        self._coordinates = coordinates_of(gateway)
+        self._renamed = table.renamed
+        bodies = (*map(self._unseen, swarm.tracked), *map(self._visitor, self._cameras.visitors))
+        self._bodies = {body.identity: body for body in bodies}
+        self._highest = AIRBORNE + max(
+            swarm.drone(i).start[2] for i in swarm.flying
+        )  # m; above it the flight has begun
+        self._walking = frozenset(Key("truth", uav(i)) for i in swarm.walking)
+        self._epoch = start.now - UPTIME
+        self._frames = 0
+
+    @property
+    def names(self) -> dict[int, str]:
+        """What the tracker calls the bodies, by its numbers."""
+        return {identity: body.name or f"body {identity}" for identity, body in self._bodies.items()}
+
+    def receive(self, key: Key, message: Message, now: int) -> None:
+        """Take in where an airframe is."""
+        if isinstance(message, Pose):
+            self._cameras.receive(key, message, now)
+            if message.position[2] > self._highest and key not in self._walking:
+                self._cameras.took_off(message.stamp)
+                self._highest = inf
+
+    def due(self, key: Key) -> bool:
+        """Return whether all airframes have reported."""
+        return self._cameras.complete()
+
+    def step(self, now: int) -> tuple[()]:
+        """Send the frames that are due."""
+        for frame in self._cameras.take(now):
+            self._frames += 1
+            sent = TrackerFrame(self._frames, frame.captured - self._epoch, now - self._epoch, self._all(frame))
+            for arriving in self._disturbances.apply(sent):
+                if self.deliver is not None:
+                    self.deliver(arriving)
+        return ()
+
+    def report(self, now: int) -> Report:
+        """Return how many frames were sent."""
+        if not self._frames:
+            return Report("waiting", self._cameras.link(now).trouble)
+        return Report("serving", self.swarm.gateway.source)
+
+    def _all(self, frame: TrackerFrame) -> tuple[ReportedBody, ...]:
+        """Return all bodies of the tracker in its own axes, also those that are not seen."""
+        seen = {body.identity: self._named(self._coordinates.to_tracker(body)) for body in frame.bodies}
+        self._bodies |= {identity: body._replace(tracked=False, position=LOST) for identity, body in seen.items()}
+        return tuple(seen.get(identity, lost) for identity, lost in self._bodies.items())
+
+    def _unseen(self, drone: int) -> ReportedBody:
+        body = self.swarm.body(drone)
+        number, name = (drone, body) if isinstance(body, str) else (body, None)
+        return self._named(unseen(number, name))
+
+    def _visitor(self, numbered: tuple[int, str]) -> ReportedBody:
+        return self._named(unseen(*numbered))
+
+    def _named(self, body: ReportedBody) -> ReportedBody:
+        return body._replace(name=self._renamed.get(body.name or "", body.name))
+
+
+def make_core(start: Start) -> TwinCore:
+    """Return the core of the simulated tracker that starts."""
+    return TwinCore(start)

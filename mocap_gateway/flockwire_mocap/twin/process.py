@@ -1,0 +1,92 @@
+"""The process of the simulated tracker: the shell round its core, and the server that speaks the tracker's protocol."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from random import Random
+from typing import cast
+
+from flockwire import clock
+from flockwire.process.cores import Core, Start
+from flockwire.runtime.job import Job
+from flockwire.runtime.shell import run_core
+from flockwire.swarm.gateway import Gateway, Twin
+from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.keys import Key
+from flockwire.wire.messages import Pose
+from flockwire.wire.plan import Plan
+from flockwire.wire.processes import TRACKER
+
+from flockwire_mocap.natnet.packets import GROUP, OLDEST
+from flockwire_mocap.natnet.server import NatNetServer
+from flockwire_mocap.natnet.source import version_of
+from flockwire_mocap.natnet.twin import TwinOptions
+from flockwire_mocap.qualisys.server import QtmServer
+from flockwire_mocap.twin.core import TwinCore, make_core
+from flockwire_mocap.vrpn.server import VrpnServer
+
+Server = NatNetServer | VrpnServer | QtmServer
+
+
+def _server(gateway: Gateway, names: dict[int, str]) -> Server:
+    """Return the server of the tracker that `gateway` names, where it looks for one."""
+    if gateway.source == "vrpn":
+        return VrpnServer(names.values(), gateway.vrpn.server, gateway.vrpn.port)
+    if gateway.source == "qualisys":
+        return QtmServer(names.values(), gateway.qualisys.server, gateway.qualisys.port)
+    table, twin = gateway.natnet, gateway.twin or Twin()
+    version = version_of(twin.version) or OLDEST
+    options = TwinOptions(version, table.multicast, table.data_port, table.group or GROUP)
+    return NatNetServer(options, names, table.server, table.command_port)
+
+
+@asynccontextmanager
+async def _served(core: TwinCore) -> AsyncIterator[None]:
+    gateway = core.swarm.gateway
+    server = _server(gateway, core.names)
+    try:
+        await server.open()
+    except OSError as error:
+        where = f"gateway.{gateway.source}.server = {getattr(gateway, gateway.source).server!r}"
+        raise OSError(f"{where}: cannot serve there: {error.strerror or error}") from error
+    core.deliver = server.publish
+    try:
+        yield
+    finally:
+        core.deliver = None
+        server.close()
+
+
+def _feed(core: Core, _: Callable[[], None]) -> AbstractAsyncContextManager[None]:
+    return _served(cast("TwinCore", core))
+
+
+async def run(job: Job) -> None:
+    """Serve until the process is to end; raises OSError where the port is taken, or the address is not of this host."""
+    await run_core(job, _feed)
+
+
+def serve_alone(swarm: Swarm, protocol: str) -> None:
+    """Serve the bodies of `swarm`, standing at their starts, until it is interrupted.
+
+    Raises OSError where the port is taken, or the address is not of this host.
+    """
+    gateway = swarm.gateway
+    served = gateway.model_copy(update={"source": protocol, "twin": gateway.twin or Twin()})
+    plan = Plan(swarm.tracked_by(served))
+    core = make_core(Start(plan, TRACKER.kind, clock.now(), Random(gateway.seed)))  # noqa: S311  (noise)
+    asyncio.run(_stand(core))
+
+
+async def _stand(core: TwinCore) -> None:
+    async with _served(core):
+        server = getattr(core.swarm.gateway, core.swarm.gateway.source).server
+        print(f"flockwire: serves {len(core.names)} bodies at {server}, Ctrl-C ends it", flush=True)
+        while True:
+            now = clock.now()
+            for i in core.swarm.tracked:
+                core.receive(Key("truth", uav(i)), Pose(now, core.swarm.frame, core.swarm.drone(i).start), now)
+            core.step(now)
+            await asyncio.sleep(core.period)

@@ -1,0 +1,1 @@
+"""Proves on a running swarm that the wire refuses whatever key table and graph do not allow."""

@@ -1,0 +1,86 @@
+"""One direction of a link, and the bytes of one connection in that direction: held, delayed, passed on in order.
+
+Time is an argument: `now`, s of a clock that does not go back.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from random import Random
+
+MOST_HELD = 262_144  # bytes of one connection and direction; beyond, no more are read and TCP makes the sender wait
+END = b""  # stands for the end of a connection's bytes
+
+
+class Direction:
+    """One direction of a link; calls `changed` whenever a fault begins or ends."""
+
+    def __init__(self, name: str, changed: Callable[[], None]) -> None:
+        self._cuts = 0
+        self._delays: list[tuple[float, float]] = []  # the last one counts
+        self._random = Random(name)  # noqa: S311  (not for secrets)
+        self._changed = changed
+
+    @property
+    def passable(self) -> bool:
+        """Whether anything gets through."""
+        return not self._cuts
+
+    def cut(self) -> None:
+        """Let nothing through until `mend` has been called as often as this."""
+        self._cuts += 1
+        self._changed()
+
+    def mend(self) -> None:
+        """Undo one `cut`."""
+        self._cuts -= 1
+        self._changed()
+
+    def slow(self, delay: float, jitter: float) -> None:
+        """Delay what departs from now on by `delay` to `delay` + `jitter`, s, until `lift` is called with the same."""
+        self._delays.append((delay, jitter))
+        self._changed()
+
+    def lift(self, delay: float, jitter: float) -> None:
+        """Undo one `slow`."""
+        self._delays.remove((delay, jitter))
+        self._changed()
+
+    def arrival(self, now: float, last: float) -> float:
+        """Return when what departs at `now` arrives: not before what departed before it, which arrives at `last`."""
+        delay, jitter = self._delays[-1] if self._delays else (0.0, 0.0)
+        return max(now + delay + jitter * self._random.random(), last)
+
+
+class Stream:
+    """The bytes of one connection in one direction that have not been passed on yet."""
+
+    def __init__(self, direction: Direction) -> None:
+        self._direction = direction
+        self.size = 0  # bytes
+        self._held: deque[tuple[float, bytes]] = deque()  # with the time of arrival
+        self._last = 0.0
+
+    @property
+    def full(self) -> bool:
+        """Whether no more should be taken for now."""
+        return self.size >= MOST_HELD
+
+    def take(self, data: bytes, now: float) -> None:
+        """Take in bytes that were received at `now`, or END."""
+        self._last = self._direction.arrival(now, self._last)
+        self._held.append((self._last, data))
+        self.size += len(data)
+
+    def due(self, now: float) -> list[bytes]:
+        """Return what arrives by `now`, in order, and hold it no longer."""
+        arrived: list[bytes] = []
+        while self._direction.passable and self._held and self._held[0][0] <= now:
+            arrived.append(self._held.popleft()[1])
+            self.size -= len(arrived[-1])
+        return arrived
+
+    def next_arrival(self) -> float | None:
+        """Return when there will be something due, None when that is not known."""
+        return self._held[0][0] if self._held and self._direction.passable else None

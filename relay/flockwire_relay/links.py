@@ -1,0 +1,105 @@
+"""Which links a flight's faults break or slow, the relays on these, and the faults as they happen to them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Self
+
+from flockwire.process.faults import Cut, Fault, LinkChange, Partition
+from flockwire.wire.plan import Plan
+
+from flockwire_relay.direction import Direction
+from flockwire_relay.relay import Relay
+
+LinkFault = Cut | LinkChange | Partition
+Undo = Callable[[], None]
+
+
+def refusal(place: int, fault: LinkFault, plan: Plan, host: str) -> str:
+    """Return a line about why a flight seen from `host` cannot have `fault`, the one at `place`; empty when it can."""
+    key = f"faults.{place}"
+    if plan.routers:
+        return f"{key}.kind = {fault.kind!r}: all links go to the router; a real flight needs network.mode = 'peers'"
+    if plan.swarm.network.link == "quic" and plan.swarm.network.security != "none":
+        return f"{key}.kind = {fault.kind!r}: links are QUIC; a real flight needs network.link = 'tls'"
+    if isinstance(fault, LinkChange):
+        for name, share in (("loss", fault.loss), ("reordering", fault.reordering)):
+            if share:
+                return (
+                    f"{key}.{name} = {share:g}: must be 0 in a real flight, whose links are TCP: bytes come late, but "
+                    "all and in order"
+                )
+    for source, target in directions(fault, plan):
+        dialler, listener = _ends(source, target, plan)
+        if plan.hosts[dialler] != host:
+            return (
+                f"{key}.kind = {fault.kind!r}: {dialler}, who dials {listener}, must run on this host, {host!r}, "
+                "in a real flight"
+            )
+    return ""
+
+
+def directions(fault: Fault, plan: Plan) -> Iterator[tuple[str, str]]:
+    """Yield the directed links (from, to) that `fault` changes; witnesses always receive everything."""
+    match fault:
+        case Cut() | LinkChange():
+            yield fault.source, fault.target
+        case Partition():
+            inside = set(fault.processes)
+            for source in plan.identities:
+                for target in plan.links[source]:
+                    if (source in inside) != (target in inside) and not {source, target}.intersection(plan.witnesses):
+                        yield source, target
+
+
+class Relays:
+    """The relays that `faults` need; an asynchronous context, within which they run."""
+
+    def __init__(self, faults: tuple[Fault, ...], plan: Plan) -> None:
+        self.detours: dict[str, dict[str, str]] = {}  # by dialler, then listener
+        self._plan = plan
+        self._relays: dict[tuple[str, str], Relay] = {}
+        self._directions: dict[tuple[str, str], Direction] = {}
+        for fault in faults:
+            for source, target in directions(fault, plan):
+                self._stand_between(*_ends(source, target, plan))
+
+    async def __aenter__(self) -> Self:
+        for (dialler, listener), relay in self._relays.items():
+            self.detours.setdefault(dialler, {})[listener] = await relay.start()
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        for relay in self._relays.values():
+            relay.end()
+
+    def inject(self, fault: LinkFault) -> Undo:
+        """Inject `fault`; returns what ends it."""
+        changed = [self._directions[ends] for ends in directions(fault, self._plan)]
+        for direction in changed:
+            if isinstance(fault, LinkChange):
+                direction.slow(fault.delay, fault.jitter)
+            else:
+                direction.cut()
+
+        def undo() -> None:
+            for direction in changed:
+                if isinstance(fault, LinkChange):
+                    direction.lift(fault.delay, fault.jitter)
+                else:
+                    direction.mend()
+
+        return undo
+
+    def _stand_between(self, dialler: str, listener: str) -> None:
+        if (dialler, listener) in self._relays:
+            return
+        address, _, port = self._plan.endpoints[listener].rpartition(":")
+        relay = Relay(dialler, listener, (address.strip("[]"), int(port)))
+        self._relays[dialler, listener] = relay
+        self._directions[dialler, listener], self._directions[listener, dialler] = relay.there, relay.back
+
+
+def _ends(one: str, other: str, plan: Plan) -> tuple[str, str]:
+    """Return the two ends of a link, who dials first."""
+    return (one, other) if other in plan.dials[one] else (other, one)

@@ -1,0 +1,70 @@
+"""The relay of one link: listens where the dialler dials instead, and dials the listener on its behalf.
+
+It passes bytes on and reads nothing: the link is TLS from end to end.
+"""
+
+from __future__ import annotations
+
+import asyncio
+
+from flockwire_relay.connection import Connection
+from flockwire_relay.direction import Direction
+
+HERE = "127.0.0.1"  # the dialler is on this host, and every certificate is good for loopback
+MOST_CONNECTIONS = 8  # the dialler needs one; beyond, the oldest goes
+
+
+class Relay:
+    """Stands between `dialler` and `listener`, who listens at `address` (IP, port)."""
+
+    def __init__(self, dialler: str, listener: str, address: tuple[str, int]) -> None:
+        self.there = Direction(f"{dialler} > {listener}", self._changed)
+        self.back = Direction(f"{listener} > {dialler}", self._changed)
+        self._address = address
+        self._passable = asyncio.Event()
+        self._passable.set()
+        self._connections: list[Connection] = []
+        self._server: asyncio.Server | None = None
+
+    async def start(self) -> str:
+        """Listen; returns the `IP:PORT` to dial."""
+        loop = asyncio.get_running_loop()
+        self._server = await loop.create_server(lambda: self._connection().near, HERE, 0)
+        return f"{HERE}:{self._server.sockets[0].getsockname()[1]}"
+
+    @property
+    def connections(self) -> int:
+        """How many there are, those included that may not get through yet."""
+        return len(self._connections)
+
+    @property
+    def held(self) -> int:
+        """The bytes that are held, of all connections, in both directions."""
+        return sum(side.held for connection in self._connections for side in (connection.near, connection.far))
+
+    def end(self) -> None:
+        """Close everything at once."""
+        if self._server is not None:
+            self._server.close()
+        for connection in list(self._connections):
+            connection.abort()
+
+    def _connection(self) -> Connection:
+        if len(self._connections) >= MOST_CONNECTIONS:
+            self._connections.pop(0).abort()
+        connection = Connection(self.there, self.back, self._address, self._passable, self._over)
+        self._connections.append(connection)
+        return connection
+
+    def _over(self, connection: Connection) -> None:
+        if connection in self._connections:
+            self._connections.remove(connection)
+
+    def _changed(self) -> None:
+        """Pass on what may go; a new connection needs both directions, as TCP does."""
+        if self.there.passable and self.back.passable:
+            self._passable.set()
+        else:
+            self._passable.clear()
+        for connection in list(self._connections):
+            connection.pass_on()

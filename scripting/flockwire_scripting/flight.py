@@ -1,0 +1,199 @@
+"""What a script sees of a flight: orders that return when they are obeyed, and how every drone is."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from flockwire.control.graph import LEADER
+from flockwire.domain.time import nanoseconds
+from flockwire.domain.vector import Vector
+from flockwire.ground.director import LEAD_TIME, Director, Stage
+from flockwire.ground.fleet import Fleet
+from flockwire.ground.giving import Order
+from flockwire.ground.operator import OperatorCore
+from flockwire.pilot.phases import Phase
+from flockwire.swarm.model import Swarm
+from flockwire.wire.messages import Mission
+from flockwire.wire.plan import Plan
+
+if TYPE_CHECKING:
+    from flockwire.wire.status import Report
+    from flockwire_analysis.summary import Summary
+
+ORDER_TIME = 60.0  # s that an order may take
+LOOK = 0.05  # s between two looks
+
+
+class FlightError(RuntimeError):
+    """An order that was not obeyed; the text says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class DroneStatus:
+    """How a drone is; -1 and None stand for what is not known."""
+
+    phase: str  # "grounded", "ready", "take-off", "hold", "formation", "landing", "stopped"; "" while it is silent
+    detail: str = ""  # what it waits for, or why it is in this phase
+    position: Vector | None = None  # m, world frame
+    battery: float = -1.0  # share of full
+    formation_error: float | None = None  # m, by its own estimate; of the leader, and outside a formation: None
+
+
+class Flight(ABC):
+    """A flight by script; `summary` is there when it has ended. All times are s, all lengths m."""
+
+    _core: OperatorCore  # gives the orders; there from when the flight is open
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+        self.summary: Summary | None = None
+
+    @property
+    def swarm(self) -> Swarm:
+        """The swarm file's content."""
+        return self._plan.swarm
+
+    @property
+    def drones(self) -> dict[int, DroneStatus]:
+        """How every drone is, by its id (0: the leader)."""
+        fresh = self._fleet().fresh
+        return {i: _status(fresh[i].report if i in fresh else None) for i in self._plan.pilots}
+
+    async def start(self, formation: str = "") -> None:
+        """Take off where need be and fly `formation`, a name of [formations]; returns when all do."""
+        self._known(formation)
+        director = self._director
+        if director is not None and director.stage is Stage.FLYING:
+            running = self._fleet().mission()
+            if running is not None and running.start and running.formation != formation:
+                await self.formation(formation)
+            else:
+                self._order("resume")
+        else:
+            director = self._core.conduct(self._now(), formation=formation)
+        await self._until(lambda: director.stage is Stage.FLYING and self._fleet().all_in(Phase.FORMATION), "start")
+
+    async def hold(self) -> None:
+        """Leave the formation and hover; returns when all do."""
+        if self._director is not None:
+            self._order("hold")
+        await self.wait_for(Phase.HOLD)
+
+    async def formation(self, name: str, duration: float | None = None) -> None:
+        """Change to the formation `name` in `duration` s, None: as few as keep to all limits; returns after it."""
+        self._known(name)
+        now, director = self._now(), self._director
+        running = self._fleet().mission()
+        if director is None or director.stage is not Stage.FLYING or running is None:
+            raise FlightError(f"formation {name!r}: nobody flies a formation")
+        try:
+            position = self.drones[LEADER].position if LEADER in self.drones else None
+            order = await self._planned(running, name, position, duration)
+        except ValueError as error:
+            raise FlightError(f"formation {name!r}: {error}") from None
+        given = self._core.change(order, running)
+        self._publish()
+        if given is None:
+            raise FlightError(f"formation {name!r}: {director.ordered} was ordered meanwhile")
+        await self._until(
+            lambda: not self._fleet().unconfirmed(given) and self._now() >= _end(given, now), f"formation {name!r}"
+        )
+
+    async def land(self) -> None:
+        """Land all drones where they are; returns when they are down."""
+        director = self._director
+        if director is None:
+            return
+        self._order("land")
+        await self._until(lambda: director.stage is Stage.OVER, "land")
+
+    async def stop(self, reason: str = "the script's order") -> None:
+        """Emergency: motors off, at once; returns when all have stopped."""
+        self._core.ask(Order("stop", reason=reason), self._now())
+        self._publish()
+        stopped = Phase.STOPPED
+        await self._until(lambda: all(drone.phase == stopped for drone in self.drones.values()), "stop", failing=True)
+
+    async def wait_for(self, phase: str, drones: Iterable[int] | None = None, patience: float = ORDER_TIME) -> None:
+        """Wait until `drones` (all, without them) are in `phase`; raises FlightError after `patience` s."""
+        wanted = tuple(self._plan.pilots if drones is None else drones)
+        await self._until(lambda: all(self.drones[i].phase == phase for i in wanted), f"wait for {phase!r}", patience)
+
+    @abstractmethod
+    async def sleep(self, seconds: float) -> None:
+        """Let `seconds` of the flight pass."""
+
+    @abstractmethod
+    async def _planned(self, running: Mission, name: str, leader: Vector | None, duration: float | None) -> Mission:
+        """Return the order for a change of formation, as `plan_in_time` does; raises ValueError where there is none."""
+
+    @abstractmethod
+    def _now(self) -> int:
+        """Return the present time, Unix ns."""
+
+    @abstractmethod
+    def _publish(self) -> None:
+        """Publish what was ordered."""
+
+    async def _land_what_flies(self) -> None:
+        """Land at the end of the script, where a flight is under way."""
+        if self._director is not None and self._is_under_way:
+            self._order("land")
+            await self._until(lambda: not self._is_under_way, "land", failing=True)
+
+    def _order(self, verb: str) -> None:
+        self._core.order(verb, self._now())
+        self._publish()
+
+    def _fleet(self) -> Fleet:
+        return self._core.fleet(self._now())
+
+    @property
+    def _director(self) -> Director | None:
+        """What conducts the newest flight; None before the first."""
+        return self._core.director
+
+    @property
+    def _failure(self) -> str:
+        """Why the newest flight failed; empty when it did not."""
+        return self._director.failure if self._director is not None else ""
+
+    @property
+    def _is_under_way(self) -> bool:
+        """Whether the newest flight is not over."""
+        return self._director is not None and self._director.stage is not Stage.OVER
+
+    def _known(self, formation: str) -> None:
+        if formation and formation not in self.swarm.formations:
+            raise FlightError(f"formation {formation!r}: must be one of {sorted(self.swarm.formations)} ([formations])")
+
+    async def _until(
+        self, done: Callable[[], bool], what: str, patience: float = ORDER_TIME, failing: bool = False
+    ) -> None:
+        """Wait until `done`; raises FlightError after `patience` s, and when the flight fails (unless `failing`)."""
+        deadline = self._now() + nanoseconds(patience)
+        before = self._failure
+        while not done():
+            if self._failure != before and not failing:
+                raise FlightError(f"{what}: {self._failure}")
+            if self._now() >= deadline:
+                phases = ", ".join(f"{self._plan.pilots[i]} {drone.phase}" for i, drone in self.drones.items())
+                raise FlightError(f"{what}: not done after {patience:g} s: {phases}")
+            await self.sleep(LOOK)
+
+
+def _end(order: Mission, now: int) -> int:
+    """Return when a change of formation is over, Unix ns."""
+    if order.change is None:
+        return now + LEAD_TIME
+    return order.change.begin + nanoseconds(order.change.duration)
+
+
+def _status(report: Report | None) -> DroneStatus:
+    if report is None:
+        return DroneStatus("")
+    error = report.formation_error if report.formation_error >= 0.0 else None
+    return DroneStatus(report.phase, report.line, report.position, report.battery, error)

@@ -1,0 +1,87 @@
+"""Checks that no file spells a kind of process or of airframe but their tables and the kind's own folder.
+
+Code that needs to know a kind asks the plan, or the swarm, for a column of the table. Of processes it looks at all
+string literals but docstrings; of airframes, whose names mean nothing else, at every word of every file.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from flockwire.swarm.airframes import AIRFRAMES
+from flockwire.wire.processes import PROCESSES
+
+ROOT = Path(__file__).parents[1]
+TABLES = ("core/flockwire/wire/processes.py", "core/flockwire/swarm/airframes.py")
+HOMONYMS = {  # words that mean something else there
+    ("core/flockwire/swarm/model.py", "uav"),  # the name of a drone
+    ("core/flockwire/swarm/model.py", "gateway"),  # a table of the swarm file
+    ("core/flockwire/swarm/tables.py", "router"),  # a mode of the network
+    ("core/flockwire/swarm/reading.py", "leader"),  # a table of the swarm file
+    ("station/flockwire_station/initial.py", "leader"),
+    ("core/flockwire/runtime/configuration.py", "router"),  # Zenoh's own modes
+    ("probe/flockwire_probe/attackers.py", "router"),
+}
+
+
+def package(path: str) -> str:
+    """Return the package of what a table names as "module:name"."""
+    return path.split(".", maxsplit=1)[0]
+
+
+OWN_FOLDERS = {row.kind: {package(row.core)} - {"flockwire"} if row.core else {"flockwire_cli"} for row in PROCESSES}
+AIRFRAME_FOLDERS = {
+    row.kind: package(row.simulated) for row in AIRFRAMES if row.kind not in OWN_FOLDERS
+}  # that of simulated airframes is also called as their process
+
+
+def spellings(file: Path) -> Iterator[tuple[int, str]]:
+    """Yield line and text of each literal in `file` that is a kind, or a drone's name put together by hand."""
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    documentation = {
+        id(node.body[0].value)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
+        and node.body
+        and isinstance(node.body[0], ast.Expr)
+    }
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in documentation:
+            text = node.value
+            kinds = [kind for kind, folders in OWN_FOLDERS.items() if not folders & {*file.parts} and text == kind]
+            if kinds or re.search(r"\buav\d*$", text):
+                yield node.lineno, text
+
+
+def airframes(file: Path) -> Iterator[tuple[int, str]]:
+    """Yield line and word of each name of an airframe in `file`, in whatever it is: code, comment, text."""
+    foreign = [kind for kind, folder in AIRFRAME_FOLDERS.items() if folder not in file.parts]
+    try:
+        lines = file.read_text(encoding="utf-8").split("\n") if foreign else []
+    except UnicodeDecodeError:
+        return
+    for number, line in enumerate(lines, 1):
+        yield from ((number, word) for word in re.findall(rf"(?i)\w*(?:{'|'.join(foreign)})\w*", line))
+
+
+def main() -> int:
+    """Print each spelling; return 1 when there is one."""
+    packages = {path for path in ROOT.glob("*/flockwire*") if path.is_dir()}
+    files = [file for package in packages for file in sorted(package.rglob("*")) if file.is_file()]
+    files = [file for file in files if file.suffix != ".pyc" and str(file.relative_to(ROOT)) not in TABLES]
+    code = [(file, *where) for file in files if file.suffix == ".py" for where in spellings(file)]
+    found = [(file, line, text) for file, line, text in code if (str(file.relative_to(ROOT)), text) not in HOMONYMS]
+    named = [(file, line, text) for file in files for line, text in airframes(file)]
+    for file, line, text in found:
+        print(f"{file.relative_to(ROOT)}:{line}: {text!r} spells a kind of process; ask the plan (wire/plan.py) for it")
+    for file, line, text in named:
+        print(f"{file.relative_to(ROOT)}:{line}: {text!r} names an airframe; ask its row (swarm/airframes.py)")
+    return 1 if found or named else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,39 @@
+"""Who steers a teleoperated leader in virtual time: a script in place of a hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from flockwire.control.graph import LEADER
+from flockwire.domain.vector import Vector
+from flockwire.process.cores import Ground
+from flockwire.swarm.model import uav
+from flockwire.wire.keys import STEERING, Key
+from flockwire.wire.messages import Command, Message
+from flockwire.wire.status import Report
+
+Script = Callable[[int], Vector | None]  # the velocity to ask for at a time (Unix ns), m/s; None: nothing is sent
+
+
+class ScriptedSteering(Ground):
+    """Publishes what `script` says, twenty times a second."""
+
+    period = 0.05
+
+    def __init__(self, frame: str, script: Script) -> None:
+        super().__init__()
+        self._frame, self._script = frame, script
+
+    def step(self, now: int) -> list[tuple[Key, Message]]:
+        """Publish the velocity of the moment."""
+        velocity = self._script(now)
+        return [] if velocity is None else [(Key(STEERING, uav(LEADER)), Command(now, self._frame, velocity))]
+
+    def report(self, now: int) -> Report:
+        """Return that it steers."""
+        return Report("steering")
+
+
+def nobody(_: int) -> Vector | None:
+    """Steer not at all."""
+    return None

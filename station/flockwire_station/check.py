@@ -1,0 +1,214 @@
+"""`flockwire check`: what can be known of a swarm before it flies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import inf, sqrt
+
+from flockwire.control.convergence import convergence, smallest_observer_gain
+from flockwire.control.graph import LEADER
+from flockwire.control.leader_track import leader_time_constant, motion_error, noise_gain
+from flockwire.control.stability import critical_gain, smallest_smoothing
+from flockwire.objects import load_object
+from flockwire.parameters import guard_parameters
+from flockwire.swarm.airframes import AIRFRAMES, ByItself
+from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.plan import Plan
+
+from flockwire_station.idle_options import idle
+from flockwire_station.prediction import predicted
+
+DEPTH_HORIZON = 40.0  # s of the leader's trajectory that are looked at
+DEEP = 6  # hops beyond which noise and delay add up
+
+
+def describe(plan: Plan, duration: float = 40.0) -> str:
+    """Return the description that `check` prints; `duration` is that of the flight, s."""
+    swarm = plan.swarm
+    parts = (
+        _graph(plan),
+        ("",),
+        _lemma(swarm),
+        _depth(swarm),
+        ("",),
+        _formations(swarm),
+        ("",),
+        _airframes(plan),
+        ("",),
+        _links(plan),
+    )
+    return "\n".join(line for part in (*parts, _warned(swarm, duration)) for line in part)
+
+
+def _graph(plan: Plan) -> Iterator[str]:
+    swarm = plan.swarm
+    graph, depths = swarm.topology, swarm.topology.depths()
+    yield f"swarm {swarm.name}: {len(swarm.followers)} followers, leader {swarm.leader.kind}, law {swarm.control.law}"
+    yield from _carried(swarm)
+    yield ""
+    yield "who hears whom (weight)                     hops from the leader"
+    for i in swarm.followers:
+        neighbours = ", ".join(f"{plan.pilot[j]} ({weight:g})" for j, weight in graph.neighbours(i).items())
+        yield f"  {uav(i):<7} hears {neighbours:<36} {depths[i]}"
+
+
+def _carried(swarm: Swarm) -> Iterator[str]:
+    if swarm.leader.kind != "tracked":
+        return
+    height = swarm.drone(LEADER).start[2]
+    yield f"  {uav(LEADER)} is what the tracker calls {swarm.body(LEADER)!r}: a person carries it. It never flies,"
+    yield "  takes no order, and nobody waits for it. The others fly round it, at the height of their places above or"
+    yield f"  below it ({height:.2f} m at first), and keep {swarm.person_clearance:.2f} m from the person's middle"
+    if swarm.walking:
+        yield "  simulated: from the order to start the person walks [leader.trajectory], and stands on any other order"
+
+
+def _lemma(swarm: Swarm) -> Iterator[str]:
+    observer = swarm.observer
+    result = convergence(swarm.topology, observer.gain, observer.exponent, swarm.leader.input_bound)
+    bound = "none" if result.settling_time_bound == inf else f"{result.settling_time_bound:.1f} s"
+    yield f"observer (8): mu = {observer.gain:g} m/s, p = {observer.exponent:g}, {observer.step} step"
+    yield f"  lambda_min(Lhat) = {result.lambda_min:.5f}   theta = {result.margin:.5f} m/s   settling time <= {bound}"
+
+
+def _depth(swarm: Swarm) -> Iterator[str]:
+    """Yield what error to expect of the deepest drone's estimate, under the extended law."""
+    if swarm.control.law != "extended":
+        return
+    depths = swarm.topology.depths()
+    deepest = max(swarm.followers, key=lambda i: depths[i])
+    constant = swarm.observer.leader_time_constant or leader_time_constant(depths[deepest])
+    age = swarm.gateway.latency + depths[deepest] * (swarm.sim.delay + 1.0 / swarm.control.rate_hz)
+    period = 1.0 / swarm.gateway.rate_hz
+    noise = 1e3 * swarm.gateway.noise * noise_gain(constant, age, period)
+    moving = 1e3 * motion_error(swarm.leader.course(), constant, age, period, DEPTH_HORIZON)
+    yield (
+        f"  deepest: {uav(deepest)}, {depths[deepest]} hops, data up to {1e3 * age:.0f} ms old; its estimate errs by "
+        f"{noise:.2f} mm per axis from noise (standard deviation), {moving:.2f} mm at most from the leader's turns"
+    )
+
+
+def _formations(swarm: Swarm) -> Iterator[str]:
+    safe, limits = swarm.avoidance.drone_safety_distance, swarm.limits
+    fence = f"{list(limits.fence.low)} to {list(limits.fence.high)}"
+    if limits.fence.polygon:
+        fence += f", polygon of {len(limits.fence.polygon)} corners"
+    for name in swarm.formation_names:
+        kind = swarm.formation_table(name).kind
+        shape = swarm.survey(name)
+        reach = ", ".join(f"{x:.2f}" for x in shape.extent)
+        yield f"formation {name or '(default)'}: {kind}"
+        yield f"  fastest  {shape.max_speed:6.2f} m/s  limit {limits.speed:.2f} m/s"
+        yield f"  tightest {min(shape.min_distance, shape.min_distance_leader):6.2f} m    limit {safe:.2f} m"
+        yield f"  reaches  [{reach}] m from the leader; fence {fence}"
+
+
+def _airframes(plan: Plan) -> Iterator[str]:
+    """Yield which airframe each drone has, and what that does by itself: its driver must be faster."""
+    swarm = plan.swarm
+    for name in dict.fromkeys(swarm.drone(number).airframe for number in swarm.flying):
+        row, frame = swarm.airframe_row(name), swarm.airframes[name]
+        drones = ", ".join(uav(number) for number in swarm.flying if swarm.drone(number).airframe == name)
+        driven = "with a driver each" if row.driver else "driven by its simulation"
+        yield f"airframe {name} ({drones}): {row.kind}, lag {frame.lag:g} s, dead time {frame.dead_time:g} s, {driven}"
+        yield f"  by itself: without setpoints it {_by_itself(row.without_setpoints)},"
+        yield f"  without poses it {_by_itself(row.without_poses)}, without its link it {_by_itself(row.without_link)}"
+
+
+def _by_itself(one: ByItself) -> str:
+    return one.does if one.after == inf else f"{one.does} after {one.after:g} s"
+
+
+def _links(plan: Plan) -> Iterator[str]:
+    yield "process       listens at            linked to"
+    for identity, endpoint in plan.endpoints.items():
+        links = plan.links[identity]
+        everybody = len(links) == len(plan.certified) - 1
+        yield f"  {identity:<11} {endpoint:<21} {'everybody' if everybody else ', '.join(links)}"
+    if plan.reserved:
+        ports = [int(endpoint.rpartition(":")[2]) for endpoint in plan.reserved.values()]
+        yield f"  operators dial ports of their own: {min(ports)} to {max(ports)}"
+
+
+def _warned(swarm: Swarm, duration: float) -> Iterator[str]:
+    found = [*warnings(swarm), *predicted(swarm, duration)]
+    if found:
+        yield ""
+    yield from (f"warning: {line}" for line in found)
+
+
+def warnings(swarm: Swarm) -> Iterator[str]:
+    """Yield what is allowed but unlikely to fly well."""
+    yield from _observer_warnings(swarm)
+    if swarm.control.law == "paper":
+        yield from _compensation_warnings(swarm)
+        for number in swarm.followers:
+            yield from _oscillation(swarm, number)
+    if swarm.control.filtered:
+        yield from _sight_warnings(swarm)
+    for row in AIRFRAMES:
+        if row.warnings:
+            yield from load_object(row.warnings)(swarm)
+    yield from idle(swarm)
+
+
+def _observer_warnings(swarm: Swarm) -> Iterator[str]:
+    graph, observer, bound = swarm.topology, swarm.observer, swarm.leader.input_bound
+    result = convergence(graph, observer.gain, observer.exponent, bound)
+    if result.margin <= 0.0:
+        smallest = smallest_observer_gain(graph, bound)
+        if smallest == inf:
+            yield (
+                f"theta = {result.margin:.3f}: Lemma 3 proves nothing on this graph, whatever observer.gain (it is a "
+                "sufficient condition; wide graphs fail it and converge all the same)"
+            )
+        else:
+            yield (
+                f"theta = {result.margin:.3f} <= 0: Lemma 3 does not prove convergence; observer.gain = "
+                f"{observer.gain:g} must be above {smallest:.2f} m/s"
+            )
+    deepest = swarm.depth
+    if deepest > DEEP:
+        yield f"the deepest drone is {deepest} hops from the leader: noise and delay grow with every hop beyond {DEEP}"
+
+
+def _compensation_warnings(swarm: Swarm) -> Iterator[str]:
+    phi, input_norm = swarm.control.compensation_gain, swarm.leader.input_bound * sqrt(2.0)
+    if phi < input_norm:
+        yield (
+            f"control.compensation_gain = {phi:g} m/s is below the leader's largest input, {input_norm:.3f} m/s "
+            "(leader.input_bound on both axes): (9) will not make up for it"
+        )
+
+
+def _sight_warnings(swarm: Swarm) -> Iterator[str]:
+    """Predict that the safety filter flies slower than the file allows, or than the formation needs."""
+    for name in sorted({swarm.drone(number).airframe for number in swarm.followers}):
+        number = next(i for i in swarm.followers if swarm.drone(i).airframe == name)
+        speed = guard_parameters(swarm, number).fastest
+        needed = swarm.survey().max_speed
+        if speed < needed:
+            yield (
+                f"avoidance.sensing_radius = {swarm.avoidance.sensing_radius:g} m lets airframe {name} fly {speed:.2f} "
+                f"m/s and stop in time, the formation needs {needed:.2f} m/s"
+            )
+
+
+def _oscillation(swarm: Swarm, number: int) -> Iterator[str]:
+    """Predict a limit cycle: the slope of (9) at zero error against the airframe's lag and all delays of the loop."""
+    control, frame = swarm.control, swarm.airframe(number)
+    delay = frame.dead_time + swarm.gateway.latency + 1.0 / control.rate_hz
+    slope = frame.gain * (control.formation_gain + control.compensation_gain / control.compensation_smoothing)
+    critical = critical_gain(frame.lag, delay)
+    if slope <= critical:
+        return
+    least = smallest_smoothing(control.formation_gain, control.compensation_gain, frame.lag, delay)
+    cure = (
+        f"control.compensation_smoothing of {least:.2f} m or more would do"
+        if least is not None
+        else f"control.formation_gain = {control.formation_gain:g} alone is too high for it"
+    )
+    yield (
+        f"{uav(number)} will oscillate: gain K + phi/eps = {slope:.0f} /s, its airframe (lag {frame.lag:g} s, delays "
+        f"{delay:.3f} s) bears {critical:.1f} /s; {cure}"
+    )

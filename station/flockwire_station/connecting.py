@@ -1,0 +1,42 @@
+"""Opening a session for a person, who sees that it waits for the router and may interrupt it."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from flockwire.runtime.session import Session, connect
+from flockwire.wire.plan import Plan
+
+from flockwire_station.terminal.interrupts import Interrupts
+
+POLL = 0.05  # s
+UNANSWERED = "interrupted before the router answered"
+
+
+async def connected(
+    plan: Plan, identity: str, keys: Path, interrupted: Interrupts, hopeless: Callable[[], object] = bool
+) -> Session | None:
+    """Return the session of `identity`; None when interrupted, or it is `hopeless`, before the router answered.
+
+    Raises CredentialsError.
+    """
+    ended = asyncio.Event()
+    opening = asyncio.create_task(connect(plan, identity, keys, ended, note=_print))
+    try:
+        while not opening.done():
+            if interrupted.count or hopeless():
+                ended.set()
+            await asyncio.wait((opening,), timeout=POLL)
+    except asyncio.CancelledError:  # the thread that opens the session goes on; one left open hangs the exit
+        ended.set()
+        if (session := await opening) is not None:
+            session.close()
+        raise
+    return opening.result()
+
+
+def _print(note: str) -> None:
+    print(f"flockwire: {note}", file=sys.stderr, flush=True)

@@ -1,0 +1,89 @@
+"""Injects faults for real, in the flight's own time: signals to processes of this host, relays on their links."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from collections.abc import Callable
+from functools import partial
+
+from flockwire.domain.time import SECOND
+from flockwire.process.faults import SIM_ONLY, Cut, Fault, Freeze, Kill, LinkChange, Partition, Restart
+from flockwire.wire.plan import Plan
+from flockwire_relay import links
+from flockwire_relay.links import LinkFault, Relays
+
+from flockwire_station.processes import Children
+
+
+def refusal(faults: tuple[Fault, ...], plan: Plan, host: str) -> str:
+    """Return a line about the first fault that `up` on `host` cannot inject; empty when it can inject all."""
+    for place, fault in enumerate(faults):
+        if fault.kind in SIM_ONLY:
+            return f"faults.{place}.kind = {fault.kind!r}: only `flockwire sim` can do this; a real flight cannot"
+        if isinstance(fault, LinkFault) and (line := links.refusal(place, fault, plan, host)):
+            return line
+        if line := _elsewhere(f"faults.{place}", fault, plan, host):
+            return line
+    return ""
+
+
+def _elsewhere(key: str, fault: Fault, plan: Plan, host: str) -> str:
+    """Return a line about what keeps `fault` from being injected by this host, though another could; or empty."""
+    if isinstance(fault, Kill | Restart | Freeze):
+        named, processes = f"{key}.process = {fault.process!r}", [fault.process]
+    else:
+        named = f"{key}.kind = {fault.kind!r}"
+        processes = [identity for identity in plan.started if fault.kind in plan.rows[identity].faults]
+    far = next((identity for identity in processes if plan.hosts[identity] != host), None)
+    if far is not None:
+        return f"{named}: {far} runs on host {plan.hosts[far]!r}, this is {host!r}; only its own host can do this to it"
+    if isinstance(fault, LinkFault | Kill | Restart | Freeze) and not plan.conducts(host):
+        conductor = next(name for name in plan.swarm.hosts if plan.conducts(name))
+        return f"{named}: only {conductor!r}, the recorder's host, knows when; give --faults there, this is {host!r}"
+    return ""
+
+
+class FaultInjector:
+    """The `faults` of links and of the processes `here`, among `children`; times count from the order to take off."""
+
+    def __init__(
+        self, faults: tuple[Fault, ...], plan: Plan, here: tuple[str, ...], children: Children, relays: Relays
+    ) -> None:
+        self._due = [
+            f
+            for f in faults
+            if isinstance(f, LinkFault) or (isinstance(f, Kill | Restart | Freeze) and f.process in here)
+        ]
+        self._ends: list[tuple[float, Callable[[], None]]] = []
+        self._plan, self._children, self._relays = plan, children, relays
+        self._restarts: set[asyncio.Task[None]] = set()
+
+    def step(self, since_takeoff: int) -> None:
+        """Inject what is due `since_takeoff` ns after the order to take off."""
+        t = since_takeoff / SECOND
+        while self._due and self._due[0].at <= t:
+            self._inject(self._due.pop(0))
+        for end in [end for end in self._ends if end[0] <= t]:
+            self._ends.remove(end)
+            end[1]()
+
+    async def end(self) -> None:
+        """Wait for what is under way."""
+        await asyncio.gather(*self._restarts)
+
+    def _inject(self, fault: Kill | Restart | Freeze | LinkFault) -> None:
+        match fault:
+            case Kill() if self._plan.rows[fault.process].restarts:
+                self._children.signal(fault.process, signal.SIGKILL)  # the station finds it dead, and starts it again
+            case Kill():
+                self._children.kill(fault.process)
+            case Freeze():
+                self._children.signal(fault.process, signal.SIGSTOP)
+                thaw = partial(self._children.signal, fault.process, signal.SIGCONT)
+                self._ends.append((fault.at + fault.duration, thaw))
+            case Restart():
+                task = asyncio.create_task(self._children.restart(fault.process))
+                self._restarts.add(task)
+            case Cut() | LinkChange() | Partition():
+                self._ends.append((fault.at + fault.duration, self._relays.inject(fault)))

@@ -1,0 +1,67 @@
+"""The folders of a flight: that of its certificates, made where they are missing, and that of its trace."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+from flockwire import clock
+from flockwire.security.files import CredentialsError, default_folder
+from flockwire.swarm.model import Swarm
+from flockwire.wire.plan import Plan
+from flockwire.wire.processes import OPERATOR
+
+
+def check_no_trace(out: Path) -> None:
+    """Raise FileExistsError for a folder that has a flight's trace already."""
+    if os.access(out / "trace.mcap", os.F_OK):
+        raise FileExistsError(f"{out}: there is a trace of another flight; name a new folder")
+
+
+def warn_of(swarm: Swarm) -> None:
+    """Warn when nothing protects the swarm."""
+    if swarm.network.security == "none":
+        print(
+            "flockwire: warning: network.security = 'none': anybody who reaches a port reads and writes all",
+            file=sys.stderr,
+        )
+
+
+def keys_folder(file: Path, plan: Plan, keys: Path | None) -> Path:
+    """Return the folder of the certificates: `keys`, or that of the swarm beside its `file`."""
+    return keys or default_folder(plan.swarm.name, file.parent)
+
+
+def complete_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
+    """Return the folder of the certificates, after making what it lacks where the authority's key is or may be here.
+
+    Raises CredentialsError.
+    """
+    from flockwire.security.credentials import load_credentials  # noqa: PLC0415
+    from flockwire.security.pki import make_keys  # noqa: PLC0415
+
+    swarm = plan.swarm
+    folder = keys_folder(file, plan, keys)
+    warn_of(swarm)
+    first = next(iter(swarm.hosts)) == host  # another host's keys come from the first one
+    made, authority = (os.access(folder / name, os.F_OK) for name in ("ca.crt", "authority/ca.key"))
+    here = (first and not made) or authority
+    if swarm.network.security == "mtls":
+        if here:
+            write_keys(folder, lambda: make_keys(plan, folder, clock.utc()))
+        for identity in (*plan.processes_on(host), OPERATOR.kind):
+            if identity in plan.certified:
+                load_credentials(folder, identity, clock.utc(), plan.issuer(identity), plan.authorities)
+    return folder
+
+
+def write_keys(folder: Path, work: Any) -> Any:  # noqa: ANN401
+    """Do `work` on the keys in `folder`; raises CredentialsError when that cannot be done."""
+    try:
+        return work()
+    except OSError as error:
+        raise CredentialsError(f"{folder}: cannot write keys there: {error.strerror or error}") from None
+    except ValueError as error:
+        raise CredentialsError(str(error)) from None

@@ -1,0 +1,128 @@
+"""Options that do nothing with what else a swarm file says: one table, of which `check` warns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from operator import attrgetter
+from typing import NamedTuple
+
+from flockwire.swarm.model import Swarm
+
+
+class Idle(NamedTuple):
+    """While `when` holds, which is that the file has `because`, nothing reads `options`."""
+
+    because: str
+    when: Callable[[Swarm], bool]
+    options: tuple[str, ...]
+
+
+def _of_source(source: str) -> Idle:
+    """Return the row of the table that one gateway.source has of its own."""
+    because = f"another gateway.source than {source!r}"
+    return Idle(because, lambda swarm: swarm.gateway.source != source, (f"gateway.{source}",))
+
+
+IDLE = (
+    Idle(
+        "control.law = 'extended'",
+        lambda swarm: swarm.control.law == "extended",
+        (
+            "control.compensation_gain",
+            "control.compensation_smoothing",
+            "observer.step",
+            "observer.velocity_time_constant",
+        ),
+    ),
+    Idle(
+        "control.law = 'extended' behind its safety filter",
+        lambda swarm: swarm.control.law == "extended" and swarm.control.filtered,
+        ("avoidance.drone_gain", "avoidance.obstacle_gain", "avoidance.drone_influence_radius"),
+    ),
+    Idle(
+        "control.law = 'paper'",
+        lambda swarm: swarm.control.law == "paper",
+        ("observer.leader_time_constant",),
+    ),
+    Idle(
+        "control.law = 'paper' without a safety filter",
+        lambda swarm: swarm.control.law == "paper" and not swarm.control.filtered,
+        ("avoidance.sidestep_reach",),
+    ),
+    Idle(
+        "no safety filter",
+        lambda swarm: not swarm.control.filtered,
+        ("avoidance.barrier_rate", "avoidance.margin", "limits.floor"),
+    ),
+    Idle(
+        "avoidance.sensing = 'neighbours'",
+        lambda swarm: swarm.avoidance.sensing == "neighbours",
+        ("avoidance.sensing_radius", "limits.staleness.nearby_slow", "limits.staleness.nearby_hold"),
+    ),
+    Idle(
+        "avoidance.sensing = 'neighbours', and no airframe with a driver of its own",
+        lambda swarm: swarm.avoidance.sensing == "neighbours" and not swarm.driven,
+        ("limits.blind_speed",),
+    ),
+    Idle(
+        "network.security = 'none'",
+        lambda swarm: swarm.network.security == "none",
+        ("network.link",),
+    ),
+    Idle(
+        "a leader of another kind than 'teleoperated'",
+        lambda swarm: swarm.leader.kind != "teleoperated",
+        ("leader.acceleration", "limits.staleness.steering_stop"),
+    ),
+    Idle(
+        "a leader that no person steers or carries",
+        lambda swarm: not swarm.leader.by_person,
+        ("leader.speed",),
+    ),
+    Idle(
+        "a leader of another kind than 'trajectory'",
+        lambda swarm: swarm.leader.kind != "trajectory",
+        ("leader.tracking_gain",),
+    ),
+    Idle(
+        "a leader of another kind than 'virtual'",
+        lambda swarm: swarm.leader.kind != "virtual",
+        ("leader.start",),
+    ),
+    Idle(
+        "leader.kind = 'teleoperated'",
+        lambda swarm: swarm.leader.kind == "teleoperated",
+        ("leader.trajectory",),
+    ),
+    Idle(
+        "gateway.source = 'simulated'",
+        lambda swarm: swarm.gateway.source == "simulated",
+        ("gateway.rotation", "gateway.offset"),
+    ),
+    Idle(
+        "a gateway.source that a simulated tracker cannot serve",
+        lambda swarm: not swarm.gateway.simulates_tracker,
+        ("gateway.twin",),
+    ),
+    *(_of_source(source) for source in ("natnet", "vrpn", "qualisys", "vicon", "replay")),
+    Idle(
+        "gateway.natnet.multicast = false",
+        lambda swarm: not swarm.gateway.natnet.multicast,
+        ("gateway.natnet.group", "gateway.natnet.data_port"),
+    ),
+)
+
+
+def idle(swarm: Swarm) -> Iterator[str]:
+    """Yield a line for each option that the swarm file sets and that does nothing in it."""
+    for row in IDLE:
+        if row.when(swarm):
+            for option in row.options:
+                if _is_set(swarm, option):
+                    yield f"{option} is set and does nothing in a flight: the file has {row.because}"
+
+
+def _is_set(swarm: Swarm, option: str) -> bool:
+    """Return whether the file sets it, in a table of its own too."""
+    path, _, last = option.rpartition(".")
+    return last in attrgetter(path)(swarm).model_fields_set

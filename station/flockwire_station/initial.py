@@ -1,0 +1,120 @@
+"""A swarm file to begin with: what must be there, and every other key as a comment with its default."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from math import ceil, pi
+from typing import Any, get_args
+
+from flockwire.control.formation import Circle
+from flockwire.swarm.model import Swarm
+from flockwire.swarm.outline import Entry, entries, explanation, kinds, of_field
+from flockwire.swarm.page import default
+
+SPACING = 1.2  # m between neighbours on the circle
+RATE = 0.3  # rad/s
+CIRCLE = 1.0  # m, of the leader's
+REACH = 4.0  # m from the formation to the fence: across the leader's circle, and a margin
+SCHEMA = ".flockwire/swarm.schema.json"
+FIRST = (  # tables that come first; the list of drones must stand before every [table]
+    "", "drones.N", "formation", "graph", "leader", "leader.trajectory", "limits", "limits.fence",
+)  # fmt: skip
+WIDTH = 40  # of a key and its value
+
+Given = dict[str, dict[str, Any]]  # by table, by key
+
+
+def swarm_text(name: str, drones: int) -> str:
+    """Return the text of a swarm file for a leader and `drones` - 1 followers."""
+    return "\n".join(_lines(_given(name, drones), _places(drones))) + "\n"
+
+
+def _given(name: str, drones: int) -> Given:
+    """Return what such a swarm needs, by table."""
+    radius = _radius(drones)
+    reach = float(ceil(radius + REACH))
+    return {
+        "": {"name": name},
+        "formation": {"kind": "circle", "radius": radius, "rate": round(min(RATE, 1.0 / radius), 2)},
+        "graph": {"edges": [[(i - 1) // 2, i] for i in range(1, drones)]},
+        "leader.trajectory": {"kind": "circle", "radius": CIRCLE, "rate": 0.1},
+        "limits.fence": {"min": [-reach, -reach, -0.5], "max": [reach, reach, 3.0]},
+    }
+
+
+def _radius(drones: int) -> float:
+    return max(1.5, ceil(10.0 * SPACING * (drones - 1) / (2.0 * pi)) / 10.0)
+
+
+def _places(drones: int) -> list[list[float]]:
+    """Return where each drone stands: the leader in the middle, each follower below its place; m."""
+    circle = Circle(drones - 1, _radius(drones), 0.0)
+    return [[0.0, 0.0, 0.0], *([round(x, 2) + 0.0 for x in circle.offset(rank, 0.0)] for rank in range(drones - 1))]
+
+
+def _lines(given: Given, places: list[list[float]]) -> Iterator[str]:
+    yield f"#:schema ./{SCHEMA}"
+    yield "# A swarm. Lengths are m, times s, angles rad; the world frame is ENU with Z up."
+    yield "# A key behind a # has the default that is shown; take the # away to change it (and that of its [table])."
+    tables: dict[str, list[Entry]] = {}
+    for entry in entries(Swarm):
+        tables.setdefault(entry.table, []).append(entry)
+    for table in sorted(tables, key=lambda table: FIRST.index(table) if table in FIRST else len(FIRST)):
+        if table == "drones.N":
+            yield from _drones(places)
+        elif table == "obstacles.N":
+            yield from ("", "# [[obstacles]]", *_keys(tables[table], {}), "# center = [4.0, 4.0, 0.0]")
+        elif not {"NAME", "N"}.intersection(table.split(".")):
+            yield from _table(table, _of_kind(tables[table], given.get(table, {})), given.get(table, {}))
+
+
+def _table(table: str, keys: list[Entry], given: dict[str, Any]) -> Iterator[str]:
+    shown_keys = list(_keys(keys, given))
+    if not shown_keys:
+        return
+    yield ""
+    if table:
+        purpose = re.split(r"[.:;,]", keys[0].model.__doc__ or "")[0]
+        yield f"{f'[{table}]' if given else f'# [{table}]':<{WIDTH}}# {purpose}"
+    yield from shown_keys
+
+
+def _of_kind(keys: list[Entry], given: dict[str, Any]) -> list[Entry]:
+    """Return the keys of the given kind of a table that has several."""
+    members = {get_args(entry.model.model_fields["kind"].annotation): entry.model for entry in keys if "kind" in given}
+    model = members.get((given.get("kind"),))
+    return [entry for entry in keys if model in (None, entry.model)]
+
+
+def _keys(keys: list[Entry], given: dict[str, Any]) -> Iterator[str]:
+    for entry in keys:
+        unit, meaning = explanation(entry.model, entry.name)
+        if entry.name in given and entry.name == "kind":
+            meaning = "or another: docs/swarm_file.md"
+        if entry.name in given:
+            line = f"{entry.name} = {json.dumps(given[entry.name])}"
+        elif _valued(entry):
+            line = f"# {entry.name} = {default(entry).strip('`')}"
+        else:
+            continue
+        yield f"{line:<{WIDTH - 1}} # {', '.join(filter(None, (unit, meaning)))}"
+
+
+def _valued(entry: Entry) -> bool:
+    """Return whether a key has a default that can stand in the file."""
+    return (
+        default(entry).startswith("`")
+        and not kinds(of_field(entry.field)[0])
+        and default(entry) not in ("`{  }`", "`[]`")
+    )
+
+
+def _drones(places: list[list[float]]) -> Iterator[str]:
+    yield ""
+    yield "# Each drone: 0 is the leader, the others follow; start is where it stands, m."
+    yield "drones = ["
+    for number, place in enumerate(places):
+        yield f"  {{ id = {number}, start = {place} }},"
+    yield "]"

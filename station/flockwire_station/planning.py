@@ -1,0 +1,66 @@
+"""Plans a change of formation in a process of its own, so that the loop which carries a stop never waits for it.
+
+Planning imports numpy and scipy and tries many changes: seconds on a busy machine. A thread would still delay the loop
+by tens of ms: imports hold the interpreter's lock.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import pickle
+import sys
+
+from flockwire import clock
+from flockwire.domain.vector import Vector
+from flockwire.swarm.model import Swarm
+from flockwire.wire.messages import Mission
+
+
+class PlanRefusedError(ValueError):
+    """A change of formation that cannot be flown or planned; the text says why."""
+
+
+async def plan_off_loop(
+    swarm: Swarm, running: Mission, name: str, leader: Vector | None, duration: float | None
+) -> Mission:
+    """Return the order that changes from `running` to the formation `name`, as `plan_in_time` does.
+
+    `leader` is where the leader is (m, world frame), `duration` is in s. The fleet may have other orders when this
+    returns. Raises PlanRefusedError.
+    """
+    epoch = clock.now() - clock.monotonic()
+    planner = await asyncio.create_subprocess_exec(
+        sys.executable, "-m", "flockwire_station.planning",
+        stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE,
+        start_new_session=True,  # the terminal's Ctrl-C is the station's to handle
+    )  # fmt: skip
+    try:
+        answer, said = await planner.communicate(pickle.dumps((epoch, swarm, running, name, leader, duration)))
+    finally:
+        if planner.returncode is None:  # nobody waits for it any more
+            planner.kill()
+            await planner.wait()
+    if planner.returncode:
+        last = said.decode(errors="replace").strip().rpartition("\n")[2]
+        raise PlanRefusedError(f"the change could not be planned: {last or f'exit status {planner.returncode}'}")
+    order: Mission | str = pickle.loads(answer)  # noqa: S301  (of the own child)
+    if isinstance(order, str):
+        raise PlanRefusedError(order)
+    return order
+
+
+def main() -> None:
+    """Read what to plan from the standard input; write the order, or why there is none, to the standard output."""
+    from flockwire.ground.formation_planning import ChangeRefusedError, plan_in_time  # noqa: PLC0415  (numpy)
+
+    epoch, swarm, running, name, leader, duration = pickle.load(sys.stdin.buffer)  # noqa: S301  (of the own parent)
+    answer: Mission | str
+    try:
+        answer = plan_in_time(swarm, running, name, lambda: epoch + clock.monotonic(), leader, duration)
+    except ChangeRefusedError as error:
+        answer = str(error)
+    sys.stdout.buffer.write(pickle.dumps(answer))
+
+
+if __name__ == "__main__":
+    main()

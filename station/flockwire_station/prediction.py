@@ -1,0 +1,117 @@
+"""What can be known of a flight before it: the leader on its course and the formation round it, second by second."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import dist, hypot, isfinite
+
+from flockwire.control.graph import LEADER
+from flockwire.control.trajectory import Trajectory
+from flockwire.domain.vector import Vector, add, norm
+from flockwire.swarm.model import Swarm, uav
+
+STEP = 0.05  # s between the instants that are looked at
+INSTANTS = 2400  # of them at most: of a long flight they are further apart
+ENDLESS = 3600.0  # s of a flight without an end that are looked at
+
+
+def predicted(swarm: Swarm, duration: float) -> Iterator[str]:
+    """Yield what will go wrong in `duration` s of each formation, if everybody flies exactly where it should.
+
+    0 is a flight without an end.
+    """
+    duration = duration or ENDLESS
+    yield from _of_leader(swarm, duration)
+    for name in swarm.formations if swarm.formation is None else swarm.formation_names:
+        yield from _of_followers(swarm, name, duration)
+
+
+def _of_leader(swarm: Swarm, duration: float) -> Iterator[str]:
+    if swarm.walking and (walks := swarm.leader.trajectory.build().fastest) > swarm.leader.speed:
+        yield f"the simulated person walks {walks:.2f} m/s, leader.speed = {swarm.leader.speed:g} m/s"
+    if LEADER not in swarm.flying:
+        return
+    fastest = swarm.leader.speed_bound
+    if fastest > swarm.limits.speed:
+        yield f"the leader's course takes {fastest:.2f} m/s, limits.speed = {swarm.limits.speed:g} m/s"
+    safe = swarm.avoidance.obstacle_safety_distance
+    outside, close = None, None
+    for t in _instants(duration):
+        place = _course(swarm, t)
+        outside = outside or (_outside(swarm, place) and (t, place))
+        close = close or next(((t, k) for k, gap in enumerate(_gaps(swarm, place)) if gap < safe), None)
+    if outside:
+        t, place = outside
+        yield f"the leader's course leaves limits.fence after {t:.1f} s, at {_shown(place)}"
+    if close:
+        t, number = close
+        yield f"the leader's course comes closer than {safe:g} m to obstacle {number} after {t:.1f} s"
+
+
+def _of_followers(swarm: Swarm, name: str, duration: float) -> Iterator[str]:
+    key = f"formations.{name}" if name else "formation"
+    formation, trajectory, limits = swarm.build_formation(name), _trajectory(swarm), swarm.limits
+    fastest, outside = (0.0, 0.0, 0), None
+    blocked: dict[tuple[int, int], float] = {}
+    for t in _instants(duration):
+        leader, rate = _course(swarm, t), trajectory.rate(t)
+        for rank, number in enumerate(swarm.followers):
+            place = add(leader, formation.offset(rank, t))
+            fastest = max(fastest, (norm(add(rate, formation.offset_rate(rank, t))), t, number))
+            if outside is None and _outside(swarm, place):
+                outside = t, number, place
+            for obstacle, gap in enumerate(_gaps(swarm, place)):
+                if gap < swarm.avoidance.obstacle_safety_distance:
+                    blocked.setdefault((number, obstacle), t)
+    speed, t, number = fastest
+    if speed > limits.speed:
+        yield f"{key}: with the leader's speed {uav(number)} needs {speed:.2f} m/s, limits.speed = {limits.speed:g} m/s"
+    if outside is not None:
+        t, number, place = outside
+        yield f"{key}: the place of {uav(number)} leaves limits.fence after {t:.1f} s, at {_shown(place)}"
+    if blocked:
+        (number, obstacle), t = min(blocked.items(), key=lambda one: one[1])
+        yield (
+            f"{key}: obstacle {obstacle} stands where {uav(number)} should be after {t:.1f} s; it must leave it, "
+            f"as {len({drone for drone, _ in blocked})} of {len(swarm.followers)} followers have"
+        )
+
+
+def _instants(duration: float) -> Iterator[float]:
+    step = max(STEP, duration / INSTANTS)
+    return (k * step for k in range(int(duration / step) + 1))
+
+
+def _course(swarm: Swarm, t: float) -> Vector:
+    """Return where the leader is to be `t` s into the formation, m."""
+    if swarm.leader.kind == "virtual":
+        start = swarm.leader.start
+    elif LEADER not in swarm.flying:
+        start = swarm.drone(LEADER).start
+    else:
+        x, y, z = swarm.drone(LEADER).start
+        start = (x, y, z + swarm.limits.takeoff_height)
+    return add(start, _trajectory(swarm).position(t))
+
+
+def _trajectory(swarm: Swarm) -> Trajectory:
+    """Return where the leader is known to go: a simulated person walks the trajectory."""
+    return swarm.leader.trajectory.build() if swarm.walking else swarm.leader.course()
+
+
+def _outside(swarm: Swarm, place: Vector) -> bool:
+    return swarm.limits.fence.room().outside(place) > 0.0
+
+
+def _gaps(swarm: Swarm, place: Vector) -> list[float]:
+    """Return the distance from a place to each obstacle's surface, m."""
+    found = []
+    for obstacle in swarm.obstacles:
+        aside = dist(place[:2], obstacle.center[:2]) - obstacle.radius
+        above = place[2] - obstacle.height if obstacle.height is not None else -1.0
+        found.append(hypot(max(aside, 0.0), max(above, 0.0)) if above > 0.0 else aside)
+    return [gap for gap in found if isfinite(gap)]
+
+
+def _shown(place: Vector) -> str:
+    return f"[{', '.join(f'{x:.1f}' for x in place)}]"

@@ -1,0 +1,1 @@
+"""The terminal: the live table, keys, standard streams, sticks."""

@@ -1,0 +1,82 @@
+"""What `up` and `conduct` show while they fly: the live table, or a line for each new stage.
+
+The latter without a terminal, and on one that cannot move its cursor (TERM=dumb). Nothing here waits for who reads it
+(standard_streams.py): a table comes only when the terminal has taken the one before.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+from flockwire import clock
+from flockwire.domain.time import SECOND
+from flockwire.wire.plan import Plan
+from flockwire.wire.status import Status
+from rich.console import Console
+from rich.live import Live
+
+from flockwire_station.operator import Operator
+from flockwire_station.terminal.keyboard import hint
+from flockwire_station.terminal.standard_streams import busy, later
+from flockwire_station.terminal.table import Rates, draw
+
+REFRESH = SECOND // 4  # ns between two tables
+SERVING = "serving"  # what a host does that does not conduct the flight
+
+
+class Display:
+    """Shows the processes `order` of a swarm and the stage of the flight."""
+
+    def __init__(self, plan: Plan, order: tuple[str, ...], headless: bool) -> None:
+        self._plan, self._name, self._order = plan, plan.swarm.name, order
+        self._rates = Rates()
+        self._console = Console()
+        self._headless = headless or not self._console.is_terminal or self._console.is_dumb_terminal
+        self._live: Live | None = None
+        self._stage = ""
+        self._began, self._drawn = clock.now(), 0
+
+    def begin(self, out: Path) -> None:
+        """Print what flies, and where its trace goes."""
+        if self._headless:
+            print(f"flockwire: {self._name}, {len(self._order)} processes, into {out}", flush=True)
+
+    @contextlib.contextmanager
+    def shown(self) -> Iterator[None]:
+        """Show it for as long as the context lasts."""
+        if self._headless:
+            yield
+            return
+        self._live = Live(console=self._console, auto_refresh=False)
+        self._live.start()
+        try:
+            yield
+        finally:
+            later(self._live.stop)
+
+    def note(self, event: str) -> None:
+        """Print a line about an `event` of now, above the table while that shows."""
+        line = self._line(event, clock.now())
+        later(lambda: self._console.print(line, highlight=False, markup=False, soft_wrap=True))
+
+    def update(self, operator: Operator, now: int) -> None:
+        """Show what `operator` knows at `now`."""
+        director = operator.core.director
+        stage = director.stage if director is not None else SERVING
+        if self._live is None:
+            if self._stage != stage:
+                print(self._line(stage, now), flush=True)
+        elif (now - self._drawn >= REFRESH or self._stage != stage) and not busy():
+            self._drawn = now
+            later(partial(self._draw, self._live, stage, dict(operator.statuses), now))
+        self._stage = stage
+
+    def _draw(self, live: Live, stage: str, statuses: dict[str, Status], now: int) -> None:
+        title = f"{self._name}: {stage}, {(now - self._began) / SECOND:.0f} s   ({hint()})"
+        live.update(draw(title, self._plan, self._order, statuses, self._rates, now), refresh=True)
+
+    def _line(self, event: str, now: int) -> str:
+        return f"flockwire: {(now - self._began) / SECOND:5.1f} s  {event}"

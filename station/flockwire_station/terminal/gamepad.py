@@ -1,0 +1,81 @@
+"""A gamepad that is plugged in, read by the package evdev; Linux alone has it."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import importlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from flockwire.extras import remedy
+
+from flockwire_station.terminal.sticks import EAST, SOUTH, AxisRange, Sticks
+
+INPUTS = Path("/dev/input")
+MISSING = f"a gamepad is plugged in; to steer by it: {remedy('gamepad')}"
+KEYS, AXES = 0x01, 0x03  # EV_KEY, EV_ABS
+A_BUTTON = 0x130  # BTN_SOUTH: every gamepad has it, no mouse, tablet or keyboard
+SYNCHRONISATION, DROPPED = 0x00, 0x03  # EV_SYN, SYN_DROPPED: the kernel had more events than it could keep
+
+
+class Gamepad:
+    """An open gamepad, `device` of evdev, whose sticks ask for at most `speed` m/s."""
+
+    def __init__(self, device: Any, speed: float) -> None:  # noqa: ANN401  (evdev.InputDevice, which may be absent)
+        self.name: str = device.name
+        self._device = device
+        ranges = {code: AxisRange(info.min, info.max) for code, info in device.capabilities()[AXES]}
+        self._axes = tuple(ranges)
+        self.sticks = Sticks(speed, ranges)
+
+    def read(self) -> None:
+        """Take what has happened; raises OSError when the gamepad is gone."""
+        for event in self._device.read():
+            if event.type == AXES:
+                self.sticks.move(event.code, event.value)
+            elif (event.type, event.code) == (SYNCHRONISATION, DROPPED):
+                for code in self._axes:
+                    self.sticks.move(code, self._device.absinfo(code).value)
+
+    @contextlib.contextmanager
+    def followed(self) -> Iterator[None]:
+        """Read in the running loop while the context lasts; one that is unplugged is at rest from then on."""
+        loop = asyncio.get_running_loop()
+
+        def readable() -> None:
+            try:
+                self.read()
+            except OSError:
+                loop.remove_reader(self._device.fd)
+                self.sticks.rest()
+                print(f"flockwire: {self.name} is gone", flush=True)
+
+        loop.add_reader(self._device.fd, readable)
+        try:
+            yield
+        finally:
+            loop.remove_reader(self._device.fd)
+            self._device.close()
+
+
+def plugged_in(speed: float, inputs: Path = INPUTS) -> tuple[Gamepad | None, str]:
+    """Return the first gamepad that is plugged in, None when there is none; and what is to be said of it."""
+    try:
+        evdev: Any = importlib.import_module("evdev")
+    except ImportError:
+        return None, MISSING if next(inputs.glob("js*"), None) is not None else ""
+    for path in sorted(evdev.list_devices(str(inputs))):
+        with contextlib.suppress(OSError):
+            device = evdev.InputDevice(path)
+            if is_gamepad(device.capabilities()):
+                return Gamepad(device, speed), ""
+            device.close()
+    return None, ""
+
+
+def is_gamepad(capabilities: dict[int, list[Any]]) -> bool:
+    """Return whether a device of these `capabilities` (codes by type, axes with ranges) has sticks to steer by."""
+    axes = {code for code, _ in capabilities.get(AXES, ())}
+    return A_BUTTON in capabilities.get(KEYS, ()) and {EAST, SOUTH} <= axes

@@ -1,0 +1,83 @@
+"""Orders by single keys while `up` or `conduct` flies: h hold, l land, f resume the formation, s twice stop."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import sys
+import termios
+import tty
+from collections.abc import Callable, Iterator
+from typing import Protocol
+
+from flockwire import clock
+from flockwire.domain.time import SECOND
+
+TWICE = SECOND  # ns within which the second press must follow for a stop
+VERBS = {"h": "hold", "l": "land", "f": "resume"}
+HINT = "h hold, f resume, l land, ss stop"
+INTERRUPT = "Ctrl-C lands"
+
+
+class Keyboard:
+    """Turns keys into orders; `order` is called with "hold", "land", "resume" or "stop"."""
+
+    def __init__(self, order: Callable[[str], None]) -> None:
+        self._order = order
+        self._pressed = 0  # when s was pressed last, ns
+
+    def press(self, key: str, now: int) -> None:
+        """Take one key that was pressed at `now` (ns of a clock that does not go back)."""
+        if key == "s":
+            if now - self._pressed <= TWICE:
+                self._order("stop")
+            self._pressed = now
+        elif key in VERBS:
+            self._order(VERBS[key])
+
+
+class Keys(Protocol):
+    """Takes the keys that are pressed."""
+
+    def press(self, key: str, now: int) -> None:
+        """Take one key that was pressed at `now` (ns of a clock that does not go back)."""
+
+
+def attached() -> bool:
+    """Return whether there is a terminal to read keys from."""
+    return sys.stdin is not None and sys.stdin.isatty()
+
+
+def hint() -> str:
+    """Return which keys are orders here."""
+    return f"{HINT}; {INTERRUPT}" if attached() else INTERRUPT
+
+
+@contextlib.contextmanager
+def keys_pressed(keyboard: Keys) -> Iterator[None]:
+    """Read keys from the terminal in the running loop for as long as the context lasts; without one do nothing."""
+    if not attached():
+        yield
+        return
+    fd, loop = sys.stdin.fileno(), asyncio.get_running_loop()
+    before = termios.tcgetattr(fd)
+
+    def readable() -> None:
+        try:
+            data = os.read(fd, 64)
+        except OSError:
+            data = b""
+        if not data:  # the terminal is gone
+            loop.remove_reader(fd)
+        for key in data.decode(errors="replace"):
+            keyboard.press(key, clock.monotonic())
+
+    tty.setcbreak(fd, termios.TCSANOW)  # another `when` waits for a terminal that is paused
+    loop.add_reader(fd, readable)
+    try:
+        yield
+    finally:
+        loop.remove_reader(fd)
+        with contextlib.suppress(termios.error):
+            termios.tcsetattr(fd, termios.TCSANOW, before)

@@ -1,0 +1,55 @@
+"""`flockwire status`: the live table of processes that were started by hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from flockwire import clock
+from flockwire.domain.time import nanoseconds
+from flockwire.wire.plan import Plan
+from flockwire.wire.processes import OPERATOR
+from rich.console import Console
+from rich.live import Live
+
+from flockwire_station.connecting import connected
+from flockwire_station.operator import Operator
+from flockwire_station.terminal.interrupts import interrupts
+from flockwire_station.terminal.table import Rates, draw
+
+LOOK_TIME = 1.5  # s in which whoever is linked has reported
+REFRESH = 0.25  # s
+
+
+async def watch(plan: Plan, keys: Path, once: bool) -> tuple[str, ...]:
+    """Show the table until it is interrupted, or print it once; returns who had no status. Raises CredentialsError.
+
+    Once, it does not wait for a router that does not answer.
+    """
+    console = Console()
+    once = once or not console.is_terminal
+    late = clock.monotonic() + nanoseconds(LOOK_TIME)
+    with interrupts() as interrupted:
+        session = await connected(
+            plan, OPERATOR.kind, keys, interrupted, hopeless=lambda: once and clock.monotonic() > late
+        )
+        if session is None:
+            return plan.started
+        with session:
+            operator, rates = Operator(plan, session), Rates()
+            await operator.watch(LOOK_TIME, lambda: len(operator.statuses) >= len(plan.started))
+            if once:
+                console.print(draw(_title(plan), plan, plan.started, operator.statuses, rates, operator.poll()))
+                return tuple(identity for identity in plan.started if identity not in operator.statuses)
+            with Live(console=console, refresh_per_second=1 / REFRESH) as live:
+
+                def show(now: int) -> bool | None:
+                    title = f"{_title(plan)}   (Ctrl-C ends this view)"
+                    live.update(draw(title, plan, plan.started, operator.statuses, rates, now))
+                    return bool(interrupted.count) or None
+
+                await operator.run(show, REFRESH)
+    return ()
+
+
+def _title(plan: Plan) -> str:
+    return f"{plan.swarm.name}: {len(plan.pilots)} drones"

@@ -1,0 +1,58 @@
+"""What the commands of a simulated Tello act on, and what they answer with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Final
+
+from flockwire_tello.simulated.flight import SimulatedFlight
+from flockwire_tello.simulated.parameters import TelloParameters
+from flockwire_tello.simulated.quirks import Quirk
+
+OK: Final = "ok"
+ERROR: Final = "error"
+OUT_OF_RANGE: Final = "out of range"
+
+
+class NoText(Enum):
+    """What there is instead of a reply's text."""
+
+    SILENCE = "silence"
+    AT_END = "at the end"  # of the movement that begins, or is under way
+
+
+Reply = str | NoText
+
+
+@dataclass
+class CommandedTello:
+    """What the commands act on, besides the flight."""
+
+    parameters: TelloParameters
+    flight: SimulatedFlight
+    speed: int = 100  # cm/s, of movements
+    pads: bool = False  # looks for mission pads
+    ports: tuple[int, int] = (8890, 11111)  # of state and video
+    moves: int = 0  # movement commands so far
+    rebooting: bool = field(default=False, init=False)
+
+    def has(self, quirk: Quirk) -> bool:
+        """Return whether a quirk is switched on."""
+        return quirk in self.parameters.quirks
+
+
+Handler = Callable[[CommandedTello, list[str], int], Reply]  # of the drone, the words after the name, and now (ns)
+
+
+def whole(texts: list[str], *ranges: tuple[int, int]) -> list[int] | str:
+    """Return the texts as integers within their ranges, or the refusal."""
+    if len(texts) != len(ranges) or not all(len(text) < 6 and text.lstrip("-").isdecimal() for text in texts):
+        return ERROR
+    try:
+        numbers = [int(text) for text in texts]
+    except ValueError:  # "1-" and "--1"
+        return ERROR
+    inside = all(low <= number <= high for number, (low, high) in zip(numbers, ranges, strict=True))
+    return numbers if inside else OUT_OF_RANGE

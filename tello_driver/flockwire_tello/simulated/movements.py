@@ -1,0 +1,164 @@
+"""The commands of a simulated Tello that fly it: ranges and refusals as the guides and users have them.
+
+Where no source documents what a real one does, the docstring marks it as an assumption.
+"""
+
+from __future__ import annotations
+
+from flockwire.domain.vector import Vector, norm, scale, subtract
+
+from flockwire_tello.simulated.commanded import ERROR, OK, OUT_OF_RANGE, CommandedTello, Handler, NoText, Reply, whole
+from flockwire_tello.simulated.flight import TAKEOFF_BATTERY
+from flockwire_tello.simulated.quirks import Quirk
+from flockwire_tello.sticks import parse_sticks
+
+FLIP_BATTERY = 0.5  # share (user manual)
+FLIP_TIME = 2.0  # s (assumption)
+DIRECTIONS: dict[str, Vector] = {  # forward, left, up
+    "forward": (1.0, 0.0, 0.0),
+    "back": (-1.0, 0.0, 0.0),
+    "left": (0.0, 1.0, 0.0),
+    "right": (0.0, -1.0, 0.0),
+    "up": (0.0, 0.0, 1.0),
+    "down": (0.0, 0.0, -1.0),
+}
+
+
+def take_off(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+    """Climb to the take-off height; `error` in the air, while falling `error Motor stop` (assumption)."""
+    flight = drone.flight
+    if flight.flying or drone.has(Quirk.NOT_ACTIVATED) or flight.battery < TAKEOFF_BATTERY:
+        return ERROR
+    if not flight.airframe.standing:
+        return "error Motor stop"
+    flight.take_off(now)
+    return NoText.AT_END
+
+
+def throw_fly(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+    """Take off as from the ground, for nobody is there to throw it."""
+    return take_off(drone, texts, now)
+
+
+def land(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+    """Land; `error` on the ground (assumption)."""
+    if not drone.flight.flying:
+        return ERROR
+    drone.flight.land()
+    return NoText.AT_END
+
+
+def emergency(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+    """Turn the motors off at once."""
+    drone.flight.cut(now)
+    return NoText.SILENCE if drone.has(Quirk.NO_EMERGENCY_REPLY) else OK
+
+
+def stop(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+    """End what it flies by itself and hover."""
+    drone.flight.stop()
+    return OK
+
+
+def rc(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+    """Set the sticks; without reply, whatever the values, and bad ones change nothing (assumption)."""
+    sticks = parse_sticks(" ".join(["rc", *texts]))
+    if sticks is not None:
+        drone.flight.sticks(sticks, now)
+    return NoText.SILENCE
+
+
+def direction(axis: Vector) -> Handler:
+    """Return the handler of a straight movement along `axis` (forward, left, up)."""
+
+    def move(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+        match whole(texts, (20, 500)):
+            case [int(distance)]:
+                if (refusal := _refusal(drone)) is not None:
+                    return refusal
+                drone.flight.fly((scale(axis, distance / 100.0),), drone.speed / 100.0, now)
+                return NoText.AT_END
+            case str(wrong):
+                return wrong
+        return ERROR
+
+    return move
+
+
+def turn(sign: int) -> Handler:
+    """Return the handler of a turn, 1 clockwise, -1 counter-clockwise."""
+
+    def turn(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+        most = 3600 if drone.parameters.generation == "1.3" else 360
+        match whole(texts, (1, most)):
+            case [int(angle)]:
+                if (refusal := _refusal(drone)) is not None:
+                    return refusal
+                drone.flight.turn(float(sign * angle), now)
+                return NoText.AT_END
+            case str(wrong):
+                return wrong
+        return ERROR
+
+    return turn
+
+
+def flip(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+    """Take the time of a flip; the flip itself is not simulated."""
+    if texts not in (["l"], ["r"], ["f"], ["b"]) or drone.flight.battery < FLIP_BATTERY:
+        return ERROR
+    if (refusal := _refusal(drone)) is not None:
+        return refusal
+    drone.flight.pause(FLIP_TIME, now)
+    return NoText.AT_END
+
+
+def go(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+    """Fly straight to a point: forward, left, up, cm, and a speed, cm/s."""
+    if len(texts) == 5 and texts[4].startswith("m"):
+        return "error No valid marker"  # no mission pad is simulated
+    return _through(drone, texts, ((10, 100),), 1, now)
+
+
+def curve(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+    """Fly two straight legs for the arc; its radius is checked as the guide has it, 0.5 to 10 m."""
+    return _through(drone, texts, ((10, 60),), 2, now)
+
+
+def _through(drone: CommandedTello, texts: list[str], speeds: tuple[tuple[int, int]], count: int, now: int) -> Reply:
+    numbers = whole(texts, *((-500, 500),) * (3 * count), *speeds)
+    if isinstance(numbers, str):
+        return numbers
+    points = tuple(
+        (n[0] / 100.0, n[1] / 100.0, n[2] / 100.0) for n in (numbers[3 * k : 3 * k + 3] for k in range(count))
+    )
+    if any(all(abs(part) < 0.2 for part in point) for point in points):
+        return OUT_OF_RANGE
+    if count == 2 and not 0.5 <= _radius(*points) <= 10.0:
+        return "error Radius is too large!"
+    if (refusal := _refusal(drone)) is not None:
+        return refusal
+    drone.flight.fly(points, numbers[-1] / 100.0, now)
+    return NoText.AT_END
+
+
+def _refusal(drone: CommandedTello) -> str | None:
+    """Return why no movement can begin; a drone that is busy refuses, `error` (assumption)."""
+    if not drone.flight.flying:
+        return "error Motor stop"
+    if drone.flight.manoeuvre is not None:
+        return ERROR
+    if drone.has(Quirk.NO_VALID_IMU):
+        return "error No valid imu"
+    drone.moves += 1
+    return "error Not joystick" if drone.has(Quirk.NOT_JOYSTICK) and drone.moves % 3 == 0 else None
+
+
+def _radius(a: Vector, b: Vector) -> float:
+    """Return the radius (m) of the circle through the origin, `a` and `b`; infinite where they are on a line.
+
+    R = |a| |b| |a − b| / (2 |a × b|)
+    """
+    cross = (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+    twice = 2.0 * norm(cross)
+    return norm(a) * norm(b) * norm(subtract(a, b)) / twice if twice else float("inf")

@@ -1,0 +1,85 @@
+"""A simulated Tello as the airframe of one drone in a swarm: its protocol, and where it truly is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import cos, sin
+
+from flockwire.domain.vector import Vector
+from flockwire.process.cores import Address, Datagram
+from flockwire.process.driving import CONTACT, FROZEN
+from flockwire.swarm.model import Swarm
+
+from flockwire_tello.simulated.parameters import TelloParameters
+from flockwire_tello.simulated.tello import SimulatedTello
+from flockwire_tello.steady_time import SteadyTime
+from flockwire_tello.sticks import StickGains
+from flockwire_tello.swarm_file import COMMAND_PORT, reached, tello_addresses, tello_keys
+
+
+class ServedTello:
+    """Drone `number` of `swarm`, which stands at its start at `now` (Unix ns); `chance` draws from [0, 1)."""
+
+    def __init__(self, swarm: Swarm, number: int, now: int, chance: Callable[[], float]) -> None:
+        self.address: Address = (tello_addresses(swarm, number).drone, COMMAND_PORT)
+        self._time = SteadyTime(now, FROZEN)
+        self._tello = SimulatedTello(parameters_of(swarm, number), 0, chance)
+        self._now = 0
+        self._motion = self._tello.motion(0)
+        self._ground = swarm.drone(number).start[2]
+
+    @property
+    def position(self) -> Vector:
+        """Where it is, m, world frame."""
+        return self._motion.position
+
+    @property
+    def orientation(self) -> tuple[float, float, float, float]:
+        """How it is turned: a quaternion (x, y, z, w) about Z; its tilt is left out."""
+        half = self._motion.yaw / 2.0
+        return (0.0, 0.0, sin(half), cos(half))
+
+    @property
+    def in_the_air(self) -> bool:
+        """Whether it flies, lands or falls."""
+        return self._tello.flying or self.position[2] > self._ground + CONTACT
+
+    def advance(self, now: int) -> None:
+        """Move on to `now`."""
+        self._now = self._time.at(now)
+        self._tello.advance(self._now)
+        self._motion = self._tello.motion(self._now)
+
+    def datagram(self, data: bytes, sender: Address, now: int) -> None:
+        """Take in a datagram from its client."""
+        self._now = self._time.at(now)
+        self._tello.receive(data, sender, self._now)
+
+    def outgoing(self, now: int) -> list[Datagram]:
+        """Return what it sends up to `now`."""
+        self._now = self._time.at(now)
+        return [Datagram(data, self.address, target) for data, target in self._tello.outgoing(self._now)]
+
+    def stop(self) -> None:
+        """Motors off: in flight it falls."""
+        self._tello.fail(self._now)
+
+    def respond(self, lag: float, dead_time: float) -> None:
+        """Answer from now on with this lag and this dead time, s."""
+        self._tello.respond(lag, dead_time)
+
+
+def parameters_of(swarm: Swarm, number: int) -> TelloParameters:
+    """Return what the simulated Tello of drone `number` is like; `gain` is what it flies of what it is commanded."""
+    drone, airframe = swarm.drone(number), swarm.airframe(number)
+    sticks, gain = tello_keys(airframe).stick_gains, airframe.gain
+    return TelloParameters(
+        position=drone.start,
+        yaw=drone.heading,
+        gains=StickGains(sticks.right * gain, sticks.forward * gain, sticks.up * gain, sticks.clockwise * gain),
+        lag=airframe.lag,
+        dead_time=airframe.dead_time,
+        endurance=airframe.endurance,
+        state_port=reached(swarm, number).state_port,
+        serial=f"0TQZSIMULATED{number}",
+    )

@@ -1,0 +1,95 @@
+"""The settings of a simulated Tello. Of most, only the ranges and the replies are simulated."""
+
+from __future__ import annotations
+
+from flockwire_tello.simulated.commanded import ERROR, OK, CommandedTello, Handler, Reply, whole
+
+REBOOT = "OK,drone will reboot in 3s\0"  # public logs, NUL included
+
+
+def speed(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+    """Set the speed of movements, cm/s."""
+    match whole(texts, (10, 100)):
+        case [int(wanted)]:
+            drone.speed = wanted
+            return OK
+        case str(wrong):
+            return wrong
+    return ERROR
+
+
+def pads(on: bool) -> Handler:
+    """Return the handler that looks for mission pads, or stops to."""
+
+    def switch(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+        drone.pads = on
+        return OK
+
+    return switch
+
+
+def checked(*ranges: tuple[int, int]) -> Handler:
+    """Return the handler of a setting of which nothing is simulated but its ranges."""
+
+    def check(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+        numbers = whole(texts, *ranges)
+        return numbers if isinstance(numbers, str) else OK
+
+    return check
+
+
+def one_of(*values: str) -> Handler:
+    """Return the handler of a setting that takes one of `values`; nothing else of it is simulated."""
+    return lambda drone, texts, now: OK if len(texts) == 1 and texts[0] in values else ERROR
+
+
+def port(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+    """Set the ports of state and video."""
+    match whole(texts, (1025, 65535), (1025, 65535)):
+        case [int(state), int(video)]:
+            drone.ports = (state, video)
+            return OK
+        case str(wrong):
+            return wrong
+    return ERROR
+
+
+def motors(on: bool) -> Handler:
+    """Return the handler that lets the motors turn on the ground, or stops them; `error` in the air."""
+
+    def switch(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+        flight = drone.flight
+        if flight.flying:
+            return ERROR
+        (flight.airframe.start if on else flight.airframe.cut)(now)
+        return OK
+
+    return switch
+
+
+def network(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+    """Take in the name and password of a network, and restart."""
+    if len(texts) != 2:
+        return ERROR
+    drone.rebooting = True
+    return REBOOT
+
+
+def reboot(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+    """Restart."""
+    drone.rebooting = True
+    return OK
+
+
+def extension(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+    """Reply as the open-source controller does, for lights and distance sensor; nothing else is simulated."""
+    match texts:
+        case ["led", _, *_]:
+            return "led ok"
+        case ["mled", _, *_]:
+            return "matrix ok"
+        case ["tof?"]:
+            return "tof 8192"  # nothing in its range
+        case ["version?"]:
+            return "esp32v1.0.0.0"
+    return f"unknown command: {' '.join(['EXT', *texts])[:64]}"

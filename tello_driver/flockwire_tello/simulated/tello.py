@@ -1,0 +1,220 @@
+"""A simulated Tello: a faithful server of the SDK's UDP protocol, without input, output, clock or chance of its own.
+
+Ports, as the user guides have them: commands come to 8889 and are answered to their sender; state goes ten times a
+second to port 8890 of the last sender of `command`. Before that, and while it restarts, it is silent.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from heapq import heappop, heappush
+from itertools import count
+from typing import NamedTuple
+
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.swarm.airframes import TELLO
+
+from flockwire_tello.commands import word
+from flockwire_tello.simulated.airframe import AirframeMotion
+from flockwire_tello.simulated.commanded import ERROR, OK, CommandedTello, NoText
+from flockwire_tello.simulated.commands import answer
+from flockwire_tello.simulated.flight import SimulatedFlight
+from flockwire_tello.simulated.parameters import TelloParameters
+from flockwire_tello.simulated.quirks import Quirk
+from flockwire_tello.state_string import NO_PAD, PADS_OFF, MissionPad, TelloState, format_state
+from flockwire_tello.swarm_file import COMMAND_PORT
+
+Address = tuple[str, int]
+
+STATE_PERIOD = SECOND // 10
+SILENCE = nanoseconds(TELLO.without_setpoints.after)  # ns, after which it lands
+REBOOT_TIME = 3 * SECOND
+LATENESS = 3 * SECOND // 2  # of the quirk LATE_REPLIES
+LONGEST = 256  # bytes of a command, a longer one is ignored
+MOST_WAITING = 256  # datagrams that have not gone out, more are dropped
+NUMBERED = re.compile(r"(Re[0-9]{2})([0-9]{2} )(.+)", re.DOTALL)  # number, repetition, command: DJI's RoboMaster SDK
+JUNK = bytes(range(0xCC, 0xE8)) + b"VQZd"  # not ASCII, 32 bytes as in public logs
+
+
+class _Asker(NamedTuple):
+    """Who waits for a reply, and what it begins with."""
+
+    address: Address
+    prefix: str = ""
+
+
+class SimulatedTello:
+    """One Tello at `now` (ns); `chance` draws from [0, 1) where a reply time or a loss is random."""
+
+    def __init__(self, parameters: TelloParameters, now: int, chance: Callable[[], float] = lambda: 0.5) -> None:
+        self.parameters, self._chance = parameters, chance
+        self._outbox: list[tuple[int, int, bytes, Address]] = []
+        self._order = count()
+        self._drone = CommandedTello(parameters, SimulatedFlight(parameters, now), ports=(parameters.state_port, 11111))
+        self._client: Address | None = None  # who sent `command` last
+        self._first: Address | None = None  # who sent it first since power-on
+        self._mover: _Asker | None = None  # who waits for the end of a movement
+        self._numbered: tuple[Address, str, str] | None = None  # sender, number and text of the newest such command
+        self._answered: str | None = None  # what was replied to it
+        self._replies, self._last_reply = 0, now
+        self._commanded_at = self._state_due = now
+        self._silent_until = now
+
+    def receive(self, datagram: bytes, sender: Address, now: int) -> None:
+        """Take in a datagram that came to the command port."""
+        self.advance(now)
+        if now < self._silent_until or len(datagram) > LONGEST or self._lost():
+            return
+        text, prefix = datagram.decode("ascii", errors="replace").strip("\r\n\0 "), ""
+        if self.parameters.generation != "1.3" and (numbered := NUMBERED.fullmatch(text)) is not None:
+            number, repetition, text = numbered.groups()
+            prefix = number + repetition
+            if (sender, number, text) == self._numbered:
+                self._commanded_at = now
+                if self._answered is not None:
+                    self._reply(self._answered, _Asker(sender, prefix), now)
+                return
+            self._numbered, self._answered = (sender, number, text), None
+        if text == "command":
+            self._enter(sender, now)
+        if self._client is None or not text:
+            return
+        self._commanded_at = now
+        self._command(text, _Asker(sender, prefix), now)
+
+    def advance(self, now: int) -> None:
+        """Move on to `now`."""
+        flight = self._drone.flight
+        while (moment := flight.next_cycle()) <= now:
+            before = flight.manoeuvre
+            done = flight.cycle()
+            if done and self._mover is not None:
+                self._reply(OK, self._mover, moment)
+                self._mover = None
+            elif flight.manoeuvre is not before:
+                self._interrupt("", moment)
+            self._watch(moment)
+        while self._client is not None and self._state_due <= now:
+            self._send(
+                format_state(self.state(self._state_due)), (self._client[0], self._drone.ports[0]), self._state_due
+            )
+            self._state_due += STATE_PERIOD
+
+    def outgoing(self, now: int) -> list[tuple[bytes, Address]]:
+        """Return what goes out up to `now`, in order."""
+        self.advance(now)
+        found: list[tuple[bytes, Address]] = []
+        while self._outbox and self._outbox[0][0] <= now:
+            _, _, datagram, address = heappop(self._outbox)
+            if not self._lost():
+                found.append((datagram, address))
+        return found
+
+    def next_deadline(self) -> int:
+        """Return when `outgoing` is to be called next, ns."""
+        times = [self._outbox[0][0]] if self._outbox else []
+        if self._client is not None:
+            times.append(self._state_due)
+        if self._drone.flight.airframe.motors or not times:
+            times.append(self._drone.flight.next_cycle())
+        return min(times)
+
+    def state(self, now: int) -> TelloState:
+        """Return the state at `now`, to which `advance` has come."""
+        state, pads = self._drone.flight.state(now), self._drone.pads
+        if self.parameters.generation == "1.3":
+            return state
+        off = (PADS_OFF, -200, -200, -200, (0, 0, 0))
+        return state._replace(pad=MissionPad(*((NO_PAD, -100, -100, -100, (-1, -1, -1)) if pads else off)))
+
+    def motion(self, now: int) -> AirframeMotion:
+        """Return where it is at `now`, to which `advance` has come: the truth that a tracker would see."""
+        return self._drone.flight.motion(now)
+
+    @property
+    def flying(self) -> bool:
+        """Whether it is in the air, or about to be."""
+        return self._drone.flight.flying
+
+    def fail(self, now: int) -> None:
+        """Let the motors stop at `now`."""
+        self._drone.flight.cut(now)
+
+    def hold(self, height: float, now: int) -> None:
+        """Hold it in a hand at `height` m, its motors off, until it is put down at 0."""
+        self._drone.flight.airframe.hold(height, now)
+
+    def respond(self, lag: float, dead_time: float) -> None:
+        """Let the airframe answer from now on with this lag and this dead time, s."""
+        self._drone.flight.airframe.respond(lag, dead_time)
+
+    def _enter(self, sender: Address, now: int) -> None:
+        """Enter SDK mode for `sender`."""
+        if self._client is None:
+            self._state_due = now + STATE_PERIOD
+        self._first = self._first or sender
+        self._client = sender
+
+    def _command(self, text: str, asker: _Asker, now: int) -> None:
+        flight = self._drone.flight
+        before = flight.manoeuvre
+        reply = answer(self._drone, text, now)
+        if flight.manoeuvre is not before:
+            self._interrupt(word(text), now)
+        if isinstance(reply, str):
+            self._reply(reply, asker, now)
+        elif reply is NoText.AT_END:
+            self._mover = asker
+        if self._drone.rebooting:
+            self._reboot(now)
+
+    def _interrupt(self, by: str, now: int) -> None:
+        """Answer the movement that a command has ended; a `stop` first gives `forced stop` (so clients expect it)."""
+        mover, self._mover = self._mover, None
+        if mover is None:
+            return
+        if by == "stop":
+            self._reply("forced stop", mover, now)
+        if by != "emergency":
+            self._reply(OK if by == "stop" else ERROR, mover, now)
+
+    def _watch(self, now: int) -> None:
+        """Land when nobody has commanded anything for long."""
+        flight = self._drone.flight
+        idle = flight.flying and flight.manoeuvre is None
+        if idle and now - self._commanded_at >= SILENCE and Quirk.AUTO_LAND in self.parameters.quirks:
+            flight.land()
+
+    def _reply(self, text: str, asker: _Asker, now: int) -> None:
+        """Send a reply after a reply time, as the quirks have it."""
+        to, quirks = asker.address, self.parameters.quirks
+        fastest, slowest = self.parameters.reply_time
+        if Quirk.SECOND_SESSION_HANGS in quirks and to != self._first and to[1] != COMMAND_PORT:
+            return
+        due = max(self._last_reply, now + round((fastest + (slowest - fastest) * self._chance()) * SECOND))
+        self._last_reply = due  # replies keep their order
+        self._replies += 1
+        if self._numbered is not None and self._numbered[:2] == (to, asker.prefix[:4]):
+            self._answered = text
+        datagram = (asker.prefix + text).encode("ascii", errors="replace")
+        if self._replies == 1 and Quirk.JUNK_BEFORE_FIRST_REPLY in quirks:
+            self._send(JUNK, to, due)
+        if self._replies == 1 and Quirk.JUNK_IN_FIRST_REPLY in quirks:
+            datagram = JUNK[:8] + datagram
+        late = Quirk.LATE_REPLIES in quirks and self._replies % 4 == 0
+        self._send(datagram, to, due + LATENESS if late else due)
+
+    def _send(self, datagram: bytes, to: Address, due: int) -> None:
+        if len(self._outbox) < MOST_WAITING:
+            heappush(self._outbox, (due, next(self._order), datagram, to))
+
+    def _reboot(self, now: int) -> None:
+        """Forget the session; what flew falls."""
+        self._drone.flight.cut(now)
+        self._drone = CommandedTello(self.parameters, self._drone.flight, ports=(self.parameters.state_port, 11111))
+        self._client = self._first = self._mover = self._numbered = None
+        self._replies, self._silent_until = 0, now + REBOOT_TIME
+
+    def _lost(self) -> bool:
+        return Quirk.LOST_DATAGRAMS in self.parameters.quirks and self._chance() < self.parameters.loss

@@ -1,0 +1,99 @@
+"""What a swarm file has for Tellos: [drones.tello], keys of [airframes.NAME], and where each Tello is.
+
+A simulated one has an address of its own in 127.0.0.0/8, and so has the driver of any Tello on loopback: two swarms on
+one host that have different ports (`network.base_port`) have different addresses.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+from flockwire.swarm.tables import Model, Port, Positive
+from pydantic import Field
+
+if TYPE_CHECKING:
+    from flockwire.swarm.drones import Airframe, Drone
+    from flockwire.swarm.model import Swarm
+
+COMMAND_PORT = 8889  # of every Tello
+SPACING = 16  # of base ports: swarms whose base ports are nearer cannot run side by side
+MOST_DRONES = 1024
+ANY = "0.0.0.0"  # noqa: S104  (all addresses of the host: which of them is in the drone's network is not known)
+
+
+class Tello(Model):
+    """How the driver of a Tello reaches it."""
+
+    address: str | None = None  # the drone's own IPv4 address, "192.168.10.1"; default: it is simulated
+    local_ip: str | None = None  # of the host, for the driver; default: all, beside a drone on loopback one of its own
+    command_port: Port = 8889  # of the host
+    state_port: Port = 8890  # of the host
+    source_filter: bool = True  # takes datagrams of the drone's address alone; off behind an address translation
+
+
+class StickGains(Model):
+    """What one unit of each stick of a Tello is worth: m/s, of yaw rad/s. Assumed: `flockwire identify` measures it."""
+
+    right: Positive = 0.01  # m/s, to the right
+    forward: Positive = 0.01  # m/s, forward
+    up: Positive = 0.01  # m/s, upward
+    clockwise: Positive = 0.01745  # rad/s, of yaw
+
+
+class TelloInDrones(Model):
+    """What [[drones]] has for a Tello."""
+
+    tello: Tello | None = None  # how the driver of a Tello reaches it; default: the drone is simulated
+
+
+class TelloInAirframes(Model):
+    """What [airframes.NAME] has for a Tello."""
+
+    stick_gains: StickGains = StickGains()  # what a Tello's sticks are worth
+    rc_rate_hz: Annotated[int, Field(ge=5, le=100)] = 50  # Hz, at which a Tello's driver sends the sticks
+
+
+class TelloAddresses(NamedTuple):
+    """The address of a Tello, and the one that its driver binds."""
+
+    drone: str
+    local: str
+
+
+def reached(swarm: Swarm, number: int) -> Tello:
+    """Return how drone `number` of `swarm`, a Tello, is reached."""
+    return table_of(swarm.drone(number)) or Tello()
+
+
+def table_of(drone: Drone) -> Tello | None:
+    """Return the table [drones.tello] of a drone, None where it has none."""
+    return drone.tello if isinstance(drone, TelloInDrones) else None
+
+
+def tello_keys(airframe: Airframe) -> TelloInAirframes:
+    """Return what [airframes.NAME] has for a Tello; raises TypeError for a model without it."""
+    if not isinstance(airframe, TelloInAirframes):
+        raise TypeError(f"{airframe!r} has no keys of a Tello")
+    return airframe
+
+
+def tello_addresses(swarm: Swarm, number: int) -> TelloAddresses:
+    """Return the addresses of drone `number` of `swarm`, a Tello."""
+    table = reached(swarm, number)
+    place = swarm.network.base_port // SPACING * MOST_DRONES + number
+    drone = table.address or _loopback(1, place)
+    own = _loopback(64, place) if ipaddress.ip_address(drone).is_loopback else ANY
+    return TelloAddresses(drone, table.local_ip or own)
+
+
+def identified(airframe: Airframe, gains: Mapping[str, float]) -> Iterator[str]:
+    """Yield the keys of [airframes.NAME] after `flockwire identify`: what it flew of what was commanded, by axis."""
+    known = tello_keys(airframe).stick_gains
+    worth = ", ".join(f"{axis} = {getattr(known, axis) * gain:.5f}" for axis, gain in gains.items())
+    yield f"stick_gains = {{ {worth} }}"
+
+
+def _loopback(block: int, place: int) -> str:
+    return f"127.{block + (place >> 16)}.{place >> 8 & 255}.{place & 255}"

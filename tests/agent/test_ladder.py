@@ -1,0 +1,353 @@
+"""Every rung of the staleness ladder, flown."""
+
+from math import hypot
+
+import pytest
+from flockwire.pilot.phases import SHUTDOWN, Phase
+from flockwire.pilot.pilot import DRIVER_LOST
+from flockwire.wire.keys import MISSION, Key
+from flockwire.wire.messages import FlightState, IdentityDoubt, Leading
+
+TWO = {"graph.edges": [[0, 1], [0, 2], [1, 2], [2, 3], [3, 4]]}
+STILL = (0.0, 0.0, 0.0)
+
+
+@pytest.fixture
+def flyer(cockpit):
+    """Return agent 2, which hears the leader and uav1, in formation and on its way."""
+    agent = cockpit(TWO, number=2).fly()
+    x, y, z = agent.position
+    agent.position = (x + 0.8, y, z)
+    agent.step()
+    return agent
+
+
+@pytest.fixture
+def third(cockpit):
+    """Return agent 3, which hears uav2 alone, in formation."""
+    return cockpit(TWO, number=3).fly()
+
+
+def test_without_its_pose_it_stops_at_once_and_lands_after_a_second(flyer):
+    flyer.silent = {"pose"}
+    flyer.run(0.1)
+    assert hypot(*flyer.velocity) > 0.5
+    flyer.step()
+    assert (flyer.phase, flyer.velocity) == (Phase.HOLD, STILL)
+    flyer.run(0.89)
+    assert (flyer.phase, flyer.velocity) == (Phase.HOLD, STILL)
+    flyer.run(0.02)
+    assert (flyer.phase, flyer.velocity) == (Phase.LANDING, (0.0, 0.0, -0.7))
+    assert flyer.report.detail.startswith("own pose lost")
+
+
+def test_when_the_tracker_mistakes_its_body_it_holds_at_once_then_lands(flyer):
+    doubt, began = Key("doubt", "uav2"), flyer.now
+    for _ in range(490):
+        flyer.core.receive(doubt, IdentityDoubt(flyer.now, "world", began), flyer.now)
+        flyer.step()
+        assert flyer.phase is Phase.HOLD
+    assert "mistakes its body" in flyer.report.detail
+    flyer.run(0.2)
+    assert flyer.phase is Phase.LANDING
+
+
+def test_when_its_name_is_right_again_it_goes_on(flyer):
+    flyer.core.receive(Key("doubt", "uav2"), IdentityDoubt(flyer.now, "world", flyer.now), flyer.now)
+    flyer.run(0.25)
+    assert flyer.phase is Phase.HOLD
+    flyer.run(0.1)
+    assert flyer.phase is Phase.FORMATION
+
+
+def test_when_its_pose_comes_back_in_time_it_goes_on(flyer):
+    flyer.silent = {"pose"}
+    flyer.run(0.5)
+    flyer.silent.clear()
+    flyer.run(0.05)
+    assert flyer.phase is Phase.FORMATION
+
+
+def test_a_silent_neighbour_leaves_the_sum_after_its_time(flyer):
+    flyer.run(2.0)
+    flyer.silent = {"uav1"}
+    flyer.run(0.25)
+    settled = flyer.estimate.motion.position
+    flyer.leader = (0.0, 0.5, 1.0)  # the leader alone tells so; uav1's last word still counts
+    flyer.step()
+    flyer.run(0.3)
+    flyer.run(2.0)
+    assert flyer.phase is Phase.FORMATION
+    assert flyer.estimate.motion.position == pytest.approx(flyer.leader, abs=1e-3)
+    assert settled == pytest.approx((0.0, 0.0, 1.0), abs=1e-3)
+    assert flyer.report.estimate_age > 2.0
+
+
+def test_without_any_neighbour_it_holds_and_at_last_lands(flyer):
+    flyer.silent = {"uav0", "uav1"}
+    flyer.run(1.0)
+    assert flyer.phase is Phase.FORMATION
+    flyer.run(0.02)
+    assert (flyer.phase, flyer.report.detail) == (Phase.HOLD, "no leader estimate for 1 s")
+    flyer.run(3.97)
+    assert flyer.phase is Phase.HOLD
+    flyer.run(0.02)
+    assert flyer.phase is Phase.LANDING
+    assert flyer.report.detail.startswith("leader estimate lost for 5.0 s")
+
+
+def test_news_that_is_only_repeated_is_no_news(third):
+    """uav2 publishes at full rate, but nothing newer of the leader than now."""
+    third.origin = third.now
+    third.run(1.0)
+    assert third.phase is Phase.FORMATION
+    third.run(0.02)
+    assert (third.phase, third.report.detail) == (Phase.HOLD, "no leader estimate for 1 s")
+    assert third.report.estimate_age < 0.02
+    third.run(4.0)
+    assert third.phase is Phase.LANDING
+
+
+def test_news_that_comes_again_in_time_is_flown_again(third):
+    third.origin = third.now
+    third.run(2.0)
+    third.origin = None
+    third.run(0.05)
+    assert third.phase is Phase.FORMATION
+
+
+def test_an_estimate_carries_the_origin_and_the_hops_of_what_it_rests_on(third, flyer):
+    third.origin = third.now + 4
+    third.step()
+    assert (third.estimate.origin, third.estimate.hops) == (third.origin, 2)
+    assert (flyer.estimate.origin, flyer.estimate.hops) == (flyer.now, 1)  # from the leader itself
+
+
+@pytest.mark.parametrize("phase", [Phase.LANDING, Phase.READY, Phase.STOPPED])
+def test_a_leader_that_is_down_is_followed_no_more(flyer, phase):
+    flyer.leader_phase = phase
+    flyer.step()
+    assert (flyer.phase, flyer.report.detail) == (Phase.HOLD, "the leader is down")
+    assert flyer.estimate.leading is Leading.IS_DOWN
+    flyer.run(4.98)
+    assert flyer.phase is Phase.HOLD
+    flyer.run(0.05)
+    assert flyer.phase is Phase.LANDING
+    assert flyer.report.detail.startswith("the leader lost for 5.0 s")
+
+
+def test_a_leader_that_comes_back_in_time_is_followed_again(flyer):
+    flyer.leader_phase = Phase.READY
+    flyer.run(4.0)
+    flyer.leader_phase = Phase.FORMATION
+    flyer.step()
+    assert (flyer.phase, flyer.estimate.leading) == (Phase.FORMATION, Leading.LEADS)
+    flyer.leader_phase = Phase.READY
+    flyer.run(4.0)
+    assert flyer.phase is Phase.HOLD  # counted again from its beginning
+
+
+def test_a_leader_whose_process_is_silent_is_down_though_its_pose_comes(flyer):
+    flyer.silent = {"leader"}
+    flyer.run(1.0)
+    assert flyer.phase is Phase.FORMATION
+    flyer.run(0.02)
+    assert (flyer.phase, flyer.report.detail) == (Phase.HOLD, "the leader is down")
+
+
+def test_who_does_not_hear_the_leader_has_it_from_its_neighbours(third):
+    third.leading = Leading.IS_DOWN
+    third.step()
+    assert (third.phase, third.estimate.leading) == (Phase.HOLD, Leading.IS_DOWN)
+    third.run(5.02)
+    assert third.phase is Phase.LANDING
+
+
+def test_while_another_order_holds_a_leader_on_the_ground_lands_nobody(flyer):
+    flyer.order("hold")
+    flyer.leader_phase = Phase.READY
+    flyer.run(10.0)
+    assert (flyer.phase, flyer.report.detail) == (Phase.HOLD, "")
+
+
+def test_a_leader_on_the_ground_keeps_nobody_from_taking_off(cockpit):
+    agent = cockpit(TWO, number=2)
+    agent.leader_phase = Phase.READY
+    agent.run(0.1)
+    agent.order("takeoff")
+    agent.run(2.0)
+    assert agent.phase is Phase.HOLD
+
+
+def test_without_neighbours_the_estimate_stays(flyer):
+    flyer.silent = {"uav0", "uav1"}
+    flyer.run(0.35)
+    last = flyer.estimate.motion.position
+    flyer.run(1.0)
+    assert flyer.estimate.motion.position == last
+
+
+def test_blind_to_what_is_nearby_it_slows_down_then_holds(flyer):
+    flyer.silent = {"nearby"}
+    flyer.run(0.1)
+    assert hypot(*flyer.velocity) > 0.5
+    flyer.step()
+    assert flyer.phase is Phase.FORMATION
+    assert hypot(*flyer.velocity) == pytest.approx(0.5)
+    flyer.run(0.4)
+    assert (flyer.phase, flyer.report.detail) == (Phase.HOLD, "nearby bodies are stale")
+    assert hypot(*flyer.velocity) <= 0.5
+
+
+def test_with_neighbours_sensing_nobody_waits_for_nearby(cockpit):
+    agent = cockpit({"avoidance.sensing": "neighbours"}, number=2)
+    agent.silent = {"nearby"}
+    agent.fly().run(1.0)
+    assert agent.phase is Phase.FORMATION
+
+
+def test_without_telemetry_it_lands_after_three_seconds(flyer):
+    flyer.silent = {"telemetry"}
+    flyer.run(2.0)
+    assert flyer.phase is Phase.FORMATION
+    assert flyer.report.telemetry_age == pytest.approx(2.0)
+    flyer.run(1.02)
+    assert flyer.phase is Phase.LANDING
+    assert flyer.report.detail.startswith("telemetry lost")
+
+
+@pytest.mark.parametrize(("battery", "phase"), [(0.15, Phase.FORMATION), (0.09, Phase.LANDING)])
+def test_a_battery_that_runs_out_lands(flyer, battery, phase):
+    flyer.battery = battery
+    flyer.step()
+    assert flyer.phase is phase
+
+
+def test_at_the_fence_it_flies_inwards_only(flyer):
+    flyer.leader = (30.0, 0.0, 1.0)
+    flyer.position = (10.2, 0.0, 1.0)
+    flyer.run(1.0)
+    assert flyer.phase is Phase.FORMATION
+    assert flyer.velocity[0] == 0.0
+    flyer.leader = (-30.0, 0.0, 1.0)
+    flyer.run(30.0)
+    assert flyer.velocity[0] < 0.0
+
+
+def test_beyond_the_fences_margin_it_lands(flyer):
+    flyer.position = (10.6, 0.0, 1.0)
+    flyer.step()
+    assert (flyer.phase, flyer.report.detail) == (Phase.LANDING, "0.6 m outside the fence")
+
+
+def test_a_stop_ends_everything_and_its_driver_gets_no_command_to_hover_by(flyer):
+    flyer.stop()
+    flyer.order("start", flyer.now)
+    flyer.run(0.1)
+    assert (flyer.phase, flyer.command) == (Phase.STOPPED, None)
+    assert flyer.estimate is not None  # others still fly by it
+
+
+def test_landed_by_a_failure_it_stays_until_a_new_order(flyer):
+    flyer.holds_still = False
+    flyer.silent = {"telemetry"}
+    flyer.run(3.1)
+    flyer.silent.clear()
+    flyer.run(5.0)
+    assert (flyer.phase, flyer.state) == (Phase.READY, FlightState.GROUNDED)
+    flyer.order("takeoff")
+    flyer.run(0.1)
+    assert flyer.phase is Phase.TAKEOFF
+
+
+def test_set_down_by_its_driver_it_does_not_rise_on_the_old_order(flyer):
+    flyer.state, flyer.position = FlightState.GROUNDED, (flyer.position[0], flyer.position[1], 0.0)
+    flyer.run(0.5)
+    assert flyer.phase in (Phase.GROUNDED, Phase.READY)
+    assert flyer.velocity == STILL
+
+
+def test_in_somebodys_hand_it_is_not_ready_and_does_not_take_off(cockpit):
+    agent = cockpit()
+    agent.state = FlightState.HELD
+    agent.run(0.1)
+    agent.order("takeoff")
+    agent.run(1.0)
+    assert (agent.phase, agent.velocity) == (Phase.GROUNDED, STILL)
+    assert "put it down" in agent.report.detail
+
+
+def test_what_its_driver_lands_it_lands_too(flyer):
+    flyer.state = FlightState.LANDING
+    flyer.step()
+    assert (flyer.phase, flyer.report.detail) == (Phase.LANDING, "its driver lands it")
+
+
+def test_set_down_by_its_driver_on_the_way_up_it_does_not_rise_again(cockpit):
+    agent = cockpit()
+    agent.run(0.1)
+    agent.order("takeoff")
+    agent.run(0.5)
+    assert agent.phase is Phase.TAKEOFF
+    agent.state = FlightState.LANDING
+    agent.run(0.5)
+    agent.state = FlightState.GROUNDED
+    agent.run(0.5)
+    assert (agent.phase, agent.velocity) == (Phase.READY, STILL)
+
+
+def test_a_long_pause_of_the_process_makes_no_leap(flyer):
+    flyer.now += 800_000_000
+    before = flyer.estimate.motion.position
+    flyer.step()
+    assert flyer.estimate.motion.position == pytest.approx(before, abs=0.1)
+    assert hypot(*flyer.velocity) <= 3.0
+
+
+def test_told_to_end_it_holds_for_a_second_then_lands_and_may_end_on_the_ground(flyer):
+    flyer.holds_still = False
+    flyer.core.retire(flyer.now)
+    flyer.step()
+    assert (flyer.phase, flyer.report.detail) == (Phase.HOLD, SHUTDOWN)
+    assert not flyer.core.may_end(flyer.now)
+    flyer.run(0.95)
+    assert flyer.phase is Phase.HOLD
+    flyer.run(0.1)
+    assert (flyer.phase, flyer.report.detail) == (Phase.LANDING, SHUTDOWN)
+    flyer.run(2.0)
+    assert flyer.state is FlightState.GROUNDED
+    assert flyer.core.may_end(flyer.now)
+
+
+def test_told_to_end_it_takes_off_no_more(cockpit):
+    agent = cockpit(TWO, number=2)
+    agent.run(0.1)
+    assert agent.core.may_end(agent.now)
+    agent.core.retire(agent.now)
+    agent.order("takeoff")
+    agent.run(1.0)
+    assert (agent.phase, agent.report.detail, agent.state) == (Phase.GROUNDED, SHUTDOWN, FlightState.GROUNDED)
+
+
+def test_it_does_not_wait_for_a_driver_that_is_long_dead(flyer):
+    flyer.silent = {"telemetry"}
+    flyer.run(DRIVER_LOST)
+    assert not flyer.core.may_end(flyer.now)
+    flyer.run(0.1)
+    assert flyer.core.may_end(flyer.now)
+
+
+def test_its_status_names_the_order_that_it_obeys(cockpit):
+    agent = cockpit(TWO, number=2)
+    assert agent.report.mission is None
+    agent.run(0.1)
+    agent.order("takeoff")
+    agent.step()
+    assert agent.report.mission.verb == "takeoff"
+    newest = agent.report.mission
+    agent.core.receive(MISSION, newest._replace(stamp=newest.stamp + 1, verb="start"), agent.now)
+    assert agent.report.mission == newest
+    assert agent.report.counts == (("orders rejected", 1),)
+    land = newest._replace(stamp=newest.stamp - 1, verb="land")
+    agent.core.receive(MISSION, land, agent.now)
+    assert agent.report.newest == (land.version, newest.version)

@@ -1,0 +1,111 @@
+"""What is in the figures: events that overlap nothing, one time axis, curves beside their references."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from flockwire.domain.time import SECOND
+from flockwire_analysis.events import Event, events
+from flockwire_analysis.figures.comparison import compare
+from flockwire_analysis.figures.drawing import NAME_ROWS, Canvas, rows_of
+from flockwire_analysis.figures.errors import observation
+from flockwire_analysis.figures.trajectories import trajectories
+from flockwire_analysis.motion import places, reference_velocities, references, velocities
+from flockwire_analysis.reading import read_trace
+from flockwire_analysis.tracking import Errors
+from flockwire_recorder.trace import FAULTS
+from matplotlib.colors import to_hex
+from matplotlib.patches import Circle
+
+
+@pytest.fixture(scope="module")
+def trace(good_flight):
+    return read_trace(good_flight)
+
+
+@pytest.fixture(scope="module")
+def canvas(trace, tmp_path_factory):
+    return Canvas(trace, tmp_path_factory.mktemp("figures"))
+
+
+def test_names_of_events_that_are_close_stand_in_rows_of_their_own():
+    marked = [Event(0, "takeoff"), Event(1, "start wide"), Event(2, "hold"), Event(90, "land")]
+    assert rows_of(marked, [0.0, 0.01, 0.02, 0.9]) == [0, 1, 2, 0]
+
+
+def test_the_name_of_an_order_does_not_stand_over_the_next_one_s_line(canvas):
+    _, (axes,) = canvas.panels()
+    canvas.over_time([axes])
+    names = {text.get_text(): text.get_horizontalalignment() for text in axes.texts}
+    assert names["takeoff"] == "right"  # it ends at its line; to the right it would be over t = 0
+    assert names["start"] == "left"
+
+
+@pytest.fixture
+def drawn(canvas, monkeypatch):
+    """Return the figures that are drawn from now on; none is written."""
+    figures = []
+    monkeypatch.setattr(canvas, "save", lambda figure, name: figures.append(figure) or Path(name))
+    return figures
+
+
+def test_errors_below_the_axis_are_not_drawn_on_its_edge(canvas, drawn, monkeypatch):
+    small = {1: Errors(np.arange(5) + canvas.phase.begin, np.array([1.0, 1e-2, 1e-6, 0.0, 1e-2]))}
+    monkeypatch.setitem(canvas.__dict__, "observation_errors", small)
+    observation(canvas)
+    (axes,) = drawn[0].axes
+    values = axes.lines[0].get_ydata()
+    assert axes.get_ylim()[0] == pytest.approx(1e-4)
+    assert values[2] == pytest.approx(1e-6)
+    assert np.isnan(values[3])
+
+
+def test_the_ring_round_an_obstacle_is_not_called_the_fence(canvas, drawn):
+    trajectories(canvas)
+    (legend,) = drawn[0].legends
+    entries = zip(legend.get_texts(), legend.legend_handles, strict=True)
+    colours = {text.get_text(): line.get_color() for text, line in entries}
+    assert list(colours) == ["clearance of obstacles"]  # the fence is far out of view
+    rings = [patch for patch in drawn[0].axes[0].patches if isinstance(patch, Circle) and not patch.get_fill()]
+    assert to_hex(rings[0].get_edgecolor()) == colours["clearance of obstacles"]
+
+
+def test_a_name_for_which_there_is_no_room_is_left_out_its_line_is_not():
+    marked = [Event(k, "hold") for k in range(NAME_ROWS + 2)]
+    assert rows_of(marked, [0.5] * len(marked)) == [*range(NAME_ROWS), None, None]
+
+
+def test_orders_and_injected_faults_are_events_in_the_order_of_time(trace):
+    injected = json.dumps([[3.0, "kill uav2"], [0.5, "noise"]])
+    found = [event.text for event in events(replace(trace, metadata={**trace.metadata, FAULTS: injected}))]
+    assert found == ["takeoff", "noise", "start", "kill uav2", "land"]
+
+
+def test_all_figures_over_time_have_one_axis(canvas):
+    limits = set()
+    for _ in range(3):
+        _, panels = canvas.panels(2)
+        canvas.over_time(panels)
+        limits |= {axes.get_xlim() for axes in panels}
+    assert len(limits) == 1
+
+
+def test_a_settled_follower_is_where_and_as_fast_as_its_reference(trace):
+    phase = Canvas(trace, None).phase
+    times = np.arange(phase.begin + 5 * SECOND, phase.begin + 7 * SECOND, SECOND // 10)
+    assert np.abs(places(trace, 1, times) - references(trace, 1, times)).max() < 0.05
+    assert np.abs(velocities(trace, 1, times) - reference_velocities(trace, 1, times)).max() < 0.1
+    assert np.abs(velocities(trace, 1, times)).max() > 0.5
+
+
+def test_hovering_and_landing_are_no_formation(trace, canvas):
+    after = np.array([canvas.phase.begin - SECOND // 2, canvas.phase.end + SECOND // 2])
+    assert np.isnan(references(trace, 1, after)).all()
+
+
+def test_two_flights_are_drawn_over_each_other(trace, tmp_path):
+    written = compare((trace, trace), ("one", "other"), tmp_path)
+    assert [path.name for path in written] == ["comparison.png", "paths.png"]
+    assert sorted(path.suffix for path in tmp_path.iterdir()) == [".pdf", ".pdf", ".png", ".png"]

@@ -1,0 +1,28 @@
+from __future__ import annotations
+
+from flockwire.control.leader_track import LeaderTrack, leader_time_constant, motion_error, noise_gain
+from flockwire.control.trajectory import Circling, Constant
+
+
+def test_noise_weighs_more_the_older_the_news_and_less_the_slower_the_tracker() -> None:
+    gains = [noise_gain(0.3, age, 0.01) for age in (0.0, 0.03, 0.3, 0.6)]
+    assert gains == sorted(gains)
+    assert gains[0] < 1.0
+    assert gains[3] < 3.0 * gains[1]
+    assert noise_gain(0.15, 0.6, 0.01) > 2.0 * gains[3]
+
+
+def test_a_leader_that_flies_straight_costs_nothing() -> None:
+    assert motion_error(Constant((0.1, 0.1, 0.0)), 0.3, 0.6, 0.01, 10.0) < 1e-6
+    assert motion_error(Circling(1.0, 0.14), 0.3, 0.6, 0.01, 10.0) < 0.002
+
+
+def test_deep_swarms_track_the_leader_more_slowly() -> None:
+    assert leader_time_constant(1) < leader_time_constant(20)
+
+
+def test_a_track_begins_anew_after_a_gap() -> None:
+    track = LeaderTrack(0.2)
+    for k in range(100):
+        track.update((0.01 * k, 0.0, 0.0), 0.01 * k)
+    assert track.update((9.0, 0.0, 0.0), 5.0).velocity == (0.0, 0.0, 0.0)

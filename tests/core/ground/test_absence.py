@@ -1,0 +1,31 @@
+"""A flight without some of its drones: what the graph allows, and what is told of it."""
+
+import pytest
+from flockwire.ground.absence import consequences, refusal
+
+EDGES = {"graph.edges": [[0, 1], [1, 2], [2, 3], [3, 4], [2, 4]]}
+
+
+@pytest.mark.parametrize(
+    ("without", "reason"),
+    [
+        ((), ""),
+        ((3,), ""),
+        ((3, 4), ""),
+        ((0,), "--without 0: the leader cannot be left out"),
+        ((7,), "--without 7: must be one of [1, 2, 3, 4]"),
+        ((2,), "--without 2: no spanning tree from the leader is left, it does not reach uav3, uav4"),
+        ((1, 2, 3, 4), "--without 1, 2, 3, 4: at least one follower must fly"),
+    ],
+)
+def test_the_graph_that_is_left_must_span_all_who_fly(make_swarm, without, reason):
+    assert refusal(make_swarm(EDGES), without) == reason
+
+
+def test_who_loses_a_neighbour_is_told_and_what_lemma_3_says_then(make_swarm):
+    loses, lemma = consequences(make_swarm(EDGES), (3,))
+    assert loses == "uav4 loses uav3 and hears uav2 alone"
+    before, after = (float(part.split()[-1]) for part in lemma.split(",")[0].split(" -> "))
+    assert 0.0 < before < after  # a shorter chain settles sooner
+    assert lemma.endswith("the places of uav3 stay empty")
+    assert list(consequences(make_swarm(EDGES), ())) == []

@@ -1,0 +1,754 @@
+from dataclasses import dataclass, field
+
+import pytest
+from flockwire.domain.time import SECOND
+from flockwire.ground.director import GRACE, LEAD_TIME, REPEAT, STAGE_TIME, Director, Stage
+from flockwire.ground.fleet import STALE, Fleet
+from flockwire.ground.preflight import Preflight
+from flockwire.pilot.orders import Orders
+from flockwire.pilot.phases import OUTDATED, Phase
+from flockwire.wire.messages import FlightState, Mission, Telemetry
+from flockwire.wire.status import Report, Status
+
+BEGAN = 1_790_000_000 * SECOND
+OURS, THEIRS = 7, 8  # the numbers of the director that is tested, and of another operator
+PILOTS = {0: "leader", 1: "uav1", 2: "uav2"}
+ON_GROUND = (Phase.GROUNDED, Phase.READY)
+GROUNDED, FLYING, STOPPED = FlightState.GROUNDED, FlightState.FLYING, FlightState.STOPPED
+
+
+@dataclass
+class Pilot:
+    """What one pilot and its drone's driver publish; `deaf`: no order reaches it."""
+
+    drone: int
+    phase: Phase | None = None  # None: it has not published yet
+    detail: str = ""
+    state: FlightState | None = None  # of its drone; None: as the phase has it
+    orders: Orders = field(default_factory=Orders)
+    deaf: bool = False
+    position: tuple[float, float, float] | None = None
+    died: int | None = None  # its newest status is of then, Unix ns
+    driver_died: int | None = None
+
+    @property
+    def mission(self):
+        return self.orders.mission
+
+    @mission.setter
+    def mission(self, order):
+        """Have it obey `order` alone, None: no order, as one that has just begun."""
+        self.orders = Orders()
+        if order is not None:
+            self.orders.take(order, order.stamp)
+
+    def status(self, now):
+        orders = self.orders
+        report = Report(
+            self.phase, self.detail, mission=orders.mission, position=self.position,
+            concurrent=orders.concurrent, order_age=orders.age(now),
+        )  # fmt: skip
+        return Status(self.died or now, "world", PILOTS[self.drone], report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
+
+    def telemetry(self, now):
+        state = self.state
+        if state is None:
+            state = GROUNDED if self.phase in ON_GROUND else STOPPED if self.phase is Phase.STOPPED else FLYING
+        return Telemetry(self.driver_died or now, "world", state, 1.0, 0.0, 0.0)
+
+
+class Tower:
+    """A director, and its pilots, a tenth of a second between steps."""
+
+    def __init__(self, duration=60.0, formation=""):
+        self.now, self.director = BEGAN, Director(PILOTS, "world", duration, BEGAN, formation, giver=OURS)
+        self.pilots = {name: Pilot(drone) for drone, name in PILOTS.items()}
+
+    def step(self, seconds=0.1, **changes):
+        """Let time pass; returns the verbs of the orders given. `changes`: pilots' phases, or (phase, detail)."""
+        return [order.verb for order in self.orders(seconds, **changes)]
+
+    def orders(self, seconds=0.1, **changes):
+        for name, phase in changes.items():
+            self.pilots[name].phase, self.pilots[name].detail = phase if isinstance(phase, tuple) else (phase, "")
+        given = []
+        for _ in range(round(seconds * 10)):
+            self.now += SECOND // 10
+            order = self.director.step(*self.received(), self.now)
+            if order is not None:
+                given.append(order)
+                self.take(order)
+        return given
+
+    def received(self):
+        """Return the newest statuses and telemetry."""
+        there = [(name, pilot) for name, pilot in self.pilots.items() if pilot.phase is not None]
+        statuses = {name: pilot.status(self.now) for name, pilot in there}
+        return statuses, {pilot.drone: pilot.telemetry(self.now) for _, pilot in there}
+
+    def take(self, order):
+        """Let an order reach the pilots, whose next statuses name it."""
+        for pilot in self.pilots.values():
+            if not pilot.deaf:
+                pilot.orders.take(order, self.now)
+
+    def all(self, phase, seconds=0.1):
+        return self.step(seconds, **dict.fromkeys(self.pilots, phase))
+
+    @property
+    def stage(self):
+        return self.director.stage
+
+    @property
+    def failure(self):
+        return self.director.failure
+
+
+class Mute(Tower):
+    """A tower that hears pilots, and of drones only those in `heard`."""
+
+    heard: frozenset[int] = frozenset()
+
+    def received(self):
+        statuses, telemetry = super().received()
+        return statuses, {drone: message for drone, message in telemetry.items() if drone in self.heard}
+
+
+@pytest.fixture
+def tower():
+    return Tower()
+
+
+@pytest.fixture
+def flying():
+    """Return a tower whose pilots are in formation."""
+    tower = Tower()
+    tower.all(Phase.READY)
+    tower.all(Phase.HOLD)
+    assert tower.all(Phase.FORMATION) == []
+    assert tower.stage is Stage.FLYING
+    return tower
+
+
+def test_a_flight_goes_through_its_stages(tower):
+    assert tower.all(Phase.GROUNDED) == []
+    assert tower.all(Phase.READY) == ["takeoff"]
+    assert tower.stage is Stage.TAKING_OFF
+    assert tower.all(Phase.TAKEOFF) == []
+    assert tower.all(Phase.HOLD) == ["start"]
+    assert tower.all(Phase.FORMATION, 59.0) == []
+    assert tower.all(Phase.FORMATION, 2.0) == ["land"]
+    assert tower.stage is Stage.LANDING
+    assert tower.all(Phase.LANDING, 2.0) == []
+    assert tower.all(Phase.READY) == []
+    assert (tower.stage, tower.failure) == (Stage.OVER, "")
+
+
+def test_it_waits_for_the_last_pilot(tower):
+    assert tower.step(leader=Phase.READY, uav1=Phase.READY) == []
+    assert tower.step(uav2=Phase.READY) == ["takeoff"]
+    assert tower.step(leader=Phase.HOLD, uav1=Phase.HOLD) == []
+    assert tower.step(uav2=Phase.HOLD) == ["start"]
+
+
+def test_a_pilot_whose_status_is_old_is_not_there(tower):
+    tower.pilots["uav2"].died = BEGAN - STALE
+    assert tower.all(Phase.READY, 1.0) == []
+
+
+def test_the_formation_begins_at_a_time_that_all_receive_before_it(tower):
+    tower.all(Phase.READY)
+    (start,) = tower.orders(0.1, **dict.fromkeys(tower.pilots, Phase.HOLD))
+    assert (start.verb, start.stamp, start.start) == ("start", tower.now, tower.now + LEAD_TIME)
+
+
+def test_it_starts_the_formation_that_it_was_given():
+    tower = Tower(formation="line")
+    tower.all(Phase.READY)
+    assert [order.formation for order in tower.orders(0.1, **dict.fromkeys(tower.pilots, Phase.HOLD))] == ["line"]
+
+
+def test_without_a_duration_it_flies_until_told():
+    tower = Tower(duration=0.0)
+    tower.all(Phase.READY)
+    tower.all(Phase.HOLD)
+    assert tower.all(Phase.FORMATION, 600.0) == []
+    assert tower.director.land(tower.now).verb == "land"
+
+
+# Orders are repeated until they are confirmed.
+
+
+def test_an_order_is_repeated_until_every_pilots_status_names_it(tower):
+    tower.pilots["uav2"].deaf = True
+    (first,) = tower.orders(0.1, **dict.fromkeys(tower.pilots, Phase.READY))
+    again = tower.orders(0.5)
+    assert again == [first] * 5  # with the same stamp: to who has it already it is no news
+    tower.pilots["uav2"].deaf = False
+    assert tower.orders(0.1) == [first]
+    assert tower.orders(1.0) == []
+
+
+def test_an_order_is_repeated_no_faster_than_needed(tower):
+    tower.pilots["uav2"].deaf = True
+    tower.all(Phase.READY)
+    sent = [tower.director.step(*tower.received(), tower.now + k * REPEAT // 4) for k in range(1, 13)]
+    assert [k for k, order in enumerate(sent, 1) if order is not None] == [4, 8, 12]
+
+
+def test_a_pilot_that_restarted_without_the_order_gets_it_again(flying):
+    order = flying.pilots["uav1"].mission
+    flying.pilots["uav1"].mission, flying.pilots["uav1"].deaf = None, True
+    assert flying.orders(0.2) == [order] * 2
+
+
+def test_nothing_is_repeated_when_the_flight_is_over(flying):
+    flying.take(flying.director.land(flying.now))
+    flying.all(Phase.READY)
+    assert flying.stage is Stage.OVER
+    for pilot in flying.pilots.values():
+        pilot.mission = None
+    assert flying.step(1.0) == []
+
+
+# Lost drones.
+
+
+@pytest.mark.parametrize(("phase", "seconds"), [(Phase.LANDING, 0.1), (Phase.STOPPED, 0.1), (Phase.GROUNDED, 1.1)])
+def test_a_pilot_that_leaves_the_formation_ends_the_flight(flying, phase, seconds):
+    assert flying.step(seconds, uav2=(phase, "battery at 9%")) == ["land"]
+    assert flying.failure.startswith("uav2 left the formation: ")
+    flying.all(Phase.GROUNDED)
+    assert flying.stage is Stage.OVER
+
+
+def test_the_reason_is_the_pilots_own(flying):
+    flying.step(uav2=(Phase.LANDING, "battery at 9%"))
+    assert flying.failure == "uav2 left the formation: battery at 9%"
+
+
+@pytest.mark.parametrize("phase", [Phase.READY, Phase.FORMATION, Phase.HOLD])
+@pytest.mark.parametrize("state", [GROUNDED, STOPPED])
+def test_a_drone_on_the_ground_is_lost_whatever_its_pilot_reports(flying, phase, state):
+    flying.pilots["uav2"].state = state
+    assert flying.step(0.9, uav2=phase) == []
+    assert flying.step(0.3, uav2=phase) == ["land"]
+    assert flying.failure.startswith("uav2 left the formation: ")
+    assert flying.failure.endswith("its motors stopped") == (state is STOPPED)
+
+
+def test_a_pilot_that_restarts_has_a_second_to_find_itself_in_flight(flying):
+    flying.pilots["uav2"].state = FLYING
+    for _ in range(2):
+        assert flying.step(GRACE / SECOND - 0.1, uav2=(Phase.GROUNDED, "waits for its own pose")) == []
+        assert flying.step(0.1, uav2=Phase.HOLD) == []
+    assert flying.stage is Stage.FLYING
+
+
+def test_a_pilot_may_be_given_longer_to_come_back():
+    director = Director({1: "uav1"}, "world", 0.0, BEGAN, grace=5 * SECOND)
+    director.stage = Stage.FLYING
+    orders = [director.step({}, {}, BEGAN + tenth * SECOND // 10) for tenth in range(51)]
+    assert [tenth for tenth, order in enumerate(orders) if order is not None] == [50]
+    assert director.failure.startswith("uav1 left the formation")
+
+
+def test_a_pilot_that_holds_for_a_while_ends_nothing(flying):
+    assert flying.step(3.0, uav1=(Phase.HOLD, "own pose is stale")) == []
+    assert flying.stage is Stage.FLYING
+
+
+def test_a_pilot_that_falls_silent_in_formation_ends_the_flight(flying):
+    flying.pilots["uav1"].died = flying.now
+    assert set(flying.step((STALE + GRACE) / SECOND - 0.2)) == {"start"}  # which it has not confirmed any more
+    assert "land" in flying.step(0.2)
+    assert flying.failure == "uav1 left the formation: silent"
+
+
+def test_a_station_that_stood_still_judges_nobody_lost_before_it_received_from_them_again(flying):
+    for pilot in flying.pilots.values():
+        pilot.died = pilot.driver_died = flying.now
+    flying.now += 8 * SECOND
+    assert set(flying.step(0.5)) == {"start"}
+    for pilot in flying.pilots.values():
+        pilot.died = pilot.driver_died = None
+    flying.step(2.0)
+    assert (flying.stage, flying.failure) == (Stage.FLYING, "")
+
+
+def test_a_driver_that_falls_silent_is_no_drone_on_the_ground(flying):
+    flying.pilots["uav1"].driver_died = flying.now
+    assert flying.step(5.0) == []
+
+
+# Over is what telemetry says is down.
+
+
+def test_a_flight_is_not_over_while_telemetry_has_a_drone_in_the_air(flying):
+    flying.director.land(flying.now)
+    flying.pilots["uav2"].state = FlightState.LANDING
+    assert "land" in flying.all(Phase.READY, 3.0)
+    assert flying.stage is Stage.LANDING
+    flying.pilots["uav2"].state = GROUNDED
+    flying.step()
+    assert flying.stage is Stage.OVER
+
+
+def test_telemetry_from_before_the_order_to_land_is_no_landing(flying):
+    for pilot in flying.pilots.values():
+        pilot.state, pilot.driver_died = GROUNDED, flying.now
+    flying.take(flying.director.land(flying.now + 1))
+    flying.all(Phase.READY)
+    assert flying.stage is Stage.LANDING
+    for pilot in flying.pilots.values():
+        pilot.driver_died = None
+    flying.step()
+    assert flying.stage is Stage.OVER
+
+
+def test_silence_is_no_landing(flying):
+    flying.director.land(flying.now)
+    flying.pilots["uav2"].driver_died, flying.pilots["uav2"].state = flying.now, FLYING
+    flying.all(Phase.READY, 5.0)
+    assert flying.stage is Stage.LANDING
+    flying.step(STAGE_TIME / SECOND)
+    assert (flying.stage, flying.failure) == (
+        Stage.OVER, "still landing after 30 s (not known to be down: uav2)"
+    )  # fmt: skip
+
+
+def test_drones_that_are_down_are_over_though_their_pilots_are_dead(flying):
+    for pilot in flying.pilots.values():
+        pilot.state, pilot.died = GROUNDED, flying.now
+    flying.director.land(flying.now)
+    flying.step(2.5)
+    assert flying.stage is Stage.OVER
+
+
+def test_it_is_not_over_while_a_pilot_may_still_obey_the_take_off(tower):
+    tower.pilots["uav2"].deaf = True
+    tower.all(Phase.READY)
+    tower.take(tower.director.land(tower.now))
+    assert tower.step(0.5) == ["land"] * 5
+    assert tower.stage is Stage.LANDING  # uav2 stands on the ground, and has not confirmed the landing
+    tower.pilots["uav2"].deaf = False
+    tower.step(0.2)
+    assert (tower.stage, tower.failure) == (Stage.OVER, "")
+
+
+# The operator, and other operators.
+
+
+def test_another_operators_landing_is_this_flights_and_no_failure(flying):
+    flying.take(Mission(flying.now, "world", "land"))
+    assert flying.all(Phase.LANDING, 1.0) == []
+    assert flying.stage is Stage.LANDING
+    flying.all(Phase.READY)
+    assert (flying.stage, flying.failure) == (Stage.OVER, "")
+
+
+def test_another_operators_hold_is_not_overruled(flying):
+    flying.take(Mission(flying.now, "world", "hold"))
+    assert flying.all(Phase.HOLD, 5.0) == []
+    assert (flying.stage, flying.failure) == (Stage.FLYING, "")
+
+
+def test_another_operators_order_that_reached_one_pilot_is_repeated_for_the_others(flying):
+    hold = flying.pilots["uav2"].mission = Mission(flying.now, "world", "hold")
+    assert flying.orders(0.1, uav2=Phase.HOLD) == [hold]
+    assert all(pilot.mission.version == hold.version for pilot in flying.pilots.values())
+
+
+def test_another_operators_formation_is_what_resume_goes_back_to(flying):
+    start = flying.pilots["leader"].mission
+    wide = start._replace(stamp=flying.now, formation="wide", giver=THEIRS, knows=(start.version,))
+    flying.take(wide)
+    flying.step()
+    assert flying.director.resume(flying.now).formation == "wide"
+
+
+@pytest.mark.parametrize("verb", ["land", "hold"])
+@pytest.mark.parametrize("without", [(), (2,)])
+def test_another_operators_landing_or_hold_before_take_off_ends_the_flight(without, verb):
+    tower = Tower()
+    tower.director = Director(PILOTS, "world", 60.0, BEGAN, without=without, giver=OURS)
+    tower.step(leader=Phase.READY, uav1=Phase.READY, uav2=(Phase.GROUNDED, "waits for its own pose"))
+    tower.take(Mission(tower.now + 1, "world", verb))
+    assert tower.all(Phase.READY, 0.5) == []
+    assert (tower.stage, tower.failure) == (Stage.OVER, "")
+
+
+@pytest.mark.parametrize("verb", ["land", "hold"])
+def test_an_order_from_before_the_flight_does_not_keep_it_on_the_ground(tower, verb):
+    tower.take(Mission(BEGAN, "world", verb))
+    assert tower.all(Phase.READY) == ["takeoff"]
+
+
+@pytest.mark.parametrize("verb", ["takeoff", "start"])
+def test_another_operators_start_before_take_off_does_not_change_this_one(tower, verb):
+    tower.step(leader=Phase.READY)
+    tower.take(Mission(tower.now + 1, "world", verb))
+    assert tower.all(Phase.HOLD) == ["takeoff"]
+    assert tower.all(Phase.HOLD) == ["start"]
+
+
+def test_another_operators_landing_during_take_off_ends_it(tower):
+    tower.all(Phase.READY)
+    tower.take(Mission(tower.now + 1, "world", "land"))
+    assert tower.all(Phase.LANDING) == []
+    assert (tower.stage, tower.failure) == (Stage.LANDING, "")
+
+
+def hold_by_another(tower):
+    tower.take(Mission(tower.now + 1, "world", "hold"))
+
+
+def hold_by_key(tower):
+    tower.take(tower.director.hold(tower.now))
+
+
+@pytest.mark.parametrize("hold", [hold_by_another, hold_by_key])
+def test_no_formation_follows_a_take_off_during_which_a_hold_was_ordered(tower, hold):
+    tower.all(Phase.READY)
+    hold(tower)
+    assert tower.all(Phase.TAKEOFF) == []
+    assert tower.stage is Stage.TAKING_OFF
+    assert tower.all(Phase.HOLD, 5.0) == []
+    assert (tower.stage, tower.failure) == (Stage.FLYING, "")
+    start = tower.director.resume(tower.now)
+    assert (start.verb, start.start) == ("start", tower.now + LEAD_TIME)
+    tower.take(start)
+    assert tower.all(Phase.FORMATION, 54.0) == []
+    assert "land" in tower.all(Phase.FORMATION, 2.0)  # 60 s from take-off
+
+
+def test_after_a_hold_during_take_off_the_take_off_may_be_ordered_again(tower):
+    tower.all(Phase.READY)
+    hold_by_another(tower)
+    tower.all(Phase.TAKEOFF)
+    again = tower.director.resume(tower.now)
+    assert (again.verb, again.stamp) == ("takeoff", tower.now)
+    tower.take(again)
+    assert tower.all(Phase.HOLD) == ["start"]
+
+
+def test_another_operators_hold_of_drones_in_flight_is_followed_by_no_formation(tower):
+    """This one has begun above them, and uav2 does not answer yet."""
+    tower.step(leader=Phase.HOLD, uav1=Phase.HOLD, uav2=(Phase.GROUNDED, "waits for its own pose"))
+    hold_by_another(tower)
+    assert tower.step(leader=Phase.HOLD, uav1=Phase.HOLD) == []
+    assert (tower.stage, tower.director.took_off) == (Stage.TAKING_OFF, tower.now)
+    assert tower.all(Phase.HOLD, 5.0) == []
+    assert (tower.stage, tower.failure) == (Stage.FLYING, "")
+
+
+def test_a_hold_while_a_straggler_joins_interrupts_the_formation_whose_time_goes_on(tower):
+    running = fly_without("uav2", tower)
+    tower.orders()
+    hold_by_another(tower)
+    assert tower.all(Phase.HOLD, 5.0) == []
+    assert tower.stage is Stage.FLYING
+    assert same_flight(tower.director.resume(tower.now), running)
+
+
+def test_after_a_stop_no_order_of_another_operator_is_repeated(flying):
+    flying.director.stop(flying.now)
+    flying.pilots["uav2"].state = FLYING
+    flying.pilots["uav1"].mission = Mission(flying.now + 1, "world", "hold")
+    assert flying.all(Phase.STOPPED, 1.0) == []
+
+
+def test_a_landing_of_another_operator_counts_whatever_its_clock_shows(flying):
+    flying.take(Mission(BEGAN - 60 * SECOND, "world", "land"))
+    flying.step(0.5)
+    assert flying.stage is Stage.LANDING
+
+
+def test_an_order_that_this_flights_own_was_made_from_changes_nothing(tower):
+    for pilot in tower.pilots.values():
+        pilot.mission = Mission(BEGAN - SECOND, "world", "land")
+    tower.all(Phase.READY)
+    tower.pilots["uav1"].mission, tower.pilots["uav1"].deaf = Mission(BEGAN - SECOND, "world", "land"), True
+    assert "land" not in tower.all(Phase.HOLD, 0.5)
+    assert tower.stage is not Stage.LANDING
+
+
+def test_after_a_hold_the_formations_time_goes_on(flying):
+    start = flying.pilots["leader"].mission
+    hold = flying.director.hold(flying.now)
+    flying.take(hold)
+    assert (hold.verb, flying.all(Phase.HOLD)) == ("hold", [])
+    again = flying.director.resume(flying.now)
+    assert again._replace(knows=()) == start._replace(stamp=flying.now, knows=())
+    assert hold.version in again.knows
+    assert again.stamp > hold.stamp
+
+
+def test_on_the_ground_there_is_nothing_to_hold_or_to_resume(tower):
+    tower.all(Phase.GROUNDED)
+    assert tower.director.hold(tower.now) is tower.director.resume(tower.now) is None
+
+
+def test_a_pilot_restarted_on_the_ground_during_take_off_is_brought_in_by_the_order_again(tower):
+    """It obeys no order from before its own start, so that nothing takes off that nobody looks at."""
+    tower.all(Phase.READY)
+    tower.step(3.0, leader=Phase.HOLD, uav1=Phase.HOLD, uav2=(Phase.READY, OUTDATED))
+    again = tower.director.resume(tower.now)
+    assert (again.verb, again.stamp, tower.stage) == ("takeoff", tower.now, Stage.TAKING_OFF)
+    assert tower.all(Phase.HOLD) == ["start"]
+
+
+def test_who_is_not_brought_in_is_named_with_what_would_bring_it_in(tower):
+    tower.all(Phase.READY)
+    tower.step(31.0, leader=Phase.HOLD, uav1=Phase.HOLD, uav2=(Phase.READY, OUTDATED))
+    assert tower.failure == f"still taking off after 30 s (uav2: {OUTDATED})"
+
+
+def test_a_stop_is_a_failure_and_over_when_nothing_flies(flying):
+    flying.director.stop(flying.now)
+    flying.pilots["uav2"].state = FLYING
+    assert flying.all(Phase.STOPPED, 0.5) == []
+    assert flying.stage is Stage.LANDING
+    flying.pilots["uav2"].state = None
+    flying.step()
+    assert (flying.stage, flying.failure) == (Stage.OVER, "emergency stop")
+
+
+# Stragglers.
+
+
+def same_flight(order, running):
+    """Return whether `order` has all fly what `running` does, as the director's own order, made from that one."""
+    own = running._replace(stamp=order.stamp, giver=OURS, knows=order.knows)
+    return order == own and running.version in order.knows
+
+
+def fly_without(straggler, tower):
+    """Let all but one be in a formation that somebody started a minute ago; returns its order."""
+    running = Mission(BEGAN - 60 * SECOND, "world", "start", BEGAN - 60 * SECOND + LEAD_TIME, "wide")
+    for name, pilot in tower.pilots.items():
+        pilot.phase, pilot.mission = (Phase.READY, None) if name == straggler else (Phase.FORMATION, running)
+    return running
+
+
+def test_a_straggler_joins_the_formation_that_flies_with_its_start(tower):
+    running = fly_without("uav2", tower)
+    (order,) = tower.orders()
+    assert same_flight(order, running)  # same start: the formation's time goes on
+    assert tower.stage is Stage.TAKING_OFF
+    assert tower.orders(1.0, uav2=Phase.TAKEOFF) == []
+    assert tower.orders(0.1, uav2=Phase.HOLD) == []
+    assert tower.orders(1.0, uav2=Phase.FORMATION) == []
+    assert (tower.stage, tower.failure) == (Stage.FLYING, "")
+
+
+def test_a_straggler_joins_those_that_hold(tower):
+    tower.step(leader=Phase.HOLD, uav1=Phase.HOLD)
+    assert tower.step(uav2=Phase.READY) == ["takeoff"]
+    assert tower.step(uav2=Phase.TAKEOFF) == []
+    assert tower.step(uav2=Phase.HOLD) == ["start"]
+
+
+def test_a_straggler_that_is_not_ready_ends_the_waiting_with_its_reason(tower):
+    fly_without("uav2", tower)
+    assert tower.step(STAGE_TIME / SECOND + 1, uav2=(Phase.GROUNDED, "battery at 9%, take-off needs 20%")) == []
+    assert tower.stage is Stage.OVER  # nobody was ordered anything: who flies goes on
+    assert "uav2: battery at 9%, take-off needs 20%" in tower.failure
+
+
+# Failures and patience.
+
+
+def test_a_dead_process_lands_the_others(flying):
+    assert flying.director.abort("uav1 ended by itself (exit status 1)", flying.now).verb == "land"
+    flying.all(Phase.GROUNDED, 0.2)
+    assert (flying.stage, flying.failure) == (Stage.OVER, "uav1 ended by itself (exit status 1)")
+
+
+def test_a_dead_process_on_the_ground_ends_the_flight_at_once(tower):
+    assert tower.director.abort("gateway ended by itself", tower.now) is None
+    assert (tower.stage, tower.failure) == (Stage.OVER, "gateway ended by itself")
+
+
+def test_the_first_failure_is_the_one_told(flying):
+    flying.director.abort("first", flying.now)
+    flying.director.abort("second", flying.now)
+    assert flying.failure == "first"
+
+
+def test_on_the_ground_patience_ends_with_what_is_waited_for(tower):
+    tower.step(leader=Phase.READY, uav1=(Phase.GROUNDED, "waits for its own pose"))
+    assert tower.step(STAGE_TIME / SECOND + 1) == []
+    assert tower.stage is Stage.OVER
+    assert tower.failure == "still preparing after 30 s (uav1: waits for its own pose; uav2: no status)"
+
+
+@pytest.mark.parametrize("phase", [Phase.LANDING, Phase.READY, Phase.GROUNDED, None])
+def test_a_drone_that_is_lost_during_take_off_ends_it(tower, phase):
+    tower.all(Phase.READY)
+    tower.step(0.5)  # the order is on its way: nobody is lost
+    assert tower.stage is Stage.TAKING_OFF
+    tower.all(Phase.TAKEOFF)
+    uav2 = tower.pilots["uav2"]
+    if phase is None:
+        uav2.died = tower.now
+    lost = (phase or Phase.TAKEOFF, "own pose lost for 1 s")
+    assert "land" in tower.step(4.0, leader=Phase.HOLD, uav1=Phase.HOLD, uav2=lost)
+    assert tower.failure == f"uav2 did not take off: {'own pose lost for 1 s' if phase else 'silent'}"
+
+
+def test_in_the_air_patience_ends_with_a_landing(tower):
+    tower.all(Phase.READY)
+    tower.step(leader=Phase.HOLD, uav1=Phase.HOLD, uav2=(Phase.TAKEOFF, "slow"))
+    assert tower.step(STAGE_TIME / SECOND + 1) == ["land"]
+    assert tower.stage is Stage.LANDING
+    assert "uav2: slow" in tower.failure
+
+
+def test_a_landing_that_never_ends_is_given_up(flying):
+    flying.director.land(flying.now)
+    flying.all(Phase.LANDING, STAGE_TIME / SECOND + 1)
+    assert flying.stage is Stage.OVER
+    assert flying.failure.startswith("still landing after 30 s")
+
+
+def test_before_take_off_an_order_to_land_just_ends(tower):
+    tower.all(Phase.GROUNDED)
+    assert tower.director.land(tower.now) is None
+    assert tower.stage is Stage.OVER
+
+
+def test_before_take_off_an_order_to_land_lands_what_flies_already(tower):
+    fly_without("uav2", tower)
+    tower.step(uav2=(Phase.GROUNDED, "waits for its own pose"))
+    assert (tower.director.land(tower.now).verb, tower.stage) == ("land", Stage.LANDING)
+
+
+def test_who_is_left_out_is_told_first_and_not_waited_for():
+    tower = Tower()
+    tower.director = Director(PILOTS, "world", 60.0, BEGAN, without=(2,))
+    (prepare,) = tower.orders(0.1, leader=Phase.READY, uav1=(Phase.GROUNDED, "waits for uav2's estimate"))
+    assert (prepare.verb, prepare.without) == ("prepare", (2,))
+    assert tower.step() == []
+    (off,) = tower.orders(0.1, uav1=Phase.READY)
+    (start,) = tower.orders(0.1, leader=Phase.HOLD, uav1=Phase.HOLD)
+    (hold,) = [tower.director.hold(tower.now)] if tower.step(leader=Phase.FORMATION, uav1=Phase.FORMATION) == [] else []
+    land = tower.director.land(tower.now)
+    assert [(order.verb, order.without) for order in (off, start, hold, land)] == [
+        (verb, (2,)) for verb in ("takeoff", "start", "hold", "land")
+    ]
+
+
+def test_a_drone_whose_driver_was_not_heard_yet_has_not_taken_off():
+    tower = Mute()
+    tower.all(Phase.READY)
+    assert tower.all(Phase.TAKEOFF, 1.0) == []
+    tower.heard = frozenset(PILOTS)
+    for pilot in tower.pilots.values():
+        pilot.state = GROUNDED  # a Tello that has not left the ground
+    assert tower.all(Phase.TAKEOFF, 3.0) == []
+    assert tower.stage is Stage.TAKING_OFF
+    assert tower.failure == ""
+
+
+AWAY = (
+    "uav1: its body is at [1.00, 0.50, 0.00], where uav2 should stand, 1.12 m from its start, "
+    "limits.start_tolerance = 0.2 m"
+)
+
+
+@pytest.fixture
+def placed():
+    """Return a tower whose pilots are ready, with the drone of uav1 at the start of uav2."""
+    tower, starts = Tower(), {1: (0.0, 0.0, 0.0), 2: (1.0, 0.5, 0.0)}
+    tower.director = Director(PILOTS, "world", 60.0, BEGAN, preflight=Preflight(starts=starts, tolerance=0.2))
+    tower.pilots["uav1"].position, tower.pilots["uav2"].position = starts[2], (1.1, 0.5, 0.0)
+    return tower
+
+
+def test_nobody_takes_off_while_a_drone_stands_away_from_its_start(placed):
+    assert placed.all(Phase.READY, 3.0) == []
+    assert placed.director.unready(Fleet(PILOTS, *placed.received(), placed.now)) == (AWAY,)
+    placed.pilots["uav1"].position = (0.1, 0.1, 0.02)
+    assert placed.all(Phase.READY) == ["takeoff"]
+
+
+def test_who_stands_away_from_its_start_is_named_when_patience_ends(placed):
+    placed.all(Phase.READY, STAGE_TIME / SECOND + 0.2)
+    assert AWAY in placed.failure
+
+
+def test_after_a_flight_drones_stand_where_they_landed(placed):
+    placed.pilots["uav2"].mission = Mission(BEGAN - SECOND, "world", "land")
+    assert placed.all(Phase.READY) == ["takeoff"]
+
+
+# Two stations.
+
+
+def rival(flying, giver, knows=()):
+    """Have uav2 obey a start of another station that crossed this flight's; returns it."""
+    crossed = flying.pilots["leader"].mission._replace(giver=giver, formation="wide", knows=knows)
+    flying.pilots["uav2"].mission = crossed
+    flying.pilots["uav2"].orders.taken = flying.now
+    return crossed
+
+
+def test_of_two_starts_that_crossed_that_with_the_larger_number_is_given_again(flying):
+    crossed = rival(flying, OURS - 1)
+    flying.step()
+    assert {pilot.mission.giver for pilot in flying.pilots.values()} == {OURS}
+    assert crossed.version in flying.pilots["uav2"].mission.knows
+
+
+def test_of_two_starts_that_crossed_that_with_the_smaller_number_gives_way(flying):
+    crossed = rival(flying, THEIRS)
+    flying.step()
+    assert flying.director.order == crossed
+
+
+def test_where_the_other_station_is_gone_its_start_is_given_again(flying):
+    crossed = rival(flying, THEIRS)
+    flying.step(2.0)
+    orders = {pilot.mission.version for pilot in flying.pilots.values()}
+    assert len(orders) == 1
+    assert {pilot.mission.formation for pilot in flying.pilots.values()} == {"wide"}
+    assert crossed.version in flying.director.order.knows
+
+
+def test_an_order_that_a_pilot_brings_back_from_long_ago_is_no_rival(flying):
+    rival(flying, THEIRS)
+    flying.pilots["uav2"].orders.taken = flying.now - 60 * SECOND
+    flying.step()
+    assert {pilot.mission.giver for pilot in flying.pilots.values()} == {OURS}
+
+
+def test_a_hold_that_was_made_from_the_landing_does_not_end_its_repetition(flying):
+    land = flying.director.land(flying.now)
+    flying.pilots["uav2"].deaf = True
+    flying.take(land)
+    flying.pilots["uav2"].mission = Mission(flying.now, "world", "hold", giver=THEIRS, knows=(land.version,))
+    flying.pilots["uav2"].deaf = False
+    assert flying.step(0.1) == ["land"]
+    assert flying.pilots["uav2"].mission.verb == "land"
+
+
+@pytest.mark.parametrize("verb", ["land", "hold"])
+def test_while_another_station_takes_off_a_key_counts_before_this_flight_does(tower, verb):
+    tower.step(leader=Phase.READY)
+    tower.take(Mission(tower.now, "world", "takeoff", giver=THEIRS))
+    tower.step(leader=(Phase.TAKEOFF, ""), uav1=Phase.READY)
+    order = getattr(tower.director, verb)(tower.now)
+    assert order.verb == verb
+
+
+def test_who_is_left_out_stays_left_out_after_an_order_of_another_station_that_does_not_say_so():
+    tower = Tower()
+    tower.director = Director(PILOTS, "world", 60.0, BEGAN, without=(2,), giver=OURS)
+    tower.step(leader=Phase.READY, uav1=Phase.READY)
+    for phase in (Phase.READY, Phase.HOLD, Phase.FORMATION):
+        tower.step(0.2, leader=phase, uav1=phase)
+    known = tower.pilots["leader"].orders.newest
+    tower.take(Mission(tower.now, "world", "formation", tower.now, "wide", giver=THEIRS, knows=known))
+    tower.step()
+    assert tower.director.resume(tower.now).without == (2,)

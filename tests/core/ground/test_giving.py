@@ -1,0 +1,65 @@
+import pytest
+from flockwire.domain.time import SECOND
+from flockwire.ground.giving import Answer, Order, giving
+from flockwire.wire.messages import FlightState, Mission, Telemetry
+from flockwire.wire.status import Report, Status
+
+NOW = 1_790_000_000 * SECOND
+OURS, RIVAL, THIRD = 7, 5, 9
+START = Mission(NOW - 60 * SECOND, "world", "start", NOW - 60 * SECOND, giver=1)
+PILOTS = ("leader", "uav1", "uav2", "uav3", "uav4")
+
+
+def statuses(now, ordered=START, age=60.0, **others):
+    """Return what the pilots report: all fly by `ordered` but the `others`."""
+    return {
+        name: Status(
+            now, "world", name,
+            Report("formation", mission=others.get(name, ordered), order_age=0.1 if name in others else age),
+            0, 0, 0, 0, 0, 0.0, 0, (), (),
+        )
+        for name in PILOTS
+    }  # fmt: skip
+
+
+@pytest.fixture
+def change(make_plan):
+    """Return a change of formation that was planned and given."""
+    made = giving(
+        make_plan({"formations.wide": {"kind": "circle", "radius": 4.0}}), Order("formation", "wide"), OURS, NOW
+    )
+    made.step(statuses(NOW), {}, NOW)
+    made.planned(START._replace(verb="formation", formation="wide", stamp=NOW))
+    now = NOW + SECOND
+    assert made.step(statuses(now), {}, now).verb == "formation"
+    return made
+
+
+@pytest.mark.parametrize("verb", ["hold", "land"])
+def test_a_change_that_crossed_another_is_not_given_again_over_what_went_down_meanwhile(change, verb):
+    rival = START._replace(verb="formation", stamp=NOW, giver=RIVAL, knows=(START.version,))
+    down = START._replace(verb=verb, stamp=NOW, giver=THIRD)
+    later = NOW + 6 * SECOND // 5
+    assert change.step(statuses(later, uav1=rival, uav2=down), {}, later) is None
+    assert change.answer == Answer(refusal=f"{verb} was ordered meanwhile")
+
+
+def test_a_change_that_crossed_another_of_a_smaller_number_is_given_again_for_all(change):
+    rival = START._replace(verb="formation", stamp=NOW, giver=RIVAL, knows=(START.version,))
+    later = NOW + 6 * SECOND // 5
+    again = change.step(statuses(later, uav1=rival), {}, later)
+    assert (again.verb, again.giver) == ("formation", OURS)
+    assert rival.version in again.knows
+
+
+def test_a_start_ends_with_a_landing_that_came_beside_anothers_start(make_plan):
+    plan = make_plan()
+    telemetry = {drone: Telemetry(NOW, "world", FlightState.FLYING, 1.0, 0.0, 0.0) for drone in plan.pilots}
+    start = giving(plan, Order("start"), OURS, NOW)
+    hold = START._replace(verb="hold")
+    start.step(statuses(NOW, hold), telemetry, NOW)
+    land = START._replace(verb="land", stamp=NOW, giver=THIRD)
+    other = START._replace(stamp=NOW, giver=RIVAL, knows=(hold.version, land.version))
+    later = NOW + 6 * SECOND // 5
+    assert start.step(statuses(later, hold, uav1=land, uav2=other), telemetry, later) is None
+    assert start.answer == Answer(refusal="land was ordered meanwhile")

@@ -1,0 +1,268 @@
+from math import hypot
+
+import pytest
+from flockwire.domain.time import SECOND
+from flockwire.pilot.phases import (
+    NEVER,
+    OUTDATED,
+    SHUTDOWN,
+    WITHOUT_ORDER,
+    FlightPhases,
+    Phase,
+    Situation,
+    age,
+    climb,
+    command_stamp,
+    keep_place,
+)
+from flockwire.wire.messages import Change, Mission, Pose
+from hypothesis import given
+from hypothesis import strategies as st
+
+BORN = 1_790_000_000 * SECOND
+LOW, HIGH = (-1.0, -2.0, 0.0), (1.0, 2.0, 3.0)
+coordinates = st.floats(-5.0, 5.0)
+vectors = st.tuples(coordinates, coordinates, coordinates)
+
+
+class Pilot:
+    """A flight and the situation it is in; every update comes a second after the last."""
+
+    def __init__(self):
+        self.flight, self.now = FlightPhases(BORN), BORN
+        self.unready = self.hold = self.land = ""
+        self.airborne = self.high = False
+
+    def update(self, **changes):
+        for name, value in changes.items():
+            setattr(self, name, value)
+        self.now += SECOND
+        situation = Situation(self.now, self.unready, self.hold, self.land, self.airborne, self.high)
+        return self.flight.update(situation)
+
+    def order(self, verb, start=0):
+        self.now += 1
+        self.give(Mission(self.now, "world", verb, start))
+        return self.update()
+
+    def give(self, order):
+        """Give an order that was made from those that hold."""
+        self.flight.order(order._replace(knows=self.flight.orders.newest), self.now)
+
+
+@pytest.fixture
+def pilot():
+    return Pilot()
+
+
+@pytest.fixture
+def flyer(pilot):
+    """Return a pilot in formation."""
+    pilot.update()
+    pilot.order("takeoff")
+    pilot.update(airborne=True, high=True)
+    assert pilot.order("start") is Phase.FORMATION
+    return pilot
+
+
+def test_a_flight_goes_from_the_ground_to_formation_and_back(pilot):
+    assert pilot.update(unready="waits") is Phase.GROUNDED
+    assert pilot.flight.reason == "waits"
+    assert pilot.update(unready="") is Phase.READY
+    assert pilot.order("takeoff") is Phase.TAKEOFF
+    assert pilot.update(airborne=True) is Phase.TAKEOFF
+    assert pilot.update(high=True) is Phase.HOLD
+    assert pilot.order("start", pilot.now + 3 * SECOND) is Phase.HOLD
+    assert [pilot.update() for _ in range(2)] == [Phase.HOLD, Phase.FORMATION]
+    assert pilot.order("hold") is Phase.HOLD
+    assert pilot.order("land") is Phase.LANDING
+    assert pilot.update(airborne=False, high=False) is Phase.GROUNDED
+    assert pilot.update() is Phase.READY
+
+
+def test_it_does_not_take_off_while_something_is_missing(pilot):
+    pilot.unready = "waits for its own pose"
+    assert pilot.order("takeoff") is Phase.GROUNDED
+    assert pilot.update(unready="") is Phase.TAKEOFF
+
+
+@pytest.mark.parametrize("verb", ["takeoff", "start"])
+def test_an_order_to_fly_takes_off(pilot, verb):
+    pilot.update()
+    assert pilot.order(verb) is Phase.TAKEOFF
+
+
+def test_an_order_to_hold_is_for_those_who_fly(pilot):
+    pilot.update()
+    assert pilot.order("hold") is Phase.READY
+
+
+def test_an_order_to_change_the_formation_does_not_take_off(pilot):
+    pilot.update()
+    assert pilot.order("formation") is Phase.READY
+    assert pilot.order("start") is Phase.TAKEOFF
+
+
+def test_a_formation_ordered_in_the_air_is_flown_from_its_time_0_on(pilot):
+    pilot.update(airborne=True, high=True)
+    assert pilot.order("formation", pilot.now + 3 * SECOND) is Phase.HOLD
+    assert [pilot.update() for _ in range(2)] == [Phase.HOLD, Phase.FORMATION]
+
+
+def test_a_hold_keeps_in_mind_which_formation_it_interrupts(flyer):
+    change = Change(BORN, 2.0, "", (1, 0), (0, 1))
+    flyer.give(Mission(flyer.now + 5, "world", "formation", BORN + 7, "line", change))
+    flyer.give(Mission(flyer.now + 6, "world", "hold"))
+    flyer.give(Mission(flyer.now + 7, "world", "hold"))
+    held = flyer.flight.mission._replace(knows=())
+    assert held == Mission(flyer.now + 7, "world", "hold", BORN + 7, "line", change)
+    assert flyer.update() is Phase.HOLD
+
+
+def test_an_order_to_land_does_not_take_off(pilot):
+    assert pilot.order("land") is Phase.READY
+
+
+def test_a_reason_to_hold_interrupts_the_formation(flyer):
+    assert flyer.update(hold="own pose is stale") is Phase.HOLD
+    assert flyer.flight.reason == "own pose is stale"
+    assert flyer.update(hold="") is Phase.FORMATION
+
+
+def test_a_reason_to_land_lands_and_is_told_until_the_ground(flyer):
+    assert flyer.update(land="battery at 9%") is Phase.LANDING
+    assert flyer.update(land="") is Phase.LANDING
+    assert flyer.flight.reason == "battery at 9%"
+
+
+def test_landing_is_not_taken_back_in_the_air(flyer):
+    flyer.order("land")
+    assert flyer.order("start") is Phase.LANDING
+
+
+def test_landed_by_a_failure_it_waits_for_a_new_order(flyer):
+    flyer.update(land="telemetry lost for 3.1 s")
+    flyer.update(land="", airborne=False, high=False)
+    assert [flyer.update() for _ in range(3)] == [Phase.READY] * 3
+    assert flyer.flight.reason == OUTDATED
+    assert flyer.order("takeoff") is Phase.TAKEOFF
+
+
+def test_a_failure_during_take_off_lands(pilot):
+    pilot.update()
+    pilot.order("takeoff")
+    assert pilot.update(airborne=True, land="own pose lost for 1.1 s") is Phase.LANDING
+
+
+def test_a_process_that_begins_anew_in_flight_holds_and_goes_on(pilot):
+    pilot.give(Mission(BORN - 60 * SECOND, "world", "start", BORN - 50 * SECOND))
+    assert pilot.update(airborne=True, high=True) is Phase.HOLD
+    assert pilot.update() is Phase.FORMATION
+
+
+def test_a_process_that_begins_anew_in_flight_holds_even_when_unready(pilot):
+    assert pilot.update(airborne=True, high=True, unready="waits for its own pose") is Phase.HOLD
+
+
+def test_a_process_that_begins_on_the_ground_obeys_no_order_older_than_itself(pilot):
+    pilot.give(Mission(BORN - 1, "world", "takeoff"))
+    assert [pilot.update() for _ in range(3)] == [Phase.READY] * 3
+    assert pilot.flight.reason == OUTDATED
+    assert pilot.order("takeoff") is Phase.TAKEOFF
+    assert pilot.flight.reason == ""
+
+
+@pytest.mark.parametrize("verb", ["takeoff", "start", "formation"])
+def test_an_order_that_was_not_made_from_the_one_that_holds_is_rejected(flyer, verb):
+    flyer.order("hold")
+    flyer.flight.order(Mission(flyer.now + 1, "world", verb), flyer.now)
+    assert flyer.update() is Phase.HOLD
+    assert flyer.flight.orders.counts == (("orders rejected", 1),)
+
+
+def test_a_landing_counts_whatever_its_givers_clock_shows(flyer):
+    flyer.flight.order(Mission(BORN - 60 * SECOND, "world", "land"), flyer.now)
+    assert flyer.update() is Phase.LANDING
+
+
+@pytest.mark.parametrize("verb", ["takeoff", "start", "hold", "land"])
+def test_stop_is_final(flyer, verb):
+    flyer.flight.stop()
+    assert flyer.update() is Phase.STOPPED
+    assert flyer.order(verb) is Phase.STOPPED
+    assert flyer.update(airborne=False, high=False) is Phase.STOPPED
+    assert flyer.flight.reason == "emergency stop"
+
+
+def test_mission_time_counts_from_the_start_and_is_none_before_one(pilot):
+    assert pilot.flight.mission_time(BORN) is None
+    pilot.give(Mission(BORN, "world", "start", BORN + 2 * SECOND))
+    assert pilot.flight.mission_time(BORN) == -2.0
+    assert pilot.flight.mission_time(BORN + 5 * SECOND) == 3.0
+    pilot.order("hold")
+    assert pilot.flight.mission_time(BORN) is None
+
+
+def test_told_to_end_it_holds_for_a_second_and_lands(flyer):
+    flyer.flight.retire(flyer.now + SECOND)
+    assert flyer.update() is Phase.HOLD
+    assert flyer.flight.reason == SHUTDOWN
+    flyer.flight.retire(flyer.now + 9 * SECOND)  # told again: counted from the first time
+    assert flyer.update() is Phase.LANDING
+    assert flyer.update(airborne=False, high=False) is Phase.GROUNDED
+    assert flyer.flight.reason == SHUTDOWN
+    assert flyer.order("takeoff") is Phase.GROUNDED
+
+
+def test_told_to_end_during_take_off_it_lands(pilot):
+    pilot.update()
+    pilot.order("takeoff")
+    pilot.update(airborne=True)
+    pilot.flight.retire(pilot.now)
+    assert pilot.update() is Phase.LANDING
+
+
+def test_told_to_end_another_reason_to_land_comes_first(flyer):
+    flyer.flight.retire(flyer.now)
+    assert flyer.update(land="battery at 9%") is Phase.LANDING
+    assert flyer.flight.reason == "battery at 9%"
+
+
+@given(vectors, vectors, st.floats(0.1, 2.0))
+def test_keeping_a_place_leads_there_within_the_speed(position, place, speed):
+    velocity = keep_place(position, place, speed)
+    assert hypot(*velocity) <= speed * (1 + 1e-12)
+    assert sum(v * (b - a) for v, a, b in zip(velocity, position, place, strict=True)) >= 0.0
+
+
+@given(vectors, vectors, st.sampled_from([0.7, -0.7]))
+def test_a_climb_is_straight_above_its_place(position, place, vertical):
+    x, y, z = climb(position, place, vertical)
+    assert z == vertical
+    assert hypot(x, y) <= 0.7 * (1 + 1e-12)
+    assert climb((place[0], place[1], 9.0), place, vertical) == (0.0, 0.0, vertical)
+
+
+def test_what_never_came_is_infinitely_old():
+    assert age(0, BORN) == NEVER
+    assert age(BORN - SECOND // 2, BORN) == 0.5
+
+
+@given(st.lists(st.tuples(st.integers(1, 60), st.booleans()), max_size=40), st.integers(0, 90))
+def test_stamps_of_commands_never_go_back_whether_poses_come_or_not(steps, latency):
+    pose, now, last = None, BORN, 0
+    for wait, seen in steps:
+        now += wait * SECOND // 1000
+        if seen:
+            pose = Pose(now - latency * SECOND // 1000, "world", LOW)
+        stamp, answers = command_stamp(pose, now, 0.1)
+        assert stamp >= last
+        assert answers == (pose is not None and now - pose.stamp <= SECOND // 10)
+        last = stamp
+
+
+def test_who_was_started_in_flight_and_has_no_order_lands_after_a_while(pilot):
+    assert pilot.update(airborne=True, high=True) is Phase.HOLD
+    assert [pilot.update() for _ in range(8)] == [Phase.HOLD] * 8
+    assert pilot.update() is Phase.LANDING
+    assert pilot.flight.reason == WITHOUT_ORDER

@@ -1,0 +1,84 @@
+"""What a core is given at its start, and which core each process gets."""
+
+from random import Random
+
+import pytest
+from flockwire.domain.time import SECOND
+from flockwire.process.cores import Ground, Start, Untimed, make_core
+from flockwire.process.timekeeping import patience
+from flockwire.wire.keys import Key
+from flockwire.wire.messages import Pose
+from flockwire_agent.core import AgentCore
+from flockwire_kinematics.core import KinematicsCore
+from flockwire_leader.core import FlyingLeader, VirtualLeader
+from flockwire_mocap.core import GatewayCore
+from flockwire_recorder.core import RecorderCore
+
+NOW = 1_790_000_000 * SECOND
+VIRTUAL = {"leader.kind": "virtual", "drones.0": None}
+CORES = {
+    "gateway": GatewayCore,
+    "kinematics": KinematicsCore,
+    "leader": FlyingLeader,
+    "uav1": AgentCore,
+    "uav4": AgentCore,
+    "recorder": RecorderCore,
+}
+
+
+def start(plan, identity):
+    return Start(plan, identity, NOW, Random(1))
+
+
+@pytest.mark.parametrize("identity", CORES)
+def test_every_process_gets_its_core(make_plan, identity):
+    assert type(make_core(start(make_plan(), identity))) is CORES[identity]
+
+
+def test_who_begins_before_swarm_time_is_known_is_told_of_corrections(make_plan):
+    plan = make_plan({"drones.1.airframe": "tello"})
+    untimed = {identity for identity in plan.started if isinstance(make_core(start(plan, identity)), Untimed)}
+    assert untimed == {identity for identity in plan.started if plan.rows[identity].untimed} == {"driver1"}
+    assert patience(plan, "driver1") == 0.0
+
+
+def test_a_virtual_leader_is_another_core(make_plan):
+    assert type(make_core(start(make_plan(VIRTUAL), "leader"))) is VirtualLeader
+
+
+@pytest.mark.parametrize("changes", [None, VIRTUAL, {"avoidance.sensing": "neighbours"}])
+def test_every_core_publishes_only_keys_of_its_own_and_triggers_on_what_it_receives(make_plan, changes):
+    plan = make_plan(changes)
+    for identity in plan.started:
+        core = make_core(start(plan, identity))
+        assert core.period > 0.0
+        assert core.triggers <= set(plan.subscribes[identity])
+        assert core.prompt <= set(plan.subscribes[identity])
+        for k in range(1, 100):
+            assert {key for key, _ in core.step(NOW + k * SECOND // 100)} <= set(plan.publishes[identity])
+
+
+def test_a_start_knows_its_drone(make_plan):
+    plan = make_plan()
+    assert start(plan, "uav3").drone == 3
+    assert start(plan, "leader").drone == 0
+    with pytest.raises(ValueError, match="gateway serves no drone"):
+        _ = start(plan, "gateway").drone
+
+
+@pytest.mark.parametrize("changes", [None, VIRTUAL])
+def test_on_the_ground_every_process_may_end_when_it_is_told(make_plan, changes):
+    plan = make_plan(changes)
+    for identity in plan.started:
+        core, later = make_core(start(plan, identity)), NOW + 2 * SECOND
+        core.step(later)
+        core.retire(later)
+        assert core.may_end(later), identity
+
+
+def test_what_flies_nothing_takes_nothing_in_and_publishes_nothing():
+    ground = Ground()
+    ground.receive(Key("pose", "uav1"), Pose(NOW, "world", (0.0, 0.0, 1.0)), NOW)
+    assert (ground.triggers, ground.prompt, ground.due(Key("pose", "uav1")), ground.step(NOW)) == (
+        frozenset(), frozenset(), False, ()
+    )  # fmt: skip

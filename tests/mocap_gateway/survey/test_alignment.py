@@ -1,0 +1,52 @@
+from math import cos, sin
+
+import pytest
+from flockwire_mocap.quaternion import rotate
+from flockwire_mocap.survey.alignment import AlignmentError, align
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+number = st.floats(-5.0, 5.0)
+places = st.lists(st.tuples(number, number, number), min_size=3, max_size=6)
+PLANE = [(0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (0.0, 1.0, 0.0), (-1.0, -2.0, 0.0)]
+
+
+def moved(q, offset, points):
+    return [tuple(a + b for a, b in zip(rotate(q, p), offset, strict=True)) for p in points]
+
+
+def about(axis, angle):
+    length = sum(c * c for c in axis) ** 0.5
+    return (*(sin(angle / 2.0) * c / length for c in axis), cos(angle / 2.0))
+
+
+@given(places, st.tuples(number, number, number), st.floats(-3.0, 3.0), st.tuples(number, number, number))
+def test_a_motion_is_found_again(points, axis, angle, offset):
+    assume(sum(c * c for c in axis) > 0.01)
+    turned = moved(about(axis, angle), offset, points)
+    try:
+        found = align(points, turned)
+    except AlignmentError:
+        return
+    assert max(found.residuals) < 1e-6
+    assert moved(found.rotation, found.offset, points) == [pytest.approx(place, abs=1e-6) for place in turned]
+
+
+def test_places_on_the_floor_are_enough_and_the_turn_is_no_mirror():
+    q = about((0.0, 0.0, 1.0), 0.7)
+    found = align(PLANE, moved(q, (1.0, -2.0, 0.1), PLANE))
+    assert found.rotation == pytest.approx(q, abs=1e-9)
+    assert found.offset == pytest.approx((1.0, -2.0, 0.1), abs=1e-9)
+
+
+def test_a_body_that_is_elsewhere_shows_in_the_residuals():
+    wrong = [*PLANE[:3], (-1.0, -1.5, 0.0)]
+    assert max(align(wrong, PLANE).residuals) > 0.1
+
+
+@pytest.mark.parametrize(
+    ("points", "said"), [(PLANE[:2], "at least three"), ([(float(k), 1.0, 0.0) for k in range(4)], "on a line")]
+)
+def test_what_does_not_determine_it_is_refused(points, said):
+    with pytest.raises(AlignmentError, match=said):
+        align(points, points)

@@ -1,0 +1,89 @@
+import pytest
+from flockwire.domain.time import SECOND
+from flockwire_mocap.survey.inspection import Inspection
+from flockwire_mocap.tracking import ReportedBody, TrackerFrame
+
+NOW = 1_790_000_000 * SECOND
+FRAME = SECOND // 100
+LEVEL = (0.0, 0.0, 0.0, 1.0)
+
+
+@pytest.fixture
+def inspect(make_swarm):
+    """Show a second of frames in which `change` may move, rename or lose drones; returns what was found."""
+
+    def look(change=lambda name, k, place: (name, place), changes=None):
+        swarm = make_swarm(changes)
+        inspection = Inspection(swarm)
+        for k in range(100):
+            bodies = []
+            for i in swarm.tracked:
+                name, place = change(f"uav{i}", k, swarm.drone(i).start)
+                bodies.append(ReportedBody(i, name, place or (0.0, 0.0, 0.0), LEVEL, place is not None))
+            now = NOW + k * FRAME
+            inspection.take(TrackerFrame(k, now - 8_000_000, now, tuple(bodies)), now)
+        return inspection
+
+    return look
+
+
+def test_a_swarm_at_its_starts_may_fly(inspect):
+    found = inspect()
+    assert found.problems() == []
+    row = found.figures()[2]
+    assert (row.name, row.drone, row.lost) == ("uav2", 2, 0.0)
+    assert (row.rate, row.latency) == (pytest.approx(100.0), pytest.approx(0.008))
+    assert row.jitter == pytest.approx(0.0, abs=1e-9)
+
+
+def test_who_carries_the_leader_may_move_and_stand_anywhere_but_must_be_seen(inspect):
+    tracked = {"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2]}
+
+    def walking(name, k, place):
+        return name, (0.02 * k, 1.0, 1.0) if name == "uav0" else place
+
+    assert inspect(walking, tracked).problems() == []
+    (line,) = inspect(lambda name, k, place: (name, None if name == "uav0" else place), tracked).problems()
+    assert "uav0: its body 'uav0' is not tracked" in line
+
+
+def renamed(name, k, place):
+    return ("Box" if name == "uav2" else name), place
+
+
+def hidden(name, k, place):
+    return name, (None if name == "uav2" else place)
+
+
+def carried(name, k, place):
+    return name, ((place[0] + 0.001 * k, *place[1:]) if name == "uav2" else place)
+
+
+def beside(name, k, place):
+    return name, ((place[0] + 0.3, *place[1:]) if name == "uav2" else place)
+
+
+@pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        (renamed, "uav2: the tracker has no body 'uav2': define it there; free bodies: 'Box'"),
+        (hidden, "uav2: its body 'uav2' is not tracked: check its markers"),
+        (carried, "uav2: its body 'uav2' moves by 0.03 m"),
+        (beside, "0.30 m from its start"),
+    ],
+)
+def test_what_is_wrong_with_a_body_is_one_line_with_what_to_do(inspect, change, line):
+    (found,) = inspect(change).problems()
+    assert line in found
+
+
+def test_exchanged_bodies_are_named_by_whose_start_they_stand_at(inspect, make_swarm):
+    starts = {f"uav{i}": make_swarm().drone(i).start for i in range(5)}
+    other = {"uav1": "uav2", "uav2": "uav1"}
+    found = inspect(lambda name, k, place: (name, starts[other.get(name, name)])).problems()
+    assert ["there starts uav2" in found[0], "there starts uav1" in found[1]] == [True, True]
+
+
+def test_flicker_is_a_share(inspect):
+    row = inspect(lambda name, k, place: (name, None if k % 4 == 0 else place)).figures()[0]
+    assert row.lost == pytest.approx(0.25)

@@ -1,0 +1,230 @@
+from random import Random
+
+import pytest
+from flockwire.domain.body import Body, BodyKind
+from flockwire.domain.time import SECOND
+from flockwire.swarm.model import uav
+from flockwire.wire.keys import MISSION, Key
+from flockwire.wire.messages import Mission, Nearby, Pose
+from flockwire_mocap.core import GatewayCore
+from flockwire_mocap.simulated import SimulatedSource
+from flockwire_mocap.source import Link
+from flockwire_mocap.tracking import ReportedBody, TrackerFrame
+
+BEGAN = 1_790_000_000 * SECOND
+FRAME = SECOND // 100
+FAR = {i: (10.0 * i, 0.0, 1.0) for i in range(5)}
+
+
+class Recording:
+    """A source of some frames, whatever it receives."""
+
+    triggers = frozenset({Key("truth", "uav1")})
+
+    def __init__(self, *frames):
+        self.frames, self.received, self.whole = list(frames), [], False
+
+    def link(self, now):
+        return Link("waits for the end")
+
+    def receive(self, key, message, now):
+        self.received.append(key)
+
+    def complete(self):
+        return self.whole
+
+    def take(self, now):
+        frames, self.frames = self.frames, []
+        return frames
+
+
+class Stage:
+    """A gateway that is shown bodies frame by frame."""
+
+    def __init__(self, swarm):
+        self.now, self.places = BEGAN, dict(FAR)
+        self.core = GatewayCore(swarm, SimulatedSource(swarm, Random(1)))
+
+    def step(self, frames=1):
+        """Show `frames` frames; returns what the last one made the gateway say."""
+        published = []
+        for _ in range(frames):
+            self.now += FRAME
+            for i, place in self.places.items():
+                self.core.receive(Key("truth", uav(i)), Pose(self.now, "world", place), self.now)
+            published = self.core.step(self.now)
+        return dict(published)
+
+    def near(self, i):
+        return self.step()[Key("nearby", uav(i))].bodies
+
+
+@pytest.fixture
+def stage(make_swarm):
+    """Return the builder of a gateway."""
+    return lambda changes=None: Stage(make_swarm(changes))
+
+
+def test_every_drone_gets_its_pose_and_what_is_near(stage):
+    published = stage().step()
+    assert {key for key in published if key.kind == "pose"} == {Key("pose", uav(i)) for i in range(5)}
+    assert {key for key in published if key.kind == "nearby"} == {Key("nearby", uav(i)) for i in range(5)}
+    assert published[Key("pose", "uav2")].position == FAR[2]
+
+
+def test_what_is_near_is_said_before_the_pose_that_makes_the_agent_step(stage):
+    keys = list(stage().step())
+    for i in range(5):
+        assert keys.index(Key("nearby", uav(i))) < keys.index(Key("pose", uav(i)))
+
+
+def test_a_pose_carries_the_stamp_of_its_exposure(stage):
+    gateway = stage({"gateway.latency": 0.03})
+    assert gateway.step(3) == {}
+    published = gateway.step()
+    assert {message.stamp for message in published.values()} == {gateway.now - 3 * FRAME}
+
+
+def test_a_lost_body_is_silent_and_never_repeated(stage):
+    gateway = stage()
+    gateway.step()
+    del gateway.places[2]
+    for _ in range(5):
+        published = gateway.step()
+        assert not {key for key in published if key.owner == "uav2"}
+        assert Key("pose", "uav3") in published
+
+
+def test_a_body_that_was_dropped_is_silent_for_that_frame(stage):
+    gateway = stage({"gateway.dropout": 0.5})
+    counts = [len([key for key in gateway.step() if key.kind == "pose"]) for _ in range(400)]
+    assert sum(counts) == pytest.approx(0.5 * 5 * 400, rel=0.1)
+
+
+def test_near_is_only_what_is_within_the_sensing_radius(stage):
+    gateway = stage({"avoidance.sensing_radius": 1.5})
+    gateway.places = {**FAR, 1: (0.0, 0.0, 1.0), 2: (1.4, 0.0, 1.0), 3: (1.6, 0.0, 1.0), 4: (1.0, 1.0, 2.0)}
+    gateway.step()
+    assert set(gateway.near(1)) == {
+        Body(BodyKind.DRONE, (0.0, 0.0, 0.0), 0.0),
+        Body(BodyKind.DRONE, (1.4, 0.0, 0.0), 0.0),
+    }
+
+
+def test_a_nearby_message_has_no_identities():
+    assert set(Nearby._fields) == {"stamp", "frame", "bodies"}
+    assert set(Body._fields) == {"kind", "relative_position", "radius", "velocity"}
+
+
+def test_obstacles_are_near_by_their_surface_and_seen_along_their_axis(stage):
+    far_and_near = [
+        {"center": [12.0, 0.0, 0.0], "radius": 1.0, "height": 0.5},
+        {"center": [14.0, 0.0, 0.0], "radius": 1.0},
+    ]
+    gateway = stage({"obstacles": far_and_near})
+    assert gateway.near(1) == (Body(BodyKind.OBSTACLE, (2.0, 0.0, -0.5), 1.0),)
+
+
+@pytest.mark.parametrize(("verb", "bodies"), [("prepare", 0), ("takeoff", 0), ("land", 1), ("hold", 1), ("start", 1)])
+def test_a_body_that_is_lost_stays_near_until_an_order_to_take_off_leaves_it_out(stage, verb, bodies):
+    gateway = stage()
+    gateway.places = {**FAR, 1: (20.5, 0.0, 1.0)}
+    assert [body.kind for body in gateway.step(2)[Key("nearby", "uav2")].bodies] == [BodyKind.DRONE]
+    del gateway.places[1]
+    gateway.step(105)
+    assert [body.kind for body in gateway.near(2)] == [BodyKind.OBSTACLE]
+    gateway.core.receive(MISSION, Mission(gateway.now, "world", verb, without=(1,)), gateway.now)
+    assert len(gateway.near(2)) == bodies
+
+
+def test_without_sensing_nothing_is_near(stage):
+    assert {key.kind for key in stage({"avoidance.sensing": "neighbours"}).step()} == {"pose"}
+
+
+def test_a_virtual_leader_has_no_body(stage):
+    gateway = stage({"leader.kind": "virtual", "drones.0": None})
+    del gateway.places[0]
+    assert Key("pose", "uav0") not in gateway.step()
+    assert gateway.core.triggers == {Key("truth", uav(i)) for i in range(1, 5)}
+
+
+def test_a_tracked_leader_has_a_pose_and_is_near_the_drones_as_a_person(stage):
+    gateway = stage({"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2]})
+    gateway.places[0] = (9.0, 0.3, 1.2)
+    published = gateway.step(2)
+    assert Key("pose", "uav0") in published
+    assert Key("nearby", "uav0") not in published
+    x, y, _ = published[Key("pose", "uav1")].position
+    (person,) = [body for body in published[Key("nearby", "uav1")].bodies if body.kind is BodyKind.MOVER]
+    px, py, _ = published[Key("pose", "uav0")].position
+    assert person.radius == 0.4
+    assert person.relative_position[:2] == pytest.approx((px - x, py - y))
+
+
+def test_the_mission_is_repeated_unchanged_twice_a_second(stage):
+    gateway, order = stage(), Mission(BEGAN, "world", "start", BEGAN + 5)
+    gateway.core.receive(MISSION, order, BEGAN)
+    repeats = [(gateway.now, published[MISSION]) for _ in range(350) if MISSION in (published := gateway.step())]
+    assert [mission for _, mission in repeats] == [order] * 7
+    assert [(at - BEGAN) // (SECOND // 2) for at, _ in repeats] == [1, 2, 3, 4, 5, 6, 7]
+
+
+def test_the_newest_mission_is_the_one_repeated(stage):
+    gateway, newest = stage(), Mission(BEGAN + 1, "world", "land")
+    for order in (newest, Mission(BEGAN, "world", "start")):
+        gateway.core.receive(MISSION, order, BEGAN)
+    assert gateway.step(100)[MISSION] == newest
+
+
+def test_it_reports_what_it_does_not_see(stage):
+    gateway = stage()
+    assert gateway.core.report(BEGAN).phase == "waiting"
+    gateway.step()
+    assert gateway.core.report(gateway.now).detail == ""
+    del gateway.places[2]
+    gateway.step(102)
+    assert gateway.core.report(gateway.now).detail == "does not see uav2"
+    assert gateway.core.report(gateway.now + 2 * SECOND).phase == "waiting"
+
+
+def test_the_source_decides_when_a_frame_is_due_and_receives_all_messages(make_swarm):
+    source = Recording()
+    core = GatewayCore(make_swarm(), source)
+    assert core.triggers == source.triggers
+    for key, message in (
+        (MISSION, Mission(BEGAN, "world", "takeoff")),
+        (Key("truth", "uav1"), Pose(BEGAN, "", FAR[1])),
+    ):
+        core.receive(key, message, BEGAN)
+    assert source.received == [MISSION, Key("truth", "uav1")]
+    for source.whole in (False, True):
+        assert core.due(Key("truth", "uav1")) == source.whole
+    assert core.report(BEGAN).detail == "waits for the end"
+
+
+def test_a_pose_carries_what_was_measured_with_stamps_that_differ(make_swarm):
+    turned, level = (0.0, 0.6, 0.0, 0.8), (0.0, 0.0, 0.0, 1.0)
+    seen = [(BEGAN - 3, uav(2), FAR[2], turned), (BEGAN, uav(1), FAR[1], level)]
+    frames = [
+        TrackerFrame(k, stamp, stamp, (ReportedBody(k, name, place, orientation, tracked=True),))
+        for k, (stamp, name, place, orientation) in enumerate(seen)
+    ]
+    published = dict(GatewayCore(make_swarm(), Recording(*frames)).step(BEGAN))
+    for stamp, name, place, orientation in seen:
+        pose = published[Key("pose", name)]
+        assert (pose.stamp, pose.position, pose.orientation) == (stamp, place, orientation)
+        assert published[Key("nearby", name)].stamp == stamp
+
+
+def test_when_one_drones_truth_ends_the_others_poses_go_on_at_the_full_rate(stage):
+    gateway, frames = stage(), []
+    for k in range(60):
+        gateway.now += FRAME
+        for i, place in gateway.places.items():
+            if i != 4 or k < 10:
+                gateway.core.receive(Key("truth", uav(i)), Pose(gateway.now, "world", place), gateway.now)
+                if gateway.core.due(Key("truth", uav(i))):
+                    frames.append((k, {key.owner for key, _ in gateway.core.step(gateway.now) if key.kind == "pose"}))
+    others = {uav(i) for i in range(4)}
+    assert frames[:10] == [(k, others | {"uav4"}) for k in range(10)]
+    assert frames[-46:] == [(k, others) for k in range(14, 60)]

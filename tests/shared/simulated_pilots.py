@@ -1,0 +1,155 @@
+"""Pilots and drivers of a swarm behind a session that is none: they obey what is published, at once, and report it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from flockwire import clock
+from flockwire.pilot.orders import Orders
+from flockwire.pilot.phases import Phase
+from flockwire.runtime.subscriptions import Wakeup
+from flockwire.swarm.model import uav
+from flockwire.wire.inbox import inbox_of
+from flockwire.wire.keys import Key
+from flockwire.wire.messages import FlightState, Message, Mission, Stop, Telemetry
+from flockwire.wire.plan import Plan
+from flockwire.wire.status import Report, Status
+
+GROUND = (Phase.GROUNDED, Phase.READY)
+
+
+@dataclass
+class SimulatedPilot:
+    """One pilot with its drone; `deaf`: no order reaches it; `silent`: nobody receives from it; `stays`: obeys not."""
+
+    name: str
+    phase: Phase = Phase.READY
+    detail: str = ""
+    orders: Orders = field(default_factory=Orders)
+    deaf: bool = False
+    silent: bool = False
+    stays: bool = False
+    turns_on: bool = False  # after a stop its motors are not known to be off
+    told: bool = False  # it has a stop
+
+    @property
+    def mission(self) -> Mission | None:
+        return self.orders.mission
+
+    @mission.setter
+    def mission(self, order: Mission | None) -> None:
+        """Have it obey `order` alone for a long time, None: no order."""
+        self.orders = Orders()
+        if order is not None:
+            self.orders.take(order, order.stamp)
+
+    @property
+    def state(self) -> FlightState:
+        if self.phase is Phase.STOPPED:
+            return FlightState.STOPPED
+        return FlightState.GROUNDED if self.phase in GROUND else FlightState.FLYING
+
+    def take(self, order: Mission | Stop) -> None:
+        if self.deaf:
+            return
+        if isinstance(order, Stop):
+            self.told = True
+            self.phase = self.phase if self.turns_on else Phase.STOPPED
+        else:
+            self.orders.take(order, clock.now())
+
+    def fly(self, now: int) -> None:
+        """Be where the order leads, without taking time."""
+        order = self.mission
+        if order is None or self.stays or self.phase is Phase.STOPPED:
+            return
+        if order.verb in ("land", "prepare"):
+            self.phase = Phase.READY
+        elif order.in_formation and now >= order.start:
+            self.phase = Phase.FORMATION
+        else:
+            self.phase = Phase.HOLD
+
+
+class Source:
+    """The newest of one key."""
+
+    def __init__(self, swarm: SimulatedSwarm, key: Key) -> None:
+        self.inbox, self._swarm = inbox_of(key), swarm
+
+    def message(self, now: int) -> Status | Telemetry | None:
+        return self._swarm.message(self.inbox.key, now)
+
+
+class SimulatedSwarm:
+    """The pilots of `plan`, and what was published to them; stands for a session."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self.pilots = {name: SimulatedPilot(name) for name in plan.pilots.values()}
+        self.others = tuple(name for name in plan.started if name not in self.pilots)
+        self.published: list[Mission | Stop] = []
+        self._drones = {uav(drone): name for drone, name in plan.pilots.items()}
+
+    def __enter__(self) -> SimulatedSwarm:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def __getitem__(self, name: str) -> SimulatedPilot:
+        return self.pilots[name]
+
+    def all(self, phase: Phase, mission: Mission | None = None) -> None:
+        for pilot in self.pilots.values():
+            pilot.phase, pilot.mission = phase, mission
+
+    def linked(self) -> tuple[str, ...]:
+        return self.plan.dials["operator"]
+
+    def newest(self, key: Key) -> Source:
+        return Source(self, key)
+
+    def prompt(self, key: Key, wakeup: Wakeup) -> None:
+        """Nobody answers who asks for the time."""
+
+    def publish(self, messages: list[tuple[Key, Message]]) -> None:
+        orders = [order for _, order in messages if isinstance(order, Mission | Stop)]
+        for order in orders:
+            self.published.append(order)
+            for pilot in self.pilots.values():
+                pilot.take(order)
+
+    def message(self, key: Key, now: int) -> Status | Telemetry | None:
+        if key.kind == "telemetry":
+            pilot = self.pilots[self._drones[key.owner]]
+            return None if pilot.silent else Telemetry(now, "world", pilot.state, 1.0, 0.0, 0.0, pilot.told)
+        if key.owner in self.others:
+            return status(key.owner, Report("serving"), now)
+        pilot = self.pilots[key.owner]
+        if pilot.silent:
+            return None
+        pilot.fly(now)
+        orders = pilot.orders
+        concurrent, age = orders.concurrent, orders.age(now)
+        return status(
+            key.owner,
+            Report(pilot.phase, pilot.detail, mission=orders.mission, concurrent=concurrent, order_age=age),
+            now,
+        )
+
+    @property
+    def orders(self) -> list[str]:
+        """The verbs that were published, without repetitions."""
+        verbs = ["stop" if isinstance(order, Stop) else order.verb for order in self.published]
+        return [verb for k, verb in enumerate(verbs) if k == 0 or verbs[k - 1] != verb]
+
+
+def status(identity: str, report: Report, now: int) -> Status:
+    return Status(now, "world", identity, report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
+
+
+def started(formation: str = "", ago: int = 60_000_000_000) -> Mission:
+    """Return an order to start that was given a while ago."""
+    now = clock.now()
+    return Mission(now - ago, "world", "start", now - ago, formation)

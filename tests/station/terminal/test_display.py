@@ -1,0 +1,59 @@
+"""What a flight shows: on a terminal a table, on one without a cursor and elsewhere a line for each stage."""
+
+import io
+import os
+import termios
+from contextlib import redirect_stdout
+from types import SimpleNamespace
+
+import pytest
+from flockwire.domain.time import SECOND
+from flockwire.ground.director import Stage
+from flockwire_station.terminal.display import REFRESH, Display
+from flockwire_station.terminal.standard_streams import Outlet, busy, unblocked
+from terminal_text import text_until
+
+NOW = 1_790_000_000 * SECOND
+
+
+@pytest.fixture
+def screen(terminal):
+    """Return both ends of a terminal, and a standard output to it."""
+    outlet = Outlet(terminal[1])
+    return *terminal, io.TextIOWrapper(io.BufferedWriter(outlet), "utf-8", line_buffering=True)
+
+
+def show(plan, stages):
+    """Show a flight that goes through `stages`."""
+    director, operator = SimpleNamespace(stage=Stage.PREPARING), SimpleNamespace(statuses={})
+    operator.core = SimpleNamespace(director=director)
+    display = Display(plan, plan.started, headless=False)
+    with display.shown():
+        for count, stage in enumerate(stages):
+            director.stage = stage
+            display.update(operator, NOW + count * REFRESH)
+            display.note("a note")
+
+
+@pytest.mark.parametrize("term", ["dumb", "unknown"])
+def test_a_terminal_without_a_cursor_gets_a_line_for_each_new_stage(make_plan, screen, monkeypatch, term):
+    monkeypatch.setenv("TERM", term)
+    flown = [Stage.PREPARING, Stage.PREPARING, Stage.TAKING_OFF, Stage.FLYING, Stage.LANDING, Stage.OVER]
+    with redirect_stdout(screen[2]):
+        show(make_plan(), flown)
+    lines = text_until(screen[0], "over").splitlines()
+    stages = [line.split("s  ")[1] for line in lines if "note" not in line]
+    assert stages == ["preparing", "taking off", "in formation", "landing", "over"]
+
+
+def test_a_terminal_that_is_paused_holds_nobody_and_gets_one_table_when_it_goes_on(make_plan, screen, monkeypatch):
+    monkeypatch.setenv("TERM", "xterm")
+    termios.tcflow(screen[1], termios.TCOOFF)
+    with redirect_stdout(screen[2]), unblocked():
+        show(make_plan(), 20 * [Stage.FLYING])
+        assert busy()
+        termios.tcflow(screen[1], termios.TCOON)
+    os.write(screen[1], b"the end")
+    text = text_until(screen[0], "the end")
+    assert text.count("a note") == 20
+    assert text.count("in formation, ") < 25  # the one that waited; each note draws it again

@@ -1,0 +1,105 @@
+"""Sticks become a velocity beyond a dead zone; what is no gamepad, or gone, moves nothing."""
+
+import importlib
+from collections import namedtuple
+
+import pytest
+from flockwire_station.terminal.gamepad import MISSING, Gamepad, is_gamepad, plugged_in
+from flockwire_station.terminal.sticks import DEAD_ZONE, EAST, OTHER_THROTTLE, SOUTH, THROTTLE, AxisRange, Sticks
+from hypothesis import given
+from hypothesis import strategies as st
+
+FULL = AxisRange(-32768, 32767)
+PAD = dict.fromkeys((EAST, SOUTH, THROTTLE), FULL)
+positions = st.integers(-40000, 40000)
+
+Event = namedtuple("Event", "type code value")
+Info = namedtuple("Info", "min max value")
+
+
+def test_sticks_away_are_north_and_up_and_right_is_east():
+    sticks = Sticks(0.4, PAD)
+    assert sticks.velocity() == (0.0, 0.0, 0.0)
+    sticks.move(SOUTH, -32768)
+    assert sticks.velocity() == pytest.approx((0.0, 0.4, 0.0))
+    sticks.move(SOUTH, 0)
+    sticks.move(EAST, 32767)
+    assert sticks.velocity() == pytest.approx((0.4, 0.0, 0.0), abs=1e-5)
+    sticks.move(EAST, 0)
+    sticks.move(THROTTLE, -32768)
+    assert sticks.velocity() == pytest.approx((0.0, 0.0, 0.4))
+    sticks.rest()
+    assert sticks.velocity() == (0.0, 0.0, 0.0)
+
+
+@given(x=positions, y=positions, z=positions)
+def test_it_is_never_faster_than_the_leader_may_be(x, y, z):
+    sticks = Sticks(0.4, PAD)
+    for code, value in ((EAST, x), (SOUTH, y), (THROTTLE, z), (99, 32767)):
+        sticks.move(code, value)
+    assert sum(v * v for v in sticks.velocity()) ** 0.5 <= 0.4 + 1e-12
+
+
+def test_in_the_dead_zone_nothing_moves_and_beyond_it_speed_grows_from_nothing():
+    sticks = Sticks(1.0, PAD)
+    speeds = []
+    for share in (DEAD_ZONE - 0.01, DEAD_ZONE + 0.01, 0.5, 1.0):
+        sticks.move(EAST, round(32767 * share))
+        speeds.append(sticks.velocity()[0])
+    assert speeds[0] == 0.0
+    assert 0.0 < speeds[1] < 0.02
+    assert speeds[2] == pytest.approx((0.5 - DEAD_ZONE) / (1.0 - DEAD_ZONE), abs=1e-3)
+    assert speeds[3] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_a_pad_of_bytes_without_the_usual_axis_climbs_by_the_other_one():
+    sticks = Sticks(0.4, dict.fromkeys((EAST, SOUTH, OTHER_THROTTLE), AxisRange(0, 255)))
+    for code in (EAST, SOUTH):
+        sticks.move(code, 128)
+    sticks.move(OTHER_THROTTLE, 255)
+    assert sticks.velocity() == pytest.approx((0.0, 0.0, -0.4))
+    assert AxisRange(0, 0).share(7) == 0.0
+
+
+class Device:
+    """What evdev gives of a gamepad."""
+
+    name, fd = "Pad", -1
+
+    def __init__(self, *events):
+        self.events = events
+
+    def capabilities(self):
+        return {1: [0x130], 3: [(code, Info(-100, 100, 0)) for code in (EAST, SOUTH, THROTTLE)]}
+
+    def absinfo(self, code):
+        return Info(-100, 100, 100 if code == EAST else 0)
+
+    def read(self):
+        return iter(self.events)
+
+
+def test_events_of_axes_count_and_dropped_ones_are_asked_for():
+    pad = Gamepad(Device(Event(3, SOUTH, -100), Event(1, 0x130, 1), Event(0, 0, 0)), 0.4)
+    pad.read()
+    assert pad.sticks.velocity() == pytest.approx((0.0, 0.4, 0.0))
+    pad = Gamepad(Device(Event(0, 3, 0)), 0.4)
+    pad.read()
+    assert pad.sticks.velocity() == pytest.approx((0.4, 0.0, 0.0))
+
+
+def test_a_mouse_is_no_gamepad():
+    assert is_gamepad(Device().capabilities())
+    assert not is_gamepad({1: [0x110], 2: [0, 1]})
+    assert not is_gamepad({1: [0x130], 3: [(EAST, Info(0, 1, 0))]})
+
+
+def test_a_missing_package_is_named_where_a_gamepad_is_there(tmp_path, monkeypatch):
+    def without(name):
+        raise ImportError(name)
+
+    monkeypatch.setattr(importlib, "import_module", without)
+    assert plugged_in(0.4, tmp_path) == (None, "")
+    (tmp_path / "js0").touch()
+    assert plugged_in(0.4, tmp_path) == (None, MISSING)
+    assert "scripts/extra gamepad" in MISSING

@@ -1,0 +1,98 @@
+"""Flights that must fail: `check` had said so, and when."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+from flockwire.loading import parse_swarm
+from flockwire.pilot.phases import Phase
+from flockwire.wire.status import Status
+from flockwire_analysis.summary import summarise
+from flockwire_sim.recording import TraceInMemory
+from flockwire_sim.world import World
+from flockwire_station.initial import swarm_text
+from flockwire_station.prediction import predicted
+
+CALM = {"control.law": "extended", "formation.rate": 0.1, "leader.input_bound": 1.0}
+INTO_FENCE = {
+    "leader.trajectory.velocity": [0.8, 0.0, 0.0],
+    "limits.fence.min": [-4.0, -4.0, -0.5],
+    "limits.fence.max": [4.0, 4.0, 3.0],
+}
+TOO_FAST = {"leader.trajectory.velocity": [2.5, 0.0, 0.0], "formation.rate": 1.0}
+INTO_OBSTACLE = {
+    "leader.trajectory.velocity": [0.5, 0.0, 0.0],
+    "obstacles": [{"center": [2.0, 0.0, 0.0], "radius": 0.4}],
+}
+
+
+def laid_out_in_readme():
+    """Return README's swarm of one's own."""
+    text = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    return re.search(r"## A swarm of your own\n\n```toml\n(.*?)```", text, re.DOTALL)[1]
+
+
+@pytest.fixture
+def swarm(make_swarm):
+    return lambda changes: make_swarm({**CALM, **changes})
+
+
+def test_a_course_that_leaves_the_fence(swarm):
+    leader, followers = predicted(swarm(INTO_FENCE), 12.0)
+    assert leader == "the leader's course leaves limits.fence after 5.1 s, at [4.0, 0.0, 1.0]"
+    assert followers.startswith("formation: the place of uav2 leaves limits.fence after 2.6 s")
+    assert not list(predicted(swarm(INTO_FENCE), 2.0))
+
+
+def test_a_flight_without_an_end_leaves_the_fence_some_day(swarm):
+    slow = {**INTO_FENCE, "leader.trajectory.velocity": [0.01, 0.0, 0.0]}
+    assert not list(predicted(swarm(slow), 60.0))
+    leader, _ = predicted(swarm(slow), 0.0)
+    assert leader.startswith("the leader's course leaves limits.fence after 40")
+
+
+def test_the_default_leader_and_those_of_the_first_files_stay_inside():
+    table = tomllib.loads(laid_out_in_readme())
+    for made in (table, tomllib.loads(swarm_text("five", 5)), tomllib.loads(swarm_text("twenty", 20))):
+        assert not list(predicted(parse_swarm(made, "test.toml"), 0.0))
+
+
+def test_what_holds_a_leader_at_the_fence_and_the_others_off_their_places_is_in_their_rows(swarm):
+    """Fly into a fence: what the statuses report in the end."""
+    stuck = swarm({**INTO_FENCE, "control.law": "extended", "checks.off_place": 2.0})
+    details = {}
+
+    def take(published):
+        if published.key.kind == "status":
+            report = Status.decode(published.sample.payload).report
+            if report.phase == Phase.FORMATION:
+                details[published.key.owner] = report.line
+
+    World(stuck, 0, 16.0, (), take).run()
+    assert details["leader"] == "held at the fence"
+    assert any("off its place for more than 2 s" in detail for detail in details.values())
+
+
+def test_the_leader_s_speed_adds_to_the_formation_s(swarm):
+    assert "formation: with the leader's speed uav4 needs 4.50 m/s, limits.speed = 3 m/s" in predicted(
+        swarm(TOO_FAST), 3.0
+    )
+
+
+def test_an_obstacle_in_the_leader_s_way(swarm):
+    lines = list(predicted(swarm(INTO_OBSTACLE), 12.0))
+    assert "the leader's course comes closer than 0.3 m to obstacle 0 after 2.6 s" in lines
+
+
+def test_an_obstacle_that_is_lower_than_the_formation_is_in_nobody_s_way(swarm):
+    low = {**INTO_OBSTACLE, "obstacles": [{"center": [2.0, 0.0, 0.0], "radius": 0.4, "height": 0.5}]}
+    assert not list(predicted(swarm(low), 6.0))
+
+
+@pytest.mark.parametrize("changes", [INTO_FENCE, TOO_FAST], ids=["into the fence", "too fast"])
+def test_what_was_predicted_fails(swarm, changes):
+    wrong = swarm(changes)
+    trace = TraceInMemory(wrong, 0)
+    World(wrong, 0, 9.0, (), trace.take).run()
+    assert any(sentence.startswith("formation tail: ") for sentence in summarise(trace.trace()).failures())

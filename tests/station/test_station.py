@@ -1,0 +1,370 @@
+"""`up` while it flies: stages, keys, interrupts, processes that die, statuses that are waited for, and its lock."""
+
+import asyncio
+import os
+import signal
+from types import SimpleNamespace
+
+import pytest
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.ground import director, giving
+from flockwire.ground.director import Stage
+from flockwire.pilot.phases import Phase
+from flockwire.runtime import session as sessions
+from flockwire.runtime.session import RouterAbsentError
+from flockwire.wire.messages import Mission, Stop
+from flockwire_station import operator, up
+from flockwire_station.connecting import UNANSWERED
+from flockwire_station.operator import Operator
+from flockwire_station.processes import PortInUseError
+from flockwire_station.restarting import MOST_RESTARTS
+from flockwire_station.terminal.interrupts import Interrupts
+from flockwire_station.up import LEFT, Station, UpOptions
+from simulated_children import Processes
+from simulated_pilots import SimulatedSwarm, started
+
+TICK = 0.005  # s between two looks of these tests' stations
+
+
+class Scene:
+    """A station with its swarm; `at` says what happens when a stage has begun."""
+
+    def __init__(self, plan, host="localhost", duration=0.2):
+        self.swarm, self.children, self.interrupted = SimulatedSwarm(plan), Processes(), Interrupts()
+        self.injected = []
+        options = UpOptions(plan, None, host, duration, None, None, True)
+        injector = SimpleNamespace(step=self.injected.append)
+        self.operator = Operator(plan, self.swarm)
+        self.station = Station(options, self.children, self.operator, injector)
+        self.at = {}
+
+    @property
+    def director(self):
+        return self.operator.core.director
+
+    @property
+    def stage(self):
+        return Stage.PREPARING if self.director is None else self.director.stage  # None: another host conducts
+
+    def conduct(self):
+        """Fly; returns why the flight failed."""
+
+        async def run():
+            task = asyncio.create_task(self.station.conduct(self.interrupted))
+            happens = asyncio.create_task(self._happens())
+            async with asyncio.timeout(10):
+                failure = await task
+            happens.cancel()
+            return failure
+
+        return asyncio.run(run())
+
+    async def _happens(self):
+        for stage, act in self.at.items():
+            while self.stage is not stage:  # noqa: ASYNC110
+                await asyncio.sleep(TICK)
+            await asyncio.sleep(4 * TICK)
+            act()
+
+
+@pytest.fixture
+def scene(make_plan, monkeypatch):
+    """Return the builder of a scene."""
+    monkeypatch.setattr(operator, "POLL_PERIOD", TICK)
+    monkeypatch.setattr(director, "LEAD_TIME", SECOND // 50)
+    plan = make_plan()
+    return lambda **more: Scene(plan, plan.hosts["recorder"], **more)
+
+
+def interrupt(scene):
+    def act():
+        scene.interrupted.count += 1
+
+    return act
+
+
+def test_a_flight_from_take_off_to_landing(scene, capsys):
+    flight = scene()
+    assert flight.conduct() == ""
+    assert flight.swarm.orders == ["takeoff", "start", "land"]
+    assert flight.children.took_off == flight.swarm.published[0].stamp
+    assert flight.injected[0] >= 0
+    stages = [line.split("s  ")[-1] for line in capsys.readouterr().out.splitlines() if "s  " in line]
+    assert [stage for stage in stages if stage != "preparing"] == ["taking off", "in formation", "landing", "over"]
+
+
+def test_the_first_interrupt_lands(scene):
+    flight = scene(duration=0.0)
+    flight.at = {Stage.FLYING: interrupt(flight)}
+    assert flight.conduct() == ""
+    assert flight.swarm.orders[-1] == "land"
+
+
+def test_at_the_second_it_leaves_and_is_not_well(scene):
+    flight = scene(duration=0.0)
+
+    def interrupt_with_one_that_stays_up():
+        flight.swarm["uav3"].stays = True
+        interrupt(flight)()
+
+    flight.at = {Stage.FLYING: interrupt_with_one_that_stays_up, Stage.LANDING: interrupt(flight)}
+    assert flight.conduct() == LEFT
+
+
+def test_a_dead_process_lands_the_others_and_is_the_failure(scene):
+    flight = scene(duration=0.0)
+
+    flight.at = {Stage.FLYING: lambda: flight.children.dead.append("uav2")}
+    assert flight.conduct() == "uav2 ended by itself (signal SIGKILL)"
+    assert flight.swarm.orders[-1] == "land"
+
+
+def test_a_dead_recorder_is_started_again_which_is_said_and_ends_no_flight(scene, capsys):
+    flight = scene(duration=0.5)
+    flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
+    assert flight.conduct() == ""
+    assert flight.children.started == ["recorder"]
+    assert "recorder ended by itself (signal SIGKILL); started again\n" in capsys.readouterr().out
+
+
+def test_a_recorder_that_dies_again_and_again_lands_the_drones_at_last(scene):
+    flight = scene(duration=0.0)
+
+    async def restart(identity):
+        flight.children.started.append(identity)
+        flight.children.dead.append(identity)
+
+    flight.children.restart = restart
+    flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
+    assert flight.conduct() == "recorder ended by itself (signal SIGKILL)"
+    assert flight.children.started == ["recorder"] * MOST_RESTARTS
+
+
+def test_what_refuses_to_run_is_not_started_again(scene):
+    flight = scene(duration=0.0)
+    flight.children.refusing = True
+    flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
+    assert flight.conduct() == "recorder ended by itself (signal SIGKILL)"
+    assert flight.children.started == []
+
+
+def test_it_is_over_only_when_telemetry_says_so(scene, monkeypatch):
+    monkeypatch.setattr(director, "STAGE_TIME", SECOND)
+    flight = scene(duration=0.2)
+
+    def cut_off():
+        flight.swarm["uav3"].stays = True
+
+    flight.at = {Stage.FLYING: cut_off}
+    assert flight.conduct().endswith("(not known to be down: uav3)")
+
+
+def press(flight, *verbs):
+    def act():
+        for verb in verbs:
+            flight.operator.order(verb, flight.station._display.note)
+
+    return act
+
+
+def test_keys_give_orders_in_flight(scene):
+    flight = scene(duration=0.0)
+    flight.at = {Stage.FLYING: press(flight, "hold", "resume", "land")}
+    assert flight.conduct() == ""
+    assert flight.swarm.orders == ["takeoff", "start", "hold", "start", "land"]
+    starts = {order.start for order in flight.swarm.published if isinstance(order, Mission) and order.verb == "start"}
+    assert len(starts) == 1  # the formation's time goes on
+
+
+def test_a_stop_by_key_is_repeated_until_the_motors_are_off(scene):
+    flight = scene(duration=0.0)
+
+    def stop():
+        flight.swarm["uav3"].deaf = True
+        press(flight, "stop")()
+        asyncio.get_running_loop().call_later(0.2, setattr, flight.swarm["uav3"], "deaf", False)
+
+    flight.at = {Stage.FLYING: stop}
+    assert flight.conduct() == "emergency stop"
+    stamps = {order.stamp for order in flight.swarm.published if isinstance(order, Stop)}
+    assert len(stamps) > 2
+    assert max(stamps) - min(stamps) > nanoseconds(0.19)  # until the one that was deaf has it
+    assert {pilot.phase for pilot in flight.swarm.pilots.values()} == {Phase.STOPPED}
+
+
+def test_another_operators_landing_is_no_failure(scene):
+    flight = scene(duration=0.0)
+
+    def land():
+        order = Mission(flight.director.order.stamp + 1, "world", "land")
+        flight.swarm.publish([(None, order)])
+
+    flight.at = {Stage.FLYING: land}
+    assert flight.conduct() == ""
+
+
+@pytest.fixture
+def serving(make_plan, monkeypatch):
+    """Return a scene on a host that does not conduct, whose swarm flies; nobody there has the time."""
+    monkeypatch.setattr(giving, "LOOK_TIME", TICK)
+    monkeypatch.setattr(operator, "POLL_PERIOD", TICK)
+    hosts = {"ground": {"address": "127.0.0.1"}, "air": {"address": "127.0.0.1", "processes": ["leader"]}}
+    flight = Scene(make_plan({"hosts": hosts, "network.base_port": 29000}), "air")
+    flight.swarm.all(Phase.FORMATION, started())
+    return flight
+
+
+def press_then_interrupt(flight, *verbs):
+    """Return what presses keys, and some time later interrupts."""
+
+    def act():
+        press(flight, *verbs)()
+        asyncio.get_running_loop().call_later(0.2, interrupt(flight))
+
+    return act
+
+
+def test_a_host_that_does_not_conduct_gives_no_orders(serving, capsys):
+    serving.at = {Stage.PREPARING: interrupt(serving)}
+    assert serving.conduct() == ""
+    assert serving.swarm.published == []
+    assert capsys.readouterr().out.endswith("s  serving\n")
+
+
+@pytest.mark.parametrize(("verb", "phase"), [("land", Phase.READY), ("hold", Phase.HOLD)])
+def test_a_key_of_a_host_that_does_not_conduct_is_an_order_to_all_and_the_host_serves_on(serving, capsys, verb, phase):
+    serving.at = {Stage.PREPARING: press_then_interrupt(serving, verb)}
+    assert serving.conduct() == ""
+    assert serving.swarm.orders == [verb]
+    assert {pilot.phase for pilot in serving.swarm.pilots.values()} == {phase}
+    assert f"{verb}: confirmed by leader, uav1, uav2, uav3, uav4\n" in capsys.readouterr().out
+
+
+def test_who_does_not_confirm_the_order_of_a_key_is_named(serving, capsys, monkeypatch):
+    monkeypatch.setattr(giving, "ANSWER_TIME", SECOND // 10)
+    serving.swarm["uav3"].deaf = True
+    serving.at = {Stage.PREPARING: press_then_interrupt(serving, "land")}
+    serving.conduct()
+    assert "land: confirmed by leader, uav1, uav2, uav4; not confirmed by uav3\n" in capsys.readouterr().out
+
+
+def test_a_host_that_does_not_conduct_starts_no_formation_and_says_who_does(serving, capsys):
+    serving.at = {Stage.PREPARING: press_then_interrupt(serving, "resume")}
+    serving.conduct()
+    assert serving.swarm.published == []
+    assert "resume: this host does not conduct the flight; " in capsys.readouterr().out
+
+
+def test_a_stop_by_a_key_counts_on_every_host(serving):
+    serving.at = {Stage.PREPARING: press_then_interrupt(serving, "stop")}
+    serving.conduct()
+    assert len([order for order in serving.swarm.published if isinstance(order, Stop)]) > 10
+
+
+def test_a_key_that_orders_nothing_says_why(scene, capsys):
+    flight = scene()
+    flight.swarm["uav3"].phase, flight.swarm["uav3"].stays = Phase.GROUNDED, True
+
+    def press_and_go_on():
+        press(flight, "hold", "resume")()
+        flight.swarm["uav3"].phase, flight.swarm["uav3"].stays = Phase.READY, False
+
+    flight.at = {Stage.PREPARING: press_and_go_on}
+    assert flight.conduct() == ""
+    printed = capsys.readouterr().out
+    assert "hold: nothing ordered while preparing\n" in printed
+    assert "resume: nothing ordered while preparing\n" in printed
+
+
+@pytest.fixture
+def starting(make_plan, monkeypatch):
+    """Return what starts a swarm's processes and returns them in their order; `lives`: who reports in the end."""
+
+    def start(changes=None, lives=lambda _: True, interrupts=0):
+        plan, children, interrupted = make_plan(changes), Processes(), Interrupts()
+        interrupted.count = interrupts
+        swarm = SimulatedSwarm(plan)
+        message = swarm.message
+        swarm.message = lambda key, now: (
+            message(key, now) if key.kind != "status" or (key.owner in children.started and lives(key.owner)) else None
+        )
+
+        async def connected(*_, **__):
+            return swarm
+
+        async def run():
+            here, watching = plan.processes_on(options.host), Operator(plan, swarm)
+            await up.open_session(options, children, here, interrupted)
+            await up.start_processes(options, children, here, watching, interrupted)
+
+        monkeypatch.setattr(up, "connected", connected)
+        options = UpOptions(plan, None, plan.hosts["recorder"], 1.0, None, None, True)
+        asyncio.run(run())
+        return children.started
+
+    monkeypatch.setattr(operator, "POLL_PERIOD", TICK)
+    monkeypatch.setattr(up, "START_TIME", 0.1)
+    return start
+
+
+def test_nobody_starts_before_those_that_it_waits_for_have_reported(starting):
+    assert starting()[0] == "recorder"
+    assert starting({"network.mode": "router"})[:2] == ["router", "recorder"]
+
+
+def test_who_does_not_report_in_time_is_waited_for_no_more(starting):
+    assert sorted(starting(lives=lambda name: name != "recorder")) == sorted(starting())
+
+
+def test_interrupted_it_starts_nobody_any_more(starting):
+    assert starting(interrupts=1) == []
+
+
+@pytest.fixture
+def without_router(make_plan, monkeypatch):
+    """Return what flies a swarm whose router never answers, and returns why that failed; `act` happens meanwhile."""
+
+    def fly(act):
+        plan, children, acts = make_plan({"network.mode": "router"}), Processes(), [act]
+
+        def unanswered(*_):
+            if acts:
+                acts.pop()(children)
+            raise RouterAbsentError
+
+        async def run():
+            options = UpOptions(plan, None, plan.hosts["recorder"], 1.0, None, None, True)
+            async with asyncio.timeout(10):
+                return await up._fly(options, SimpleNamespace(detours={}))
+
+        monkeypatch.setattr(up, "Children", lambda *_: children)
+        monkeypatch.setattr(sessions, "Session", unanswered)
+        return asyncio.run(run()), children.started
+
+    return fly
+
+
+def test_a_router_that_dies_before_it_answers_is_the_failure(without_router):
+    dead = "router ended by itself (signal SIGKILL)"
+    assert without_router(lambda children: children.dead.append("router")) == (dead, ["router"])
+
+
+def test_an_interrupt_ends_the_wait_for_the_router(without_router):
+    assert without_router(lambda _: os.kill(os.getpid(), signal.SIGINT)) == (UNANSWERED, ["router"])
+
+
+def test_two_stations_of_one_swarm_exclude_each_other(make_plan, tmp_path):
+    plan = make_plan()
+    (tmp_path / f"{plan.started[0]}.key").touch()
+    options = UpOptions(plan, None, "local", 1.0, None, tmp_path, True)
+    refused = pytest.raises(PortInUseError, match="another `flockwire up` flies with these keys")
+    with up.alone(options), refused, up.alone(options):
+        pass
+    with up.alone(options):  # the lock is gone with its holder
+        pass
+
+
+def test_without_a_folder_of_keys_there_is_no_lock(make_plan, tmp_path):
+    options = UpOptions(make_plan(), None, "localhost", 1.0, None, tmp_path / "none", True)
+    with up.alone(options), up.alone(options):
+        assert not options.keys.exists()
