@@ -48,7 +48,7 @@ class Outlet:
 
     def __init__(self, swarm: Swarm, key: Key) -> None:
         self.row: KeyRow = ROWS[key.kind]
-        self.topic = f"/{key_text(swarm, key)}"
+        self.topic = f"/{key_text(swarm.name, key)}"
         self.sequence, self.publisher = 0, b""
         self.readers: list[tuple[VirtualLink, int]] = []
 
@@ -152,11 +152,13 @@ class VirtualProcess:
         self._bind(core)
         prompt = at_once(core) | timekeeping.keys
         self._slots = [Slot(slot.inbox, slot.inbox.key in prompt) for slot in self._slots]
-        status = StatusPublisher(self._swarm, self.identity, self._publish, NoResources(), timekeeping, _log_nothing)
+        status = StatusPublisher(
+            self._swarm.frame, self.identity, self._publish, NoResources(), timekeeping, _log_nothing
+        )
         buffered = [slot for slot in self._slots if not slot.prompt]
         self._stepper = Stepper(
-            core, self._swarm, buffered, self._slots, self._publish, timekeeping, status if self._reports else None,
-            None if self._networked is None else self._flush,
+            core, self._swarm.name, buffered, self._slots, self._publish, timekeeping,
+            status if self._reports else None, None if self._networked is None else self._flush,
         )  # fmt: skip
         self._period = self.clock.true_length(round(tick_period(core) * SECOND))
         self._scheduler.at(self._scheduler.now + self._period, self._tick, self._starts)

@@ -14,6 +14,7 @@ from flockwire.domain.motion import LeaderMotion
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, add, scale, subtract
 from flockwire.loading import parse_swarm
+from flockwire.parameters import agent_parameters
 from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import MISSION, STOP, Key
@@ -32,7 +33,7 @@ class Cockpit:
 
     def __init__(self, swarm: Swarm, number: int, position: Vector = (3.0, 0.0, 0.0)) -> None:
         self.now, self.swarm, self.number = BEGAN, swarm, number
-        self.core = AgentCore(swarm, number, BEGAN)
+        self.core = AgentCore(agent_parameters(swarm, number), BEGAN)
         self.position, self.leader = position, (0.0, 0.0, 1.0)
         self.leader_phase, self.leading = Phase.FORMATION, Leading.LEADS  # what it reports; what others say of it
         self.origin: int | None = None  # of the neighbours' estimates, Unix ns; None: they are news

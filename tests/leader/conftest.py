@@ -9,6 +9,7 @@ import pytest
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import Vector, add, scale, subtract
+from flockwire.parameters import leader_parameters
 from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import MISSION, Key
@@ -24,7 +25,7 @@ class Seat:
     """A flying leader; what is `silent` (kinds of keys) does not arrive."""
 
     def __init__(self, swarm: Swarm) -> None:
-        self.now, self.core, self.swarm = BEGAN, FlyingLeader(swarm, BEGAN), swarm
+        self.now, self.core, self.swarm = BEGAN, FlyingLeader(leader_parameters(swarm), BEGAN), swarm
         self.position, self.velocity, self.before = STILL, STILL, STILL
         self.state, self.battery = FlightState.GROUNDED, 1.0
         self.silent: set[str] = set()

@@ -248,7 +248,7 @@ def record(path: Path, **numbers: object) -> Flight:
     for published, key, publisher, sequence, message in said:
         if begin < published < end:
             continue
-        topic, ros_type = f"/{key_text(flight.swarm, key)}", ROS_TYPES[ROWS[key.kind].message]
+        topic, ros_type = f"/{key_text(flight.swarm.name, key)}", ROS_TYPES[ROWS[key.kind].message]
         who = publisher.encode().ljust(16)
         writer.write(topic, ros_type, who, sequence, published + MS // 5, published, message.encode())
         if key == Key("command", "uav3") and sequence // 100 < len(flight.forged) and sequence % 100 == 50:

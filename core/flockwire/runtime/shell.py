@@ -57,7 +57,7 @@ class Shell:
         flush = None if sockets is None else sockets.flush
         self._stepper = Stepper(
             core,
-            plan.swarm,
+            plan.swarm.name,
             buffered,
             [*buffered, *prompts, *swarm_clock.prompts],
             session.publish,
@@ -102,7 +102,7 @@ def status_publisher(
             if isinstance(message, Status):
                 supervision.completed(message.report)
 
-    return StatusPublisher(plan.swarm, identity, publish, resources, timed, logging.getLogger(identity).info)
+    return StatusPublisher(plan.swarm.frame, identity, publish, resources, timed, logging.getLogger(identity).info)
 
 
 def _waits(status: StatusPublisher) -> None:

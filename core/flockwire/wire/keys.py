@@ -250,9 +250,9 @@ MISSION = Key("mission")
 STOP = Key("stop")
 
 
-def key_text(swarm: Swarm, key: Key) -> str:
+def key_text(swarm_name: str, key: Key) -> str:
     """Return the key as it stands on the wire; with a `/` before it, the ROS 2 topic."""
-    return f"{swarm.name}/{key.owner}/{key.kind}" if key.owner else f"{swarm.name}/{key.kind}"
+    return f"{swarm_name}/{key.owner}/{key.kind}" if key.owner else f"{swarm_name}/{key.kind}"
 
 
 def all_keys(roster: Roster) -> tuple[Key, ...]:
