@@ -14,7 +14,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 COMPILED = (
     "core/flockwire/control",
     "core/flockwire/domain",
-    *(f"core/flockwire/wire/{name}.py" for name in ("cdr", "inbox", "messages", "stamped", "status")),
+    *(f"core/flockwire/wire/{name}.py" for name in ("cdr", "codec", "inbox", "orders", "status")),
     *(
         f"core/flockwire/pilot/{name}.py"
         for name in (

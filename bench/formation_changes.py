@@ -17,6 +17,9 @@ from math import dist, hypot, inf, pi
 from random import Random
 
 import numpy as np
+from flockwire.domain.airframe import Command, Telemetry
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import Vector, distance
 from flockwire.ground.director import Director, Stage
@@ -24,7 +27,6 @@ from flockwire.ground.formation_planning import ChangeRefusedError, plan_change
 from flockwire.loading import SwarmFileError, parse_swarm
 from flockwire.pilot.orders import flown_formation
 from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import Command, Mission, Pose, Telemetry
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 from flockwire_sim.process import Published

@@ -7,6 +7,8 @@ from functools import partial
 from math import dist, isfinite
 from typing import Any
 
+from flockwire.domain.motion import Estimate, Leading
+from flockwire.domain.order import Mission
 from flockwire.domain.vector import add
 from flockwire.law import Decision, Observation, Reference
 from flockwire.loading import make_law
@@ -18,8 +20,8 @@ from flockwire.pilot.phases import Phase
 from flockwire.pilot.pilot import Pilot
 from flockwire.process.cores import Start
 from flockwire.swarm.model import uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Estimate, Leading, Message, Mission
 from flockwire.wire.status import Report, Status
 
 from flockwire_agent.guarded_law import GuardedLaw

@@ -7,10 +7,11 @@ from collections.abc import Hashable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from flockwire.domain.order import Mission, Stop, Version
 from flockwire.law import FAILED
 from flockwire.swarm.model import Swarm
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import ROWS, Key
-from flockwire.wire.messages import Message, Mission, Stop, Version
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 from flockwire_recorder.publication import count_lost, published_at

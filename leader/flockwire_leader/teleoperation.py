@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from flockwire.domain.airframe import Command
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, limit, norm, subtract
 from flockwire.parameters import TeleoperationParameters
 from flockwire.pilot.phases import age, keep_place
-from flockwire.wire.messages import Command
 
 STILL = 1e-6  # m/s below which the leader keeps its place
 

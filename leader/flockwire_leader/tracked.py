@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from flockwire.control.graph import LEADER
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND
 from flockwire.parameters import TrackedParameters
 from flockwire.pilot.ladder import MISTAKEN, doubted
@@ -10,8 +12,8 @@ from flockwire.pilot.orders import Orders
 from flockwire.pilot.phases import NEVER, age
 from flockwire.process.cores import Ground
 from flockwire.swarm.model import uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import IdentityDoubt, Message, Mission, Pose
 from flockwire.wire.status import Report
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from flockwire.control.graph import LEADER
+from flockwire.domain.order import Mission
 from flockwire.domain.time import nanoseconds
 from flockwire.domain.vector import Vector
 from flockwire.ground.director import LEAD_TIME, Director, Stage
@@ -16,7 +17,6 @@ from flockwire.ground.giving import Order
 from flockwire.ground.operator import OperatorCore
 from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import Mission
 from flockwire.wire.plan import Plan
 
 if TYPE_CHECKING:

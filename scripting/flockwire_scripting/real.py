@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Self
 
 from flockwire import clock
+from flockwire.domain.order import Mission
 from flockwire.domain.vector import Vector
-from flockwire.wire.messages import Mission
 from flockwire.wire.plan import Plan
 from flockwire_analysis.report import write_report
 from flockwire_station.folders import complete_keys

@@ -6,10 +6,10 @@ import asyncio
 from pathlib import Path
 from typing import Self
 
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import Vector
 from flockwire.ground.formation_planning import plan_in_time
-from flockwire.wire.messages import Mission
 from flockwire.wire.plan import Plan
 from flockwire_analysis.report import write_report
 from flockwire_analysis.summary import summarise

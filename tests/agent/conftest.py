@@ -9,8 +9,11 @@ from math import dist, hypot, inf
 from typing import Any
 
 import pytest
-from flockwire.domain.body import Body
-from flockwire.domain.motion import LeaderMotion
+from flockwire.domain.airframe import Command, FlightState, Telemetry
+from flockwire.domain.body import Body, Nearby
+from flockwire.domain.motion import Estimate, LeaderMotion, Leading
+from flockwire.domain.order import Mission, Stop
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, add, scale, subtract
 from flockwire.loading import parse_swarm
@@ -18,7 +21,6 @@ from flockwire.parameters import agent_parameters
 from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import MISSION, STOP, Key
-from flockwire.wire.messages import Command, Estimate, FlightState, Leading, Mission, Nearby, Pose, Stop, Telemetry
 from flockwire.wire.status import Report, Status
 from flockwire_agent.core import AgentCore
 from flockwire_sim.process import Published

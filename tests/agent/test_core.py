@@ -1,10 +1,11 @@
 from math import hypot
 
 import pytest
+from flockwire.domain.airframe import FlightState
 from flockwire.domain.body import Body, BodyKind
+from flockwire.domain.pose import Pose
 from flockwire.pilot.phases import Phase
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import FlightState, Pose
 
 
 def test_on_the_ground_it_says_what_it_waits_for(cockpit):

@@ -3,13 +3,17 @@
 from math import dist
 
 import pytest
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.body import Nearby
+from flockwire.domain.motion import Estimate
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import add, scale
 from flockwire.parameters import agent_parameters
 from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Estimate, FlightState, Mission, Nearby, Pose, Telemetry
 from flockwire_agent.core import AgentCore
 
 BEGAN = 1_790_000_000 * SECOND

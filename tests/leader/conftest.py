@@ -6,14 +6,16 @@ from collections.abc import Callable
 from math import dist, hypot, inf
 
 import pytest
-from flockwire.domain.body import Body, BodyKind
+from flockwire.domain.airframe import Command, FlightState, Telemetry
+from flockwire.domain.body import Body, BodyKind, Nearby
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import Vector, add, scale, subtract
 from flockwire.parameters import leader_parameters
 from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Command, FlightState, Mission, Nearby, Pose, Telemetry
 from flockwire_leader.core import FlyingLeader
 
 BEGAN = 1_790_000_000 * SECOND

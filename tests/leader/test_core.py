@@ -1,9 +1,9 @@
 from math import dist, hypot
 
 import pytest
+from flockwire.domain.airframe import FlightState
 from flockwire.domain.vector import add
 from flockwire.pilot.phases import Phase
-from flockwire.wire.messages import FlightState
 
 STILL = (0.0, 0.0, 0.0)
 

@@ -3,9 +3,9 @@
 from math import hypot
 
 import pytest
+from flockwire.domain.order import Stop
 from flockwire.pilot.phases import Phase
 from flockwire.wire.keys import STOP
-from flockwire.wire.messages import Stop
 
 STILL = (0.0, 0.0, 0.0)
 

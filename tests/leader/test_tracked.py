@@ -1,9 +1,10 @@
 import pytest
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND
 from flockwire.parameters import tracked_parameters
 from flockwire.pilot.ladder import MISTAKEN
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import IdentityDoubt, Mission, Pose
 from flockwire_leader.tracked import TrackedLeader
 
 BEGAN = 1_790_000_000 * SECOND

@@ -11,13 +11,14 @@ from math import dist, hypot
 from typing import Any
 
 import pytest
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import Vector
 from flockwire.ground.director import Director, Stage
 from flockwire.pilot.phases import SHUTDOWN
 from flockwire.process.cores import Core, Start, make_core
 from flockwire.swarm.model import uav
-from flockwire.wire.messages import FlightState, Mission, Telemetry
 from flockwire.wire.status import Status
 from flockwire_sim.world import EPOCH, World
 

@@ -9,13 +9,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from enum import StrEnum
 
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.order import IN_FORMATION, Mission
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground.fleet import IN_THE_AIR, STALE, Fleet
 from flockwire.ground.knowledge import Knowledge
 from flockwire.ground.preflight import Preflight
 from flockwire.pilot.orders import rank
 from flockwire.pilot.phases import Phase
-from flockwire.wire.messages import IN_FORMATION, FlightState, Mission, Telemetry
 from flockwire.wire.status import Status
 
 POLL_PERIOD = 0.05  # s between two looks at the statuses

@@ -11,6 +11,8 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from flockwire.control.graph import LEADER
+from flockwire.domain.airframe import Telemetry
+from flockwire.domain.order import Mission, Stop, Version
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 from flockwire.ground.director import LEAD_TIME, Director, Stage
@@ -20,7 +22,6 @@ from flockwire.ground.preflight import Preflight
 from flockwire.pilot.orders import DOWN, rank
 from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import uav
-from flockwire.wire.messages import Mission, Stop, Telemetry, Version
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 

@@ -8,13 +8,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from flockwire.domain.airframe import Telemetry
+from flockwire.domain.order import Mission, Stop
 from flockwire.ground.director import GRACE, Director, Stage
 from flockwire.ground.fleet import Fleet
 from flockwire.ground.giving import ENDING, LOOK_TIME, Answer, Giving, Order, giving
 from flockwire.ground.preflight import Preflight
 from flockwire.swarm.model import uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, STOP, Key
-from flockwire.wire.messages import Message, Mission, Stop, Telemetry
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 

@@ -9,10 +9,11 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import NamedTuple
 
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, limit
 from flockwire.pilot.orders import Orders
-from flockwire.wire.messages import Mission, Pose
 
 NEVER = float("inf")
 SHUTDOWN = "its process is to end"

@@ -12,9 +12,9 @@ from typing import Protocol
 from flockwire.domain.time import SECOND
 from flockwire.process.cores import Core, Untimed
 from flockwire.process.timekeeping import Timekeeping
+from flockwire.wire.codec import Message
 from flockwire.wire.inbox import Inbox
 from flockwire.wire.keys import Key, key_text
-from flockwire.wire.messages import Message
 from flockwire.wire.status import Counts, Report, Status
 
 STATUS_PERIOD = SECOND // 10

@@ -27,8 +27,8 @@ from flockwire.runtime.subscriptions import Prompt, Wakeup
 from flockwire.runtime.supervision import Supervision
 from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.runtime.ticker import Ticker
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Message
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report, Status
 

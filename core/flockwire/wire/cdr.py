@@ -15,6 +15,7 @@ from flockwire.domain.time import SECOND
 HEADER = b"\x00\x01\x00\x00"  # little-endian CDR
 LONGEST_SEQUENCE = 4096
 _LENGTH = Struct("<I")
+_TIME = Struct("<iI")
 
 
 class MessageError(ValueError):
@@ -67,8 +68,7 @@ class Writer:
 
     def time(self, stamp: int) -> None:
         """Append a builtin_interfaces/Time, from ns."""
-        self.put("i", stamp // SECOND)
-        self.put("I", stamp % SECOND)
+        self._data += bytes(-len(self._data) % 4) + _TIME.pack(stamp // SECOND, stamp % SECOND)
 
     def text(self, value: str) -> None:
         """Append a string."""
@@ -117,10 +117,15 @@ class Reader:
 
     def time(self) -> int:
         """Take a builtin_interfaces/Time, in ns."""
-        sec, nanosec = self.take("i"), self.take("I")
+        self._at += -self._at % 4
+        try:
+            sec, nanosec = _TIME.unpack_from(self._data, self._at)
+        except error:
+            raise MessageError(f"ends after {len(self._data)} bytes, too soon") from None
+        self._at += 8
         if nanosec >= SECOND:
             raise MessageError(f"{nanosec} ns are more than a second")
-        return sec * SECOND + nanosec
+        return int(sec * SECOND + nanosec)
 
     def text(self) -> str:
         """Take a string."""

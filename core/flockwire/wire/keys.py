@@ -13,20 +13,14 @@ from enum import Enum
 from typing import NamedTuple
 
 from flockwire.control.graph import LEADER
+from flockwire.domain.airframe import Command, Telemetry
+from flockwire.domain.body import Nearby
+from flockwire.domain.motion import Estimate
+from flockwire.domain.order import Mission, Stop
+from flockwire.domain.pose import IdentityDoubt, Pose
+from flockwire.domain.time import TimeReply, TimeRequest
 from flockwire.swarm.model import Swarm, uav
-from flockwire.wire.messages import (
-    Command,
-    Estimate,
-    IdentityDoubt,
-    Message,
-    Mission,
-    Nearby,
-    Pose,
-    Stop,
-    Telemetry,
-    TimeReply,
-    TimeRequest,
-)
+from flockwire.wire.codec import Message
 from flockwire.wire.processes import (
     AGENT,
     DRIVER,

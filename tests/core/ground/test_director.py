@@ -1,13 +1,14 @@
 from dataclasses import dataclass, field
 
 import pytest
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.ground.director import GRACE, LEAD_TIME, REPEAT, STAGE_TIME, Director, Stage
 from flockwire.ground.fleet import STALE, Fleet
 from flockwire.ground.preflight import Preflight
 from flockwire.pilot.orders import Orders
 from flockwire.pilot.phases import OUTDATED, Phase
-from flockwire.wire.messages import FlightState, Mission, Telemetry
 from flockwire.wire.status import Report, Status
 
 BEGAN = 1_790_000_000 * SECOND

@@ -1,7 +1,8 @@
 import pytest
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.ground.giving import Answer, Order, giving
-from flockwire.wire.messages import FlightState, Mission, Telemetry
 from flockwire.wire.status import Report, Status
 
 NOW = 1_790_000_000 * SECOND
