@@ -26,7 +26,7 @@ class Service(NamedTuple):
     after: tuple[str, ...]
     networks: tuple[str, ...]
     writes: bool  # into the folder of runs
-    person: bool  # gives the orders, and leaves when the flight is over
+    operator: bool  # gives the orders, and leaves when the flight is over
 
 
 def services(plan: Plan, within: IPv4Network | None = None) -> tuple[Service, ...]:
@@ -66,7 +66,7 @@ def compose_file(plan: Plan, within: IPv4Network | None = None) -> str:
         swarm=plan.swarm.name,
         services=services(plan, within),
         networks=networks(plan, within),
-        person=OPERATOR.kind,
+        operator=OPERATOR.kind,
         place=PLACE,
     )
 
@@ -80,7 +80,7 @@ def _command(plan: Plan, identity: str) -> tuple[str, ...]:
 def _after(plan: Plan, identity: str) -> tuple[str, ...]:
     """Return whom an engine is to end after `identity`, and so starts before it: the next higher rank.
 
-    A person is ended first of all: that lands the drones.
+    An operator is ended first of all: that lands the drones.
     """
     ranks = {other: -1 if other == OPERATOR.kind else plan.rows[other].rank for other in aboard(plan)}
     higher = min((rank for rank in ranks.values() if rank > ranks[identity]), default=None)

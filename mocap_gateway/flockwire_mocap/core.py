@@ -32,7 +32,7 @@ from flockwire_mocap.vrpn import source as vrpn
 REPEAT = SECOND // 2  # ns between two repetitions of the newest order
 TOLERANCE = 0.1  # m by which a body may be elsewhere than where it can have flown
 SPEED_MARGIN = 2.0  # times limits.speed: what falls is faster
-TAKE_OFF = ("prepare", "takeoff")  # the orders by which a person says who is not on the field
+TAKE_OFF = ("prepare", "takeoff")  # the orders by which an operator says who is not on the field
 LATENCIES = 500  # poses of which the median is reported
 SOURCES: Mapping[str, Callable[[Start], Source]] = {  # by gateway.source
     "simulated": simulated.make_source,
