@@ -20,7 +20,7 @@ from flockwire.wire.plan import Plan
 from matplotlib.figure import Figure
 
 from flockwire_station.connecting import UNANSWERED, connected
-from flockwire_station.excitation import Axis, ExcitationCore, Stage
+from flockwire_station.excitation import Axis, ExcitationCore, ExcitationStage
 from flockwire_station.identification import AxisFit, Response, combined, fit_axis
 from flockwire_station.processes import Children, PortInUseError, busy_endpoint
 from flockwire_station.terminal.interrupts import interrupts
@@ -60,7 +60,7 @@ async def excite(
                 shell = Shell(core, plan, pilot, session, swarm_clock, status, None)
                 shell.start()
                 told = ""
-                while core.stage is not Stage.DONE:
+                while core.stage is not ExcitationStage.DONE:
                     await asyncio.sleep(POLL)
                     report = core.report(clock.now())
                     if (state := f"{report.phase}: {report.detail}") != told:

@@ -12,7 +12,7 @@ from flockwire.control.first_order_lag import lagged
 from flockwire.domain.time import SECOND
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Nearby, Pose
-from flockwire_station.excitation import MOST_INTERRUPTIONS, Axis, ExcitationCore, Stage
+from flockwire_station.excitation import MOST_INTERRUPTIONS, Axis, ExcitationCore, ExcitationStage
 from flockwire_station.identification import IdentificationError, Interval, Response, combined, fit_axis
 from flockwire_station.identify import airframe_table, described, draw
 from flockwire_tello.driver import DriverCore
@@ -89,7 +89,7 @@ def flown(swarm, seed: int, noise: float = 0.001, blind: tuple[float, float] = (
             tello.receive(datagram.data, datagram.source, now - BEGAN)
 
     address = tello_addresses(swarm, 1).drone
-    while core.stage is not Stage.DONE and now - BEGAN < 200 * SECOND:
+    while core.stage is not ExcitationStage.DONE and now - BEGAN < 200 * SECOND:
         now += SECOND // 100
         for data, target in tello.outgoing(now - BEGAN):
             driver.datagram(data, (address, COMMAND_PORT), target, now)

@@ -68,7 +68,7 @@ class Mover:
         return Body(BodyKind.MOVER, relative, self.radius, self._tracker.velocity)
 
 
-class Scene:
+class FieldBodies:
     """The drones, obstacles and other bodies of `swarm`. What is no drone, or not seen, has a number below 0."""
 
     def __init__(self, swarm: Swarm) -> None:
