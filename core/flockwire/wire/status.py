@@ -88,8 +88,8 @@ class Status(NamedTuple):
     identity: str
     report: Report
     steps: int
-    late_1ms: int
-    late_5ms: int
+    delayed_1ms: int  # made so much later than what called for them: their time, or the sending of a message
+    delayed_5ms: int
     skipped: int
     refused: int  # connections
     cpu: float  # share of one core since the last status
@@ -120,7 +120,7 @@ class Status(NamedTuple):
             writer.text(text)
         ages = (report.pose_age, report.estimate_age, report.nearby_age, report.telemetry_age)
         writer.put_all("d", report.formation_error, *ages, report.battery, self.cpu)
-        writer.put_all("Q", self.steps, self.late_1ms, self.late_5ms, self.skipped, self.refused, self.resident)
+        writer.put_all("Q", self.steps, self.delayed_1ms, self.delayed_5ms, self.skipped, self.refused, self.resident)
         writer.texts(tuple(key for key, _ in self.rejected))
         writer.numbers("Q", tuple(count for _, count in self.rejected))
         writer.texts(self.links)
@@ -146,7 +146,7 @@ class Status(NamedTuple):
         stamp, frame, identity = reader.time(), reader.text(), reader.text()
         phase, detail = reader.text(), reader.text()
         figures = reader.take_all("d", 7)
-        steps, late_1ms, late_5ms, skipped, refused, resident = map(int, reader.take_all("Q", 6))
+        steps, delayed_1ms, delayed_5ms, skipped, refused, resident = map(int, reader.take_all("Q", 6))
         keys, rejections, links = reader.texts(), reader.numbers("Q"), reader.texts()
         latency, names, counts = reader.take_all("d", 1)[0], reader.texts(), reader.numbers("Q")
         mission = Mission(reader.time(), frame, reader.text(), *read_formation(reader))
@@ -178,7 +178,7 @@ class Status(NamedTuple):
             reasons=tuple([Reason(*told[k : k + 3]) for k in range(0, len(told), 3)]),
         )  # fmt: skip
         return cls(
-            stamp, frame, identity, report, steps, late_1ms, late_5ms, skipped, refused, cpu, resident,
+            stamp, frame, identity, report, steps, delayed_1ms, delayed_5ms, skipped, refused, cpu, resident,
             rejected, links, clock_offset, clock_bound,
         )  # fmt: skip
 
