@@ -9,13 +9,13 @@ from flockwire.swarm.model import Swarm
 from flockwire.swarm.rules import BUILT_IN
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
-from flockwire_station.command_lines import Place, arguments
+from flockwire_station.command_lines import FilePaths, arguments
 
 from flockwire_deploy.files import template
 from flockwire_deploy.networks import aboard, networks
 
-PLACE = Place("/swarm/swarm.toml", "/keys", "/runs")
-CONDUCTED = ("--duration", "${DURATION:-40}", "--out", PLACE.out)
+PATHS = FilePaths("/swarm/swarm.toml", "/keys", "/runs")
+CONDUCTED = ("--duration", "${DURATION:-40}", "--out", PATHS.out)
 
 
 class Service(NamedTuple):
@@ -67,14 +67,14 @@ def compose_file(plan: Plan, within: IPv4Network | None = None) -> str:
         services=services(plan, within),
         networks=networks(plan, within),
         operator=OPERATOR.kind,
-        place=PLACE,
+        paths=PATHS,
     )
 
 
 def _command(plan: Plan, identity: str) -> tuple[str, ...]:
     if identity == OPERATOR.kind:
-        return ("conduct", PLACE.swarm_file, "--keys", PLACE.keys, *CONDUCTED)
-    return tuple(arguments(plan, identity, PLACE, dated=True))
+        return ("conduct", PATHS.swarm_file, "--keys", PATHS.keys, *CONDUCTED)
+    return tuple(arguments(plan, identity, PATHS, dated=True))
 
 
 def _after(plan: Plan, identity: str) -> tuple[str, ...]:

@@ -22,7 +22,7 @@ from flockwire.wire.keys import Key
 from flockwire.wire.messages import Command, Message, Mission, Pose, Telemetry
 from flockwire.wire.status import Report
 
-from flockwire_station.identification import Response
+from flockwire_station.identification import StepResponse
 
 PULSES = ((0.5, 1.0), (1.0, -1.0), (0.5, 1.0)) * 6  # s, sign: it ends where it began
 STEP = 0.3  # m/s
@@ -66,7 +66,7 @@ class ExcitationCore:
         self.prompt: frozenset[Key] = frozenset()
         self.period = 1.0 / swarm.control.rate_hz
         self.stage, self.failure = ExcitationStage.WAITING, ""
-        self.responses: dict[Axis, Response] = {}
+        self.responses: dict[Axis, StepResponse] = {}
         self._frame, self._speed = swarm.frame, swarm.limits.vertical_speed
         self._left = [axis for axis in axes if axis is not Axis.CLOCKWISE or swarm.row(number).turns]
         self._since = now
@@ -150,7 +150,7 @@ class ExcitationCore:
             case ExcitationStage.RESTING if lasted >= REST:
                 self._begin(now)
             case ExcitationStage.EXCITING if lasted >= sum(duration for duration, _ in PULSES):
-                self.responses[self._left.pop(0)] = Response(tuple(self._changes), tuple(self._track))
+                self.responses[self._left.pop(0)] = StepResponse(tuple(self._changes), tuple(self._track))
                 self._enter(ExcitationStage.RESTING if self._left else ExcitationStage.LANDING, now)
             case ExcitationStage.LANDING if phase in (Phase.GROUNDED, Phase.READY, Phase.STOPPED):
                 self._enter(ExcitationStage.DONE, now)
