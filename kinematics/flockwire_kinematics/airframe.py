@@ -18,7 +18,7 @@ from flockwire.process.driving import CONTACT, GRAVITY
 from flockwire.swarm.drones import Airframe
 
 
-class SimulatedAirframe:
+class FirstOrderAirframe:
     """One airframe at `position` (m, world frame) at `now` (Unix ns).
 
     It flies when that is above the `ground` (m, world z), unless it is `standing` there: on a table, say, which is gone

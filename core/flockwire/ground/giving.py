@@ -35,7 +35,7 @@ LOOK_TIME = 3 * SECOND // 2  # ns to look round before an order that depends on 
 
 
 class Order(NamedTuple):
-    """One order, as a person gives it.
+    """One order, as an operator gives it.
 
     Args:
         verb: "start", "formation", "hold", "land" or "stop".

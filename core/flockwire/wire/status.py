@@ -82,8 +82,8 @@ class Status(NamedTuple):
     identity: str
     report: Report
     steps: int
-    late_1ms: int
-    late_5ms: int
+    delayed_1ms: int  # made so much later than what called for them: their time, or the sending of a message
+    delayed_5ms: int
     skipped: int
     refused: int  # connections
     cpu: float  # share of one core since the last status
@@ -114,7 +114,7 @@ def write_status(writer: Writer, status: Status) -> None:
         writer.text(text)
     ages = (report.pose_age, report.estimate_age, report.nearby_age, report.telemetry_age)
     writer.put_all("d", report.formation_error, *ages, report.battery, status.cpu)
-    counts = (status.steps, status.late_1ms, status.late_5ms, status.skipped, status.refused, status.resident)
+    counts = (status.steps, status.delayed_1ms, status.delayed_5ms, status.skipped, status.refused, status.resident)
     writer.put_all("Q", *counts)
     writer.texts(tuple(key for key, _ in status.rejected))
     writer.numbers("Q", tuple(count for _, count in status.rejected))
@@ -137,7 +137,7 @@ def read_status(stamp: int, frame: str, reader: Reader) -> Status:
     """Take what `write_status` appends; raises MessageError."""
     identity, phase, detail = reader.text(), reader.text(), reader.text()
     figures = reader.take_all("d", 7)
-    steps, late_1ms, late_5ms, skipped, refused, resident = map(int, reader.take_all("Q", 6))
+    steps, delayed_1ms, delayed_5ms, skipped, refused, resident = map(int, reader.take_all("Q", 6))
     keys, rejections, links = reader.texts(), reader.numbers("Q"), reader.texts()
     latency, names, counts = reader.take_all("d", 1)[0], reader.texts(), reader.numbers("Q")
     mission = read_any_mission(reader.time(), frame, reader)
@@ -168,7 +168,7 @@ def read_status(stamp: int, frame: str, reader: Reader) -> Status:
         reasons=tuple([Reason(*told[k : k + 3]) for k in range(0, len(told), 3)]),
     )  # fmt: skip
     return Status(
-        stamp, frame, identity, report, steps, late_1ms, late_5ms, skipped, refused, cpu, resident,
+        stamp, frame, identity, report, steps, delayed_1ms, delayed_5ms, skipped, refused, cpu, resident,
         rejected, links, clock_offset, clock_bound,
     )  # fmt: skip
 

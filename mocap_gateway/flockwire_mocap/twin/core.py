@@ -84,7 +84,7 @@ class TwinCore(Ground):
     def report(self, now: int) -> Report:
         """Return how many frames were sent."""
         if not self._frames:
-            return Report("waiting", self._cameras.link(now).trouble)
+            return Report("waiting", self._cameras.state(now).trouble)
         return Report("serving", self.swarm.gateway.source)
 
     def _all(self, frame: TrackerFrame) -> tuple[ReportedBody, ...]:

@@ -28,7 +28,7 @@ DRONES = (
     "pose\nms",
     "rate\nHz",
 )
-OTHERS = ("process", "phase", "rate Hz", "late > 1 ms", "CPU", "MB", "links", "rejected")
+OTHERS = ("process", "phase", "rate Hz", "delay > 1 ms", "CPU", "MB", "links", "rejected")
 _PHASE_STYLES = {
     "grounded": "yellow", "waiting": "yellow", "landing": "yellow", "stopped": "bold red", "full": "bold red",
     "hold": "cyan", "take-off": "cyan", "formation": "green", "tracked": "green", "pose lost": "bold red",
@@ -86,9 +86,9 @@ def _drone(status: Status, rates: Rates, now: int) -> tuple[str, ...]:
 
 
 def _process(status: Status, rates: Rates, now: int) -> tuple[str, ...]:
-    late = status.late_1ms / status.steps if status.steps else 0.0
+    delayed = status.delayed_1ms / status.steps if status.steps else 0.0
     return (
-        _phase(status, now), f"{rates.rate(status):.1f}", f"{late:.1%}", f"{status.cpu:.1%}",
+        _phase(status, now), f"{rates.rate(status):.1f}", f"{delayed:.1%}", f"{status.cpu:.1%}",
         f"{status.resident / 2**20:.0f}", str(len(status.links)), str(sum(count for _, count in status.rejected) or ""),
     )  # fmt: skip
 
