@@ -15,10 +15,11 @@ from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 from flockwire_analysis import report
 from flockwire_analysis.reading import read_trace
+from flockwire_cli.verdict import conclude
 from flockwire_recorder import process
 from flockwire_recorder.process import Recorder
 from flockwire_recorder.trace import TraceFullError, TraceWriter, describe
-from flockwire_station.verdict import conclude, disk_full
+from flockwire_station.up import disk_full
 
 
 class Refusals:
