@@ -14,12 +14,12 @@ from flockwire.parameters import pilot_parameters
 from flockwire.pilot.ladder import shown
 from flockwire.pilot.neighbourhood import Neighbourhood
 from flockwire.pilot.orders import flown_formation, is_known
-from flockwire.pilot.phases import Phase
 from flockwire.pilot.pilot import Pilot
 from flockwire.process.cores import Start
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Estimate, Leading, Message, Mission
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 
 from flockwire_agent.guarded_law import GuardedLaw

@@ -14,10 +14,10 @@ from flockwire.domain.motion import LeaderMotion
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, add, scale, subtract
 from flockwire.loading import parse_swarm
-from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import MISSION, STOP, Key
 from flockwire.wire.messages import Command, Estimate, FlightState, Leading, Mission, Nearby, Pose, Stop, Telemetry
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 from flockwire_agent.core import AgentCore
 from flockwire_sim.process import Published
