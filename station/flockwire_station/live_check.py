@@ -109,7 +109,7 @@ def _pilot(plan: Plan, drone: int, status: Status, seen: Seen) -> Iterator[Findi
         yield Finding(name, "still", f"within {1e3 * spread:.1f} mm", "" if spread <= STILL else moves)
         yield _start(plan, drone, places[-1], report.mission)
     ready = report.phase == Phase.READY
-    waits = report.detail or f"it is {report.phase}"
+    waits = report.line or f"it is {report.phase}"
     yield Finding(
         name, "neighbours", "heard" if ready else waits, "" if ready else "see the lines of whom it waits for"
     )

@@ -195,7 +195,7 @@ def watch(swarm: Swarm, duration: float, seed: int = 0) -> Watched:
             elif isinstance(message, Mission):
                 orders.append(message)
             elif isinstance(message, Status) and owner.startswith("uav"):
-                details.append(message.report.detail)
+                details.append(message.report.line)
 
     outcome = World(swarm, seed, duration, (), tap).run()
     watched = Watched(outcome.failure, details=details)

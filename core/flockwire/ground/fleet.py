@@ -135,7 +135,7 @@ class Fleet:
         status = self._statuses.get(self.pilots[drone])
         if status is None:
             return "no status"
-        return (status.report.detail or status.report.phase) if drone in self.fresh else "silent"
+        return (status.report.line or status.report.phase) if drone in self.fresh else "silent"
 
     def _is_down(self, drone: int, since: int) -> bool:
         state = self.states.get(drone)

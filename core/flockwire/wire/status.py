@@ -24,6 +24,7 @@ MOST_LINKS = 256  # processes that one status names
 MOST_REASONS = 8  # that one status gives
 LONGEST_TEXT = 256  # characters of any of its texts (of what `bounded` shortens, bytes of UTF-8)
 SERIAL = "serial"  # the code of the reason whose text is the serial number of the drone that a driver drives
+LAW_FAILED = "law failed"  # the code of the reason whose text is what a law raised, and where
 OTHERS = "others"  # the sum of those rejections that are not named
 
 
