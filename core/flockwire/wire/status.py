@@ -15,6 +15,7 @@ from flockwire.wire.messages import (
     write_formation,
     write_versions,
 )
+from flockwire.wire.phase import phase_of
 
 NO_MISSION = Mission(0, "", "")
 
@@ -23,7 +24,7 @@ MOST_LINKS = 256  # processes that one status names
 MOST_REASONS = 8  # that one status gives
 LONGEST_TEXT = 256  # characters of any of its texts (of what `bounded` shortens, bytes of UTF-8)
 SERIAL = "serial"  # the code of the reason whose text is the serial number of the drone that a driver drives
-FULL = "full"  # the phase of a recorder whose disk takes no more
+LAW_FAILED = "law failed"  # the code of the reason whose text is what a law raised, and where
 OTHERS = "others"  # the sum of those rejections that are not named
 
 
@@ -51,7 +52,7 @@ class Reason(NamedTuple):
 class Report(NamedTuple):
     """What a core knows of itself; -1 stands for a figure that does not apply."""
 
-    phase: str
+    phase: str  # a Phase, or a word of the process's own
     detail: str = ""  # what it waits for, or why it is in this phase
     formation_error: float = -1.0  # m, |x_i - h_i - eta_i|: by its own estimate
     pose_age: float = -1.0  # s
@@ -144,7 +145,7 @@ class Status(NamedTuple):
         """Read CDR bytes; raises MessageError."""
         reader = Reader(data)
         stamp, frame, identity = reader.time(), reader.text(), reader.text()
-        phase, detail = reader.text(), reader.text()
+        phase, detail = phase_of(reader.text()), reader.text()
         figures = reader.take_all("d", 7)
         steps, delayed_1ms, delayed_5ms, skipped, refused, resident = map(int, reader.take_all("Q", 6))
         keys, rejections, links = reader.texts(), reader.numbers("Q"), reader.texts()
