@@ -16,8 +16,9 @@ from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import Vector
 from flockwire.ground.giving import Order
-from flockwire.pilot.phases import IN_FLIGHT, Phase
+from flockwire.pilot.phases import IN_FLIGHT
 from flockwire.swarm.model import uav
+from flockwire.wire.phase import Phase
 from flockwire.wire.processes import CONSOLE
 from flockwire.wire.status import Status
 from flockwire_sim.process import Published

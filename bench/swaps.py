@@ -23,9 +23,9 @@ from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 from flockwire.loading import load_swarm
-from flockwire.pilot.phases import Phase
 from flockwire.process.faults import parse_faults
 from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire_sim.process import Published
 from flockwire_sim.world import World

@@ -8,12 +8,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from flockwire.domain.order import Mission, Stop, Version
-from flockwire.law import FAILED
 from flockwire.swarm.model import Swarm
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import ROWS, Key
 from flockwire.wire.plan import Plan
-from flockwire.wire.status import Status
+from flockwire.wire.status import LAW_FAILED, Status
 from flockwire_recorder.publication import count_lost, published_at
 
 from flockwire_analysis.recorded import ProcessRecord, StateChange, Trace, is_repeated
@@ -91,8 +90,9 @@ class Collector:
                 publisher.links.update(message.links)
                 if (obeyed := message.report.mission) is not None:
                     self._obeyed.add(obeyed.version)
-                if message.report.detail.startswith(FAILED):
-                    self._failed_laws[f"{message.identity}: {message.report.detail}"] = None
+                for reason in message.report.reasons:
+                    if reason.code == LAW_FAILED:
+                        self._failed_laws[f"{message.identity}: {reason.text}"] = None
                 states = self._states.setdefault(message.identity, [])
                 if not states or states[-1].phase != message.report.phase:
                     states.append(StateChange(message.stamp, message.report.phase))

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND
-from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import Key
+from flockwire.wire.phase import Phase
 
 from flockwire_analysis.phases import FormationPhase
 from flockwire_analysis.recorded import Trace

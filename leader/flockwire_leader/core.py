@@ -6,12 +6,17 @@ from flockwire.domain.airframe import Command
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector
-from flockwire.parameters import LeaderParameters, leader_parameters, tracked_parameters, virtual_parameters
-from flockwire.pilot.phases import Phase
+from flockwire.parameters import (
+    LeaderParameters,
+    leader_parameters,
+    tracked_parameters,
+    virtual_parameters,
+)
 from flockwire.pilot.pilot import Pilot
 from flockwire.process.cores import Start
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
 from flockwire_leader.course import Course

@@ -14,6 +14,7 @@ from flockwire.process.cores import Ground
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
 
@@ -43,7 +44,7 @@ class TrackedLeader(Ground):
         """Return how the leader is."""
         pose = self._pose
         silence = age(pose.stamp, now) if pose is not None else NEVER
-        phase = "tracked" if silence <= self._limit else "pose lost"
+        phase = Phase.TRACKED if silence <= self._limit else Phase.POSE_LOST
         return Report(
             phase,
             self._trouble(silence, now),

@@ -7,10 +7,10 @@ from flockwire.domain.order import Mission
 from flockwire.domain.pose import Pose
 from flockwire.parameters import VirtualParameters
 from flockwire.pilot.moving_point import MovingPoint
-from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
 

@@ -18,6 +18,7 @@ from flockwire.process.cores import Start
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, counted
 
 from flockwire_mocap import simulated
@@ -117,9 +118,10 @@ class GatewayCore:
         state = self.source.state(now)
         lost = [i for i in self._swarm.tracked if now - self._seen.get(i, 0) > SECOND]
         if now - self._last_frame > SECOND:
-            phase, detail = "waiting", state.trouble or "no frames come any more: is the tracker still streaming?"
+            phase, detail = Phase.WAITING, state.trouble or "no frames come any more: is the tracker still streaming?"
         else:
-            phase, detail = "tracking" if len(lost) < len(self._swarm.tracked) else "waiting", self._unseen(lost, now)
+            phase = Phase.TRACKING if len(lost) < len(self._swarm.tracked) else Phase.WAITING
+            detail = self._unseen(lost, now)
         jumps, swaps = self._identities.jumps, self._identities.swaps
         counts = counted(("jumps held back", jumps.jumps), ("jumps confirmed", jumps.confirmed), ("swaps", swaps))
         latency = median(self._latencies) / SECOND if self._latencies else -1.0

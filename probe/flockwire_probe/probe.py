@@ -23,6 +23,7 @@ from flockwire.runtime.session import RouterAbsentError, Session
 from flockwire.security.files import Credentials
 from flockwire.security.pki import Signer, alternative_names, issue, new_authority, read_authority, save
 from flockwire.wire.keys import Key
+from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 from flockwire_station.connecting import connected
@@ -37,7 +38,7 @@ from flockwire_probe.matrix import OUTSIDERS, AttackResult, Deviation, as_json, 
 RECEIVING = 0.6  # s, longer than the gateway takes to repeat an order
 ANSWER_TIME = 1.5  # s for a swarm that runs to answer
 START_TIME = 10.0  # s for it to start
-WAITING = ("grounded", "waiting")
+WAITING = (Phase.GROUNDED, Phase.WAITING)
 SETTLING = 0.3  # s, longer than two statuses take
 SECOND_LOOK = 4  # times as long for whom something was blocked: a busy machine is no refusal
 

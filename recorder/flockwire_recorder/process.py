@@ -16,8 +16,9 @@ from flockwire.runtime.shell import status_publisher
 from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.runtime.ticker import Ticker
 from flockwire.runtime.topics import Topic, in_order
+from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
-from flockwire.wire.status import FULL, Counts, Report, counted
+from flockwire.wire.status import Counts, Report, counted
 
 from flockwire_recorder.core import PERIOD, RecorderCore
 from flockwire_recorder.parts import next_part
@@ -73,8 +74,8 @@ class Recorder:
 
     def _report(self) -> Report:
         if self.full is not None:
-            return Report(FULL, str(self.full.strerror))
-        return Report("recording") if self._trace.written > 1 else Report("waiting", "waits for messages")
+            return Report(Phase.FULL, str(self.full.strerror))
+        return Report(Phase.RECORDING) if self._trace.written > 1 else Report(Phase.WAITING, "waits for messages")
 
 
 async def run(job: Job) -> None:

@@ -12,7 +12,7 @@ from flockwire.process.cores import Core, Datagram, Networked
 from flockwire.process.stepping import StatusPublisher, Stepper, at_once, tick_period
 from flockwire.process.timekeeping import Timekeeping, is_known
 from flockwire.swarm.model import Swarm
-from flockwire.wire.codec import Message, encode
+from flockwire.wire.codec import CODECS, Message
 from flockwire.wire.inbox import ATTACHMENT, inbox_of, publisher_of
 from flockwire.wire.keys import ROWS, Key, KeyRow, key_text
 
@@ -271,7 +271,9 @@ class VirtualProcess:
             outlet = self.outlets[key]
             sequence, publisher = outlet.sequence, outlet.publisher
             outlet.sequence = sequence + 1
-            sample = Sample(outlet.row, encode(message), ATTACHMENT.pack(sequence, now, 16, publisher))
+            sample = Sample(
+                outlet.row, CODECS[type(message)].encode(message), ATTACHMENT.pack(sequence, now, 16, publisher)
+            )
             for link, place in outlet.readers:
                 load = link.load
                 if not load:

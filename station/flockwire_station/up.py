@@ -17,9 +17,10 @@ from flockwire import clock
 from flockwire.domain.time import nanoseconds
 from flockwire.process.faults import Fault
 from flockwire.runtime.session import Session
+from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
-from flockwire.wire.status import FULL, Status
+from flockwire.wire.status import Status
 from flockwire_relay.links import Relays
 
 from flockwire_station.conduct import at_terminal
@@ -148,7 +149,7 @@ async def start_processes(
 def disk_full(plan: Plan, statuses: Mapping[str, Status]) -> str:
     """Return which recorder could not record the whole flight by its last status, empty when all could."""
     reports = {identity: statuses[identity].report for identity in plan.recorders if identity in statuses}
-    return "; ".join(f"{identity}: {last.detail}" for identity, last in reports.items() if last.phase == FULL)
+    return "; ".join(f"{identity}: {last.detail}" for identity, last in reports.items() if last.phase == Phase.FULL)
 
 
 def _awaited(plan: Plan, identity: str, here: tuple[str, ...]) -> set[str]:

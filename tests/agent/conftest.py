@@ -18,9 +18,9 @@ from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, add, scale, subtract
 from flockwire.loading import parse_swarm
 from flockwire.parameters import agent_parameters
-from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import MISSION, STOP, Key
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 from flockwire_agent.core import AgentCore
 from flockwire_sim.process import Published
@@ -198,7 +198,7 @@ def watch(swarm: Swarm, duration: float, seed: int = 0) -> Watched:
             elif isinstance(message, Mission):
                 orders.append(message)
             elif isinstance(message, Status) and owner.startswith("uav"):
-                details.append(message.report.detail)
+                details.append(message.report.line)
 
     outcome = World(swarm, seed, duration, (), tap).run()
     watched = Watched(outcome.failure, details=details)

@@ -4,8 +4,8 @@ import pytest
 from flockwire.domain.airframe import FlightState
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.pose import Pose
-from flockwire.pilot.phases import Phase
 from flockwire.wire.keys import Key
+from flockwire.wire.phase import Phase
 
 
 def test_on_the_ground_it_says_what_it_waits_for(cockpit):

@@ -11,9 +11,9 @@ from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import add, scale
 from flockwire.parameters import agent_parameters
-from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import MISSION, Key
+from flockwire.wire.phase import Phase
 from flockwire_agent.core import AgentCore
 
 BEGAN = 1_790_000_000 * SECOND

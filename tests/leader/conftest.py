@@ -13,9 +13,9 @@ from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import Vector, add, scale, subtract
 from flockwire.parameters import leader_parameters
-from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import MISSION, Key
+from flockwire.wire.phase import Phase
 from flockwire_leader.core import FlyingLeader
 
 BEGAN = 1_790_000_000 * SECOND

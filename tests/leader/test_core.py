@@ -3,7 +3,7 @@ from math import dist, hypot
 import pytest
 from flockwire.domain.airframe import FlightState
 from flockwire.domain.vector import add
-from flockwire.pilot.phases import Phase
+from flockwire.wire.phase import Phase
 
 STILL = (0.0, 0.0, 0.0)
 

@@ -4,8 +4,8 @@ from math import hypot
 
 import pytest
 from flockwire.domain.order import Stop
-from flockwire.pilot.phases import Phase
 from flockwire.wire.keys import STOP
+from flockwire.wire.phase import Phase
 
 STILL = (0.0, 0.0, 0.0)
 

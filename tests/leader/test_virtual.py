@@ -5,8 +5,8 @@ from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import add
 from flockwire.parameters import virtual_parameters
-from flockwire.pilot.phases import Phase
 from flockwire.wire.keys import MISSION, Key
+from flockwire.wire.phase import Phase
 from flockwire_leader.virtual import VirtualLeader
 
 BEGAN = 1_790_000_000 * SECOND

@@ -8,8 +8,8 @@ from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.pilot.orders import came_down, rank
-from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import uav
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 
 STALE = 2 * SECOND  # ns after which a status or telemetry no longer counts
@@ -136,7 +136,7 @@ class Fleet:
         status = self._statuses.get(self.pilots[drone])
         if status is None:
             return "no status"
-        return (status.report.detail or status.report.phase) if drone in self.fresh else "silent"
+        return (status.report.line or status.report.phase) if drone in self.fresh else "silent"
 
     def _is_down(self, drone: int, since: int) -> bool:
         state = self.states.get(drone)

@@ -20,8 +20,8 @@ from flockwire.ground.fleet import IN_THE_AIR, Fleet
 from flockwire.ground.knowledge import Knowledge
 from flockwire.ground.preflight import Preflight
 from flockwire.pilot.orders import DOWN, rank
-from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import uav
+from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 

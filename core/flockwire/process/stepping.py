@@ -116,7 +116,7 @@ class StatusPublisher:
         )  # fmt: skip
         self._publish(((self._key, status.bounded()),))
         line = report.line
-        state = f"{report.phase}: {line}" if line else str(report.phase)
+        state = f"{report.phase}: {line}" if line else report.phase
         if state != self._logged:
             self._logged = state
             self._log(state)

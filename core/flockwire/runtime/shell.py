@@ -29,6 +29,7 @@ from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.runtime.ticker import Ticker
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
+from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report, Status
 
@@ -109,7 +110,7 @@ def _waits(status: StatusPublisher) -> None:
     """Publish, when it is time, that the process has no core yet."""
     now = clock.now()
     if status.due(now):
-        status.update(now, Report("waiting", "waits for the gateway's time"), StepCounts(), ())
+        status.update(now, Report(Phase.WAITING, "waits for the gateway's time"), StepCounts(), ())
 
 
 async def run_core(job: Job, feed: Feed | None = None) -> None:

@@ -2,7 +2,7 @@ from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.ground.fleet import STALE, Fleet
-from flockwire.pilot.phases import Phase
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 
 NOW = 1_790_000_000 * SECOND

@@ -3,9 +3,10 @@ from flockwire.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.pilot.neighbourhood import Neighbourhood
-from flockwire.pilot.phases import NEVER, Phase
+from flockwire.pilot.phases import NEVER
 from flockwire.swarm.tables import Staleness
 from flockwire.wire.codec import decode, encode
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 
 T = 1_790_000_000 * SECOND

@@ -10,13 +10,13 @@ from flockwire.pilot.phases import (
     SHUTDOWN,
     WITHOUT_ORDER,
     FlightPhases,
-    Phase,
     Situation,
     age,
     climb,
     command_stamp,
     keep_place,
 )
+from flockwire.wire.phase import Phase
 from hypothesis import given
 from hypothesis import strategies as st
 
