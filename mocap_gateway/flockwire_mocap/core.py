@@ -114,7 +114,7 @@ class GatewayCore:
         link = self.source.link(now)
         lost = [i for i in self._swarm.tracked if now - self._seen.get(i, 0) > SECOND]
         if now - self._last_frame > SECOND:
-            phase, detail = "waiting", link.trouble or "no frames come any more: is the tracker still streaming?"
+            phase, detail = "waiting", link.trouble or "no frames arrive: does the tracker still stream?"
         else:
             phase, detail = "tracking" if len(lost) < len(self._swarm.tracked) else "waiting", self._unseen(lost, now)
         jumps, swaps = self._identities.jumps, self._identities.swaps
@@ -134,7 +134,7 @@ class GatewayCore:
         doubted = ", ".join(map(uav, self._identities.doubts))
         lines = (
             f"does not see {', '.join(map(uav, lost))}" if lost else "",
-            f"the tracker has mixed up {doubted}: land, name the bodies right" if doubted else "",
+            f"the tracker has confused {doubted}: land, correct the bodies' names" if doubted else "",
         )
         return "; ".join(filter(None, lines))
 

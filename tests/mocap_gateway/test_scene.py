@@ -56,7 +56,7 @@ def test_a_person_who_is_no_longer_seen_may_be_as_far_as_a_person_walks_then_has
     assert scene.near(1, (x, 0.0, 1.0)) == ()
 
 
-def test_whoever_carries_the_leader_stays_on_the_field(make_swarm):
+def test_the_person_who_carries_the_leader_stays_on_the_field(make_swarm):
     scene = Scene(make_swarm({"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2]}))
     scene.see_drone(0, NOW, (0.0, 1.0, 1.2))
     scene.arrange(NOW + 10 * LEFT)

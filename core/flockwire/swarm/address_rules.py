@@ -14,7 +14,7 @@ from flockwire.swarm.rule import needs
 def hosts(swarm: Swarm) -> Iterator[str]:
     """Yield what is wrong with the names and addresses of hosts, and with addresses of drones."""
     if not swarm.hosts:
-        yield "hosts = {}: at least one host is needed (leave the table out for one called local)"
+        yield "hosts = {}: at least one host is needed (without the table there is one called local)"
     for name, host in swarm.hosts.items():
         if not re.fullmatch(r"[A-Za-z0-9]([A-Za-z0-9-]{0,61}[A-Za-z0-9])?", name):
             yield f"hosts.{name}: must be a host name: letters, digits and hyphens, at most 63"

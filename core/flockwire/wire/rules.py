@@ -27,7 +27,7 @@ def _processes(plan: Plan) -> Iterator[str]:
     for name, host in plan.swarm.hosts.items():
         for process in host.processes:
             if process not in known:
-                yield f"hosts.{name}.processes has {process!r}: must be of {known}"
+                yield f"hosts.{name}.processes has {process!r}: must be one of {known}"
             elif process in claimed:
                 yield f"hosts.{name}.processes has {process!r}: host {claimed[process]} runs it already"
             claimed.setdefault(process, name)
