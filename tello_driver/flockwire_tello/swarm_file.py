@@ -24,17 +24,17 @@ ANY = "0.0.0.0"  # noqa: S104  (all addresses of the host: which of them is in t
 
 
 class Tello(Model):
-    """The addresses by which a driver reaches its Tello."""
+    """How the driver of a Tello reaches it."""
 
     address: str | None = None  # the drone's own IPv4 address, "192.168.10.1"; default: it is simulated
-    local_ip: str | None = None  # of the host, for the driver; default: all, or its own if the drone is on loopback
+    local_ip: str | None = None  # of the host, for the driver; default: all, beside a drone on loopback one of its own
     command_port: Port = 8889  # of the host
     state_port: Port = 8890  # of the host
-    source_filter: bool = True  # accepts datagrams only from the drone's address; off behind an address translation
+    source_filter: bool = True  # takes datagrams of the drone's address alone; off behind an address translation
 
 
-class StickGains(Model):
-    """Velocity per unit of each stick of a Tello: m/s, for yaw rad/s. Assumed; `flockwire identify` measures it."""
+class StickGainTable(Model):
+    """What one unit of each stick of a Tello is worth: m/s, of yaw rad/s. Assumed: `flockwire identify` measures it."""
 
     right: Positive = 0.01  # m/s, to the right
     forward: Positive = 0.01  # m/s, forward
@@ -45,14 +45,14 @@ class StickGains(Model):
 class TelloInDrones(Model):
     """What [[drones]] has for a Tello."""
 
-    tello: Tello | None = None  # addresses of a Tello; default: the drone is simulated
+    tello: Tello | None = None  # how the driver of a Tello reaches it; default: the drone is simulated
 
 
 class TelloInAirframes(Model):
     """What [airframes.NAME] has for a Tello."""
 
-    stick_gains: StickGains = StickGains()  # velocity per stick unit of a Tello
-    rc_rate_hz: Annotated[int, Field(ge=5, le=100)] = 50  # Hz, rate of stick commands of a Tello's driver
+    stick_gains: StickGainTable = StickGainTable()  # what a Tello's sticks are worth
+    rc_rate_hz: Annotated[int, Field(ge=5, le=100)] = 50  # Hz, at which a Tello's driver sends the sticks
 
 
 class TelloAddresses(NamedTuple):
