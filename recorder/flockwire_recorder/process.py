@@ -6,7 +6,7 @@ import logging
 from collections import Counter
 
 from flockwire import clock
-from flockwire.process.stepping import Deadlines
+from flockwire.process.stepping import StepCounts
 from flockwire.runtime.detours import read_detours
 from flockwire.runtime.ending import Ending, finished, last_resort
 from flockwire.runtime.job import Job
@@ -35,7 +35,7 @@ class Recorder:
         self._trace, self._log = trace, logging.getLogger(identity)
         self._clock = SwarmClock(plan, identity, session)
         self._status = status_publisher(plan, identity, session, refusals, self._clock.timekeeping)
-        self._deadlines = Deadlines()
+        self._counts = StepCounts()
         self._rejected: Counter[str] = Counter()
         self.full: TraceFullError | None = None
         self._topics = [Topic(plan, key, session) for key in plan.subscribes[identity]]
@@ -43,18 +43,18 @@ class Recorder:
 
     def tick(self, lateness: int, skipped: int) -> None:
         """Take what has come since the last tick."""
-        self._deadlines.count(lateness, skipped)
+        self._counts.count(lateness, skipped)
         self._clock.step()
         now = clock.now()
         try:
             self.drain(now)
-            if self._deadlines.steps % FLUSH_EVERY == 0:
+            if self._counts.steps % FLUSH_EVERY == 0:
                 self._trace.flush()
         except TraceFullError as error:
             self.full = error
             self._log.error(str(error))
         if self._status.due(now):
-            self._status.update(now, self._report(), self._deadlines, (*self._rejected.items(), *self._dropped()))
+            self._status.update(now, self._report(), self._counts, (*self._rejected.items(), *self._dropped()))
 
     def drain(self, now: int) -> None:
         """Write everything that is buffered, in the order in which it was sent. Raises TraceFullError once."""

@@ -84,7 +84,7 @@ class Flight(ABC):
         """Change to the formation `name` in `duration` s, None: as few as keep to all limits; returns after it."""
         self._known(name)
         if self._director is None or self._director.stage is not Stage.FLYING:
-            raise FlightError(f"formation {name!r}: nobody flies a formation")
+            raise FlightError(f"formation {name!r}: no drone flies a formation")
         now = self._now()
         answers: list[Answer] = []
         self._core.ask(Order("formation", name, duration), now, answered=answers.append)

@@ -41,5 +41,5 @@ async def _explained(answer: Answer, plan: Plan, keys: Path | None, session: Ses
         return answer
     why = await why_unlinked(plan, keys, OPERATOR.kind, absent)
     if len(absent) == len(dialled):
-        return answer._replace(refusal=f"nothing was sent: nobody is linked: {why}")
+        return answer._replace(refusal=f"nothing was sent: no process is linked: {why}")
     return answer._replace(refusal=f"{answer.failure}; {why}")

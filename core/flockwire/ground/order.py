@@ -1,4 +1,4 @@
-"""An order as a person gives it, and its answer: what every sender of orders makes, and gets."""
+"""An order as an operator gives it, and its answer: what every sender of orders makes, and gets."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ ENDING = ("hold", "land", "stop")  # orders that end a start, or a change, that 
 
 
 class Order(NamedTuple):
-    """One order, as a person gives it.
+    """One order, as an operator gives it.
 
     Args:
         verb: "start", "formation", "hold", "land" or "stop".

@@ -84,7 +84,7 @@ class TwinCore(Ground):
     def report(self, now: int) -> Report:
         """Return how many frames were sent."""
         if not self._frames:
-            return Report(Phase.WAITING, self._cameras.link(now).trouble)
+            return Report(Phase.WAITING, self._cameras.state(now).trouble)
         return Report(Phase.SERVING, self.swarm.gateway.source)
 
     def _all(self, frame: TrackerFrame) -> tuple[ReportedBody, ...]:

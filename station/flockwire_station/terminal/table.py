@@ -29,7 +29,7 @@ DRONES = (
     "pose\nms",
     "rate\nHz",
 )
-OTHERS = ("process", "phase", "rate Hz", "late > 1 ms", "CPU", "MB", "links", "rejected")
+OTHERS = ("process", "phase", "rate Hz", "delay > 1 ms", "CPU", "MB", "links", "rejected")
 _PHASE_STYLES: Mapping[str, str] = {
     Phase.GROUNDED: "yellow", Phase.WAITING: "yellow", Phase.LANDING: "yellow", Phase.STOPPED: "bold red",
     Phase.HOLD: "cyan", Phase.TAKEOFF: "cyan", Phase.FORMATION: "green", Phase.TRACKED: "green",
@@ -87,9 +87,9 @@ def _drone(status: Status, rates: Rates, now: int) -> tuple[str, ...]:
 
 
 def _process(status: Status, rates: Rates, now: int) -> tuple[str, ...]:
-    late = status.late_1ms / status.steps if status.steps else 0.0
+    delayed = status.delayed_1ms / status.steps if status.steps else 0.0
     return (
-        _phase(status, now), f"{rates.rate(status):.1f}", f"{late:.1%}", f"{status.cpu:.1%}",
+        _phase(status, now), f"{rates.rate(status):.1f}", f"{delayed:.1%}", f"{status.cpu:.1%}",
         f"{status.resident / 2**20:.0f}", str(len(status.links)), str(sum(count for _, count in status.rejected) or ""),
     )  # fmt: skip
 
