@@ -24,7 +24,7 @@ from typing import Any
 
 PAPER = Path(__file__).parents[1] / "swarms/paper_simulation.toml"
 SHORT, LONG = 2.0, 4.0  # s of the virtual flights between which is counted
-SETTLED = 1.5  # s from an agent's start until it is looked at
+SETTLED = 1.0  # s from an agent's first session until it is looked at
 COUNTER = "allocations.so"
 AGENT = ("agent", "swarm.toml", "1", "--keys", "keys")
 _OUTPUT = os.dup(1)  # an agent reads its own output, where Zenoh's log stands
@@ -96,6 +96,8 @@ def agent(folder: Path) -> dict[str, float]:
     zenoh.open = open_session
 
     def look() -> None:
+        while not opened["sessions"]:
+            time.sleep(0.05)
         time.sleep(SETTLED)
         status = dict(line.split(":\t", 1) for line in Path("/proc/self/status").read_text().splitlines())
         show(
