@@ -4,8 +4,8 @@
 
 Virtual: the paper's five drones, by what a flight of four s has more than one of two. Calls are those of Python
 functions, allocations those of the interpreter's allocators (what comes from its free lists is not among them), for
-each virtual second. Agent: one real process, alone, a second after it opened its session. `--flight` adds one that flies
-among others: its system calls (strace), in a second. Ends with status 1 when a figure is above its budget.
+each virtual second. Agent: one real process, alone, a second after it opened its session. `--flight` adds one that
+flies among others: its system calls (strace), in a second. Ends with status 1 when a figure is above its budget.
 """
 
 from __future__ import annotations
