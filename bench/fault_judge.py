@@ -15,7 +15,7 @@ from flockwire.domain.order import Mission, Stop
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import Vector
-from flockwire.ground.giving import Order
+from flockwire.ground.order import Order
 from flockwire.pilot.phases import IN_FLIGHT
 from flockwire.swarm.model import uav
 from flockwire.wire.phase import Phase

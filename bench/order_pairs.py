@@ -22,7 +22,7 @@ from random import Random
 
 from flockwire.domain.order import Mission, Version
 from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.ground.giving import Answer, Order
+from flockwire.ground.order import Answer, Order
 from flockwire.loading import parse_swarm
 from flockwire.swarm.model import Swarm
 from flockwire.wire.phase import Phase

@@ -27,7 +27,7 @@ import psutil
 import zenoh
 from flockwire import clock
 from flockwire.domain.airframe import FlightState
-from flockwire.ground.giving import Order
+from flockwire.ground.order import Order
 from flockwire.loading import load_swarm
 from flockwire.runtime.session import Session
 from flockwire.security.files import files_of

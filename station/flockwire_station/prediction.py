@@ -76,8 +76,8 @@ def _of_followers(swarm: Swarm, name: str, duration: float) -> Iterator[str]:
     if blocked:
         (number, obstacle), t = min(blocked.items(), key=lambda one: one[1])
         yield (
-            f"{key}: obstacle {obstacle} stands where {uav(number)} should be after {t:.1f} s; it must leave it, "
-            f"as {len({drone for drone, _ in blocked})} of {len(swarm.followers)} followers have"
+            f"{key}: obstacle {obstacle} is at the place of {uav(number)} after {t:.1f} s; it must avoid it, "
+            f"as {len({drone for drone, _ in blocked})} of {len(swarm.followers)} followers must"
         )
 
 
