@@ -29,7 +29,7 @@ Changes = Mapping[str, object]
 DOCS = Path(__file__).parents[1] / "docs"
 
 
-MACHINES = {"test_console", "test_containers", "test_hosts"}  # wait for a browser and for images more than they compute
+MACHINES = {"test_console", "test_hosts"}  # wait for a browser and for machines more than they compute
 
 
 def group(module: Path) -> str:

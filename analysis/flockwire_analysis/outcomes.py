@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from flockwire.domain.time import SECOND
-from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import FlightState
+from flockwire.wire.phase import Phase
 
 from flockwire_analysis.phases import FormationPhase
 from flockwire_analysis.recorded import Trace

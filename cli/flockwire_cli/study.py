@@ -107,10 +107,10 @@ def _print(findings: Findings, out: Path) -> None:
         for name, count in row.failed.items():
             table.add_row("", f"  {count} failed: {name}")
         for one in QUANTITIES:
-            spread = row.figures[one.key]
-            if spread is not None:
-                cells = (quantity(v, one.unit) for v in (spread.p50, spread.p95, spread.p99, spread.worst))
-                table.add_row("", one.text, *cells, str(spread.worst_seed))
+            quantiles = row.figures[one.key]
+            if quantiles is not None:
+                cells = (quantity(v, one.unit) for v in (quantiles.p50, quantiles.p95, quantiles.p99, quantiles.worst))
+                table.add_row("", one.text, *cells, str(quantiles.worst_seed))
         table.add_section()
     console.print(table)
     print("  the worst runs:")

@@ -14,7 +14,7 @@ from flockwire_cli.inputs import load, refuse
 
 if TYPE_CHECKING:
     from flockwire.domain.vector import Vector
-    from flockwire_mocap.source import Link
+    from flockwire_mocap.source import SourceState
     from flockwire_mocap.survey.inspection import BodyFigures, Inspection
 
 Seconds = Annotated[float, typer.Option(min=0.5, max=60.0, help="Seconds to listen.")]
@@ -27,14 +27,14 @@ app = typer.Typer()
 def tracker(swarm: SwarmFile, seconds: Seconds = 1.5) -> None:
     """Listen to the tracker: list its bodies with rate, jitter, latency, loss; say what to mend before a flight."""
     plan = load(swarm)
-    inspection, link = _listen(plan, seconds)
-    rows, troubles = inspection.figures(), [link.trouble] if link.trouble else []
+    inspection, state = _listen(plan, seconds)
+    rows, troubles = inspection.figures(), [state.trouble] if state.trouble else []
     if rows:
         print(f"{'body':20}{'drone':>7}{'Hz':>8}{'jitter ms':>11}{'latency ms':>12}{'lost':>8}  position, m")
     for row in rows:
         print(_line(row))
-    if link.counts:
-        print(", ".join(f"{count} {what}" for what, count in link.counts))
+    if state.counts:
+        print(", ".join(f"{count} {what}" for what, count in state.counts))
     problems = troubles if not rows else [*troubles, *inspection.problems()]
     for problem in problems:
         print(f"flockwire: {problem}", file=sys.stderr)
@@ -58,11 +58,11 @@ def align(
 
     plan = load(swarm)
     known = _places(plan, at or [])
-    inspection, link = _listen(Plan(plan.swarm.unaligned()), seconds)
+    inspection, state = _listen(Plan(plan.swarm.unaligned()), seconds)
     seen = {row.name: row.position for row in inspection.figures() if row.position is not None}
     missing = [name for name in known if name not in seen]
-    if link.trouble and not seen:
-        refuse(link.trouble)
+    if state.trouble and not seen:
+        refuse(state.trouble)
     if missing:
         refuse(f"the tracker does not see {', '.join(missing)}; it sees {', '.join(seen) or 'nothing'}")
     try:
@@ -78,7 +78,7 @@ def align(
     print(f"offset = [{', '.join(f'{part:.4f}' for part in found.offset)}]")
 
 
-def _listen(plan: Plan, seconds: float) -> tuple[Inspection, Link]:
+def _listen(plan: Plan, seconds: float) -> tuple[Inspection, SourceState]:
     from flockwire_mocap.survey.listening import listen  # noqa: PLC0415
 
     try:

@@ -14,9 +14,9 @@ from flockwire.ground.director import LEAD_TIME, Director, Stage
 from flockwire.ground.fleet import Fleet
 from flockwire.ground.giving import Order
 from flockwire.ground.operator import OperatorCore
-from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import Swarm
 from flockwire.wire.messages import Mission
+from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 
 if TYPE_CHECKING:

@@ -20,8 +20,8 @@ from flockwire.wire.plan import Plan
 from matplotlib.figure import Figure
 
 from flockwire_station.connecting import UNANSWERED, connected
-from flockwire_station.excitation import Axis, ExcitationCore, Stage
-from flockwire_station.identification import AxisFit, Response, combined, fit_axis
+from flockwire_station.excitation import Axis, ExcitationCore, ExcitationStage
+from flockwire_station.identification import AxisFit, StepResponse, combined, fit_axis
 from flockwire_station.processes import Children, PortInUseError, busy_endpoint
 from flockwire_station.terminal.interrupts import interrupts
 
@@ -60,7 +60,7 @@ async def excite(
                 shell = Shell(core, plan, pilot, session, swarm_clock, status, None)
                 shell.start()
                 told = ""
-                while core.stage is not Stage.DONE:
+                while core.stage is not ExcitationStage.DONE:
                     await asyncio.sleep(POLL)
                     report = core.report(clock.now())
                     if (state := f"{report.phase}: {report.detail}") != told:
@@ -94,7 +94,7 @@ def _needed(plan: Plan, identity: str, number: int) -> bool:
     return not row.pilot and not row.records and drone in (None, number)
 
 
-def fits(responses: dict[Axis, Response]) -> Fits:
+def fits(responses: dict[Axis, StepResponse]) -> Fits:
     """Return what each axis was found to be; raises IdentificationError."""
     return {axis: fit_axis(response) for axis, response in responses.items()}
 
@@ -133,7 +133,7 @@ def conclusion(swarm: Swarm, number: int, found: Fits, body: bool, failure: str)
         yield from airframe_table(swarm, number, found)
 
 
-def draw(responses: dict[Axis, Response], found: Fits, path: Path) -> None:
+def draw(responses: dict[Axis, StepResponse], found: Fits, path: Path) -> None:
     """Draw the measured and the fitted response of each axis."""
     figure = Figure(figsize=(7.0, 1.8 * len(found)), layout="constrained")
     for place, (axis, fit) in enumerate(found.items()):

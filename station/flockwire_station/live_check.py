@@ -13,10 +13,10 @@ from typing import NamedTuple
 from flockwire.domain.vector import Vector
 from flockwire.ground.fleet import IN_THE_AIR, STALE
 from flockwire.ground.preflight import has_flown
-from flockwire.pilot.phases import Phase
 from flockwire.runtime.session import Session
 from flockwire.swarm.model import uav
 from flockwire.wire.messages import Mission, Telemetry
+from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 from flockwire.wire.status import SERIAL, Reason, Status
@@ -109,7 +109,7 @@ def _pilot(plan: Plan, drone: int, status: Status, seen: Seen) -> Iterator[Findi
         yield Finding(name, "still", f"within {1e3 * spread:.1f} mm", "" if spread <= STILL else moves)
         yield _start(plan, drone, places[-1], report.mission)
     ready = report.phase == Phase.READY
-    waits = report.detail or f"it is {report.phase}"
+    waits = report.line or f"it is {report.phase}"
     yield Finding(
         name, "neighbours", "heard" if ready else waits, "" if ready else "see the lines of whom it waits for"
     )

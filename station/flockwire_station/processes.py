@@ -19,7 +19,7 @@ from flockwire.runtime.detours import detour_environment
 from flockwire.runtime.ending import LIFELINE
 from flockwire.wire.plan import Plan
 
-from flockwire_station.command_lines import Place, arguments
+from flockwire_station.command_lines import FilePaths, arguments
 from flockwire_station.terminal.interrupts import Interrupts
 
 GRACE = 2.5  # s between the signal to end and SIGKILL
@@ -48,8 +48,8 @@ def command(
     `faults` goes to the recorder and to those whose cores inject faults themselves, with when they count
     from (Unix ns) where it is known.
     """
-    row, place = plan.rows[identity], Place(str(swarm_file), str(keys), str(out))
-    line = [sys.executable, "-m", "flockwire_cli", *arguments(plan, identity, place)]
+    row, paths = plan.rows[identity], FilePaths(str(swarm_file), str(keys), str(out))
+    line = [sys.executable, "-m", "flockwire_cli", *arguments(plan, identity, paths)]
     if (row.faults or row.records) and faults is not None:
         line += ["--faults", str(faults)]
         if took_off is not None:

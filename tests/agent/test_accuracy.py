@@ -11,7 +11,7 @@ import pytest
 from flockwire.control import sidestep
 from flockwire.loading import load_swarm, parse_swarm
 from flockwire.swarm.model import Swarm
-from flockwire_kinematics.airframe import SimulatedAirframe
+from flockwire_kinematics.airframe import FirstOrderAirframe
 
 SWARMS = Path(__file__).parents[2] / "swarms"
 CIRCLING = {"kind": "circle", "radius": 1.4, "rate": 0.1}  # 0.14 m/s
@@ -53,11 +53,11 @@ def test_a_circling_leader_is_followed(watch_swarm: Callable[..., Any]) -> None:
 def test_lag_and_dead_time_known_to_a_fifth_are_enough(
     lag: float, dead_time: float, watch_swarm: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def real(self: SimulatedAirframe, parameters: Any, position: Any, now: int) -> None:
+    def real(self: FirstOrderAirframe, parameters: Any, position: Any, now: int) -> None:
         known(self, parameters.model_copy(update={"lag": 0.25 * lag, "dead_time": 0.1 * dead_time}), position, now)
 
-    known = SimulatedAirframe.__init__
-    monkeypatch.setattr(SimulatedAirframe, "__init__", real)
+    known = FirstOrderAirframe.__init__
+    monkeypatch.setattr(FirstOrderAirframe, "__init__", real)
     flown = watch_swarm(extended("paper_flight", leader={"trajectory": CIRCLING}, sim={"delay": 0.01}), 10.0)
     assert flown.error <= 0.015
 

@@ -2,9 +2,9 @@ from math import hypot
 
 import pytest
 from flockwire.domain.body import Body, BodyKind
-from flockwire.pilot.phases import Phase
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import FlightState, Pose
+from flockwire.wire.phase import Phase
 
 
 def test_on_the_ground_it_says_what_it_waits_for(cockpit):

@@ -3,10 +3,11 @@
 from math import hypot
 
 import pytest
-from flockwire.pilot.phases import SHUTDOWN, Phase
+from flockwire.pilot.phases import SHUTDOWN
 from flockwire.pilot.pilot import DRIVER_LOST
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import FlightState, IdentityDoubt, Leading
+from flockwire.wire.phase import Phase
 
 TWO = {"graph.edges": [[0, 1], [0, 2], [1, 2], [2, 3], [3, 4]]}
 STILL = (0.0, 0.0, 0.0)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import shutil
 import subprocess
+import tempfile
 import time
 from pathlib import Path
 
@@ -62,11 +64,16 @@ def compose() -> list[str]:
 
 
 def base_image() -> str:
-    """Return the image that others are built on, after making it; skips where that cannot be done."""
-    base = next((name for name in (BASE, PULLED) if _has(name)), None)
-    if base is None and shutil.which("debootstrap") and os.geteuid() == 0:
-        run(ROOT / "scripts/base_image", timeout=400)
-        base = BASE
+    """Return the image that others are built on, after making it; skips where that cannot be done.
+
+    Tests of containers and of hosts run side by side: one makes it, the other waits.
+    """
+    with (Path(tempfile.gettempdir()) / "flockwire-base.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        base = next((name for name in (BASE, PULLED) if _has(name)), None)
+        if base is None and shutil.which("debootstrap") and os.geteuid() == 0:
+            run(ROOT / "scripts/base_image", timeout=400)
+            base = BASE
     if base is None:
         pytest.skip(f"there is no base image: neither {PULLED} here nor debootstrap, as root, to make one")
     return base
@@ -109,8 +116,8 @@ class Swarm:
 
     def order(self, verb: str) -> str:
         """Give an order in a container of the operator."""
-        person = ["run", "--rm", "-T", "operator", verb, "/swarm/swarm.toml", "--keys", "/keys"]
-        return self(*person, check=False)
+        command = ["run", "--rm", "-T", "operator", verb, "/swarm/swarm.toml", "--keys", "/keys"]
+        return self(*command, check=False)
 
 
 def until(condition, seconds: float, what: str):

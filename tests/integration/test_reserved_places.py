@@ -86,8 +86,8 @@ def test_a_stop_arrives_where_one_drone_has_taken_all_places(
 def test_nobody_but_a_person_gets_a_reserved_place_and_no_person_needs_another(
     plan: Plan, driver: Session, dial: Callable[[str, str], zenoh.Session]
 ) -> None:
-    drone, person = dial("uav2", plan.reserved[DRIVER]), dial(OPERATOR, plan.endpoints[DRIVER])
+    drone, operator = dial("uav2", plan.reserved[DRIVER]), dial(OPERATOR, plan.endpoints[DRIVER])
     welcome = [dial("uav2", plan.endpoints[DRIVER]), dial(OPERATOR, plan.reserved[DRIVER])]
     assert links(welcome, 2) == 2
-    assert links([drone, person], 1, seconds=0.5) == 0
+    assert links([drone, operator], 1, seconds=0.5) == 0
     assert driver.linked() == (OPERATOR, "uav2")

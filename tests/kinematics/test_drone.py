@@ -9,7 +9,7 @@ from flockwire.swarm.drones import Airframe
 from flockwire.swarm.tables import Limits
 from flockwire.wire.keys import STOP, Key
 from flockwire.wire.messages import Command, FlightState, Stop
-from flockwire_kinematics.airframe import SimulatedAirframe
+from flockwire_kinematics.airframe import FirstOrderAirframe
 from flockwire_kinematics.core import KinematicsCore
 from flockwire_kinematics.drone import SimulatedDrone
 
@@ -23,7 +23,7 @@ class Flight:
     """One drone in the air at HIGH, whose agent commands `velocity` unless that is None."""
 
     def __init__(self, velocity=None, place=HIGH, **airframe):
-        frame = SimulatedAirframe(Airframe(**airframe), place, BEGAN)
+        frame = FirstOrderAirframe(Airframe(**airframe), place, BEGAN)
         self.now, self.drone, self.velocity = BEGAN, SimulatedDrone(frame, Limits(speed=SPEED)), velocity
 
     def run(self, seconds):

@@ -2,8 +2,8 @@ from math import dist, hypot
 
 import pytest
 from flockwire.domain.vector import add
-from flockwire.pilot.phases import Phase
 from flockwire.wire.messages import FlightState
+from flockwire.wire.phase import Phase
 
 STILL = (0.0, 0.0, 0.0)
 

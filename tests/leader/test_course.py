@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.vector import ZERO, Vector, add, scale, subtract
-from flockwire.pilot.phases import Phase
+from flockwire.wire.phase import Phase
 from flockwire_leader.course import CATCH_UP, SLACK, Course
 from hypothesis import given
 from hypothesis import strategies as st

@@ -3,9 +3,9 @@
 from math import hypot
 
 import pytest
-from flockwire.pilot.phases import Phase
 from flockwire.wire.keys import STOP
 from flockwire.wire.messages import Stop
+from flockwire.wire.phase import Phase
 
 STILL = (0.0, 0.0, 0.0)
 

@@ -4,9 +4,9 @@ from math import hypot
 
 import pytest
 from flockwire.domain.time import SECOND
-from flockwire.pilot.phases import Phase
 from flockwire.wire.keys import STEERING, Key
 from flockwire.wire.messages import Command
+from flockwire.wire.phase import Phase
 
 TELEOPERATED = {"leader": {"kind": "teleoperated", "speed": 0.5, "acceleration": 1.0}, "control.law": "extended"}
 

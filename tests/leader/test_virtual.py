@@ -3,9 +3,9 @@ from math import dist
 import pytest
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import add
-from flockwire.pilot.phases import Phase
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Mission
+from flockwire.wire.phase import Phase
 from flockwire_leader.virtual import VirtualLeader
 
 BEGAN = 1_790_000_000 * SECOND

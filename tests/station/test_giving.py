@@ -9,9 +9,9 @@ from flockwire.domain.time import SECOND
 from flockwire.ground import formation_planning
 from flockwire.ground import giving as core
 from flockwire.ground.giving import Answer, Order
-from flockwire.pilot.phases import Phase
 from flockwire.runtime.session import RouterAbsentError
 from flockwire.wire.messages import Change, Mission, Stop
+from flockwire.wire.phase import Phase
 from flockwire_cli.orders import app
 from flockwire_station import giving, operator, planning
 from simulated_pilots import SimulatedSwarm, started

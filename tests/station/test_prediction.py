@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from flockwire.loading import parse_swarm
-from flockwire.pilot.phases import Phase
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Status
 from flockwire_analysis.summary import summarise
 from flockwire_sim.recording import TraceInMemory

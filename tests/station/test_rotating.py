@@ -4,9 +4,9 @@ import asyncio
 
 import pytest
 from command_line import refused
-from flockwire.pilot.phases import Phase
 from flockwire.runtime.session import RouterAbsentError
 from flockwire.security.files import CredentialsError, default_folder
+from flockwire.wire.phase import Phase
 from flockwire_station import rotating
 from simulated_pilots import SimulatedSwarm, started
 

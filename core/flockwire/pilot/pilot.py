@@ -28,21 +28,12 @@ from flockwire.pilot.ladder import (
     unready_reason,
 )
 from flockwire.pilot.off_place import OffPlace
-from flockwire.pilot.phases import (
-    IN_FLIGHT,
-    NEVER,
-    FlightPhases,
-    Phase,
-    Situation,
-    age,
-    climb,
-    command_stamp,
-    keep_place,
-)
+from flockwire.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, age, climb, command_stamp, keep_place
 from flockwire.pilot.surroundings import Surroundings
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import STOP, Key
 from flockwire.wire.messages import Command, FlightState, IdentityDoubt, Message, Pose, Stop, Telemetry
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Reason, Report
 
 AIRBORNE = frozenset({FlightState.FLYING, FlightState.LANDING})

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from flockwire.swarm.airframes import AIRFRAMES
 from flockwire.swarm.model import Swarm, uav
-from flockwire.swarm.rule import needs
+from flockwire.swarm.rules import needs
 
 
 @needs("drones", "airframes")

@@ -103,7 +103,7 @@ class ExpressionFormation(FormationModel):
     def build(self, count: int) -> shapes.Formation:
         """Return the formation of `count` followers."""
         axes = (parse_expression(self.x), parse_expression(self.y), parse_expression(self.z))
-        return shapes.ExpressionFormation(count, axes)
+        return shapes.Parametric(count, axes)
 
     def undefined(self, count: int, horizon: float, step: float) -> tuple[str, int, float] | None:
         """Return the axis, the rank and the time in s where an expression is first seen to have no finite value.

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import AfterValidator, Field
 
 from flockwire.swarm.tables import Finite, Model, NotNegative, Point, Positive
-from flockwire.swarm.wording import Rule
+from flockwire.swarm.wording import Takes
 
 Port = Annotated[int, Field(ge=1, le=65535)]
 Share = Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)]
@@ -31,9 +31,9 @@ def _version(text: str) -> str:
 
 
 Rotation = Annotated[
-    tuple[Finite, Finite, Finite, Finite], AfterValidator(_unit), Rule("a unit quaternion [x, y, z, w]")
+    tuple[Finite, Finite, Finite, Finite], AfterValidator(_unit), Takes("a unit quaternion [x, y, z, w]")
 ]
-Version = Annotated[str, AfterValidator(_version), Rule('a version like "4.1"')]
+Version = Annotated[str, AfterValidator(_version), Takes('a version like "4.1"')]
 
 
 class Axes(Model):

@@ -10,7 +10,7 @@ from pydantic_core import PydanticUndefined
 
 from flockwire.swarm.model import Swarm
 from flockwire.swarm.outline import Entry, entries, explanation, of_field
-from flockwire.swarm.wording import rule, shown
+from flockwire.swarm.wording import shown, takes
 
 _HEAD = """# The swarm file
 
@@ -49,7 +49,7 @@ def _section(first: Entry, tables: tuple[str, ...]) -> Iterator[str]:
     for entry in entries(first.model):
         if not entry.table:
             unit, meaning = explanation(entry.model, entry.name)
-            cells = f"`{entry.name}`", default(entry), unit, rule(*of_field(entry.field)), meaning
+            cells = f"`{entry.name}`", default(entry), unit, takes(*of_field(entry.field)), meaning
             yield f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |"
 
 

@@ -15,7 +15,7 @@ from typing import Any, Literal, NamedTuple, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from flockwire.swarm.outline import Place, entries, is_model, kinds, place
-from flockwire.swarm.wording import meant, one_of, rule, shown
+from flockwire.swarm.wording import meant, one_of, shown, takes
 
 _SYNTAX = {  # what the parser says, by a part of it; what it means to somebody who wrote the file
     "Invalid value": "a value is a number, true, false, 'text' in quotes, a [list] or a { table }",
@@ -99,8 +99,8 @@ def _lines(model: type[BaseModel], where: Place, detail: dict[str, Any]) -> list
         return [f"{key}.kind {told} must be {one_of(kinds(where.kind))}{near}".replace(" missing", ": missing")]
     if kind in ("missing", "too_long") and where.keys and isinstance(where.keys[-1], int):
         where = place(model, detail["loc"][:-1])  # a list that is too short lacks an item
-        return [f"{where.text} = {shown(value)}: must be {rule(where.kind, where.metadata)}"]
-    told = rule(where.kind, where.metadata)
+        return [f"{where.text} = {shown(value)}: must be {takes(where.kind, where.metadata)}"]
+    told = takes(where.kind, where.metadata)
     if kind == "missing":
         return [f"{key}: missing; this key has no default" + (f" and must be {told}" if told else "")]
     near = meant(value, map(str, get_args(where.kind))) if get_origin(where.kind) is Literal else ""

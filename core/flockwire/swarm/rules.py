@@ -1,24 +1,56 @@
-"""The rules that tie a swarm file's keys together: each function yields one line per problem, `key = value: rule`."""
+"""The rules that tie a swarm file's keys together: each function yields one line per problem, `key = value: rule`.
+
+A rule that leans on a key which is wrong already is not applied. Beside the general rules here, the formations, the
+airframes, the gateway, the addresses and the laws have rules of their own; loading.py applies all.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from itertools import combinations, pairwise
 from math import dist
 
 from flockwire.control.graph import LEADER
 from flockwire.control.plane_polygon import Corner, crossing, edges
-from flockwire.swarm.address_rules import hosts
-from flockwire.swarm.formation_rules import carried, formations
 from flockwire.swarm.model import Swarm, uav
-from flockwire.swarm.rule import Rule, needs
 from flockwire.swarm.wording import meant
 
 BUILT_IN = {
     "paper": "flockwire_agent.paper_law:PaperLaw",
     "extended": "flockwire_agent.extended_law:ExtendedLaw",
 }
+
+
+Rule = Callable[[Swarm], Iterable[str]]
+_NEEDS: dict[Rule, tuple[str, ...]] = {}
+
+
+def needs(*keys: str) -> Callable[[Rule], Rule]:
+    """Name the keys on which a rule leans: it is not looked at while one of them is wrong."""
+
+    def named(rule: Rule) -> Rule:
+        _NEEDS[rule] = keys
+        return rule
+
+    return named
+
+
+def broken(swarm: Swarm, rules: Iterable[Rule], wrong: set[str]) -> Iterator[str]:
+    """Yield what `rules` find wrong, which is added to `wrong`; a rule that leans on a `wrong` key is left out."""
+    for rule in rules:
+        keys = _NEEDS.get(rule, ("",))
+        if any(_within(one, other) for one in keys for other in wrong):
+            continue
+        for line in rule(swarm):
+            yield line
+            key = re.match(r"[\w.-]*", line)
+            wrong.add(".".join(part for part in (key[0] if key else "").split(".") if not part.isdigit()))
+
+
+def _within(one: str, other: str) -> bool:
+    """Return whether one of two keys is the other, or stands in it; the empty key is the whole file."""
+    return not one or not other or f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}.")
 
 
 @needs("drones.id", "drones.airframe", "drones.host", "airframes", "hosts", "leader.kind")
@@ -187,6 +219,5 @@ def _starts(swarm: Swarm) -> Iterator[str]:
 
 
 RULES: tuple[Rule, ...] = (
-    _drones, hosts, _law, _graph, _rates, _fence, _heights, _speeds, _battery, _staleness, _avoidance, _starts,
-    formations, carried,
+    _drones, _law, _graph, _rates, _fence, _heights, _speeds, _battery, _staleness, _avoidance, _starts,
 )  # fmt: skip

@@ -11,7 +11,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, JsonValue, W
 
 from flockwire.control.fence import Room
 from flockwire.domain.body import Separation
-from flockwire.swarm.wording import Rule
+from flockwire.swarm.wording import Takes
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -34,7 +34,7 @@ def _edge(ends: object) -> tuple[int, int, float]:
 Edge = Annotated[
     tuple[int, int, float],
     BeforeValidator(_edge),
-    Rule("[from, to] or [from, to, weight]"),
+    Takes("[from, to] or [from, to, weight]"),
     WithJsonSchema({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 3}),
 ]
 

@@ -13,7 +13,7 @@ from flockwire.wire.status import counted
 
 from flockwire_mocap.frame_sequence import Arrival, FrameSequence
 from flockwire_mocap.qualisys.rotation import from_columns
-from flockwire_mocap.source import Link
+from flockwire_mocap.source import SourceState
 from flockwire_mocap.streamed import StreamedSource, coordinates_of
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose, unseen
 
@@ -53,8 +53,8 @@ class QualisysSource(StreamedSource):
         self._rejected += not tracked
         return ReportedBody(number, name, position, orientation, tracked)
 
-    def _state(self, now: int) -> Link:
-        return Link(self.failure, counted(*self._sequence.counts, ("poses rejected", self._rejected)))
+    def _state(self, now: int) -> SourceState:
+        return SourceState(self.failure, counted(*self._sequence.counts, ("poses rejected", self._rejected)))
 
 
 def names_in(parameters: bytes) -> tuple[str, ...]:

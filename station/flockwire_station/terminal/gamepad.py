@@ -11,7 +11,7 @@ from typing import Any
 
 from flockwire.extras import remedy
 
-from flockwire_station.terminal.sticks import EAST, SOUTH, AxisRange, Sticks
+from flockwire_station.terminal.gamepad_axes import EAST, SOUTH, AxisRange, GamepadAxes
 
 INPUTS = Path("/dev/input")
 MISSING = f"a gamepad is plugged in; to steer by it: {remedy('gamepad')}"
@@ -27,17 +27,17 @@ class Gamepad:
         self.name: str = device.name
         self._device = device
         ranges = {code: AxisRange(info.min, info.max) for code, info in device.capabilities()[AXES]}
-        self._axes = tuple(ranges)
-        self.sticks = Sticks(speed, ranges)
+        self._codes = tuple(ranges)
+        self.axes = GamepadAxes(speed, ranges)
 
     def read(self) -> None:
         """Take what has happened; raises OSError when the gamepad is gone."""
         for event in self._device.read():
             if event.type == AXES:
-                self.sticks.move(event.code, event.value)
+                self.axes.move(event.code, event.value)
             elif (event.type, event.code) == (SYNCHRONISATION, DROPPED):
-                for code in self._axes:
-                    self.sticks.move(code, self._device.absinfo(code).value)
+                for code in self._codes:
+                    self.axes.move(code, self._device.absinfo(code).value)
 
     @contextlib.contextmanager
     def followed(self) -> Iterator[None]:
@@ -49,7 +49,7 @@ class Gamepad:
                 self.read()
             except OSError:
                 loop.remove_reader(self._device.fd)
-                self.sticks.rest()
+                self.axes.rest()
                 print(f"flockwire: {self.name} is gone", flush=True)
 
         loop.add_reader(self._device.fd, readable)

@@ -3,7 +3,7 @@ from math import cos, exp, isnan, log, pi, sin, sqrt
 import pytest
 from flockwire.control.expression import ExpressionError, bound, derivative, function_of_time
 from flockwire.control.expression_parser import parse_expression
-from flockwire.control.formation import Circle, ExpressionFormation
+from flockwire.control.formation import Circle, Parametric
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -15,7 +15,7 @@ def value(text, t=0.7):
 
 
 def formation(x, y, z="0", count=5):
-    return ExpressionFormation(count, (parse_expression(x), parse_expression(y), parse_expression(z)))
+    return Parametric(count, (parse_expression(x), parse_expression(y), parse_expression(z)))
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,9 @@ from flockwire.ground.director import GRACE, LEAD_TIME, REPEAT, STAGE_TIME, Dire
 from flockwire.ground.fleet import STALE, Fleet
 from flockwire.ground.preflight import Preflight
 from flockwire.pilot.orders import Orders
-from flockwire.pilot.phases import OUTDATED, Phase
+from flockwire.pilot.phases import OUTDATED
 from flockwire.wire.messages import FlightState, Mission, Telemetry
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 
 BEGAN = 1_790_000_000 * SECOND

@@ -1,7 +1,7 @@
 from flockwire.domain.time import SECOND
 from flockwire.ground.fleet import STALE, Fleet
-from flockwire.pilot.phases import Phase
 from flockwire.wire.messages import FlightState, Mission, Telemetry
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 
 NOW = 1_790_000_000 * SECOND

@@ -8,7 +8,6 @@ from flockwire.pilot.phases import (
     SHUTDOWN,
     WITHOUT_ORDER,
     FlightPhases,
-    Phase,
     Situation,
     age,
     climb,
@@ -16,6 +15,7 @@ from flockwire.pilot.phases import (
     keep_place,
 )
 from flockwire.wire.messages import Change, Mission, Pose
+from flockwire.wire.phase import Phase
 from hypothesis import given
 from hypothesis import strategies as st
 

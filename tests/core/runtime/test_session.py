@@ -92,7 +92,7 @@ def test_without_security_nothing_is_encrypted_and_sizes_stay_bounded(make_plan,
         assert config["transport"]["link"]["rx"]["max_message_size"] == 65536
 
 
-def test_whoever_listens_in_a_swarm_of_peers_listens_for_persons_apart(make_plan):
+def test_whoever_listens_in_a_swarm_of_peers_listens_for_operators_apart(make_plan):
     plan = make_plan()
     assert plan.reserved.keys() == plan.endpoints.keys()
     assert not set(plan.reserved.values()) & set(plan.endpoints.values())

@@ -89,7 +89,7 @@ def test_all_keys_are_of_the_curve_p_256_and_no_two_are_one(keys, plan):
 
 
 @pytest.mark.parametrize("authority", ["ca", "operators"])
-def test_an_authority_signs_processes_or_persons_only_and_no_authority_below_it(keys, authority):
+def test_an_authority_signs_processes_or_operators_only_and_no_authority_below_it(keys, authority):
     limits = certificate(keys, authority).extensions.get_extension_for_class(x509.BasicConstraints)
     assert limits.critical
     assert (limits.value.ca, limits.value.path_length) == (True, 0)
@@ -161,7 +161,7 @@ def test_an_authority_about_to_end_is_replaced_with_all_it_signed(keys, plan, ma
     assert load_credentials(keys, "uav1", later)
 
 
-def test_persons_have_an_authority_of_their_own_that_signs_nobody_else(keys, plan):
+def test_operators_have_an_authority_of_their_own_that_signs_nobody_else(keys, plan):
     for identity in plan.certified:
         signed = []
         for authority in plan.authorities:
@@ -171,7 +171,7 @@ def test_persons_have_an_authority_of_their_own_that_signs_nobody_else(keys, pla
         assert signed == ["operators" if identity in ("operator", "console") else "ca"]
 
 
-def test_a_folder_from_before_persons_had_an_authority_is_completed(make_plan, plan, tmp_path, made):
+def test_a_folder_from_before_operators_had_an_authority_is_completed(make_plan, plan, tmp_path, made):
     old = make_plan({"network.security": "none"})
     make_keys(old, tmp_path, made)
     assert old.authorities == ("ca",)

@@ -1,4 +1,4 @@
-"""The rules that tie a swarm file's keys together; those of hosts and addresses are in wire/test_rules.py."""
+"""The rules that tie a swarm file's keys together; those of hosts and addresses are in wire/test_address_rules.py."""
 
 import pytest
 from flockwire.loading import SwarmFileError

@@ -200,7 +200,7 @@ def test_every_process_has_a_port_of_its_own_that_no_other_moves(make_plan, chan
     assert found == {identity: f"127.0.0.1:{port}" for identity, port in ports.items()}
 
 
-def test_the_port_for_persons_is_as_far_below_the_base_port_as_the_other_place_is_above_it(make_plan):
+def test_the_port_for_operators_is_as_far_below_the_base_port_as_the_other_place_is_above_it(make_plan):
     plan = make_plan({"network.base_port": 8000})
     for identity, endpoint in plan.endpoints.items():
         address, _, port = endpoint.rpartition(":")

@@ -94,7 +94,7 @@ def test_the_gateway_gets_poses_in_metres_and_lost_bodies_say_nothing(start):
     assert [body.name for body in found.bodies if body.tracked] == NAMES[:4]
     assert found.bodies[2].position == pytest.approx((2.0, 0.04, 1.0))
     assert found.bodies[2].orientation == pytest.approx((0.0, 0.0, 0.6, 0.8), abs=1e-6)
-    assert core.source.link(0).counts == (("frames missing", 1),)
+    assert core.source.state(0).counts == (("frames missing", 1),)
 
 
 @pytest.mark.parametrize("serve", [True, False])
@@ -172,7 +172,7 @@ def test_an_old_client_gets_angles_by_datagrams():
             said = b""
             while b"</QTM_Parameters_Ver_1.19>" not in said:
                 said += await reader.read(4096)
-            await until(lambda: next(iter(server._clients))._twin._components)
+            await until(lambda: next(iter(server._clients))._conversation._components)
             server.publish(frame(3))
             async with asyncio.timeout(3.0):
                 datagram = await asyncio.get_running_loop().sock_recv(receiver, 65535)

@@ -27,7 +27,7 @@ def test_frames_are_lines_and_lost_bodies_say_nothing(start):
     (frame,) = core.source.take(NOW)
     assert [(body.name, body.tracked) for body in frame.bodies] == [("uav1", True), ("uav2", False)]
     assert frame.bodies[0].position == (1.0, 2.0, 3.0)
-    assert core.source.link(NOW) == ("", ())
+    assert core.source.state(NOW) == ("", ())
 
 
 def test_frames_count_up_by_one(start):
@@ -49,7 +49,7 @@ def test_frames_count_up_by_one(start):
 def test_a_malformed_line_is_counted(start, bad):
     source = make_core(start(source="vicon")).source
     source.line(bad, NOW)
-    assert source.link(NOW).counts == (("lines malformed", 1),)
+    assert source.state(NOW).counts == (("lines malformed", 1),)
 
 
 def test_a_frame_that_waited_to_be_read_is_as_old_as_it_is(start):

@@ -10,7 +10,7 @@ import pytest
 from flockwire.domain.time import SECOND
 from flockwire.ground.director import Stage
 from flockwire_station.terminal.display import REFRESH, Display
-from flockwire_station.terminal.standard_streams import Outlet, busy, unblocked
+from flockwire_station.terminal.standard_streams import UnblockedStream, busy, unblocked
 from terminal_text import text_until
 
 NOW = 1_790_000_000 * SECOND
@@ -19,7 +19,7 @@ NOW = 1_790_000_000 * SECOND
 @pytest.fixture
 def screen(terminal):
     """Return both ends of a terminal, and a standard output to it."""
-    outlet = Outlet(terminal[1])
+    outlet = UnblockedStream(terminal[1])
     return *terminal, io.TextIOWrapper(io.BufferedWriter(outlet), "utf-8", line_buffering=True)
 
 

@@ -7,7 +7,7 @@ import threading
 from pathlib import Path
 
 import pytest
-from flockwire_station.terminal.standard_streams import Outlet, busy, later, unblocked
+from flockwire_station.terminal.standard_streams import UnblockedStream, busy, later, unblocked
 
 FULL = Path("/dev/full")
 
@@ -70,7 +70,7 @@ def test_while_a_swarm_flies_nobody_waits_for_a_reader_and_nothing_is_lost():
     found, data = [], 300 * b"0123456789" * 100  # more than a pipe holds
     reader = threading.Thread(target=lambda: found.append(_all(read_end)))
     with unblocked():
-        outlet = Outlet(write_end)
+        outlet = UnblockedStream(write_end)
         assert outlet.write(data) == len(data)
         later(lambda: outlet.write(b"end"))
         assert busy()
@@ -85,7 +85,7 @@ def test_a_table_that_cannot_be_drawn_is_reported_and_what_follows_is_written(ca
     read_end, write_end = os.pipe()
     with unblocked():
         later(lambda: 1 / 0)
-        Outlet(write_end).write(b"next")
+        UnblockedStream(write_end).write(b"next")
     os.close(write_end)
     assert _all(read_end) == b"next"
     assert "ZeroDivisionError" in capsys.readouterr().err
