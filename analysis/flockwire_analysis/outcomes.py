@@ -90,7 +90,7 @@ def _losses(trace: Trace, number: int, end: int, down: int) -> Iterator[str]:
             yield f"no {name} was recorded"
         elif series.logged[-1] < end - SILENCE and series.logged[-1] <= down:
             before = (end - int(series.logged[-1])) / SECOND
-            yield f"the {name} ends {before:.1f} s before the flight does"
+            yield f"the {name} ends {before:.1f} s before the flight"
     telemetry = trace.of("telemetry", number)
     stopped = telemetry.stamps[telemetry.values[:, 0] == FlightState.STOPPED]
     if len(stopped) and not any(stop.stamp <= stopped[0] + SECOND for stop in trace.stops):

@@ -40,7 +40,7 @@ def tracker(swarm: SwarmFile, seconds: Seconds = 1.5) -> None:
         print(f"flockwire: {problem}", file=sys.stderr)
     if problems:
         raise typer.Exit(1)
-    print("all drones' bodies are there, tracked, still, and at their starts")
+    print("all drones' bodies are present, tracked, still, and at their starts")
 
 
 @app.command()
@@ -48,7 +48,7 @@ def align(
     swarm: SwarmFile,
     at: Annotated[
         list[str] | None,
-        typer.Option(metavar="BODY=X,Y,Z", help="A body on a known place, m [each drone's at its start]."),
+        typer.Option(metavar="BODY=X,Y,Z", help="A body at a known place, m [each drone's at its start]."),
     ] = None,
     seconds: Seconds = 1.5,
 ) -> None:
@@ -72,7 +72,7 @@ def align(
     for name, residual in zip(known, found.residuals, strict=True):
         print(f"{name:20} {1000 * residual:7.1f} mm left")
     if max(found.residuals) > BAD_RESIDUAL:
-        print("flockwire: warning: a body is not where it should be, or two are exchanged", file=sys.stderr)
+        print("flockwire: warning: a body is at a wrong place, or two are exchanged", file=sys.stderr)
     print("\n[gateway]")
     print(f"rotation = [{', '.join(f'{part:.6f}' for part in found.rotation)}]")
     print(f"offset = [{', '.join(f'{part:.4f}' for part in found.offset)}]")

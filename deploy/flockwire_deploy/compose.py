@@ -51,10 +51,10 @@ def outside(swarm: Swarm) -> str:
     if swarm.control.law not in BUILT_IN:
         return f"control.law = {swarm.control.law!r}: the image has only {sorted(BUILT_IN)}; {remedy}"
     if swarm.gateway.source != "simulated":
-        return f"gateway.source = {swarm.gateway.source!r}: no container reaches a tracker; {remedy}"
+        return f"gateway.source = {swarm.gateway.source!r}: containers cannot reach a tracker; {remedy}"
     if swarm.driven:
         first = swarm.driven[0]
-        which = f"{swarm.drone(first).airframe!r}: no container reaches such a drone, or a simulated one"
+        which = f"{swarm.drone(first).airframe!r}: containers cannot reach such a drone, even if it is simulated"
         return f"drones.{first}.airframe = {which}; {remedy}"
     return ""
 

@@ -115,7 +115,7 @@ class GatewayCore:
         state = self.source.state(now)
         lost = [i for i in self._swarm.tracked if now - self._seen.get(i, 0) > SECOND]
         if now - self._last_frame > SECOND:
-            phase, detail = Phase.WAITING, state.trouble or "no frames come any more: is the tracker still streaming?"
+            phase, detail = Phase.WAITING, state.trouble or "no frames arrive: does the tracker still stream?"
         else:
             phase = Phase.TRACKING if len(lost) < len(self._swarm.tracked) else Phase.WAITING
             detail = self._unseen(lost, now)
@@ -136,7 +136,7 @@ class GatewayCore:
         doubted = ", ".join(map(uav, self._identities.doubts))
         lines = (
             f"does not see {', '.join(map(uav, lost))}" if lost else "",
-            f"the tracker has mixed up {doubted}: land, name the bodies right" if doubted else "",
+            f"the tracker has confused {doubted}: land, correct the bodies' names" if doubted else "",
         )
         return "; ".join(filter(None, lines))
 

@@ -42,9 +42,9 @@ class Deviation:
         """Return it as text."""
         whom = f" and {self.receiver} accepted it" if self.receiver else ""
         if self.verb == "linked":
-            return f"leak: {self.identity} as {self.mode} was accepted by somebody; it must not get a link"
+            return f"leak: {self.identity} as {self.mode} was accepted by a process; it must not get a link"
         if self.verb == "silent":
-            return f"blocked: {self.identity} does not answer; nothing about it could be shown"
+            return f"blocked: {self.identity} does not answer; nothing could be tested"
         if self.leak:
             return f"leak: {self.identity} as {self.mode} {self.verb} {self.key}{whom}; it must not"
         if self.receiver:

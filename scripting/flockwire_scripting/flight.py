@@ -88,7 +88,7 @@ class Flight(ABC):
         now, director = self._now(), self._director
         running = self._fleet().mission()
         if director is None or director.stage is not Stage.FLYING or running is None:
-            raise FlightError(f"formation {name!r}: nobody flies a formation")
+            raise FlightError(f"formation {name!r}: no drone flies a formation")
         try:
             position = self.drones[LEADER].position if LEADER in self.drones else None
             order = await self._planned(running, name, position, duration)

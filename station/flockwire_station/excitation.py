@@ -127,7 +127,9 @@ class ExcitationCore:
     def _compare(self, telemetry: Telemetry, now: int) -> None:
         """Land when the drone is high by its own sensors, and its body at the tracker is not."""
         if self.stage is ExcitationStage.WAITING and telemetry.height > ROSE and self._height < NOT_ROSE:
-            self._fail("the drone rises, its body at the tracker does not: is that the body of another drone?", now)
+            self._fail(
+                "the drone climbs, but its body at the tracker does not: does the body belong to another drone?", now
+            )
 
     def _go_on(self, phase: Phase, now: int) -> None:
         lasted = (now - self._since) / SECOND

@@ -27,7 +27,7 @@ from flockwire_station.terminal.interrupts import interrupts
 
 POLL = 0.1  # s
 TIME_KNOWN = 10.0  # s
-UNTIMED = "the gateway's time is not known: look at the gateway, and at the link to it"
+UNTIMED = "the gateway's time is not known: check the gateway and the link to it"
 UNITS = {Axis.CLOCKWISE: "rad"}
 Fits = dict[Axis, AxisFit]
 
@@ -108,7 +108,7 @@ def described(found: Fits) -> Iterator[str]:
         )
         unit, scale = ("mrad", 1e3) if axis is Axis.CLOCKWISE else ("mm", 1e3)
         yield f"{axis:<10}{numbers} {scale * fit.residual:.1f} {unit}"
-    yield "(with 95 % confidence; the gain is what it flies of what it is commanded)"
+    yield "(with 95 % confidence; gain: flown over commanded velocity)"
 
 
 def airframe_table(swarm: Swarm, number: int, found: Fits) -> Iterator[str]:
@@ -128,7 +128,7 @@ def airframe_table(swarm: Swarm, number: int, found: Fits) -> Iterator[str]:
 def conclusion(swarm: Swarm, number: int, found: Fits, body: bool, failure: str) -> Iterator[str]:
     """Yield what the fits show: whose the `body` is, where only that was asked, or the table for the swarm file."""
     if body:
-        yield f"the body {swarm.body(number)!r} rose and turned as {uav(number)} was commanded: it is that drone's"
+        yield f"the body {swarm.body(number)!r} climbed and turned as commanded: it belongs to {uav(number)}"
     elif not failure:
         yield from airframe_table(swarm, number, found)
 

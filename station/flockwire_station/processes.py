@@ -75,7 +75,7 @@ def busy_endpoint(plan: Plan, identities: Iterable[str]) -> str:
                 reason = "is in use" if error.errno == errno.EADDRINUSE else str(error.strerror).lower()
                 return (
                     f"network.base_port = {plan.swarm.network.base_port}: {identity} listens at {address}:{port}, "
-                    f"which {reason}; end what runs there or choose another base_port"
+                    f"which {reason}; end that process or choose another base_port"
                 )
     return ""
 
@@ -154,16 +154,16 @@ class Children:
         return self._running[identity].poll() == REFUSED
 
     def died(self) -> str:
-        """Return a line about a process that ended by itself, empty when all run."""
+        """Return a line about a process that ended unexpectedly, empty when all run."""
         return next((self.how(identity) for identity in self.ended()), "")
 
     def how(self, identity: str) -> str:
-        """Return a line about how a process ended by itself, with what it said last."""
+        """Return a line about how a process ended unexpectedly, with what it said last."""
         with self.log(identity).open("rb") as log:  # its end alone: who calls has a flight to conduct
             log.seek(max(0, log.seek(0, os.SEEK_END) - LONGEST_LAST_LINE))
             lines = log.read().decode(errors="replace").strip().splitlines()
         how = _how(self._running[identity].poll() or 0)
-        return f"{identity} ended by itself ({how}){': ' + lines[-1] if lines else ''}"
+        return f"{identity} ended unexpectedly ({how}){': ' + lines[-1] if lines else ''}"
 
     async def end(self, interrupted: Interrupts | None = None) -> None:
         """End all processes, in the order of their ranks, and wait for them; what flies lands first.

@@ -31,13 +31,11 @@ JUMP = 0.05  # m/s, rad/s: a command that differs by more has its `rc` at once
 GIVEN_UP = 40 * SECOND  # ns after RETIREMENT, when a drone that went silent in the air counts as lost
 ON_GROUND = (FlightState.GROUNDED, FlightState.STOPPED, FlightState.HELD)
 LIFTED = Reason(
-    "ground", "off the ground with its motors standing, in somebody's hand, or its sensor sees no floor", "put it down"
+    "ground", "off the ground with stopped motors, held in a hand, or its sensor detects no floor", "put it down"
 )
 HEADED = (Mode.GROUNDED, Mode.TAKING_OFF, Mode.FLYING)  # in which its heading counts
-BLIND = Reason(
-    "pose", "no pose comes (it flies only up and down)", "look at the gateway, and at the link from it to this driver"
-)
-STOPPING = Reason("stop", "not known to be down after the stop", "keep clear of it")
+BLIND = Reason("pose", "no pose arrives (it flies only up and down)", "check the gateway and its link to this driver")
+STOPPING = Reason("stop", "not known to be down after the stop", "keep away from it")
 
 
 class DriverCore:

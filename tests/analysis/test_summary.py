@@ -123,7 +123,7 @@ def test_a_slow_agent_fails(fly):
     assert not check.ok
 
 
-def test_poses_slower_than_the_control_rate_are_no_steps_missed(fly):
+def test_poses_slower_than_the_control_rate_are_not_missed_steps(fly):
     check = named(summary_of(fly(begin=-1.0, end=6.0, pose_every=2)))["control rate"]
     assert check.value == pytest.approx(1.0, abs=5e-3)
 

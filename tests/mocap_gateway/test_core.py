@@ -216,7 +216,7 @@ def test_a_pose_carries_what_was_measured_with_stamps_that_differ(make_swarm):
         assert published[Key("nearby", name)].stamp == stamp
 
 
-def test_when_one_drones_truth_ends_the_others_poses_go_on_at_the_full_rate(shown):
+def test_when_one_drones_truth_ends_the_others_poses_continue_at_the_full_rate(shown):
     gateway, frames = shown(), []
     for k in range(60):
         gateway.now += FRAME

@@ -118,7 +118,7 @@ def test_vrpn_reports_complete_a_frame_with_the_last_drone(start):
 
 
 @pytest.mark.parametrize("back", [0.05, 0.3, 0.9, 5.0])
-def test_a_vrpn_servers_clock_that_is_set_back_blinds_nobody(start, back):
+def test_a_vrpn_servers_clock_that_is_set_back_keeps_all_poses(start, back):
     core, server = make_core(start(source="vrpn")), VrpnConnection()
     session, ages = core.source.session, []
     for k in range(400):

@@ -115,16 +115,16 @@ def test_a_dead_process_lands_the_others_and_is_the_failure(fly):
     flight = fly(duration=0.0)
 
     flight.at = {Stage.FLYING: lambda: flight.children.dead.append("uav2")}
-    assert flight.conduct() == "uav2 ended by itself (signal SIGKILL)"
+    assert flight.conduct() == "uav2 ended unexpectedly (signal SIGKILL)"
     assert flight.swarm.orders[-1] == "land"
 
 
-def test_a_dead_recorder_is_started_again_which_is_said_and_ends_no_flight(fly, capsys):
+def test_a_dead_recorder_is_restarted_which_is_said_and_ends_no_flight(fly, capsys):
     flight = fly(duration=0.5)
     flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
     assert flight.conduct() == ""
     assert flight.children.started == ["recorder"]
-    assert "recorder ended by itself (signal SIGKILL); started again\n" in capsys.readouterr().out
+    assert "recorder ended unexpectedly (signal SIGKILL); restarted\n" in capsys.readouterr().out
 
 
 def test_a_recorder_that_dies_again_and_again_lands_the_drones_at_last(fly):
@@ -136,19 +136,19 @@ def test_a_recorder_that_dies_again_and_again_lands_the_drones_at_last(fly):
 
     flight.children.restart = restart
     flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
-    assert flight.conduct() == "recorder ended by itself (signal SIGKILL)"
+    assert flight.conduct() == "recorder ended unexpectedly (signal SIGKILL)"
     assert flight.children.started == ["recorder"] * MOST_RESTARTS
 
 
-def test_what_refuses_to_run_is_not_started_again(fly):
+def test_what_refuses_to_run_is_not_restarted(fly):
     flight = fly(duration=0.0)
     flight.children.refusing = True
     flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
-    assert flight.conduct() == "recorder ended by itself (signal SIGKILL)"
+    assert flight.conduct() == "recorder ended unexpectedly (signal SIGKILL)"
     assert flight.children.started == []
 
 
-def test_it_is_over_only_when_telemetry_says_so(fly, monkeypatch):
+def test_it_is_over_only_when_telemetry_reports_it(fly, monkeypatch):
     monkeypatch.setattr(director, "STAGE_TIME", SECOND)
     flight = fly(duration=0.2)
 
@@ -192,7 +192,7 @@ def test_a_stop_by_key_is_repeated_until_the_motors_are_off(fly):
     assert {pilot.phase for pilot in flight.swarm.pilots.values()} == {Phase.STOPPED}
 
 
-def test_another_operators_landing_is_no_failure(fly):
+def test_another_operators_landing_is_not_a_failure(fly):
     flight = fly(duration=0.0)
 
     def land():
@@ -232,7 +232,9 @@ def test_a_host_that_does_not_conduct_gives_no_orders(serving, capsys):
 
 
 @pytest.mark.parametrize(("verb", "phase"), [("land", Phase.READY), ("hold", Phase.HOLD)])
-def test_a_key_of_a_host_that_does_not_conduct_is_an_order_to_all_and_the_host_serves_on(serving, capsys, verb, phase):
+def test_a_key_of_a_host_that_does_not_conduct_is_an_order_to_all_and_the_host_keeps_running(
+    serving, capsys, verb, phase
+):
     serving.at = {Stage.PREPARING: press_then_interrupt(serving, verb)}
     assert serving.conduct() == ""
     assert serving.swarm.orders == [verb]
@@ -261,7 +263,7 @@ def test_a_stop_by_a_key_counts_on_every_host(serving):
     assert len([order for order in serving.swarm.published if isinstance(order, Stop)]) > 10
 
 
-def test_a_key_that_orders_nothing_says_why(fly, capsys):
+def test_a_key_that_orders_nothing_reports_why(fly, capsys):
     flight = fly()
     flight.swarm["uav3"].phase, flight.swarm["uav3"].stays = Phase.GROUNDED, True
 
@@ -307,16 +309,16 @@ def starting(make_plan, monkeypatch):
     return start
 
 
-def test_nobody_starts_before_those_that_it_waits_for_have_reported(starting):
+def test_no_process_starts_before_those_that_it_waits_for_have_reported(starting):
     assert starting()[0] == "recorder"
     assert starting({"network.mode": "router"})[:2] == ["router", "recorder"]
 
 
-def test_who_does_not_report_in_time_is_waited_for_no_more(starting):
+def test_who_does_not_report_in_time_is_no_longer_waited_for(starting):
     assert sorted(starting(lives=lambda name: name != "recorder")) == sorted(starting())
 
 
-def test_interrupted_it_starts_nobody_any_more(starting):
+def test_interrupted_it_starts_no_other_process(starting):
     assert starting(interrupts=1) == []
 
 
@@ -345,7 +347,7 @@ def without_router(make_plan, monkeypatch):
 
 
 def test_a_router_that_dies_before_it_answers_is_the_failure(without_router):
-    dead = "router ended by itself (signal SIGKILL)"
+    dead = "router ended unexpectedly (signal SIGKILL)"
     assert without_router(lambda children: children.dead.append("router")) == (dead, ["router"])
 
 

@@ -190,7 +190,7 @@ class ChangeGiving(MissionGiving):
     def _begin(self, fleet: Fleet, running: Mission | None) -> None:
         flying = any(fleet.phase(i) in (Phase.FORMATION, Phase.HOLD) for i in self._plan.pilots)
         if running is None or running.verb == "land" or not flying:
-            self.answer = Answer(refusal="nobody flies a formation; `flockwire start --formation NAME` takes off")
+            self.answer = Answer(refusal="no drone flies a formation; `flockwire start --formation NAME` takes off")
             return
         self._from = running
         if not running.start:  # they hold since they took off

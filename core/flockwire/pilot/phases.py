@@ -15,10 +15,10 @@ from flockwire.wire.messages import Mission, Pose
 from flockwire.wire.phase import Phase
 
 NEVER = float("inf")
-SHUTDOWN = "its process is to end"
-OUTDATED = "on the ground since the last order: `flockwire start` brings it in"
+SHUTDOWN = "its process must end"
+OUTDATED = "on the ground since the last order: `flockwire start` takes it off"
 ORDERLESS = 10 * SECOND  # ns that a pilot which was started in flight waits for an order
-WITHOUT_ORDER = "in flight without an order: nobody repeats one"
+WITHOUT_ORDER = "in flight without an order: no station repeats one"
 LAST_HOLD = SECOND  # ns that it holds at a shutdown before it lands
 HOLDING_GAIN = 1.5  # 1/s, of the loop that keeps a place
 

@@ -38,7 +38,7 @@ from flockwire.wire.status import Reason, Report
 
 AIRBORNE = frozenset({FlightState.FLYING, FlightState.LANDING})
 LEFT_OUT = "left out of this flight"
-HELD_UP = "off the ground with its motors standing: put it down, on a floor that its sensor sees"
+HELD_UP = "off the ground with stopped motors: put it down on a floor that its sensor detects"
 SET_DOWN = "its driver lands it"
 DRIVER_LOST = 10.0  # s of silence after which a driver is not coming back
 LONGEST_STEP = 0.1  # s: after a longer pause a pilot goes on as if only this had passed

@@ -77,7 +77,9 @@ def _answering(identity: str, path: str) -> socket.socket | None:
             os.unlink(path)  # noqa: PTH108  (a Path of it is needed nowhere else)
         receiver.bind(path)
     except OSError as error:
-        logging.getLogger(identity).warning("%s = %r: cannot be asked there: %s", HEALTH, path, error.strerror)
+        logging.getLogger(identity).warning(
+            "%s = %r: cannot answer health checks there: %s", HEALTH, path, error.strerror
+        )
         receiver.close()
         return None
     return receiver

@@ -43,9 +43,9 @@ class AirframeRow:
 KINEMATICS = AirframeRow(
     "kinematics",
     simulated="flockwire_kinematics.drone:standing",
-    without_setpoints=ByItself("goes on as it was commanded last"),
-    without_poses=ByItself("goes on"),
-    without_link=ByItself("goes on as it was commanded last"),
+    without_setpoints=ByItself("follows its last command"),
+    without_poses=ByItself("continues"),
+    without_link=ByItself("follows its last command"),
 )
 TELLO = AirframeRow(
     "tello",

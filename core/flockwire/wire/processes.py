@@ -96,7 +96,7 @@ ROUTER = Process(
 )
 GATEWAY = Process(
     "gateway",
-    "Run the gateway, which serves poses and what is nearby.",
+    "Run the gateway, which publishes poses and nearby bodies.",
     _one("gateway"),
     "flockwire_mocap.core:make_core",
     port=0,

@@ -60,11 +60,11 @@ class QualisysSource(StreamedSource):
 def names_in(parameters: bytes) -> tuple[str, ...]:
     """Return the names of the bodies in QTM's settings, in the order of the frames; raises ValueError without any."""
     if b"<!" in parameters:  # a document type could define entities without end
-        raise ValueError("its settings are no plain XML")
+        raise ValueError("its settings are not plain XML")
     try:
         tree = Xml.fromstring(parameters)  # noqa: S314
     except Xml.ParseError as error:
-        raise ValueError(f"its settings are no XML: {error}") from None
+        raise ValueError(f"its settings are not XML: {error}") from None
     names = tuple((name.text or "").strip() for name in tree.iterfind(".//The_6D/Body/Name"))
     if not names:
         raise ValueError("it has no rigid bodies: enable 6DOF tracking and define bodies in QTM's project options")

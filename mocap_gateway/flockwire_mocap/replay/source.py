@@ -71,7 +71,7 @@ class ReplaySource:
     def state(self, now: int) -> SourceState:
         """Return why no poses come."""
         over = self._poses and self._next >= len(self._poses)
-        return SourceState(f"{self.table.trace} is over" if over else "")
+        return SourceState(f"{self.table.trace} has ended" if over else "")
 
 
 def make_source(start: Start) -> ReplaySource:

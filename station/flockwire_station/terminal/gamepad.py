@@ -14,7 +14,7 @@ from flockwire.extras import remedy
 from flockwire_station.terminal.gamepad_axes import EAST, SOUTH, AxisRange, GamepadAxes
 
 INPUTS = Path("/dev/input")
-MISSING = f"a gamepad is plugged in; to steer by it: {remedy('gamepad')}"
+MISSING = f"a gamepad is connected; to use it: {remedy('gamepad')}"
 KEYS, AXES = 0x01, 0x03  # EV_KEY, EV_ABS
 A_BUTTON = 0x130  # BTN_SOUTH: every gamepad has it, no mouse, tablet or keyboard
 SYNCHRONISATION, DROPPED = 0x00, 0x03  # EV_SYN, SYN_DROPPED: the kernel had more events than it could keep

@@ -69,7 +69,7 @@ def test_over_quic_every_link_carries_state_as_datagrams_under_the_same_mutual_t
 
 
 @pytest.mark.parametrize("mode", ["peers", "router"])
-def test_everybody_dials_as_planned_and_listens_at_its_own_endpoint(make_plan, mode):
+def test_every_process_dials_as_planned_and_listens_at_its_own_endpoint(make_plan, mode):
     plan = make_plan({"network.mode": mode})
     for identity in plan.identities:
         config = configuration(plan, identity, FILES)

@@ -231,7 +231,7 @@ def test_any_number_of_nearby_bodies_comes_back(many):
 
 
 @given(messages, st.integers(0, 3))
-def test_padding_to_a_multiple_of_four_is_no_harm(message, padding):
+def test_padding_to_a_multiple_of_four_is_harmless(message, padding):
     assert type(message).decode(message.encode() + bytes(padding)) == message
 
 
