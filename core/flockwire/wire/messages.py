@@ -11,11 +11,12 @@ from enum import IntEnum
 from typing import Final, NamedTuple, Protocol, Self
 
 from flockwire.domain.body import Body, BodyKind
+from flockwire.domain.fields import from_fields
 from flockwire.domain.motion import LeaderMotion
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 from flockwire.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer
-from flockwire.wire.stamped import Layout, from_fields, peek_length, unpack
+from flockwire.wire.stamped import Layout, peek_length, unpack
 
 MOST_LAYOUTS = 256  # of messages of nearby bodies, that are kept
 SMALLEST_BODY = 57  # bytes that a nearby body takes at least
@@ -87,7 +88,8 @@ class Estimate(NamedTuple):
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        stamp, frame, (position, velocity, acceleration), origin, hops, leading = self
+        stamp, frame, motion, origin, hops, leading = self
+        position, velocity, acceleration = motion
         pack, length, raw = _ESTIMATE.heads[frame]
         return pack(
             HEADER, stamp // SECOND, stamp % SECOND, length, raw, *position, *velocity, *acceleration,
