@@ -12,12 +12,18 @@ from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 
 from flockwire_station.connecting import UNANSWERED, connected
+from flockwire_station.fault_injection import FaultInjector
+from flockwire_station.hosting import Host
 from flockwire_station.operator import Operator
+from flockwire_station.processes import Children
+from flockwire_station.restarting import Restarts
 from flockwire_station.terminal.display import Display
 from flockwire_station.terminal.interrupts import Interrupts, interrupts
 from flockwire_station.terminal.keyboard import Keyboard, keys_pressed
+from flockwire_station.verdict import disk_full
 
 COMES_BACK = 10 * SECOND  # ns in which a supervisor has started a process again that ended in flight
+LEFT_TO_THEMSELVES = "left before the drones were known to be down: they land by themselves, the recorder ends last"
 LEFT = "left before the drones were known to be down; `flockwire land` lands them"
 
 
@@ -38,6 +44,38 @@ async def conduct(plan: Plan, keys: Path, duration: float, out: Path | None, hea
             if out is not None:
                 display.begin(out)
             return await at_terminal(operator, display, interrupted, LEFT)
+
+
+async def serve(
+    host: Host,
+    children: Children,
+    operator: Operator,
+    injector: FaultInjector,
+    interrupted: Interrupts,
+    headless: bool = False,
+) -> str:
+    """Look after the processes of `host` until the flight that `operator` conducts is over, or until interrupted.
+
+    Returns why it failed, empty when it did not. Faults are injected, and what died is started again.
+    """
+    display = Display(host.plan, host.processes, headless)
+    display.begin(host.out)
+    restarts = Restarts(host.plan, children, display.note)
+
+    def look_after(now: int) -> str:
+        died, director = restarts.step(), operator.core.director
+        if director is not None and director.took_off is not None:
+            children.took_off = director.took_off
+            injector.step(now - director.took_off)
+        return died
+
+    try:
+        failure = await at_terminal(operator, display, interrupted, LEFT_TO_THEMSELVES, look_after)
+    finally:
+        await injector.end()
+        await restarts.end()
+    unrecorded = disk_full(host.plan, operator.statuses) if host.conducts else ""
+    return "; ".join(filter(None, (failure, unrecorded)))
 
 
 async def at_terminal(
