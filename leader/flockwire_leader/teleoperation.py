@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, limit, norm, subtract
-from flockwire.pilot.phases import age, keep_place
+from flockwire.pilot.phases import age
+from flockwire.pilot.place import keep_place
 from flockwire.swarm.model import Swarm
 from flockwire.wire.messages import Command
 
