@@ -50,7 +50,7 @@ class AgentCore:
         }
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take in a message; one of a key that it does not subscribe to is left out."""
+        """Receive a message; one of a key that it does not subscribe to is left out."""
         take = self._take.get(key)
         if take is not None:
             take(message)

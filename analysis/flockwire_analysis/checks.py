@@ -47,7 +47,7 @@ class Check:
 class Measured:
     """What is checked: lengths in m, speed in m/s, times in s, share of the steps by agent, sentences on drones.
 
-    `no_places` and `no_formation` are why there are no distances, or is no formation; empty where there are.
+    `no_places` and `no_formation` are why there are no distances, or is no formation; empty if there are.
     """
 
     no_places: str

@@ -58,7 +58,7 @@ class Collector:
     def add(
         self, channel: Hashable, key: Key | None, message: Message | None, sequence: int, published: int, logged: int
     ) -> None:
-        """Add a message of `key`; both are None where they cannot be read.
+        """Add a message of `key`; both are None if they cannot be read.
 
         `channel` stands for a key of one publisher, `sequence` is its count, `published` and `logged` are Unix
         times in ns; the former is the publisher's word.

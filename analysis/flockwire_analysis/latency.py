@@ -15,7 +15,7 @@ HOPS = (f"{CAPTURE}_to_pose", "pose_to_estimate", "pose_to_command")
 
 @dataclass(frozen=True, slots=True)
 class Percentiles:
-    """Median and 99th percentile, ms; None where nothing was measured."""
+    """Median and 99th percentile, ms; None if nothing was measured."""
 
     p50: float | None = None
     p99: float | None = None

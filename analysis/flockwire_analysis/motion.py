@@ -15,7 +15,7 @@ WINDOW = SECOND // 20  # ns over which a displacement becomes a velocity
 
 
 def places(trace: Trace, number: int, times: Integers) -> Floats:
-    """Return x_i in m, one row for each of `times` (Unix ns), NaN where it is unknown."""
+    """Return x_i in m, one row for each of `times` (Unix ns), NaN if it is unknown."""
     return interpolated(trace.positions(number), times)
 
 

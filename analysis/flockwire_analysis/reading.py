@@ -24,7 +24,7 @@ def read_trace(path: Path) -> Trace:
     """Read the trace `path` with its further parts; what is cut off or malformed is counted, not raised.
 
     Raises ValueError for a file that is no MCAP or does not begin with a swarm, or a part that is of another swarm;
-    OSError where one cannot be read.
+    OSError if one cannot be read.
     """
     collector: Collector | None = None
     files = [WholeRecords(part) for part in parts(path)]
@@ -71,7 +71,7 @@ class _Reader:
         self._channels: dict[int, tuple[Key | None, Hashable]] = {}
 
     def take(self, record: object) -> None:
-        """Take in the next record; one that is neither a channel nor a message is left out."""
+        """Receive the next record; one that is neither a channel nor a message is left out."""
         match record:
             case Record() if record.channel_id in self._channels:
                 (key, publisher), message = self._channels[record.channel_id], None

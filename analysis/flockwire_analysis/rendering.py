@@ -13,7 +13,7 @@ SHARED = "flockwire_analysis"  # its templates may be used in those of any packa
 def render(package: str, template: str, /, **values: object) -> str:
     """Return a template from the folder templates/ of `package`, filled in with `values`.
 
-    Raises jinja2.UndefinedError where the template needs a value that is not given.
+    Raises jinja2.UndefinedError if the template needs a value that is not given.
     """
     return _environment(package).get_template(template).render(values)
 

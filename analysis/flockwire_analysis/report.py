@@ -15,7 +15,7 @@ def write_report(trace: Path, out: Path, vector: bool = False) -> Summary:
     """Read `trace` with its further parts, and write its report as `write_files` does.
 
     A trace that was cut off is read as far as it goes. Raises ValueError for a file that is no trace of a swarm,
-    OSError where one cannot be read or written.
+    OSError if one cannot be read or written.
     """
     read = read_trace(trace)
     summary = summarise(read)

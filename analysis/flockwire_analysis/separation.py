@@ -25,13 +25,13 @@ def common_times(span: Span) -> Integers:
 
 
 def pair_distances(trace: Trace, times: Integers) -> dict[tuple[int, int], Floats]:
-    """Return |x_i - x_j| in m of any two airframes at `times` (Unix ns), NaN where one is unknown."""
+    """Return |x_i - x_j| in m of any two airframes at `times` (Unix ns), NaN if one is unknown."""
     places = {number: interpolated(trace.positions(number), times) for number in trace.flying}
     return {(i, j): np.sqrt(np.sum((places[i] - places[j]) ** 2, axis=1)) for i, j in combinations(trace.flying, 2)}
 
 
 def obstacle_distances(trace: Trace, times: Integers) -> dict[int, Floats]:
-    """Return each airframe's distance in m to the nearest obstacle's surface at `times`, NaN where it is unknown."""
+    """Return each airframe's distance in m to the nearest obstacle's surface at `times`, NaN if it is unknown."""
     result = {}
     for number in trace.flying:
         places = interpolated(trace.positions(number), times)

@@ -44,7 +44,7 @@ class Messages:
 class PhaseFigures:
     """One formation phase: the formation's name in the order, its begin, s from mission_start_ns, and its length, s.
 
-    `judged_tail_m` is the largest formation error in the tail, detours round obstacles apart, None where it is unknown;
+    `judged_tail_m` is the largest formation error in the tail, detours round obstacles apart, None if it is unknown;
     `longest_off_s` the longest time, s, for which a follower was off its place after all had settled, likewise.
     """
 

@@ -87,7 +87,7 @@ def figures(errors: dict[int, Errors], phase: Span) -> ErrorFigures:
 
 
 def worst(figures_of_phases: Sequence[ErrorFigures]) -> ErrorFigures:
-    """Return the worst of several phases, each figure by itself; None where one of them is None, or there is none."""
+    """Return the worst of several phases, each figure by itself; None if one of them is None, or there is none."""
     return ErrorFigures(
         largest([figures.max_tail for figures in figures_of_phases]),
         largest([figures.rms_tail for figures in figures_of_phases]),
@@ -96,7 +96,7 @@ def worst(figures_of_phases: Sequence[ErrorFigures]) -> ErrorFigures:
 
 
 def largest(values: Sequence[float | None]) -> float | None:
-    """Return the largest of `values`, None where one of them is None, or there is none."""
+    """Return the largest of `values`, None if one of them is None, or there is none."""
     known = [value for value in values if value is not None]
     return max(known) if known and len(known) == len(values) else None
 

@@ -1,6 +1,6 @@
 """Where the `flockwire` command begins: who is urgent does not wait for what only other commands need.
 
-Urgent are orders in flight, and the processes of a swarm: one that is started again is missing until it is there. All
+Urgent are orders in flight, and the processes of a swarm: one that is restarted is missing until it is there. All
 else is imported where an interrupt, or a lack of memory, is answered in one line.
 """
 

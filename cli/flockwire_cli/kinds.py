@@ -81,7 +81,7 @@ def _serve(row: Process, given: Namespace) -> int:
     identity = _identity(plan, row, given.id)
     if given.dated:
         out = _dated(out, plan)
-    elif row.records and not child:  # a child that is restarted goes on in the same flight
+    elif row.records and not child:  # a child that is restarted continues in the same flight
         from flockwire_recorder.parts import same_flight  # noqa: PLC0415  (the trace's format)
 
         if not same_flight(out, plan.swarm, clock.utc()):

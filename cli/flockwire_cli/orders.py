@@ -63,7 +63,7 @@ def formation(
     ] = None,
     keys: Keys = None,
 ) -> None:
-    """Change to the formation NAME in flight; its time goes on."""
+    """Change to the formation NAME in flight; its time continues."""
     plan = load(swarm)
     _known(plan, "NAME", name)
     _give(plan, keys_folder(swarm, plan, keys), Order("formation", name, duration))

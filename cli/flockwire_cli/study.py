@@ -40,7 +40,7 @@ def options_of(runs: int | None, seed: int | None, duration: float | None, start
 def study(swarm: Path, file: Path | None, options: dict[str, object], out: Path, jobs: int, scheduler: str) -> int:
     """Fly what is still to be flown, write and print what came of it; returns the exit status.
 
-    Raises StudyError and SwarmFileError for bad input, before anything is written; OSError where `out` fails.
+    Raises StudyError and SwarmFileError for bad input, before anything is written; OSError if `out` fails.
     """
     table = swarm_table(swarm)
     checked = parse_swarm(table, str(swarm))

@@ -24,7 +24,7 @@ POLL = 0.1  # s
 async def serve(plan: Plan, keys: Path, address: str, port: int, foxglove: int | None = None) -> bool:
     """Serve the pages of a swarm at `address`, and Foxglove at the port `foxglove` of it, None: not at all.
 
-    Returns whether it could, False when interrupted before the router answered. Raises OSError where it cannot be
+    Returns whether it could, False when interrupted before the router answered. Raises OSError if it cannot be
     listened at, CredentialsError, FoxgloveError.
     """
     token = secrets.token_urlsafe(16)

@@ -56,7 +56,7 @@ class Scene:
         return {"drones": drones, "others": others}
 
     def _place(self, number: int, mission: Mission | None, leader: Status | None, now: int) -> list[float] | None:
-        """Return the place of a follower in the formation that it was ordered to fly, None where it has none."""
+        """Return the place of a follower in the formation that it was ordered to fly, None if it has none."""
         if number == LEADER or leader is None or leader.report.position is None or mission is None:
             return None
         if not mission.in_formation or not is_known(self._formations, mission):

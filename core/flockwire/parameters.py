@@ -31,7 +31,7 @@ class PilotParameters(NamedTuple):
     checks: Checks
     room: Room
     separation: Separation  # m, to keep where it comes down
-    guard: GuardParameters | None  # None where no safety filter is round the commands
+    guard: GuardParameters | None  # None if no safety filter is round the commands
     sensing: bool  # whether it is served what is near; else it knows its neighbours and `obstacles`
     obstacles: tuple[Obstacle, ...]
     potentials: PotentialParameters  # which push it while it holds without a safety filter

@@ -48,7 +48,7 @@ def write_swarm(swarm: Swarm, file: Path, folder: Path) -> None:
 def write_keys(plan: Plan, keys: Path, identities: Iterable[str], folder: Path, owner: Owner | None = None) -> None:
     """Copy the keys of `identities`, and the authorities' certificates, from `keys` into `folder`, which has no others.
 
-    They then belong to `owner`, where one is given and may be. Raises DeployError where one is missing.
+    They then belong to `owner`, where one is given and may be. Raises DeployError if one is missing.
     """
     names = {f"{name}.crt" for name in plan.authorities}
     names |= {f"{identity}.{ending}" for identity in identities for ending in ("crt", "key")}
@@ -79,7 +79,7 @@ def remove_other_keys(folder: Path, identities: Iterable[str]) -> None:
 
 
 def refuse_other_keys(plan: Plan, keys: Path) -> None:
-    """Raise DeployError where the folder `keys` is another swarm's."""
+    """Raise DeployError if the folder `keys` is another swarm's."""
     path = keys / f"{AUTHORITY}.crt"
     if not path.exists():
         return
@@ -94,7 +94,7 @@ def refuse_other_keys(plan: Plan, keys: Path) -> None:
 
 
 def refuse_keys_in_use(keys: Path, folder: Path) -> None:
-    """Raise DeployError where processes of this machine run with the keys in `folder`, those in `keys` being new ones.
+    """Raise DeployError if processes of this machine run with the keys in `folder`, those in `keys` being new ones.
 
     Keys of the same authority may be replaced.
     """

@@ -37,7 +37,7 @@ def aboard(plan: Plan) -> tuple[str, ...]:
 def networks(plan: Plan, within: IPv4Network | None = None) -> tuple[ContainerNetwork, ...]:
     """Return the networks of those aboard, with subnets of `within`, or where they are many.
 
-    Raises RangeError where they do not fit.
+    Raises RangeError if they do not fit.
     """
     members = _members(plan)
     if within is None and len(members) <= POOL:

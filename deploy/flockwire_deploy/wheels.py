@@ -86,7 +86,7 @@ class Wheels(NamedTuple):
 
 
 def read_wheels(folder: Path) -> Wheels:
-    """Return the wheels in `folder`; raises DeployError where this flockwire cannot be installed from them."""
+    """Return the wheels in `folder`; raises DeployError if this flockwire cannot be installed from them."""
     found = Wheels(tuple(_wheel(file) for file in sorted(folder.glob("*.whl"))))
     versions: dict[str, set[str]] = {}
     for wheel in found.wheels:
@@ -114,7 +114,7 @@ def sums(folder: Path, names: Iterable[str]) -> str:
 
 
 def _differing(wheel: Path) -> str:
-    """Return the first file in a wheel of flockwire whose content is another here, empty where there is none."""
+    """Return the first file in a wheel of flockwire whose content is another here, empty if there is none."""
     with _archive(wheel) as archive:
         for name in archive.namelist():
             package, _, path = name.partition("/")
@@ -125,7 +125,7 @@ def _differing(wheel: Path) -> str:
 
 
 def _here(package: str, path: str) -> bytes | None:
-    """Return the content of a file of an installed package, None where it has none."""
+    """Return the content of a file of an installed package, None if it has none."""
     try:
         return files(package).joinpath(path).read_bytes()
     except (OSError, ModuleNotFoundError):

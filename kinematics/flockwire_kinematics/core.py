@@ -59,7 +59,7 @@ class KinematicsCore:
         self._begin = took_off  # of the time that faults count in: the first take-off
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take in a message."""
+        """Receive a message."""
         match message:
             case Command():
                 if self._begin is None and message.velocity[2] > 0.0:
@@ -107,7 +107,7 @@ class KinematicsCore:
         return tuple(self._served)
 
     def datagram(self, data: bytes, sender: Address, at: Address, now: int) -> None:
-        """Take in a datagram that came to the airframe at the address `at`."""
+        """Receive a datagram that came to the airframe at the address `at`."""
         self._served[at].datagram(data, sender, now)
 
     def outgoing(self, now: int) -> list[Datagram]:
@@ -116,7 +116,7 @@ class KinematicsCore:
 
     def may_end(self, now: int) -> bool:
         """Return whether every drone has stood on the ground for a second."""
-        # Looked at now: this process may have stood still since its last step.
+        # Looked at now: this process may have been frozen since its last step.
         flying = any(airframe.in_the_air for airframe in self._airframes.values())
         return not flying and now - self._flew >= self._settled
 

@@ -128,7 +128,7 @@ class Flight(ABC):
 
     @abstractmethod
     async def _planned(self, running: Mission, name: str, leader: Vector | None, duration: float | None) -> Mission:
-        """Return the order for a change of formation, as `plan_in_time` does; raises ValueError where there is none."""
+        """Return the order for a change of formation, as `plan_in_time` does; raises ValueError if there is none."""
 
     @abstractmethod
     def _now(self) -> int:

@@ -22,7 +22,7 @@ async def open_swarm(
 
     What flies at the end of the context lands. `virtual` flies in virtual time, by `seed`. Trace and report go into the
     folder `out` (default: runs/NAME-script-TIME; in virtual time nothing is written without it). Raises SwarmFileError,
-    PortInUseError, CredentialsError, FileExistsError where `out` has a trace of another flight.
+    PortInUseError, CredentialsError, FileExistsError if `out` has a trace of another flight.
     """
     file = Path(swarm)
     plan = Plan(load_swarm(file))

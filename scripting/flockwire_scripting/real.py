@@ -64,7 +64,7 @@ class RealFlight(Flight):
         return self
 
     async def __aexit__(self, _: object, failure: BaseException | None, __: object) -> None:
-        """Land what flies, end all processes, write the report; raises FlightError where that cannot be written.
+        """Land what flies, end all processes, write the report; raises FlightError if that cannot be written.
 
         Where the flight failed already, its failure is what the script gets.
         """

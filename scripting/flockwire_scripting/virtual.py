@@ -1,4 +1,4 @@
-"""A flight by script in virtual time: whenever the script waits, the world goes on."""
+"""A flight by script in virtual time: whenever the script waits, the world continues."""
 
 from __future__ import annotations
 

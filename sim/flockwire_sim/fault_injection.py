@@ -27,7 +27,7 @@ def refusal(faults: tuple[Fault, ...], plan: Plan) -> str:
 class FaultInjector:
     """The `faults` of one flight, counted from `begin`.
 
-    Nothing parts the processes `untouched` from the others; those `restarted` are started again when they die, as the
+    Nothing parts the processes `untouched` from the others; those `restarted` are restarted when they die, as the
     station of a real flight does.
     """
 

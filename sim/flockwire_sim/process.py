@@ -191,7 +191,7 @@ class VirtualProcess:
             self._take_datagram(datagram)
 
     def deliver(self, load: list[Parcel]) -> None:
-        """Take in what has arrived together."""
+        """Receive what has arrived together."""
         if not self.alive:
             return
         for place, sample in load:

@@ -16,7 +16,7 @@ from flockwire_sim.world import EPOCH
 
 
 class TraceFile:
-    """Writes the trace `path`, the same bytes for the same flight. Raises OSError where the disk does not take it."""
+    """Writes the trace `path`, the same bytes for the same flight. Raises OSError if the disk does not take it."""
 
     def __init__(self, path: Path, swarm: Swarm, toml: str, seed: int, faults: tuple[Fault, ...] = ()) -> None:
         self._writer = TraceWriter(path, describe(swarm, toml, seed, EPOCH, faults, virtual=True))

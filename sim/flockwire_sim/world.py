@@ -98,7 +98,7 @@ class World:
 
     @property
     def director(self) -> Director:
-        """What conducts the operator's newest flight; ValueError where it conducts none."""
+        """What conducts the operator's newest flight; ValueError if it conducts none."""
         director = self.station().core.director
         if director is None:
             raise ValueError("nobody conducts a flight")

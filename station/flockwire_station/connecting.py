@@ -30,7 +30,7 @@ async def connected(
             if interrupted.count or hopeless():
                 ended.set()
             await asyncio.wait((opening,), timeout=POLL)
-    except asyncio.CancelledError:  # the thread that opens the session goes on; one left open hangs the exit
+    except asyncio.CancelledError:  # the thread that opens the session continues; one left open hangs the exit
         ended.set()
         if (session := await opening) is not None:
             session.close()

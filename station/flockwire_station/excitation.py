@@ -81,7 +81,7 @@ class ExcitationCore:
         self._track: list[tuple[float, float]] = []
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take in a message of its drone; nobody else's orders."""
+        """Receive a message of its drone; nobody else's orders."""
         take = self._pilot.take.get(key)
         if take is not None:
             take(message)
@@ -147,7 +147,7 @@ class ExcitationCore:
                 phase is Phase.HOLD and self._interruptions < MOST_INTERRUPTIONS
             ):
                 self._interruptions += self.stage is ExcitationStage.EXCITING
-                self._enter(ExcitationStage.RESTING, now)  # the axis begins again when all inputs are fresh
+                self._enter(ExcitationStage.RESTING, now)  # the axis restarts when all inputs are fresh
             case ExcitationStage.RESTING | ExcitationStage.EXCITING if phase is not Phase.FORMATION:
                 self._fail(f"{phase}: {self._pilot.flight.reason or 'on the ground'}", now)
             case ExcitationStage.RESTING if lasted >= REST:

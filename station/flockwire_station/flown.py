@@ -50,7 +50,7 @@ def as_flown(file: Path) -> Flown | None:
 def flown(file: Path, what: Flown) -> Iterator[None]:
     """Keep `what` beside `file` meanwhile, where that can be written to.
 
-    Raises OtherFlightError where something else flies by `file`.
+    Raises OtherFlightError if something else flies by `file`.
     """
     record = _held(file, what)
     try:

@@ -26,7 +26,7 @@ LONGEST = 2.0  # s, of lag and of dead time
 FIRST_GUESS = (1.0, 0.2, 0.1)  # gain, lag, dead time
 CONFIDENCE = 0.95
 SHORTEST_PULSE = 0.1  # s: changes that follow faster are a ramp, made of one pulse by a limit of acceleration
-FEWEST_CHANGES = 4  # of the command, without which nothing can be told apart
+FEWEST_CHANGES = 4  # of the command, without which nothing can be distinguished
 
 
 class IdentificationError(ValueError):
@@ -67,7 +67,7 @@ class AxisFit(NamedTuple):
 
 
 def fit_axis(response: StepResponse) -> AxisFit:
-    """Fit one axis; raises IdentificationError where the response does not show it."""
+    """Fit one axis; raises IdentificationError if the response does not show it."""
     when, by = _steps(response.changes)
     times, track = np.asarray(response.track, dtype=float).reshape(-1, 2).T
     if len(when) < FEWEST_CHANGES or len(times) < 10 * FEWEST_CHANGES:

@@ -28,7 +28,7 @@ STILL = 0.02  # m that a body on the ground may seem to move
 
 
 class Finding(NamedTuple):
-    """One line of the table; `remedy` is empty where all is well."""
+    """One line of the table; `remedy` is empty if all is well."""
 
     subject: str
     item: str

@@ -40,7 +40,7 @@ class Operator:
         self.core.knows_time = self._clock.known()
 
     def poll(self) -> int:
-        """Take in what is newest; returns the present time, Unix ns."""
+        """Receive what is newest; returns the present time, Unix ns."""
         self._clock.step()
         now, core = clock.now(), self.core
         for source in self._inputs:
@@ -91,7 +91,7 @@ class Operator:
             await asyncio.sleep((due - clock.monotonic()) / SECOND)
 
     async def watch(self, seconds: float, seen: Callable[[], bool] = bool) -> None:
-        """Take in how all are for `seconds`, or until `seen` returns True."""
+        """Receive how all are for `seconds`, or until `seen` returns True."""
         deadline = clock.monotonic() + nanoseconds(seconds)
         await self.run(lambda _: seen() or clock.monotonic() >= deadline or None)
 

@@ -1,4 +1,4 @@
-"""Processes that die in flight: which are started again, and which end the flight."""
+"""Processes that die in flight: which are restarted, and which end the flight."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MOST_RESTARTS = 5  # of one process in one flight
 
 
 class Restarts:
-    """Looks after the children of one flight; `note` gets a line about each that is started again."""
+    """Looks after the children of one flight; `note` gets a line about each that is restarted."""
 
     def __init__(self, plan: Plan, children: Children, note: Callable[[str], None]) -> None:
         self._plan, self._children, self._note = plan, children, note

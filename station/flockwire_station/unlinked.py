@@ -79,7 +79,7 @@ async def _handshake(host: str, port: int, context: ssl.SSLContext | None) -> No
 
 
 async def _datagram(host: str, port: int) -> None:
-    """Raise ConnectionRefusedError where the host reports that nobody takes datagrams at `port`."""
+    """Raise ConnectionRefusedError if the host reports that nobody takes datagrams at `port`."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     with socket.socket(family, socket.SOCK_DGRAM) as probe:
         probe.setblocking(False)

@@ -73,7 +73,7 @@ async def fly(flight: UpOptions) -> str:
 
 @contextmanager
 def alone(flight: UpOptions) -> Iterator[None]:
-    """Hold this host's lock of the swarm; raises PortInUseError where another `up` has it.
+    """Hold this host's lock of the swarm; raises PortInUseError if another `up` has it.
 
     It is on a key of a process of this host: whoever makes keys, or flies as another host, locks something else.
     """
@@ -173,7 +173,7 @@ class Station:
         await self._restarts.end()
 
     def _look_after(self, now: int) -> str:
-        """Inject faults, start again what died; returns a line about what died for good."""
+        """Inject faults, restart what died; returns a line about what died for good."""
         director = self._operator.core.director
         if director is not None and director.took_off is not None:
             self._children.took_off = director.took_off

@@ -158,7 +158,7 @@ class Canvas:
 
 
 def rows_of(marked: Sequence[Event], places: Sequence[float]) -> list[int | None]:
-    """Return for each event the row in which its name overlaps no other, None where there is no room left.
+    """Return for each event the row in which its name overlaps no other, None if there is no room left.
 
     `places` are shares of the axes' width, ascending.
     """

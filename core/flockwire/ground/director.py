@@ -22,7 +22,7 @@ POLL_PERIOD = 0.05  # s between two looks at the statuses
 
 LEAD_TIME = SECOND // 2  # ns from the order to start until the formation's time 0, so that all begin together
 STAGE_TIME = 30 * SECOND  # ns that a stage may take
-GRACE = SECOND  # ns that a pilot may seem lost: one restarted in flight, or all after this process stood still
+GRACE = SECOND  # ns that a pilot may seem lost: one restarted in flight, or all after this process was frozen
 REPEAT = SECOND // 10  # ns between two repetitions of an order that somebody has not confirmed
 RIVALS = 4.0  # s by which an order may be older than one that crossed it on slow networks
 FLYING = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION})
@@ -108,7 +108,7 @@ class Director:
         return None
 
     def resume(self, now: int) -> Mission | None:
-        """Return the order to fly the formation, None when nobody flies; the time of one that was started goes on.
+        """Return the order to fly the formation, None when nobody flies; the time of one that was started continues.
 
         During take-off, that to take off again: it brings in a pilot that was restarted on the ground.
         """
@@ -189,7 +189,7 @@ class Director:
         return self._order is None or not fleet.unconfirmed(self._order) or fleet.now - self._since >= STALE
 
     def _take_off(self, fleet: Fleet) -> Mission | None:
-        """Return the order that brings all into the air; who joins a formation that flies gets its start again."""
+        """Return the order that takes all off; a drone that joins a flying formation gets its start again."""
         now, running = fleet.now, fleet.flown()
         if self.ordered == "hold":
             return None

@@ -163,7 +163,7 @@ class DownGiving(MissionGiving):
 
 
 class ChangeGiving(MissionGiving):
-    """Changes to another formation, whose time goes on, in the air alone; refused where it cannot be flown."""
+    """Changes to another formation, whose time continues, in the air alone; refused where it cannot be flown."""
 
     _from: Mission | None = None  # the order that the change is made from
     _given = 0  # when it was given, ns from the first step

@@ -27,7 +27,7 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What came of a run: `figures` in m, s and m/s, None where there is none; `margin`: smallest distance / limit."""
+    """What came of a run: `figures` in m, s and m/s, None if there is none; `margin`: smallest distance / limit."""
 
     point: int
     run: int
@@ -60,7 +60,7 @@ def fly(task: Task) -> Result:
         trace = TraceInMemory(varied.swarm, seed)
         outcome = World(varied.swarm, seed, plan.duration, varied.faults, trace.take).run()
         summary = summarise(trace.trace())
-    except Exception as error:  # a law of the user's own may raise anything; the study goes on
+    except Exception as error:  # a law of the user's own may raise anything; the study continues
         reason = f"{type(error).__name__}: {error}"
         return Result(task.point, task.run, seed, False, ("flight",), reason, 0.0, varied.drawn, {})
     bad = [check for check in summary.checks if not check.ok and check.name not in ABOUT_THE_RECORD]

@@ -18,7 +18,7 @@ PLAN, RUNS = "plan.json", "runs.jsonl"
 class Ledger:
     """Opens the folder `out` for a plan: a new one, or one whose earlier runs count (`results`).
 
-    Raises StudyError, with nothing changed, where the folder holds something else; OSError where it cannot be written.
+    Raises StudyError, with nothing changed, where the folder holds something else; OSError if it cannot be written.
     """
 
     def __init__(self, out: Path, plan: Study, table: Table) -> None:

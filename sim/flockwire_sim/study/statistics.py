@@ -28,7 +28,7 @@ SHARES = (0.50, 0.95, 0.99)
 
 @dataclass(frozen=True, slots=True)
 class Quantiles:
-    """Values that half, 95 %, 99 % and all of the runs keep to; None where some of these have no value at all."""
+    """Values that half, 95 %, 99 % and all of the runs keep to; None if some of these have no value at all."""
 
     p50: float | None
     p95: float | None

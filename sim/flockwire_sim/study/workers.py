@@ -77,7 +77,7 @@ def cluster(address: str) -> Iterator[Workers]:
 
 
 def conduct(tasks: Iterable[Task], workers: Workers) -> Iterator[Result]:
-    """Fly all tasks, in whatever order they end; raises WorkersLostError."""
+    """Fly all tasks, in any order they end; raises WorkersLostError."""
     waiting = iter(tasks)
     running: set[Future[Result]] = set()
     while True:
