@@ -48,7 +48,7 @@ def test_when_the_tracker_confuses_its_body_it_holds_at_once_then_lands(flyer):
         flyer.core.receive(doubt, IdentityDoubt(flyer.now, "world", began), flyer.now)
         flyer.step()
         assert flyer.phase is Phase.HOLD
-    assert "mistakes its body" in flyer.report.detail
+    assert "confuses its body" in flyer.report.detail
     flyer.run(0.2)
     assert flyer.phase is Phase.LANDING
 

@@ -54,8 +54,8 @@ def test_the_description_shows_graph_bounds_formations_and_links(make_plan):
     text = describe(make_plan({"formations.wide": {"kind": "line"}}))
     for part in (
         "swarm flock: 4 followers, leader trajectory, law paper",
-        "uav1    hears leader (1)",
-        "uav4    hears uav3 (1)",
+        "uav1    from leader (1)",
+        "uav4    from uav3 (1)",
         "lambda_min",
         "theta",
         "settling time <=",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import resource
 import sys
+from pathlib import Path
 
 from flockwire import clock
 from flockwire.domain.time import SECOND
@@ -17,6 +18,7 @@ class ProcessResources:
     def __init__(self, session: Session, refusals: Refusals) -> None:
         self._session, self._refusals = session, refusals
         self._links: tuple[str, ...] = ()
+        self._resident = 0
         self._look_at = 0
         self._at, self._used = clock.now(), clock.cpu_time()
 
@@ -28,9 +30,9 @@ class ProcessResources:
         return share
 
     def resident(self) -> int:
-        """Return the most memory that was resident so far, in bytes."""
-        most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-        return most if sys.platform == "darwin" else most * 1024
+        """Return the most memory that was resident so far, in bytes, as of a second ago at most."""
+        self._look()
+        return self._resident
 
     def refused(self) -> int:
         """Return the connections refused so far."""
@@ -38,7 +40,23 @@ class ProcessResources:
 
     def links(self) -> tuple[str, ...]:
         """Return who is linked, by authenticated identity, as of a second ago at most: to look takes a while."""
+        self._look()
+        return self._links
+
+    def _look(self) -> None:
         now = clock.monotonic()
         if now >= self._look_at:
-            self._look_at, self._links = now + SECOND, self._session.linked()
-        return self._links
+            self._look_at, self._links, self._resident = now + SECOND, self._session.linked(), peak_memory()
+
+
+def peak_memory() -> int:
+    """Return the most memory of this process that was resident so far, in bytes.
+
+    Linux has it in /proc: getrusage(2) there begins with what the parent had when it started this process.
+    """
+    try:
+        status = Path("/proc/self/status").read_text(encoding="utf-8")
+        return int(status.partition("VmHWM:")[2].split(maxsplit=1)[0]) * 1024
+    except (OSError, ValueError, IndexError):
+        most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        return most if sys.platform == "darwin" else most * 1024
