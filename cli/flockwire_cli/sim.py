@@ -31,7 +31,7 @@ def simulate(
     try:
         outcome = _fly(World(swarm, seed, duration, faults, trace.take, without), duration)
     finally:
-        trace.close()  # of an interrupted flight, too: it can be read
+        trace.close()  # also after an interruption: it can be read
     return conclude(outcome.failure, out)
 
 

@@ -1,4 +1,4 @@
-"""How a flight went: its figures on the terminal, its report, and the exit status."""
+"""The verdict on a flight: figures on the terminal, report, exit status."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def conclude(failure: str, out: Path, trace_due: bool = True) -> int:
     """Write the report of the flight in `out`, print its figures and verdict; returns the exit status.
 
-    What keeps the trace from being read, or the report from being written, is one more reason why the flight failed.
+    A failure to read the trace or to write the report also fails the flight.
     """
     trace = out / "trace.mcap"
     failures = [failure] if failure else []
@@ -33,7 +33,7 @@ def conclude(failure: str, out: Path, trace_due: bool = True) -> int:
 
 
 def verdict(failures: Iterable[str]) -> int:
-    """Print whether the flight went well, all `failures` in the last line; returns the exit status."""
+    """Print the verdict, with all `failures` in the last line; returns the exit status."""
     reasons = "; ".join(failures)
     if reasons:
         print(f"flockwire: the flight failed: {reasons}", file=sys.stderr)
@@ -43,7 +43,7 @@ def verdict(failures: Iterable[str]) -> int:
 
 
 def disk_full(plan: Plan, statuses: Mapping[str, Status]) -> str:
-    """Return which recorder could not record the whole flight by its last status, empty when all could."""
+    """Return the recorder whose last status reports a full disk, empty without one."""
     reports = {identity: statuses[identity].report for identity in plan.recorders if identity in statuses}
     return "; ".join(f"{identity}: {last.detail}" for identity, last in reports.items() if last.phase == Phase.FULL)
 
@@ -67,7 +67,7 @@ def _report(trace: Path, out: Path) -> Iterable[str]:
             write_files(read, summary, out)
     except OSError as error:
         yield f"the report cannot be written: {out}: {error.strerror}"
-    except (ImportError, MemoryError) as error:  # its libraries are the largest
+    except (ImportError, MemoryError) as error:  # its libraries are large
         if isinstance(error, ModuleNotFoundError) and (line := lacking(error)):
             print(f"  no report: {line}")
         else:
@@ -77,14 +77,14 @@ def _report(trace: Path, out: Path) -> Iterable[str]:
 
 
 def print_summary(summary: Summary, out: Path) -> tuple[str, ...]:
-    """Print the key figures, the checks and where the report is; returns a sentence for each check that failed."""
+    """Print the key figures, the checks and the report's path; returns a sentence for each failed check."""
     failures = print_figures(summary)
     print(f"  report: {out / 'report.html'}")
     return failures
 
 
 def print_figures(summary: Summary) -> tuple[str, ...]:
-    """Print the key figures and the checks; returns a sentence for each check that failed."""
+    """Print the key figures and the checks; returns a sentence for each failed check."""
     for name, figures in (("observation", summary.observation_error_m), ("formation", summary.formation_error_m)):
         settled = "never settled" if figures.settled_s is None else f"settled after {figures.settled_s:.1f} s"
         print(f"  {name + ' error':<22}{_millimetres(figures.max_tail)} at most, {_millimetres(figures.rms_tail)} rms "

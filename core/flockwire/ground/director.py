@@ -170,7 +170,7 @@ class Director:
         return self.order is None or not fleet.unconfirmed(self.order) or fleet.now - self._since >= STALE
 
     def _take_off(self, fleet: Fleet) -> Mission | None:
-        """Return the order that takes all off; a drone that joins a flying formation gets its start again."""
+        """Return the order that takes all off; a drone that joins a flying formation gets its restart."""
         now, running = fleet.now, fleet.flown()
         if self.ordered == "hold":
             return None
@@ -216,7 +216,7 @@ class Director:
         return self._go(self.stage, order._replace(stamp=fleet.now))
 
     def _go(self, stage: Stage, order: Mission) -> Mission:
-        """Give `order`, with which `stage` begins, or goes on."""
+        """Give `order`, with which `stage` begins, or continues."""
         order = self._standing.give(order)
         self.stage, self._since, self._sent = stage, order.stamp, 0
         return order
