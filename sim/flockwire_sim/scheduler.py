@@ -1,4 +1,4 @@
-"""An event queue in place of a clock: time, in integer ns, jumps from one event to the next."""
+"""An event queue instead of a clock: time, in integer ns, jumps from event to event."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Action = Callable[[Any], None]
 
 
 class Scheduler:
-    """Calls actions at their times; those of one time in the order in which they were scheduled."""
+    """Calls actions at their times; those of one time in the order of scheduling."""
 
     def __init__(self, now: int) -> None:
         self.now = now  # true time, Unix ns
@@ -24,12 +24,12 @@ class Scheduler:
         heappush(self._queue, (time, self._count, action, argument))
 
     def run(self, end: int) -> None:
-        """Go from event to event until `stop` is called, nothing is left, or `end` (Unix ns) is reached."""
+        """Run events until `stop` is called, none is left, or `end` (Unix ns) is reached."""
         queue, self._stopped = self._queue, False
         while queue and queue[0][0] <= end and not self._stopped:
             self.now, _, action, argument = heappop(queue)
             action(argument)
 
     def stop(self) -> None:
-        """Let `run` return after the present event."""
+        """Let `run` return after the current event."""
         self._stopped = True
