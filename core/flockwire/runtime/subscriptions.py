@@ -13,7 +13,7 @@ import zenoh
 from flockwire.wire.inbox import Inbox, Received
 
 if TYPE_CHECKING:
-    from flockwire.wire.messages import Message
+    from flockwire.wire.codec import Message
 
 BACKLOG = 256  # samples of one key that are buffered; beyond, the oldest is dropped and counted as an overflow
 
