@@ -1,7 +1,7 @@
 """`flockwire up`: all processes of this host, watched; a flight from take-off to landing; its report.
 
-Of several hosts, the one that runs the recorder conducts the flight; the others serve until they are to end. What
-flies outlives this station: when it is gone, pilots land, and their processes end when the drones are down.
+The recorder's host conducts the flight; other hosts serve until they must end. If this station is gone, pilots land,
+and their processes end when the drones are down.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class UpOptions:
 
 
 async def fly(flight: UpOptions) -> str:
-    """Fly; returns why the flight failed, empty when it did not.
+    """Fly; returns why the flight failed, empty if it did not.
 
     Raises PortInUseError and OtherFlightError before any process starts.
     """
