@@ -14,6 +14,7 @@ from flockwire.control.guard import Guard
 from flockwire.control.potential import repulsion
 from flockwire.domain.airframe import Command, FlightState, Telemetry
 from flockwire.domain.body import Body
+from flockwire.domain.fields import from_fields
 from flockwire.domain.motion import Motion
 from flockwire.domain.order import Stop
 from flockwire.domain.pose import IdentityDoubt, Pose
@@ -128,7 +129,7 @@ class Pilot:
         self._wanted = wanted
         velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity()
         self._airframe.command(velocity, (now - self.born) / SECOND)
-        return [(self._command_key, Command(self.stamp, self._frame, velocity))]
+        return [(self._command_key, from_fields(Command, (self.stamp, self._frame, velocity, 0.0)))]
 
     def report(self, now: int, formation_error: float = -1.0, estimate_age: float = -1.0) -> Report:
         """Return how the drone is; `formation_error` in m, `estimate_age` in s, -1 where there is none."""
@@ -165,7 +166,7 @@ class Pilot:
 
     def _read(self, now: int, silence: float, leader_down: float) -> Inputs:
         pose, telemetry = self._pose, self._telemetry
-        return Inputs(
+        ages = (
             (now - pose.stamp) / SECOND if pose is not None else NEVER,
             silence,
             age(self._surroundings.stamp, now) if self._parameters.sensing else 0.0,
@@ -175,6 +176,7 @@ class Pilot:
             leader_down,
             doubted(self._doubt, now),
         )
+        return from_fields(Inputs, ages)
 
     def retire(self, now: int) -> None:
         """Hold, then land: the process is to end."""
@@ -205,7 +207,8 @@ class Pilot:
         airborne = state in AIRBORNE
         pose, place = self._pose, self._place
         high = pose is not None and place is not None and pose.position[2] >= place[2] + 0.95 * limits.takeoff_height
-        phase = flight.update(Situation(now, left_out or fault or unready, fault or hold, land, airborne, high))
+        situation = (now, left_out or fault or unready, fault or hold, land, airborne, high)
+        phase = flight.update(from_fields(Situation, situation))
         if phase is not was:
             self._place = None
         return phase
