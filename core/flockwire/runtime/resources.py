@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import resource
 import sys
 
@@ -12,10 +13,14 @@ from flockwire.runtime.session import Session
 
 
 class ProcessResources:
-    """What this process costs, and how it is connected."""
+    """What this process costs, and how it is connected.
 
-    def __init__(self, session: Session, refusals: Refusals) -> None:
-        self._session, self._refusals = session, refusals
+    A caller on Zenoh's thread names the `loop` that looks at the links: to look on that thread would hand all its work
+    over to another one.
+    """
+
+    def __init__(self, session: Session, refusals: Refusals, loop: asyncio.AbstractEventLoop | None = None) -> None:
+        self._session, self._refusals, self._loop = session, refusals, loop
         self._links: tuple[str, ...] = ()
         self._look_at = 0
         self._at, self._used = clock.now(), clock.cpu_time()
@@ -37,8 +42,15 @@ class ProcessResources:
         return self._refusals.count
 
     def links(self) -> tuple[str, ...]:
-        """Return who is linked, by authenticated identity, as of a second ago at most: to look takes a while."""
+        """Return who is linked, by authenticated identity, as of a second or so ago: to look takes a while."""
         now = clock.monotonic()
         if now >= self._look_at:
-            self._look_at, self._links = now + SECOND, self._session.linked()
+            self._look_at = now + SECOND
+            if self._loop is None:
+                self._look()
+            else:
+                self._loop.call_soon_threadsafe(self._look)
         return self._links
+
+    def _look(self) -> None:
+        self._links = self._session.linked()

@@ -5,6 +5,7 @@ The stepper decides when to step, and what to count and to report (process/stepp
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import logging
 from collections.abc import Callable, Iterable
@@ -37,7 +38,7 @@ Feed = Callable[[Core, Callable[[], None]], AbstractAsyncContextManager[None] | 
 
 
 class Shell:
-    """Runs one core on one session in the running loop."""
+    """Runs one core on one session: in the running loop, and `direct` also on the thread on which Zenoh receives."""
 
     def __init__(
         self,
@@ -48,12 +49,14 @@ class Shell:
         swarm_clock: SwarmClock,
         status: StatusPublisher,
         sockets: Sockets | None,
+        direct: bool = False,
     ) -> None:
-        self._running = False
-        timed, wakeup = swarm_clock.timekeeping, Wakeup(self._arrived)
+        self._running, self._lock, self._direct = False, swarm_clock.lock, direct
+        timed, wakeup = swarm_clock.timekeeping, Wakeup(self._arrived, swarm_clock.lock)
         keys, prompt_keys = [key for key in plan.subscribes[identity] if key not in timed.keys], at_once(core)
         buffered = [session.newest(key) for key in keys if key not in prompt_keys]
         prompts = [session.prompt(key, wakeup) for key in keys if key in prompt_keys]
+        self._wakeup = wakeup
         flush = None if sockets is None else sockets.flush
         self._stepper = Stepper(
             core,
@@ -69,32 +72,43 @@ class Shell:
 
     def start(self) -> None:
         """Begin."""
-        self._running = True
+        self._running, self._wakeup.direct = True, self._direct
         self._ticker.start()
 
     def stop(self) -> None:
         """Step no more; what Zenoh's threads still announce is left alone."""
-        self._running = False
+        with self._lock:
+            self._running = self._wakeup.direct = False
         self._ticker.stop()
 
     def step(self) -> None:
         """Step for what has come to the core by a way of its own."""
-        if self._running:
-            self._stepper.fed(clock.now())
+        with self._lock:
+            if self._running:
+                self._stepper.fed(clock.now())
 
     def _arrived(self, prompt: Prompt) -> None:
         if self._running:
             self._stepper.arrived(prompt, clock.now())
 
     def _tick(self, lateness: int, skipped: int) -> None:
-        self._stepper.tick(lateness, skipped, clock.now())
+        with self._lock:
+            self._stepper.tick(lateness, skipped, clock.now())
 
 
 def status_publisher(
-    plan: Plan, identity: str, session: Session, refusals: Refusals, timed: Timekeeping
+    plan: Plan,
+    identity: str,
+    session: Session,
+    refusals: Refusals,
+    timed: Timekeeping,
+    loop: asyncio.AbstractEventLoop | None = None,
 ) -> StatusPublisher:
-    """Return what publishes how this process is, on its session, logs it and reports it to supervisors."""
-    resources, supervision = ProcessResources(session, refusals), Supervision(identity)
+    """Return what publishes how this process is, on its session, logs it and reports it to supervisors.
+
+    `loop` is as `ProcessResources` has it.
+    """
+    resources, supervision = ProcessResources(session, refusals, loop), Supervision(identity)
 
     def publish(messages: Iterable[tuple[Key, Message]]) -> None:
         for key, message in messages:
@@ -124,17 +138,19 @@ async def run_core(job: Job, feed: Feed | None = None) -> None:
     async with contextlib.AsyncExitStack() as stack:
         stack.enter_context(session)
         swarm_clock = SwarmClock(plan, identity, session)
-        status = status_publisher(plan, identity, session, refusals, swarm_clock.timekeeping)
+        loop = asyncio.get_running_loop()
+        status = status_publisher(plan, identity, session, refusals, swarm_clock.timekeeping, loop)
         await swarm_clock.settled(ending.told, patience(plan, identity), lambda: _waits(status))
         chance = Random(plan.swarm.gateway.seed)  # noqa: S311  (noise)
         core = make_core(Start(plan, identity, clock.now(), chance, of_core(job.faults, plan, identity), job.took_off))
         sockets = await stack.enter_async_context(served(core))
-        shell = Shell(core, plan, identity, session, swarm_clock, status, sockets)
+        direct = sockets is None and feed is None  # all that reaches the core comes by keys
+        shell = Shell(core, plan, identity, session, swarm_clock, status, sockets, direct)
         shell.start()
         done = False
         try:
             async with (feed(core, shell.step) if feed is not None else None) or nullcontext():
-                await finished(core, plan, identity, session, ending)
+                await finished(core, plan, identity, session, ending, swarm_clock.lock)
             done = True
         finally:
             shell.stop()
