@@ -18,12 +18,11 @@ from flockwire.process.faults import of_core
 from flockwire.process.stepping import Deadlines, StatusPublisher, Stepper, at_once, tick_period
 from flockwire.process.timekeeping import Timekeeping, patience
 from flockwire.runtime.datagrams import Sockets, served
-from flockwire.runtime.detours import read_detours
 from flockwire.runtime.ending import Ending, finished, last_resort
-from flockwire.runtime.job import Job
+from flockwire.runtime.job import Job, connected
 from flockwire.runtime.refusals import Refusals
 from flockwire.runtime.resources import ProcessResources
-from flockwire.runtime.session import Session, connect
+from flockwire.runtime.session import Session
 from flockwire.runtime.subscriptions import Prompt, Wakeup
 from flockwire.runtime.supervision import Supervision
 from flockwire.runtime.swarm_clock import SwarmClock
@@ -129,10 +128,9 @@ def _waits(status: StatusPublisher) -> None:
 async def run_core(job: Job, feed: Feed | None = None) -> None:
     """Run the core that the process table names until the process is to end, with the input of its own that it has."""
     plan, identity = job.plan, job.identity
-    detours = read_detours()
     ending, refusals = Ending(), Refusals(identity)
     refusals.watch()
-    session = await connect(plan, identity, job.keys, ending.told, detours)
+    session = await connected(job, ending.told)
     if session is None:
         return
     async with contextlib.AsyncExitStack() as stack:
