@@ -11,25 +11,19 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
+TRACKED = (
+    "completeness", "core", "identities", "jumps", "owners", "scene", "simulated", "tracking", "vicinity",
+)  # fmt: skip
 COMPILED = (
     "core/flockwire/control",
     "core/flockwire/domain",
     *(f"core/flockwire/wire/{name}.py" for name in ("cdr", "inbox", "messages", "stamped", "status")),
-    *(
-        f"core/flockwire/pilot/{name}.py"
-        for name in (
-            "ladder",
-            "neighbourhood",
-            "phases",
-            "pilot",
-            "surroundings",
-        )
-    ),
-    "core/flockwire/process/stepping.py",
+    "core/flockwire/pilot",
+    *(f"core/flockwire/process/{name}.py" for name in ("stepping", "timekeeping")),
     "core/flockwire/law.py",
     "agent/flockwire_agent",
     *(f"leader/flockwire_leader/{name}.py" for name in ("core", "course", "teleoperation", "virtual")),
-    *(f"mocap_gateway/flockwire_mocap/{name}.py" for name in ("completeness", "core", "simulated", "vicinity")),
+    *(f"mocap_gateway/flockwire_mocap/{name}.py" for name in TRACKED),
     *(f"kinematics/flockwire_kinematics/{name}.py" for name in ("airframe", "core", "drone")),
     "recorder/flockwire_recorder/chunked.py",
     *(f"sim/flockwire_sim/{name}.py" for name in ("local_clock", "network", "process", "sample", "scheduler")),

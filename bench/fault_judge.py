@@ -13,9 +13,10 @@ from fault_rungs import told
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import Vector
 from flockwire.ground.giving import Order
-from flockwire.pilot.phases import IN_FLIGHT, Phase
+from flockwire.pilot.phases import IN_FLIGHT
 from flockwire.swarm.model import uav
 from flockwire.wire.messages import FlightState, Mission, Pose, Stop, Telemetry
+from flockwire.wire.phase import Phase
 from flockwire.wire.processes import CONSOLE
 from flockwire.wire.status import Status
 from flockwire_sim.process import Published

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from flockwire.pilot.phases import SHUTDOWN, Phase
+from flockwire.pilot.phases import SHUTDOWN
+from flockwire.wire.phase import Phase
 
 REASONS = {  # how the reason of a pilot begins: rung
     "own pose is stale": "own pose: hold",

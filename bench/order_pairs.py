@@ -23,9 +23,9 @@ from random import Random
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground.giving import Answer, Order
 from flockwire.loading import parse_swarm
-from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import Swarm
 from flockwire.wire.messages import Mission, Version
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 from flockwire_sim.local_clock import LocalClock
 from flockwire_sim.network import Conditions

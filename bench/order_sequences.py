@@ -23,11 +23,11 @@ from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground.director import POLL_PERIOD
 from flockwire.ground.formation_planning import ChangeRefusedError, plan_in_time
 from flockwire.ground.giving import ENDING, Answer, Giving, Order, giving
-from flockwire.pilot.phases import Phase
 from flockwire.process.cores import Ground
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Message, Mission, Telemetry
+from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report, Status
 from flockwire_sim.local_clock import LocalClock

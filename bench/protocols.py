@@ -33,7 +33,7 @@ from flockwire_mocap.natnet.source import NatNetSource
 from flockwire_mocap.natnet.twin import NatNetTwin, TwinOptions
 from flockwire_mocap.qualisys.source import QualisysSource
 from flockwire_mocap.qualisys.wire import HEADER, encode_frame
-from flockwire_mocap.source import Link
+from flockwire_mocap.source import SourceState
 from flockwire_mocap.streamed import StreamedSource
 from flockwire_mocap.tracking import TrackerFrame
 from flockwire_mocap.twin.core import TwinCore
@@ -127,9 +127,9 @@ class Carried:
         self._sent.clear()
         return self._source.take(now)
 
-    def link(self, now: int) -> Link:
+    def state(self, now: int) -> SourceState:
         """Return how the connection is."""
-        return self._source.link(now)
+        return self._source.state(now)
 
 
 def _gateway(**more: object) -> Gateway:

@@ -16,7 +16,7 @@ import subprocess
 import sys
 import time
 
-from flockwire.pilot.phases import Phase
+from flockwire.wire.phase import Phase
 from stop import Bench, bench, busy
 
 VICTIMS = ("uav2", "leader", "gateway", "recorder", "kinematics")

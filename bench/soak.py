@@ -133,7 +133,7 @@ def real(seconds: float) -> bool:
     drawing = max(t for name, listed in samples.items() if name != "up" for t, _ in listed)
     samples["up"] = [(t, size) for t, size in samples["up"] if t <= drawing]  # after the flight it draws the report
     flat = print_memory(samples)
-    lost, skipped = summary["messages"]["lost"], summary["deadlines"]["skipped"]
+    lost, skipped = summary["messages"]["lost"], summary["steps"]["skipped"]
     print(f"lost {lost}, skipped {skipped}, rejected {summary['messages']['rejected']}")
     return flat and not (up.returncode or lost or skipped)
 

@@ -21,10 +21,10 @@ from typing import Any
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 from flockwire.loading import load_swarm
-from flockwire.pilot.phases import Phase
 from flockwire.process.faults import parse_faults
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.messages import Mission, Pose
+from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire_sim.process import Published
 from flockwire_sim.world import World

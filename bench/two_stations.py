@@ -27,7 +27,7 @@ from typing import Any
 from aiohttp import ClientSession
 from flockwire.ground.fleet import ON_GROUND
 from flockwire.ground.giving import Answer, Order
-from flockwire.pilot.phases import Phase
+from flockwire.wire.phase import Phase
 from flockwire_station.giving import obey
 from stop import Bench, busy
 

@@ -14,12 +14,12 @@ from flockwire.parameters import pilot_parameters
 from flockwire.pilot.ladder import shown
 from flockwire.pilot.neighbourhood import Neighbourhood
 from flockwire.pilot.orders import flown_formation, is_known
-from flockwire.pilot.phases import Phase
 from flockwire.pilot.pilot import Pilot
 from flockwire.process.cores import Start
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Estimate, Leading, Message, Mission
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 
 from flockwire_agent.guarded_law import GuardedLaw
@@ -70,7 +70,8 @@ class AgentCore:
         missing = () if len(estimates) == len(neighbourhood) else neighbourhood.missing(now)
         silence = neighbourhood.silence(now, pilot.born)
         leader_down = neighbourhood.leading is Leading.IS_DOWN
-        self._refer(pilot.observe(now, silence, missing, self._law.fault, neighbourhood.positions, leader_down))
+        fault = self._law.fault.text if self._law.fault is not None else ""
+        self._refer(pilot.observe(now, silence, missing, fault, neighbourhood.positions, leader_down))
         observation = Observation(pilot.dt, pilot.stamp, pilot.motion, estimates, pilot.bodies, self._reference)
         decision = self._obey(observation, now)
         messages = pilot.command(decision.velocity, now)
@@ -93,8 +94,12 @@ class AgentCore:
         return self._pilot.may_end(now)
 
     def report(self, now: int) -> Report:
-        """Return how the agent is."""
-        return self._pilot.report(now, self._error(), shown(self._neighbourhood.oldest(now)))
+        """Return how the agent is; what its law raised is a reason with a code."""
+        report, fault = self._pilot.report(now, self._error(), shown(self._neighbourhood.oldest(now))), self._law.fault
+        if fault is None:
+            return report
+        detail = "" if report.detail == fault.text else report.detail
+        return report._replace(detail=detail, reasons=(*report.reasons, fault))
 
     def _refer(self, phase: Phase) -> None:
         """Take the place in the formation that was ordered, in the formation phase."""

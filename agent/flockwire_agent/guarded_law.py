@@ -6,7 +6,8 @@ import logging
 import traceback
 from collections.abc import Callable
 
-from flockwire.law import FAILED, Decision, Law, Observation, check_decision
+from flockwire.law import Decision, Law, Observation, check_decision
+from flockwire.wire.status import LAW_FAILED, Reason
 
 OWN = "flockwire_agent"  # this file's frames are not the law's
 MOST_FRAMES = 4  # of what is reported in one line
@@ -18,11 +19,11 @@ class GuardedLaw:
     def __init__(self, make: Callable[[], Law], name: str) -> None:
         self._make, self._name = make, name
         self._law = make()
-        self.fault = ""  # what the law raised, empty while all is well
+        self.fault: Reason | None = None  # what the law raised, None while all is well
 
     def step(self, observation: Observation, now: int) -> Decision | None:
         """Return what the law decides; None when it failed."""
-        if self.fault:
+        if self.fault is not None:
             return None
         try:
             decision = self._law.step(observation, now)
@@ -34,17 +35,18 @@ class GuardedLaw:
 
     def restart(self) -> None:
         """Make the law again, if it failed."""
-        if not self.fault:
+        if self.fault is None:
             return
         try:
-            self._law, self.fault = self._make(), ""
+            self._law, self.fault = self._make(), None
         except Exception as error:
             self._failed(error)
 
     def _failed(self, error: Exception) -> None:
-        self.fault = f"{FAILED}: {type(error).__name__}: {error}{where(error)}"
+        line = f"the law failed: {type(error).__name__}: {error}{where(error)}"
+        self.fault = Reason(LAW_FAILED, line)
         text = "".join(traceback.format_exception(error))
-        logging.getLogger(self._name).error("%s", f"{self.fault}\n{text.rstrip()}")
+        logging.getLogger(self._name).error("%s", f"{line}\n{text.rstrip()}")
 
 
 def where(error: Exception) -> str:

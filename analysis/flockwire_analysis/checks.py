@@ -93,7 +93,7 @@ def checks(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
 
 def _in_flight(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
     safe, speed = swarm.avoidance, swarm.limits.speed
-    nowhere = measured.no_places or "no two drones were seen at one time"
+    nowhere = measured.no_places or "no two drones had poses at the same time"
     fast_enough = measured.max_speed is not None and measured.max_speed <= speed * (1.0 + SPEED_TOLERANCE)
     return (
         _at_least("separation", measured.min_distance_uav, safe.drone_safety_distance, "m", nowhere),
@@ -112,16 +112,16 @@ def _formation(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
     bounds, missing = swarm.checks, measured.no_formation
     unsettled = missing or measured.unsettled
     settled = None if unsettled else measured.settled
-    unknown = missing or "not every follower has errors there"
+    unknown = missing or "some followers have no errors in this period"
     return (
         _at_most("formation settled", settled, bounds.settle_within, "s", unsettled, "after the start of each"),
         _at_most(
             "formation kept", measured.longest_off, bounds.off_place, "s", "",
-            f"more than {kept_within(swarm):g} m off a place after all had settled, obstacles apart",
+            f"more than {kept_within(swarm):g} m off its place after all had settled, except near obstacles",
         ),
         _at_most(
             "formation tail", measured.formation_tail, bounds.formation_tail, "m", unknown,
-            "in the last 30 % of each phase, obstacles apart",
+            "in the last 30 % of each phase, except near obstacles",
         ),
         _at_most(
             "observation tail", measured.observation_tail, bounds.observation_tail, "m", unknown,
@@ -149,7 +149,7 @@ def _record(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
     where = measured.gap_place if gap.length > longest else ""
     return (
         _at_least("control rate", slowest, swarm.checks.control_rate, "of the steps", measured.no_formation),
-        _at_most("recording", gap.length, longest, "s", "", "without a record of what was published", where),
+        _at_most("recording", gap.length, longest, "s", "", "without recorded messages", where),
         Check("lost messages", float(measured.lost), 0.0, measured.lost == 0, "none"),
     )
 

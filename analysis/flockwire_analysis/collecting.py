@@ -7,12 +7,11 @@ from collections.abc import Hashable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from flockwire.law import FAILED
 from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import ROWS, Key
 from flockwire.wire.messages import Message, Mission, Stop, Version
 from flockwire.wire.plan import Plan
-from flockwire.wire.status import Status
+from flockwire.wire.status import LAW_FAILED, Status
 from flockwire_recorder.publication import count_lost, published_at
 
 from flockwire_analysis.recorded import ProcessRecord, StateChange, Trace, is_repeated
@@ -90,8 +89,9 @@ class Collector:
                 publisher.links.update(message.links)
                 if (obeyed := message.report.mission) is not None:
                     self._obeyed.add(obeyed.version)
-                if message.report.detail.startswith(FAILED):
-                    self._failed_laws[f"{message.identity}: {message.report.detail}"] = None
+                for reason in message.report.reasons:
+                    if reason.code == LAW_FAILED:
+                        self._failed_laws[f"{message.identity}: {reason.text}"] = None
                 states = self._states.setdefault(message.identity, [])
                 if not states or states[-1].phase != message.report.phase:
                     states.append(StateChange(message.stamp, message.report.phase))

@@ -46,7 +46,7 @@ def control_rate(trace: Trace, number: int, spans: list[Span]) -> float | None:
 def where(trace: Trace, gap: Gap) -> str:
     """Return in which topic a gap is, and when, as text."""
     topic = f"/{trace.plan.text(gap.key)}" if gap.key is not None else "no topic"
-    return f"in {topic}, {(gap.begin - trace.begin) / SECOND:.1f} s after its begin"
+    return f"in {topic}, {(gap.begin - trace.begin) / SECOND:.1f} s after its start"
 
 
 def _longest(key: Key, series: Series) -> Gap:

@@ -13,7 +13,7 @@ from flockwire.control.graph import LEADER, Graph
 COLUMN, ROW, RADIUS, MARGIN = 120.0, 76.0, 21, 44.0
 ABOVE = 9.0  # how far above an edge its weight is written
 
-Place = tuple[float, float]
+Point = tuple[float, float]
 
 
 class Node(NamedTuple):
@@ -28,10 +28,10 @@ class Node(NamedTuple):
 class DrawnEdge(NamedTuple):
     """An arrow from the publisher to the subscriber, a quadratic Bezier curve, and where its weight is written."""
 
-    tail: Place
-    control: Place
-    tip: Place
-    label: Place
+    tail: Point
+    control: Point
+    tip: Point
+    label: Point
     weight: float
 
 
@@ -56,13 +56,13 @@ def graph_picture(graph: Graph) -> GraphPicture:
     return GraphPicture(_box([*places.values(), *bows]), edges, nodes)
 
 
-def _box(points: list[Place]) -> tuple[int, int, int, int]:
+def _box(points: list[Point]) -> tuple[int, int, int, int]:
     left, top = (min(point[axis] for point in points) - MARGIN for axis in (0, 1))
     right, bottom = (max(point[axis] for point in points) + MARGIN for axis in (0, 1))
     return round(left), round(top), round(right - left), round(bottom - top)
 
 
-def _places(graph: Graph) -> dict[int, Place]:
+def _places(graph: Graph) -> dict[int, Point]:
     columns: dict[int, list[int]] = {}
     for number, depth in sorted(graph.depths().items()):
         columns.setdefault(depth, []).append(number)
@@ -74,25 +74,25 @@ def _places(graph: Graph) -> dict[int, Place]:
     }
 
 
-def _bow(start: Place, end: Place) -> Place:
+def _bow(start: Point, end: Point) -> Point:
     """Return the middle of an edge: straight to the next column, else beside, so that it passes other drones."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     bow = 0.0 if 0.0 < dx < 1.5 * COLUMN else min(0.16 * hypot(dx, dy), ROW) / hypot(dx, dy)
     return ((start[0] + end[0]) / 2 + bow * dy, (start[1] + end[1]) / 2 - bow * dx)
 
 
-def _edge(start: Place, bow: Place, end: Place, weight: float) -> DrawnEdge:
+def _edge(start: Point, bow: Point, end: Point, weight: float) -> DrawnEdge:
     control = (2 * bow[0] - (start[0] + end[0]) / 2, 2 * bow[1] - (start[1] + end[1]) / 2)
     tail, tip, label = _towards(start, control), _towards(end, control), (bow[0], bow[1] - ABOVE)
     return DrawnEdge(_rounded(tail), _rounded(control), _rounded(tip), _rounded(label), weight)
 
 
-def _towards(node: Place, point: Place) -> Place:
+def _towards(node: Point, point: Point) -> Point:
     """Return where the line from `node` to `point` leaves the node's circle."""
     dx, dy = point[0] - node[0], point[1] - node[1]
     share = (RADIUS + 3.0) / max(hypot(dx, dy), 1e-9)
     return (node[0] + dx * share, node[1] + dy * share)
 
 
-def _rounded(place: Place) -> Place:
+def _rounded(place: Point) -> Point:
     return round(place[0], 1), round(place[1], 1)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from flockwire.domain.time import SECOND
-from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import FlightState
+from flockwire.wire.phase import Phase
 
 from flockwire_analysis.phases import FormationPhase
 from flockwire_analysis.recorded import Trace
@@ -90,7 +90,7 @@ def _losses(trace: Trace, number: int, end: int, down: int) -> Iterator[str]:
             yield f"no {name} was recorded"
         elif series.logged[-1] < end - SILENCE and series.logged[-1] <= down:
             before = (end - int(series.logged[-1])) / SECOND
-            yield f"the {name} ends {before:.1f} s before the flight does"
+            yield f"the {name} ends {before:.1f} s before the flight"
     telemetry = trace.of("telemetry", number)
     stopped = telemetry.stamps[telemetry.values[:, 0] == FlightState.STOPPED]
     if len(stopped) and not any(stop.stamp <= stopped[0] + SECOND for stop in trace.stops):

@@ -10,7 +10,7 @@ from flockwire.wire.status import Status
 from flockwire_analysis.graph_picture import graph_picture
 from flockwire_analysis.recorded import ProcessRecord, Trace
 from flockwire_analysis.rendering import render
-from flockwire_analysis.summary import DeadlineFigures, Summary
+from flockwire_analysis.summary import StepFigures, Summary
 
 if TYPE_CHECKING:
     from flockwire_analysis.figures.drawing import Picture
@@ -34,7 +34,7 @@ def page(trace: Trace, summary: Summary, pictures: Sequence[Picture], probe: dic
         pictures=pictures,
         graph=graph_picture(trace.swarm.topology),
         latency=_latency(summary),
-        deadlines=_deadlines(summary.deadlines),
+        steps=_steps(summary.steps),
         processes=_processes(trace, summary),
         messages=summary.messages,
         rejected=[(key, f"{count:,}") for key, count in summary.messages.rejected_by_key.items()],
@@ -83,8 +83,8 @@ def _latency(summary: Summary) -> Iterable[tuple[str, ...]]:
         yield hop.replace("_to_", " → "), number(delay.p50, "ms"), number(delay.p99, "ms")
 
 
-def _deadlines(found: DeadlineFigures) -> tuple[str, ...]:
-    return tuple(f"{count:,}" for count in (found.ticks, found.late_1ms, found.late_5ms, found.skipped))
+def _steps(found: StepFigures) -> tuple[str, ...]:
+    return tuple(f"{count:,}" for count in (found.made, found.delayed_1ms, found.delayed_5ms, found.skipped))
 
 
 def _processes(trace: Trace, summary: Summary) -> list[tuple[str, ...]]:
@@ -96,7 +96,7 @@ def _process(vitals: ProcessRecord, rate: float | None) -> tuple[str, ...]:
     last = vitals.last
     return (
         last.identity, last.report.phase, UNKNOWN if rate is None else f"{100 * rate:.1f} %",
-        f"{last.steps:,}", f"{last.late_1ms:,}", f"{last.late_5ms:,}", f"{last.skipped:,}",
+        f"{last.steps:,}", f"{last.delayed_1ms:,}", f"{last.delayed_5ms:,}", f"{last.skipped:,}",
         f"{100 * vitals.cpu:.1f} %", f"{last.resident / 2**20:.0f} MB",
         f"{sum(count for _, count in last.rejected):,}", f"{last.refused:,}", _clock(last), ", ".join(vitals.links),
     )  # fmt: skip

@@ -31,7 +31,7 @@ def read_trace(path: Path) -> Trace:
     for records in files:
         collector = _read(records, collector)
     if collector is None:
-        raise ValueError(f"{path}: names no swarm: it is another program's file, or was cut off at its very beginning")
+        raise ValueError(f"{path}: has no swarm: it is from another program, or was truncated at its start")
     closed, lost_bytes = all(records.closed for records in files), sum(records.lost_bytes for records in files)
     return collector.trace(path, closed, lost_bytes)
 
@@ -45,7 +45,7 @@ def _read(records: WholeRecords, collector: Collector | None) -> Collector | Non
         elif isinstance(record, Metadata) and record.name == METADATA:
             swarm = _swarm(records.path, record.metadata)
             if collector is not None and swarm != collector.plan.swarm:
-                raise ValueError(f"{records.path}: is of another swarm than the parts of the trace before it")
+                raise ValueError(f"{records.path}: is from another swarm than the earlier parts of the trace")
             reader = _Reader(collector or Collector(swarm, record.metadata))
     return reader.collector if reader is not None else collector
 
@@ -54,10 +54,10 @@ def _swarm(path: Path, metadata: dict[str, str]) -> Swarm:
     try:
         swarm = Swarm.model_validate_json(metadata["swarm"])
     except (KeyError, ValueError) as error:
-        raise ValueError(f"{path}: its swarm is of another version of flockwire: {error}") from error
+        raise ValueError(f"{path}: its swarm is from another version of flockwire: {error}") from error
     problem = next(problems(swarm, to_fly=False), None)
     if problem is not None:
-        raise ValueError(f"{path}: its swarm is of another version of flockwire: {problem}")
+        raise ValueError(f"{path}: its swarm is from another version of flockwire: {problem}")
     return swarm
 
 

@@ -21,12 +21,12 @@ LONG_ENOUGH = 5.0  # s of a formation phase in which followers can settle, and h
 
 
 @dataclass(frozen=True, slots=True)
-class DeadlineFigures:
-    """Steps of all followers' agents: made, late by more than 1 and 5 ms, and skipped."""
+class StepFigures:
+    """Steps of all followers' agents: made, more than 1 and 5 ms after the pose was sent, and skipped."""
 
-    ticks: int
-    late_1ms: int
-    late_5ms: int
+    made: int
+    delayed_1ms: int
+    delayed_5ms: int
     skipped: int
 
 
@@ -77,7 +77,7 @@ class Summary:
     max_speed_m_s: float | None
     max_outside_m: float | None
     latency_ms: dict[str, Percentiles]
-    deadlines: DeadlineFigures
+    steps: StepFigures
     messages: Messages
     tracker: dict[str, int]
     rate: dict[str, float | None]
@@ -133,7 +133,7 @@ def summarise(trace: Trace) -> Summary:
         max_speed_m_s=distances.speed,
         max_outside_m=distances.outside,
         latency_ms={hop: percentiles(latencies(trace, hop)) for hop in HOPS},
-        deadlines=_deadlines(trace),
+        steps=_steps(trace),
         messages=_messages(trace),
         tracker={name: count for vitals in trace.vitals for name, count in vitals.last.report.counts},
         rate=rate,
@@ -230,13 +230,13 @@ class _Lacking:
         return "" if len(trace.positions(0)) else "no pose of the leader, uav0, was recorded"
 
 
-def _deadlines(trace: Trace) -> DeadlineFigures:
+def _steps(trace: Trace) -> StepFigures:
     agents = {trace.plan.pilot[number] for number in trace.followers}
     last = [vitals.last for vitals in trace.vitals if vitals.last.identity in agents]
-    return DeadlineFigures(
+    return StepFigures(
         sum(status.steps for status in last),
-        sum(status.late_1ms for status in last),
-        sum(status.late_5ms for status in last),
+        sum(status.delayed_1ms for status in last),
+        sum(status.delayed_5ms for status in last),
         sum(status.skipped for status in last),
     )
 

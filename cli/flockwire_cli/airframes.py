@@ -28,7 +28,7 @@ def identify(
     number: Number,
     out: Annotated[Path | None, typer.Option(help="Folder for figure and logs [runs/NAME-identify-ID-TIME].")] = None,
     body: Annotated[
-        bool, typer.Option("--body", help="Only prove that the tracker's body is the drone's: rise, turn, land.")
+        bool, typer.Option("--body", help="Only prove that the tracker's body is the drone's: climb, turn, land.")
     ] = False,
     keys: Keys = None,
 ) -> None:

@@ -15,9 +15,9 @@ Keys = Annotated[
     Path | None,
     typer.Option(envvar="FLOCKWIRE_KEYS", help="Folder of the certificates [.flockwire/NAME/keys beside SWARM]."),
 ]
-FaultsFile = Annotated[Path | None, typer.Option(help="What is to go wrong, and when (TOML).")]
+FaultsFile = Annotated[Path | None, typer.Option(help="The faults to inject (TOML).")]
 Without = Annotated[
-    list[int] | None, typer.Option(metavar="ID", help="A drone to leave on the ground; may be given again.")
+    list[int] | None, typer.Option(metavar="ID", help="A drone to leave on the ground; may be repeated.")
 ]
 Number = Annotated[int, typer.Argument(metavar="ID", help="The drone's id.")]
 

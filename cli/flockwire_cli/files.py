@@ -19,7 +19,7 @@ app = typer.Typer()
 @app.command()
 def init(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The swarm file to write.")] = Path("swarm.toml"),
-    drones: Annotated[int, typer.Option(min=2, max=200, help="How many, the leader included.")] = 4,
+    drones: Annotated[int, typer.Option(min=2, max=200, help="The number of drones, with the leader.")] = 4,
 ) -> None:
     """Write a swarm file with comments, and a schema for editors beside it."""
     name = re.sub(r"\W", "_", file.stem, flags=re.ASCII)

@@ -35,10 +35,8 @@ app = typer.Typer()
 @app.command()
 def check(
     swarm: SwarmFile,
-    duration: Annotated[float, typer.Option(min=0.0, help="Seconds of flight to look ahead; 0: it has no end.")] = 40.0,
-    live: Annotated[
-        bool, typer.Option("--live", help="Instead: look at the running swarm, whether it may take off.")
-    ] = False,
+    duration: Annotated[float, typer.Option(min=0.0, help="Seconds of flight to predict; 0: no end.")] = 40.0,
+    live: Annotated[bool, typer.Option("--live", help="Check instead whether the running swarm may take off.")] = False,
     keys: Keys = None,
 ) -> None:
     """Validate a swarm file; print its graph, observer bounds, formations, links, and what will go wrong in flight."""
@@ -78,7 +76,7 @@ def up(
     out: Annotated[Path | None, typer.Option(help="Folder for trace, report and logs [runs/NAME-TIME].")] = None,
     headless: Annotated[bool, typer.Option("--headless", help="No live table.")] = False,
     keys: Keys = None,
-    host: Annotated[str | None, typer.Option(help="Which of [hosts] this is [the first].")] = None,
+    host: Annotated[str | None, typer.Option(help="This host's name in [hosts] [the first].")] = None,
     faults: FaultsFile = None,
     without: Without = None,
 ) -> None:
@@ -95,7 +93,7 @@ def up(
     if cannot := refusal(wrong, plan, here):
         refuse(f"{faults}: {cannot}")
     if without and not plan.conducts(here):
-        refuse(f"--without: host {here!r} gives no orders; name it where the recorder runs")
+        refuse(f"--without: host {here!r} gives no orders; use it on the recorder's host")
     absent = left_out(plan, without)
     folder = out or Path("runs") / f"{loaded.name}-{clock.local():%Y%m%d-%H%M%S}"
     refuse_a_second_trace(folder)
@@ -117,7 +115,7 @@ def conduct(
     swarm: SwarmFile,
     duration: Annotated[float, typer.Option(min=0.0, help="Seconds from take-off to landing; 0: until Ctrl-C.")] = 40.0,
     out: Annotated[
-        Path | None, typer.Option(help="Where the recorder has its dated folders: the newest gets the report.")
+        Path | None, typer.Option(help="The folder of the recorder's dated folders; the newest gets the report.")
     ] = None,
     headless: Annotated[bool, typer.Option("--headless", help="No live table.")] = False,
     keys: Keys = None,
@@ -144,11 +142,11 @@ def conduct(
 @app.command()
 def sim(
     swarm: SwarmFile,
-    seed: Annotated[int, typer.Option(min=0, help="Of all that is left to chance; equal seeds, equal flights.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Random seed; equal seeds give equal flights.")] = 0,
     duration: Annotated[float, typer.Option(min=1.0, help="Seconds from take-off to landing.")] = 40.0,
     out: Annotated[Path | None, typer.Option(help="Folder for trace and report [runs/NAME-sim-SEED-TIME].")] = None,
     faults: FaultsFile = None,
-    no_trace: Annotated[bool, typer.Option("--no-trace", help="Write nothing, only print the figures.")] = False,
+    no_trace: Annotated[bool, typer.Option("--no-trace", help="Print the figures only; write no files.")] = False,
     without: Without = None,
 ) -> None:
     """Fly the same swarm in virtual time, many times faster; report."""
@@ -180,16 +178,18 @@ def sim(
 @app.command()
 def study(
     swarm: SwarmFile,
-    file: Annotated[Path | None, typer.Argument(metavar="STUDY", help="What is varied (TOML).")] = None,
+    file: Annotated[Path | None, typer.Argument(metavar="STUDY", help="The variations (TOML).")] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder; a second call goes on in it [runs/NAME-study-TIME].")
+        Path | None, typer.Option(help="Folder; a second call continues in it [runs/NAME-study-TIME].")
     ] = None,
     runs: Annotated[int | None, typer.Option(min=1, help="Flights at each grid point [100].")] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Of the whole study [0].")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the whole study [0].")] = None,
     duration: Annotated[float | None, typer.Option(min=1.0, help="Seconds of each flight [20].")] = None,
-    random_starts: Annotated[str | None, typer.Option(metavar="WxD", help="Start anywhere in a box, like 6x6.")] = None,
-    jobs: Annotated[int, typer.Option(min=0, help="Processes of this machine; 0: one for each core.")] = 0,
-    scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="Of a Dask cluster, which flies instead.")] = "",
+    random_starts: Annotated[
+        str | None, typer.Option(metavar="WxD", help="Random starts in a box in m, like 6x6.")
+    ] = None,
+    jobs: Annotated[int, typer.Option(min=0, help="Number of processes; 0: one for each core.")] = 0,
+    scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="Address of a Dask cluster to use instead.")] = "",
 ) -> None:
     """Fly the swarm many times in virtual time, each time a little different; report how often all goes well."""
     from flockwire_sim.study.file import StudyError  # noqa: PLC0415
@@ -220,7 +220,7 @@ def probe(
 
     plan = load(swarm)
     if plan.swarm.network.security == "none":
-        refuse("network.security = 'none': there is nothing to prove; anybody who reaches a port reads and writes all")
+        refuse("network.security = 'none': nothing to probe; any process that reaches a port can read and write all")
     try:
         found = asyncio.run(run(plan, swarm, made_keys(swarm, plan, keys, next(iter(plan.swarm.hosts))), out))
     except (RouterAbsentError, CredentialsError) as error:
@@ -228,7 +228,7 @@ def probe(
     except OSError as error:
         unwritable(out, error)
     if found:
-        print(f"flockwire: the wire does not conform to the graph: {found[0].sentence()}", file=sys.stderr)
+        print(f"flockwire: the links do not conform to the graph: {found[0].sentence()}", file=sys.stderr)
         raise typer.Exit(1)
 
 

@@ -24,9 +24,9 @@ def ask(path: str) -> tuple[bool, str]:
             asker.sendto(b"?", path)
             told = json.loads(asker.recv(4096))
         except TimeoutError:
-            return False, f"no answer within {PATIENCE:g} s: its loop stands still"
+            return False, f"no answer within {PATIENCE:g} s: its loop is frozen"
         except OSError as error:
-            return False, f"{path}: nobody answers: {error.strerror}"
+            return False, f"{path}: no process answers: {error.strerror}"
     age = told["step_age_s"]
     line = f"{told['identity']}: {told['phase']} {told['detail']}".rstrip()
     if age is None or age > OLDEST_STEP:

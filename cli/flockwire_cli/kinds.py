@@ -54,16 +54,16 @@ def _parser(row: Process) -> ArgumentParser:
         parser.add_argument(
             "--dated",
             action="store_true",
-            help="A folder named by the time below OUT; one that a crash cut off goes on.",
+            help="Use a folder named by the time below OUT; continue one that a crash interrupted.",
         )
     if row.alone:
         parser.add_argument(
             "--protocol",
             metavar="P",
-            help="Of a tracker: natnet, vrpn, qualisys. Without the swarm: bodies stand at the starts.",
+            help="The protocol: natnet, vrpn, qualisys. Without the swarm: bodies are at the starts.",
         )
     if row.faults or row.records:  # who records them marks them in the trace
-        parser.add_argument("--faults", type=Path, help="What is to go wrong, and when (TOML).")
+        parser.add_argument("--faults", type=Path, help="The faults to inject (TOML).")
         parser.add_argument("--took-off", type=int, help=SUPPRESS)  # faults count from then, Unix ns
     return parser
 
@@ -100,7 +100,7 @@ def _dated(out: Path, plan: Plan) -> Path:
     try:
         return dated_folder(out, plan.swarm, clock.local())
     except OSError as error:
-        refuse(f"--out = {out}: cannot look there: {error.strerror}")
+        refuse(f"--out = {out}: cannot read it: {error.strerror}")
 
 
 def _alone(row: Process, plan: Plan, protocol: str) -> int:

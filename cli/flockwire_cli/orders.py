@@ -59,7 +59,7 @@ def formation(
     swarm: SwarmFile,
     name: Annotated[str, typer.Argument(metavar="NAME", help="A name from [formations]; '' is the first formation.")],
     duration: Annotated[
-        float | None, typer.Option(help="Seconds that the change takes [the fewest that keep to all limits].")
+        float | None, typer.Option(help="Seconds of the change [the fewest within all limits].")
     ] = None,
     keys: Keys = None,
 ) -> None:
@@ -72,7 +72,7 @@ def formation(
 @app.command()
 def status(
     swarm: SwarmFile,
-    once: Annotated[bool, typer.Option("--once", help="Print it once; status 1 where a process has none.")] = False,
+    once: Annotated[bool, typer.Option("--once", help="Print it once; exit status 1 if a process has none.")] = False,
     keys: Keys = None,
 ) -> None:
     """Show every drone and process of a swarm that runs: phase, position, battery, errors."""
@@ -101,7 +101,7 @@ def teleop(swarm: SwarmFile, keys: Keys = None) -> None:
     if note:
         print(f"flockwire: {note}", file=sys.stderr)
     if gamepad is None and not sys.stdin.isatty():
-        refuse("there is no terminal to take keys from, and no gamepad")
+        refuse("there is no terminal to read keys from, and no gamepad")
     warn_of(plan.swarm)
     try:
         steered = asyncio.run(steer(plan, keys_folder(swarm, plan, keys), gamepad))
@@ -114,7 +114,7 @@ def teleop(swarm: SwarmFile, keys: Keys = None) -> None:
 def console(
     swarm: SwarmFile,
     address: Annotated[
-        str, typer.Option(help="IP address to listen at; any but loopback shows the page to others.")
+        str, typer.Option(help="IP address to listen at; any but loopback shows the page to other hosts.")
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=1, max=65535, help="Port to listen at.")] = 8420,
     foxglove: Annotated[
@@ -150,7 +150,7 @@ def keys(
         Path | None, typer.Option(help="Folder of the certificates [.flockwire/NAME/keys beside SWARM].")
     ] = None,
     rotate: Annotated[
-        bool, typer.Option("--rotate", help="A new authority: all keys made before are rejected.")
+        bool, typer.Option("--rotate", help="Make a new authority: all earlier keys are rejected.")
     ] = False,
 ) -> None:
     """Make the swarm's certificates, and renew what is about to expire."""

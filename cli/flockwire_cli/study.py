@@ -24,7 +24,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table as RichTable
 
-NO_CHANCE = "nothing is left to chance, so all runs of a grid point are equal, and an interval over them says nothing"
+NO_CHANCE = "nothing is random, so all runs of a grid point are equal and their interval has no meaning"
 
 
 def options_of(runs: int | None, seed: int | None, duration: float | None, starts: str | None) -> dict[str, object]:
@@ -102,15 +102,15 @@ def _print(findings: Findings, out: Path) -> None:
     for heading in ("", "figure", "50 %", "95 %", "99 %", "worst", "its seed"):
         table.add_column(heading, justify="left" if heading in ("", "figure") else "right")
     for row in findings.rows:
-        interval = f"95 % sure: {100 * row.low:.2f} to {100 * row.high:.2f} %"
+        interval = f"95 % interval: {100 * row.low:.2f} to {100 * row.high:.2f} %"
         table.add_row(label(row.point), f"success {row.successes} of {row.runs} = {100 * row.rate:.2f} %; {interval}")
         for name, count in row.failed.items():
             table.add_row("", f"  {count} failed: {name}")
         for one in QUANTITIES:
-            spread = row.figures[one.key]
-            if spread is not None:
-                cells = (quantity(v, one.unit) for v in (spread.p50, spread.p95, spread.p99, spread.worst))
-                table.add_row("", one.text, *cells, str(spread.worst_seed))
+            quantiles = row.figures[one.key]
+            if quantiles is not None:
+                cells = (quantity(v, one.unit) for v in (quantiles.p50, quantiles.p95, quantiles.p99, quantiles.worst))
+                table.add_row("", one.text, *cells, str(quantiles.worst_seed))
         table.add_section()
     console.print(table)
     print("  the worst runs:")
@@ -118,13 +118,13 @@ def _print(findings: Findings, out: Path) -> None:
         verdict = result.reason or f"ok, {result.margin:.2f} x the safety distance"
         print(f"  {result.seed}  {label(dict(findings.plan.points[result.point]))}: {verdict}")
     if command := findings.again(findings.worst[0]).get("command"):
-        print(f"  the worst again: {command.replace('worst/', f'{out}/worst/')}")
+        print(f"  to repeat the worst: {command.replace('worst/', f'{out}/worst/')}")
     print(f"  study: {out / 'study.html'}")
 
 
 def _verdict(findings: Findings, stopped: str) -> int:
     if stopped:
-        print(f"flockwire: {stopped}; the same call goes on from here", file=sys.stderr)
+        print(f"flockwire: {stopped}; the same command continues", file=sys.stderr)
         return 1
     if findings.failures:
         print(f"flockwire: {findings.failures} of {len(findings.results)} runs failed", file=sys.stderr)

@@ -43,8 +43,8 @@ def report(
 
 @app.command()
 def recover(
-    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="A trace that was cut off.")],
-    out: Annotated[Path | None, typer.Option(help="The whole trace to write [TRACE-recovered.mcap].")] = None,
+    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="A truncated trace.")],
+    out: Annotated[Path | None, typer.Option(help="The complete trace to write [TRACE-recovered.mcap].")] = None,
 ) -> None:
     """Make a trace whole that was cut off by a crash."""
     from flockwire_recorder.recover import recover as make_whole  # noqa: PLC0415

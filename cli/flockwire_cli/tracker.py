@@ -14,7 +14,7 @@ from flockwire_cli.inputs import load, refuse
 
 if TYPE_CHECKING:
     from flockwire.domain.vector import Vector
-    from flockwire_mocap.source import Link
+    from flockwire_mocap.source import SourceState
     from flockwire_mocap.survey.inspection import BodyFigures, Inspection
 
 Seconds = Annotated[float, typer.Option(min=0.5, max=60.0, help="Seconds to listen.")]
@@ -27,20 +27,20 @@ app = typer.Typer()
 def tracker(swarm: SwarmFile, seconds: Seconds = 1.5) -> None:
     """Listen to the tracker: list its bodies with rate, jitter, latency, loss; say what to mend before a flight."""
     plan = load(swarm)
-    inspection, link = _listen(plan, seconds)
-    rows, troubles = inspection.figures(), [link.trouble] if link.trouble else []
+    inspection, state = _listen(plan, seconds)
+    rows, troubles = inspection.figures(), [state.trouble] if state.trouble else []
     if rows:
         print(f"{'body':20}{'drone':>7}{'Hz':>8}{'jitter ms':>11}{'latency ms':>12}{'lost':>8}  position, m")
     for row in rows:
         print(_line(row))
-    if link.counts:
-        print(", ".join(f"{count} {what}" for what, count in link.counts))
+    if state.counts:
+        print(", ".join(f"{count} {what}" for what, count in state.counts))
     problems = troubles if not rows else [*troubles, *inspection.problems()]
     for problem in problems:
         print(f"flockwire: {problem}", file=sys.stderr)
     if problems:
         raise typer.Exit(1)
-    print("all drones' bodies are there, tracked, still, and at their starts")
+    print("all drones' bodies are present, tracked, still, and at their starts")
 
 
 @app.command()
@@ -48,7 +48,7 @@ def align(
     swarm: SwarmFile,
     at: Annotated[
         list[str] | None,
-        typer.Option(metavar="BODY=X,Y,Z", help="A body on a known place, m [each drone's at its start]."),
+        typer.Option(metavar="BODY=X,Y,Z", help="A body at a known place, m [each drone's at its start]."),
     ] = None,
     seconds: Seconds = 1.5,
 ) -> None:
@@ -58,11 +58,11 @@ def align(
 
     plan = load(swarm)
     known = _places(plan, at or [])
-    inspection, link = _listen(Plan(plan.swarm.unaligned()), seconds)
+    inspection, state = _listen(Plan(plan.swarm.unaligned()), seconds)
     seen = {row.name: row.position for row in inspection.figures() if row.position is not None}
     missing = [name for name in known if name not in seen]
-    if link.trouble and not seen:
-        refuse(link.trouble)
+    if state.trouble and not seen:
+        refuse(state.trouble)
     if missing:
         refuse(f"the tracker does not see {', '.join(missing)}; it sees {', '.join(seen) or 'nothing'}")
     try:
@@ -72,13 +72,13 @@ def align(
     for name, residual in zip(known, found.residuals, strict=True):
         print(f"{name:20} {1000 * residual:7.1f} mm left")
     if max(found.residuals) > BAD_RESIDUAL:
-        print("flockwire: warning: a body is not where it should be, or two are exchanged", file=sys.stderr)
+        print("flockwire: warning: a body is at a wrong place, or two are exchanged", file=sys.stderr)
     print("\n[gateway]")
     print(f"rotation = [{', '.join(f'{part:.6f}' for part in found.rotation)}]")
     print(f"offset = [{', '.join(f'{part:.4f}' for part in found.offset)}]")
 
 
-def _listen(plan: Plan, seconds: float) -> tuple[Inspection, Link]:
+def _listen(plan: Plan, seconds: float) -> tuple[Inspection, SourceState]:
     from flockwire_mocap.survey.listening import listen  # noqa: PLC0415
 
     try:

@@ -30,7 +30,7 @@ def pinned(address: str) -> Any:  # noqa: ANN401  (aiohttp's)
     @web.middleware
     async def pin(request: web.Request, handler: Any) -> web.StreamResponse:  # noqa: ANN401
         if not is_own(request.headers.get("Host", ""), names):
-            raise web.HTTPForbidden(text="the console is not asked by this name; open it by its IP address")
+            raise web.HTTPForbidden(text="the console does not accept this host name; open it by its IP address")
         response: web.StreamResponse = await handler(request)
         return response
 

@@ -34,7 +34,7 @@ LONGEST_SEND = 1.0  # s that a page may take to take a picture
 HEARTBEAT = (
     20.0  # s: with less, a station that is busy for seconds would part with a page that is about to order a stop
 )
-OTHER_LINK = "this link's token is not this console's; open the link that the console printed when it was started last"
+OTHER_LINK = "this link has the token of another console; open the link that the console printed at its last start"
 POLICY = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
 
 
@@ -117,7 +117,7 @@ class Pages:
             try:
                 await self._operator.run(self._turn, PERIOD)
             except Exception as error:
-                self._log(error, "cannot go on with an order")
+                self._log(error, "cannot continue an order")
                 await asyncio.sleep(PERIOD)
 
     def _turn(self, now: int) -> bool | None:

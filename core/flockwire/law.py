@@ -28,8 +28,6 @@ __all__ = [
     "add", "distance", "limit", "norm", "scale", "subtract",
 ]  # fmt: skip
 
-FAILED = "the law failed"  # what the status of a drone begins with whose law raised
-
 
 class LawSettings(NamedTuple):
     """What a law is made from: one drone's constants, and the gains of the swarm file."""

@@ -16,15 +16,14 @@ from pydantic import ValidationError
 from flockwire.law import Law
 from flockwire.objects import load_object
 from flockwire.parameters import law_settings
-from flockwire.swarm import airframe_rules, gateway_rules, rules
+from flockwire.swarm import airframe_rules, formation_rules, gateway_rules, rules
 from flockwire.swarm.airframes import AIRFRAMES
 from flockwire.swarm.mending import mended, validated
 from flockwire.swarm.model import Swarm, uav
 from flockwire.swarm.reading import error_lines, faults, read_toml
-from flockwire.swarm.rule import broken, needs
+from flockwire.swarm.rules import broken, needs
 from flockwire.swarm.tables import Model
-from flockwire.wire import rules as wire_rules
-from flockwire.wire.plan import Plan
+from flockwire.wire import address_rules
 
 
 class NoParameters(Model):
@@ -90,14 +89,9 @@ def problems(swarm: Swarm, to_fly: bool = True, wrong: set[str] | None = None) -
     A swarm that is not `to_fly`, because it has flown, may name a law that cannot be had here; none is imported.
     """
     own = (rule for row in AIRFRAMES if row.rules for rule in load_object(row.rules))
-    of_files = (*rules.RULES, *own, *airframe_rules.RULES, *gateway_rules.RULES, _addresses)
+    of_files = (*rules.RULES, *formation_rules.RULES, *own, *airframe_rules.RULES, *gateway_rules.RULES)
     of_laws = (_law_problems, _law_constructor) if to_fly else ()
-    yield from broken(swarm, (*of_files, *of_laws), wrong if wrong is not None else set())
-
-
-@needs("hosts", "drones.id", "drones.host", "drones.address", "network", "leader.kind", "graph", "avoidance")
-def _addresses(swarm: Swarm) -> Iterator[str]:
-    yield from wire_rules.problems(Plan(swarm))
+    yield from broken(swarm, (*of_files, *address_rules.RULES, *of_laws), wrong if wrong is not None else set())
 
 
 def load_law(name: str) -> type[Law]:

@@ -32,11 +32,11 @@ class Bundler:
         """Write `out`/HOST for each host; returns the hosts. Raises DeployError, OSError."""
         law, hosts = self.plan.swarm.control.law, tuple(self.plan.swarm.hosts)
         if law not in BUILT_IN and not self.wheels.install(law.partition(":")[0]):
-            raise DeployError(f"control.law = {law!r}: no wheel in --wheels has it; build one of it into that folder")
+            raise DeployError(f"control.law = {law!r}: no wheel in --wheels contains it; build one into that folder")
         for host in hosts:
             if not self.plan.processes_on(host):
                 raise DeployError(
-                    f"hosts.{host}: runs nothing; name it at a drone or give it processes, or take it out"
+                    f"hosts.{host}: runs nothing; name it as a drone's host, give it processes, or remove it"
                 )
         for host in hosts:
             self._write_host(host, out / host)

@@ -9,13 +9,13 @@ from flockwire.swarm.model import Swarm
 from flockwire.swarm.rules import BUILT_IN
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
-from flockwire_station.command_lines import Place, arguments
+from flockwire_station.command_lines import FilePaths, arguments
 
 from flockwire_deploy.files import template
 from flockwire_deploy.networks import aboard, networks
 
-PLACE = Place("/swarm/swarm.toml", "/keys", "/runs")
-CONDUCTED = ("--duration", "${DURATION:-40}", "--out", PLACE.out)
+PATHS = FilePaths("/swarm/swarm.toml", "/keys", "/runs")
+CONDUCTED = ("--duration", "${DURATION:-40}", "--out", PATHS.out)
 
 
 class Service(NamedTuple):
@@ -26,7 +26,7 @@ class Service(NamedTuple):
     after: tuple[str, ...]
     networks: tuple[str, ...]
     writes: bool  # into the folder of runs
-    person: bool  # gives the orders, and leaves when the flight is over
+    operator: bool  # gives the orders, and leaves when the flight is over
 
 
 def services(plan: Plan, within: IPv4Network | None = None) -> tuple[Service, ...]:
@@ -51,10 +51,10 @@ def outside(swarm: Swarm) -> str:
     if swarm.control.law not in BUILT_IN:
         return f"control.law = {swarm.control.law!r}: the image has only {sorted(BUILT_IN)}; {remedy}"
     if swarm.gateway.source != "simulated":
-        return f"gateway.source = {swarm.gateway.source!r}: no container reaches a tracker; {remedy}"
+        return f"gateway.source = {swarm.gateway.source!r}: containers cannot reach a tracker; {remedy}"
     if swarm.driven:
         first = swarm.driven[0]
-        which = f"{swarm.drone(first).airframe!r}: no container reaches such a drone, or a simulated one"
+        which = f"{swarm.drone(first).airframe!r}: containers cannot reach such a drone, even if it is simulated"
         return f"drones.{first}.airframe = {which}; {remedy}"
     return ""
 
@@ -66,21 +66,21 @@ def compose_file(plan: Plan, within: IPv4Network | None = None) -> str:
         swarm=plan.swarm.name,
         services=services(plan, within),
         networks=networks(plan, within),
-        person=OPERATOR.kind,
-        place=PLACE,
+        operator=OPERATOR.kind,
+        paths=PATHS,
     )
 
 
 def _command(plan: Plan, identity: str) -> tuple[str, ...]:
     if identity == OPERATOR.kind:
-        return ("conduct", PLACE.swarm_file, "--keys", PLACE.keys, *CONDUCTED)
-    return tuple(arguments(plan, identity, PLACE, dated=True))
+        return ("conduct", PATHS.swarm_file, "--keys", PATHS.keys, *CONDUCTED)
+    return tuple(arguments(plan, identity, PATHS, dated=True))
 
 
 def _after(plan: Plan, identity: str) -> tuple[str, ...]:
     """Return whom an engine is to end after `identity`, and so starts before it: the next higher rank.
 
-    A person is ended first of all: that lands the drones.
+    An operator is ended first of all: that lands the drones.
     """
     ranks = {other: -1 if other == OPERATOR.kind else plan.rows[other].rank for other in aboard(plan)}
     higher = min((rank for rank in ranks.values() if rank > ranks[identity]), default=None)

@@ -89,7 +89,7 @@ def refuse_other_keys(plan: Plan, keys: Path) -> None:
         raise DeployError(f"--keys = {keys}: its {path.name} cannot be read: {error}") from None
     if name != authority_name(plan.swarm.name):
         raise DeployError(
-            f"--keys = {keys}: are of {name!r}, this swarm is {plan.swarm.name!r}; name its own, or leave --keys out"
+            f"--keys = {keys}: are of {name!r}, this swarm is {plan.swarm.name!r}; name this swarm's, or omit --keys"
         )
 
 

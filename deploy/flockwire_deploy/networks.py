@@ -21,7 +21,7 @@ class RangeError(ValueError):
     """A range of addresses that is too small; the text is one line."""
 
 
-class Network(NamedTuple):
+class ContainerNetwork(NamedTuple):
     """One network: its name, who is on it, and its addresses where the engine is not to choose them."""
 
     name: str
@@ -34,21 +34,21 @@ def aboard(plan: Plan) -> tuple[str, ...]:
     return tuple(identity for identity in plan.certified if identity in plan.started or identity == OPERATOR.kind)
 
 
-def networks(plan: Plan, within: IPv4Network | None = None) -> tuple[Network, ...]:
+def networks(plan: Plan, within: IPv4Network | None = None) -> tuple[ContainerNetwork, ...]:
     """Return the networks of those aboard, with subnets of `within`, or where they are many.
 
     Raises RangeError where they do not fit.
     """
     members = _members(plan)
     if within is None and len(members) <= POOL:
-        return tuple(Network(name, on) for name, on in members.items())
+        return tuple(ContainerNetwork(name, on) for name, on in members.items())
     largest = max(len(on) for on in members.values()) + SPARE
     length = 32 - (largest - 1).bit_length()
     whole = within or RANGE
     if length < whole.prefixlen or 2 ** (length - whole.prefixlen) < len(members):
         raise RangeError(f"--subnets = {whole}: has no room for {len(members)} networks of {largest} addresses")
     subnets = whole.subnets(new_prefix=length)
-    return tuple(Network(name, on, next(subnets)) for name, on in members.items())
+    return tuple(ContainerNetwork(name, on, next(subnets)) for name, on in members.items())
 
 
 def _members(plan: Plan) -> dict[str, tuple[str, ...]]:

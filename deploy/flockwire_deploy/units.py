@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from flockwire.wire.plan import Plan
-from flockwire_station.command_lines import Place, arguments
+from flockwire_station.command_lines import FilePaths, arguments
 
 from flockwire_deploy.files import template
 
@@ -20,9 +20,9 @@ class Folders(NamedTuple):
     state: str  # below /var/lib
 
     @property
-    def place(self) -> Place:
+    def paths(self) -> FilePaths:
         """Where a process finds its own."""
-        return Place(f"{self.configuration}/swarm/swarm.toml", CREDENTIALS, f"/var/lib/{self.state}")
+        return FilePaths(f"{self.configuration}/swarm/swarm.toml", CREDENTIALS, f"/var/lib/{self.state}")
 
 
 def folders(plan: Plan) -> Folders:
@@ -51,7 +51,7 @@ def units(plan: Plan, host: str, program: str = "") -> dict[str, str]:
         names[identity]: service.render(
             swarm=plan.swarm.name,
             identity=identity,
-            line=[f"{program or where.program}/bin/flockwire", *arguments(plan, identity, where.place, dated=True)],
+            line=[f"{program or where.program}/bin/flockwire", *arguments(plan, identity, where.paths, dated=True)],
             after=[names[other] for other in here if _outlasts(plan, other, identity)],
             target=target_name(plan),
             keys=key_files(plan, identity),

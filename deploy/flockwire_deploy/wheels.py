@@ -99,12 +99,12 @@ def read_wheels(folder: Path) -> Wheels:
     if several is not None:
         raise DeployError(f"--wheels = {folder}: has several versions of {several}; empty it, then {MAKE_THEM}")
     if mine not in versions["flockwire"]:
-        raise DeployError(f"--wheels = {folder}: its flockwire is not {mine}, which this is; {MAKE_THEM}")
+        raise DeployError(f"--wheels = {folder}: its flockwire is not {mine}, the running version; {MAKE_THEM}")
     for wheel in found.wheels:
         if wheel.name == "flockwire" and (name := _differing(wheel.file)):
-            raise DeployError(f"--wheels = {folder}: the code of its flockwire is another, {name} differs; {MAKE_THEM}")
+            raise DeployError(f"--wheels = {folder}: its flockwire has other code, {name} differs; {MAKE_THEM}")
     if not found.machines:
-        raise DeployError(f"--wheels = {folder}: there is no machine that all of them are for; {MAKE_THEM}")
+        raise DeployError(f"--wheels = {folder}: no machine matches all of them; {MAKE_THEM}")
     return found
 
 
@@ -136,13 +136,13 @@ def _archive(wheel: Path) -> zipfile.ZipFile:
     try:
         return zipfile.ZipFile(wheel)
     except zipfile.BadZipFile:
-        raise DeployError(f"{wheel}: is no wheel but in name; {MAKE_THEM}") from None
+        raise DeployError(f"{wheel}: is not a valid wheel; {MAKE_THEM}") from None
 
 
 def _wheel(file: Path) -> Wheel:
     parts = _NAME.fullmatch(file.name)
     if parts is None:
-        raise DeployError(f"{file}: is not named as a wheel is; {MAKE_THEM}")
+        raise DeployError(f"{file}: does not have a wheel's name; {MAKE_THEM}")
     platform, abi = parts["platform"], parts["abi"]
     named = frozenset(arch for arch in ARCHITECTURES if arch in platform)
     bound = frozenset(parts["python"].split(".") if abi.startswith("cp") else [ANY])

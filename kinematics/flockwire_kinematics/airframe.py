@@ -18,7 +18,7 @@ from flockwire.swarm.drones import Airframe
 from flockwire.wire.messages import FlightState
 
 
-class SimulatedAirframe:
+class FirstOrderAirframe:
     """One airframe at `position` (m, world frame) at `now` (Unix ns).
 
     It flies when that is above the `ground` (m, world z), unless it is `standing` there: on a table, say, which is gone

@@ -16,6 +16,7 @@ from flockwire.process.stepping import is_due, next_deadline
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import MISSION, STOP, Key
 from flockwire.wire.messages import Command, Message, Mission, Pose, Stop
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
 SETTLED_SERVED = 4 * SECOND  # as SETTLED, where drivers must see it too: by a state that stays the same
@@ -127,7 +128,7 @@ class KinematicsCore:
             f"{flying} of {len(self._airframes)} in flight" if flying else "",
             f"{clipped} commands clipped" if clipped else "",
         )
-        return Report("simulating", ", ".join(detail for detail in details if detail))
+        return Report(Phase.SIMULATING, ", ".join(detail for detail in details if detail))
 
     def _inject(self, t: float) -> None:
         """Inject the faults that are due at `t` s after the first take-off."""

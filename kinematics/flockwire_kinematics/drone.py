@@ -16,7 +16,7 @@ from flockwire.swarm.model import Swarm
 from flockwire.swarm.tables import Limits
 from flockwire.wire.messages import FlightState, Telemetry
 
-from flockwire_kinematics.airframe import SimulatedAirframe
+from flockwire_kinematics.airframe import FirstOrderAirframe
 
 LEVEL = (0.0, 0.0, 0.0, 1.0)
 
@@ -24,7 +24,7 @@ LEVEL = (0.0, 0.0, 0.0, 1.0)
 class SimulatedDrone:
     """Driver and airframe of one drone."""
 
-    def __init__(self, airframe: SimulatedAirframe, limits: Limits) -> None:
+    def __init__(self, airframe: FirstOrderAirframe, limits: Limits) -> None:
         self.airframe = airframe
         self.land_at: int | None = None  # when it lands by itself, Unix ns
         self.clipped = 0  # commands that were too fast
@@ -99,5 +99,5 @@ class SimulatedDrone:
 def standing(swarm: Swarm, number: int, now: int, _: Callable[[], float]) -> SimulatedDrone:
     """Return drone `number` of `swarm`, which stands at its start; nothing is random of it."""
     start = swarm.drone(number).start
-    airframe = SimulatedAirframe(swarm.airframe(number), start, now, swarm.ground, standing=True)
+    airframe = FirstOrderAirframe(swarm.airframe(number), start, now, swarm.ground, standing=True)
     return SimulatedDrone(airframe, swarm.limits)

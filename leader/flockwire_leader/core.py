@@ -6,12 +6,12 @@ from flockwire.control.graph import LEADER
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector
 from flockwire.parameters import pilot_parameters
-from flockwire.pilot.phases import Phase
 from flockwire.pilot.pilot import Pilot
 from flockwire.process.cores import Start
 from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Command, Message, Mission
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
 from flockwire_leader.course import Course

@@ -51,6 +51,6 @@ class Teleoperation:
     def described(self, now: int) -> str:
         """Return what is to be known of the link, empty when commands come."""
         if self._newest is None:
-            return "nobody steers"
+            return "no steering command"
         silence = (now - self._newest.stamp) / SECOND
-        return f"nobody has steered for {silence:.1f} s" if silence > self._stale else ""
+        return f"no steering command for {silence:.1f} s" if silence > self._stale else ""

@@ -11,6 +11,7 @@ from flockwire.process.cores import Ground
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import IdentityDoubt, Message, Mission, Pose
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
 
@@ -42,7 +43,7 @@ class TrackedLeader(Ground):
         """Return how the leader is."""
         pose = self._pose
         silence = age(pose.stamp, now) if pose is not None else NEVER
-        phase = "tracked" if silence <= self._limit else "pose lost"
+        phase = Phase.TRACKED if silence <= self._limit else Phase.POSE_LOST
         return Report(
             phase,
             self._trouble(silence, now),

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from flockwire.control.graph import LEADER
 from flockwire.pilot.moving_point import MovingPoint
-from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Message, Mission, Pose
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
 

@@ -15,15 +15,16 @@ from flockwire.process.cores import Start
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import IdentityDoubt, Message, Mission, Nearby, Pose
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, counted
 
 from flockwire_mocap import simulated
+from flockwire_mocap.field_bodies import FieldBodies
 from flockwire_mocap.identities import Claim, Identities
 from flockwire_mocap.natnet import source as natnet
 from flockwire_mocap.owners import Owners
 from flockwire_mocap.qualisys import source as qualisys
 from flockwire_mocap.replay import source as replay
-from flockwire_mocap.scene import Scene
 from flockwire_mocap.source import Source
 from flockwire_mocap.tracking import ReportedBody
 from flockwire_mocap.vicon import source as vicon
@@ -32,7 +33,7 @@ from flockwire_mocap.vrpn import source as vrpn
 REPEAT = SECOND // 2  # ns between two repetitions of the newest order
 TOLERANCE = 0.1  # m by which a body may be elsewhere than where it can have flown
 SPEED_MARGIN = 2.0  # times limits.speed: what falls is faster
-TAKE_OFF = ("prepare", "takeoff")  # the orders by which a person says who is not on the field
+TAKE_OFF = ("prepare", "takeoff")  # the orders by which an operator says who is not on the field
 LATENCIES = 500  # poses of which the median is reported
 SOURCES: Mapping[str, Callable[[Start], Source]] = {  # by gateway.source
     "simulated": simulated.make_source,
@@ -58,7 +59,7 @@ class GatewayCore:
         self._sensing = frozenset(swarm.flying) if swarm.avoidance.sensing == "nearby" else frozenset()
         self._nearby_keys = {i: Key("nearby", uav(i)) for i in swarm.flying}
         self._pose_keys = {i: Key("pose", uav(i)) for i in swarm.tracked}
-        self._scene = Scene(swarm)
+        self._field = FieldBodies(swarm)
         self._identities = Identities(SPEED_MARGIN * swarm.limits.speed, TOLERANCE)
         self._doubt_keys = {i: Key("doubt", uav(i)) for i in swarm.tracked}
         self._latencies: deque[int] = deque(maxlen=LATENCIES)  # ns
@@ -72,7 +73,7 @@ class GatewayCore:
         if isinstance(message, Mission) and self._orders.take(message, now):
             self._repeat_at = now + REPEAT
             if message.verb in TAKE_OFF:
-                self._scene.forget_drones(message.without)
+                self._field.forget_drones(message.without)
 
     def due(self, key: Key) -> bool:
         """Return whether the message that was just received completed a frame."""
@@ -84,17 +85,17 @@ class GatewayCore:
         tracked, held = self._identities.judge(self._claims(now))
         for stamp, drone, position, _ in tracked:
             self._seen[drone] = stamp
-            self._scene.see_drone(drone, stamp, position)
+            self._field.see_drone(drone, stamp, position)
             self._latencies.append(now - stamp)
         for drone, doubt in self._identities.doubts.items():  # before the pose that makes the pilot step
             messages.append((self._doubt_keys[drone], IdentityDoubt(now, frame, doubt.since)))
         for stamp, drone, position, _ in held:  # whosever it is, it is there
-            self._scene.see_held(drone, stamp, position)
+            self._field.see_held(drone, stamp, position)
         if tracked and self._sensing:
-            self._scene.arrange(tracked[-1].stamp)
+            self._field.arrange(tracked[-1].stamp)
         for stamp, drone, position, orientation in tracked:
             if drone in self._sensing:
-                bodies = self._scene.near(drone, position)
+                bodies = self._field.near(drone, position)
                 messages.append((self._nearby_keys[drone], Nearby(stamp, frame, bodies)))
             messages.append((self._pose_keys[drone], Pose(stamp, frame, position, orientation)))
         if self._orders.mission is not None and now >= self._repeat_at:
@@ -111,30 +112,31 @@ class GatewayCore:
 
     def report(self, now: int) -> Report:
         """Return how the gateway is: what is wrong first, then what it does not see."""
-        link = self.source.link(now)
+        state = self.source.state(now)
         lost = [i for i in self._swarm.tracked if now - self._seen.get(i, 0) > SECOND]
         if now - self._last_frame > SECOND:
-            phase, detail = "waiting", link.trouble or "no frames come any more: is the tracker still streaming?"
+            phase, detail = Phase.WAITING, state.trouble or "no frames arrive: does the tracker still stream?"
         else:
-            phase, detail = "tracking" if len(lost) < len(self._swarm.tracked) else "waiting", self._unseen(lost, now)
+            phase = Phase.TRACKING if len(lost) < len(self._swarm.tracked) else Phase.WAITING
+            detail = self._unseen(lost, now)
         jumps, swaps = self._identities.jumps, self._identities.swaps
         counts = counted(("jumps held back", jumps.jumps), ("jumps confirmed", jumps.confirmed), ("swaps", swaps))
         latency = median(self._latencies) / SECOND if self._latencies else -1.0
         return Report(
-            phase, detail, mission=self._orders.mission, latency=latency, counts=(*link.counts, *counts),
+            phase, detail, mission=self._orders.mission, latency=latency, counts=(*state.counts, *counts),
             concurrent=self._orders.concurrent, order_age=self._orders.age(now),
         )  # fmt: skip
 
     def _unseen(self, lost: list[int], now: int) -> str:
         never = [i for i in lost if i not in self._seen]
-        if never and self._scene.others and now - self._first_frame > SECOND:  # names may come after bodies
+        if never and self._field.others and now - self._first_frame > SECOND:  # names may come after bodies
             names = ", ".join(repr(self._swarm.body(i)) for i in never)
-            there = ", ".join(map(repr, sorted(self._scene.others)))
+            there = ", ".join(map(repr, sorted(self._field.others)))
             return f"the tracker has no body {names}, but {there}: rename there, or set `body` of [[drones]]"
         doubted = ", ".join(map(uav, self._identities.doubts))
         lines = (
             f"does not see {', '.join(map(uav, lost))}" if lost else "",
-            f"the tracker has mixed up {doubted}: land, name the bodies right" if doubted else "",
+            f"the tracker has confused {doubted}: land, correct the bodies' names" if doubted else "",
         )
         return "; ".join(filter(None, lines))
 
@@ -150,9 +152,9 @@ class GatewayCore:
                 drone = self._owners.drone(body.identity, body.name)
                 if drone is not None:
                     claims.append(Claim(frame.captured, drone, body.position, body.orientation))
-                    self._scene.forget_other(unnamed(body))
+                    self._field.forget_other(unnamed(body))
                 else:
-                    self._scene.see_other(body.name or unnamed(body), frame.captured, body.position)
+                    self._field.see_other(body.name or unnamed(body), frame.captured, body.position)
         return sorted(claims)
 
 

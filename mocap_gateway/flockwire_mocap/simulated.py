@@ -15,7 +15,7 @@ from flockwire.wire.messages import Message, Mission, Pose
 
 from flockwire_mocap.completeness import Completeness
 from flockwire_mocap.quaternion import IDENTITY
-from flockwire_mocap.source import Link
+from flockwire_mocap.source import SourceState
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, framed
 
 CameraFault = TrackerLoss | NoiseBurst | NameSwap | Visitor
@@ -90,9 +90,9 @@ class SimulatedSource:
         self._frames += len(frames)
         return frames
 
-    def link(self, now: int) -> Link:
+    def state(self, now: int) -> SourceState:
         """Return what is missing when no frames come."""
-        return Link("waits for the kinematics' truth")
+        return SourceState("waits for the kinematics' truth")
 
     def _measure(self, drone: int, truth: Pose) -> None:
         """Measure the position of `drone`, or fail to."""

@@ -11,8 +11,8 @@ from flockwire.wire.status import Counts
 from flockwire_mocap.tracking import TrackerFrame
 
 
-class Link(NamedTuple):
-    """How the connection to a tracking system is: what it lacks, and what it has counted."""
+class SourceState(NamedTuple):
+    """How a tracking system is connected: what it lacks, and what it has counted."""
 
     trouble: str = ""  # why no frames come, and what to do; empty while they come
     counts: Counts = ()  # of frames and packets that were not as they should be, by what was wrong
@@ -41,5 +41,5 @@ class Source(Protocol):
         Of each body only the newest measurement: on the field (ENU, m), stamped by the gateway's clock.
         """
 
-    def link(self, now: int) -> Link:
-        """Return how the connection is at `now` (Unix ns)."""
+    def state(self, now: int) -> SourceState:
+        """Return how it is connected at `now` (Unix ns)."""

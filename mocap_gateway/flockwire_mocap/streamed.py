@@ -12,7 +12,7 @@ from flockwire.wire.status import OTHERS, counted
 
 from flockwire_mocap.completeness import Completeness
 from flockwire_mocap.coordinates import Coordinates
-from flockwire_mocap.source import Link
+from flockwire_mocap.source import SourceState
 from flockwire_mocap.source_clock import SourceClock
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, framed
 
@@ -39,7 +39,7 @@ class StreamedSource:
     def __init__(
         self,
         coordinates: Coordinates,
-        state: Callable[[int], Link],
+        state: Callable[[int], SourceState],
         latency: int = 0,
         awaited: Mapping[str | int, int] | None = None,
         period: float = 0.01,
@@ -98,8 +98,8 @@ class StreamedSource:
         self._frames += len(frames)
         return frames
 
-    def link(self, now: int) -> Link:
-        """Return how the connection is at `now` (Unix ns)."""
+    def state(self, now: int) -> SourceState:
+        """Return how it is connected at `now` (Unix ns)."""
         found = self._state(now)
         twice = [(f"{who} twice in a frame", count) for who, count in self._twice.items()]
         own = counted(("steps of its clock", self._clock.steps), *twice)

@@ -28,7 +28,7 @@ class AttackResult:
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class Deviation:
     """One difference between what is allowed and what was seen."""
 
     identity: str
@@ -42,9 +42,9 @@ class Finding:
         """Return it as text."""
         whom = f" and {self.receiver} accepted it" if self.receiver else ""
         if self.verb == "linked":
-            return f"leak: {self.identity} as {self.mode} was accepted by somebody; it must not get a link"
+            return f"leak: {self.identity} as {self.mode} was accepted by a process; it must not get a link"
         if self.verb == "silent":
-            return f"blocked: {self.identity} does not answer; nothing about it could be shown"
+            return f"blocked: {self.identity} does not answer; nothing could be tested"
         if self.leak:
             return f"leak: {self.identity} as {self.mode} {self.verb} {self.key}{whom}; it must not"
         if self.receiver:
@@ -79,24 +79,24 @@ def publishable(plan: Plan, identity: str) -> frozenset[tuple[Key, str]]:
     )
 
 
-def findings(plan: Plan, observation: AttackResult, alive: frozenset[str]) -> Iterator[Finding]:
+def deviations(plan: Plan, observation: AttackResult, alive: frozenset[str]) -> Iterator[Deviation]:
     """Yield every leak, and everything blocked among those who are `alive`."""
     may_receive = receivable(plan, observation.identity)
     may_publish = publishable(plan, observation.identity)
     if observation.identity in OUTSIDERS and observation.links:
-        yield Finding(observation.identity, observation.mode, "linked", "", "", leak=True)
+        yield Deviation(observation.identity, observation.mode, "linked", "", "", leak=True)
     who = (observation.identity, observation.mode)
     for key in sorted(observation.received - may_receive):
-        yield Finding(*who, "received", plan.text(key), "", leak=True)
+        yield Deviation(*who, "received", plan.text(key), "", leak=True)
     for key, receiver in sorted(observation.published - may_publish):
-        yield Finding(*who, "published", plan.text(key), receiver, leak=True)
+        yield Deviation(*who, "published", plan.text(key), receiver, leak=True)
     for key in sorted(may_receive - observation.received):
         asked = key.kind != TIME_REPLY or key.owner in alive  # nobody is told the time who does not ask
         if asked and _flows(plan, key, alive - {observation.identity}):
-            yield Finding(*who, "received", plan.text(key), "", leak=False)
+            yield Deviation(*who, "received", plan.text(key), "", leak=False)
     for key, receiver in sorted(may_publish - observation.published):
         if receiver in alive:
-            yield Finding(*who, "published", plan.text(key), receiver, leak=False)
+            yield Deviation(*who, "published", plan.text(key), receiver, leak=False)
 
 
 def draw(plan: Plan, observations: list[AttackResult]) -> Iterator[str]:
@@ -109,14 +109,14 @@ def draw(plan: Plan, observations: list[AttackResult]) -> Iterator[str]:
         yield f"{plan.text(key):30}" + " ".join(f"{cell:>{width}}" for cell in cells)
 
 
-def as_json(plan: Plan, observations: list[AttackResult], found: list[Finding], seconds: float) -> dict[str, object]:
+def as_json(plan: Plan, observations: list[AttackResult], found: list[Deviation], seconds: float) -> dict[str, object]:
     """Return the probe's results for probe.json."""
     return {
         "swarm": plan.swarm.name,
         "mode": plan.swarm.network.mode,
         "seconds": round(seconds, 1),
-        "leaks": [finding.sentence() for finding in found if finding.leak],
-        "blocked": [finding.sentence() for finding in found if not finding.leak],
+        "leaks": [deviation.sentence() for deviation in found if deviation.leak],
+        "blocked": [deviation.sentence() for deviation in found if not deviation.leak],
         "attackers": [
             {
                 "identity": o.identity,

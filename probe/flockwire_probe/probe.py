@@ -23,6 +23,7 @@ from flockwire.runtime.session import RouterAbsentError, Session
 from flockwire.security.files import Credentials
 from flockwire.security.pki import Signer, alternative_names, issue, new_authority, read_authority, save
 from flockwire.wire.keys import Key
+from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 from flockwire_station.connecting import connected
@@ -32,12 +33,12 @@ from flockwire_station.terminal.interrupts import Interrupts
 from flockwire_station.terminal.progress import Show, progress
 
 from flockwire_probe.attackers import MODES, POLL, Attack, Attacker
-from flockwire_probe.matrix import OUTSIDERS, AttackResult, Finding, as_json, draw, findings
+from flockwire_probe.matrix import OUTSIDERS, AttackResult, Deviation, as_json, deviations, draw
 
 RECEIVING = 0.6  # s, longer than the gateway takes to repeat an order
 ANSWER_TIME = 1.5  # s for a swarm that runs to answer
 START_TIME = 10.0  # s for it to start
-WAITING = ("grounded", "waiting")
+WAITING = (Phase.GROUNDED, Phase.WAITING)
 SETTLING = 0.3  # s, longer than two statuses take
 SECOND_LOOK = 4  # times as long for whom something was blocked: a busy machine is no refusal
 
@@ -63,14 +64,14 @@ def attackers(plan: Plan, keys: Path, scratch: Path) -> Iterator[tuple[Attacker,
 
 def probe(
     plan: Plan, keys: Path, operator: Operator, show: Callable[[str], None], advance: Show = lambda *_: None
-) -> tuple[list[AttackResult], list[Finding]]:
+) -> tuple[list[AttackResult], list[Deviation]]:
     """Attack the swarm that `operator` watches; returns what was seen and how it differs from what is allowed.
 
-    `show` gets each finding, `advance` who attacks next, and how many have.
+    `show` gets each deviation, `advance` who attacks next, and how many have.
     """
     observations: list[AttackResult] = []
     found = [
-        Finding(identity, "", "silent", "", "", leak=False)
+        Deviation(identity, "", "silent", "", "", leak=False)
         for identity in plan.started
         if identity not in _alive(operator)
     ]
@@ -79,19 +80,19 @@ def probe(
             advance(f"attacks as {group[0].identity}", count)
             alive = _alive(operator)
             observed = list(_attack(plan, keys, group, operator))
-            if any(not finding.leak for o in observed for finding in findings(plan, o, alive & _alive(operator))):
+            if any(not deviation.leak for o in observed for deviation in deviations(plan, o, alive & _alive(operator))):
                 again = _attack(plan, keys, group, operator, SECOND_LOOK)
                 observed = [first | second for first, second in zip(observed, again, strict=True)]
             observations += observed
-            new = [finding for o in observed for finding in findings(plan, o, alive & _alive(operator))]
+            new = [deviation for o in observed for deviation in deviations(plan, o, alive & _alive(operator))]
             found += new
-            for finding in new:
-                show(finding.sentence())
+            for deviation in new:
+                show(deviation.sentence())
     return observations, found
 
 
-async def run(plan: Plan, swarm_file: Path, keys: Path, out: Path) -> list[Finding]:
-    """Probe the swarm, after starting it where it does not run yet; returns all findings, after printing them.
+async def run(plan: Plan, swarm_file: Path, keys: Path, out: Path) -> list[Deviation]:
+    """Probe the swarm, after starting it where it does not run yet; returns all deviations, after printing them.
 
     Raises CredentialsError, FileNotFoundError without the authority's key, PortInUseError, RouterAbsentError.
     """
@@ -156,12 +157,12 @@ def _await_all(plan: Plan, operator: Operator) -> list[str]:
     return [f"{name}: {details.get(name) or 'does not answer'}" for name in waiting]
 
 
-def write(plan: Plan, observations: list[AttackResult], found: list[Finding], seconds: float, out: Path) -> None:
+def write(plan: Plan, observations: list[AttackResult], found: list[Deviation], seconds: float, out: Path) -> None:
     """Print the matrix and write it as probe.json into the folder `out`."""
     print("\n".join(draw(plan, observations)))
     results = as_json(plan, observations, found, seconds)
     (out / "probe.json").write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
-    leaks = sum(finding.leak for finding in found)
+    leaks = sum(deviation.leak for deviation in found)
     cells = 2 * len(observations) * len(plan.keys)
     print(
         f"flockwire: {leaks} leaks, {len(found) - leaks} blocked in {cells} tries by {len(observations)} attackers, "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from flockwire.process.cores import Ground, Start
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
 PERIOD = 0.02  # s
@@ -15,7 +16,7 @@ class RecorderCore(Ground):
 
     def report(self, now: int) -> Report:
         """Return that it records."""
-        return Report("recording")
+        return Report(Phase.RECORDING)
 
 
 def make_core(_: Start) -> RecorderCore:

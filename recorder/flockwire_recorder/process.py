@@ -6,7 +6,7 @@ import logging
 from collections import Counter
 
 from flockwire import clock
-from flockwire.process.stepping import Deadlines
+from flockwire.process.stepping import StepCounts
 from flockwire.runtime.ending import Ending, finished, last_resort
 from flockwire.runtime.job import Job, connected
 from flockwire.runtime.refusals import Refusals
@@ -15,8 +15,9 @@ from flockwire.runtime.shell import status_publisher
 from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.runtime.ticker import Ticker
 from flockwire.runtime.topics import Topic, in_order
+from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
-from flockwire.wire.status import FULL, Counts, Report, counted
+from flockwire.wire.status import Counts, Report, counted
 
 from flockwire_recorder.core import PERIOD, RecorderCore
 from flockwire_recorder.parts import next_part
@@ -33,7 +34,7 @@ class Recorder:
         self._trace, self._log = trace, logging.getLogger(identity)
         self._clock = SwarmClock(plan, identity, session)
         self._status = status_publisher(plan, identity, session, refusals, self._clock.timekeeping)
-        self._deadlines = Deadlines()
+        self._counts = StepCounts()
         self._rejected: Counter[str] = Counter()
         self.full: TraceFullError | None = None
         self._topics = [Topic(plan, key, session) for key in plan.subscribes[identity]]
@@ -41,18 +42,18 @@ class Recorder:
 
     def tick(self, lateness: int, skipped: int) -> None:
         """Take what has come since the last tick."""
-        self._deadlines.count(lateness, skipped)
+        self._counts.count(lateness, skipped)
         self._clock.step()
         now = clock.now()
         try:
             self.drain(now)
-            if self._deadlines.steps % FLUSH_EVERY == 0:
+            if self._counts.steps % FLUSH_EVERY == 0:
                 self._trace.flush()
         except TraceFullError as error:
             self.full = error
             self._log.error(str(error))
         if self._status.due(now):
-            self._status.update(now, self._report(), self._deadlines, (*self._rejected.items(), *self._dropped()))
+            self._status.update(now, self._report(), self._counts, (*self._rejected.items(), *self._dropped()))
 
     def drain(self, now: int) -> None:
         """Write everything that is buffered, in the order in which it was sent. Raises TraceFullError once."""
@@ -72,8 +73,8 @@ class Recorder:
 
     def _report(self) -> Report:
         if self.full is not None:
-            return Report(FULL, str(self.full.strerror))
-        return Report("recording") if self._trace.written > 1 else Report("waiting", "waits for messages")
+            return Report(Phase.FULL, str(self.full.strerror))
+        return Report(Phase.RECORDING) if self._trace.written > 1 else Report(Phase.WAITING, "waits for messages")
 
 
 async def run(job: Job) -> None:

@@ -45,7 +45,7 @@ class WholeRecords:
     def __iter__(self) -> Iterator[McapRecord]:
         with self.path.open("rb") as stream:
             if stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
-                raise ValueError(f"{self.path}: is no MCAP file")
+                raise ValueError(f"{self.path}: is not an MCAP file")
             self.closed, self.lost_bytes = False, 0
             yield from self._records(stream, self.path.stat().st_size)
 

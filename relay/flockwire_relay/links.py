@@ -33,7 +33,7 @@ def refusal(place: int, fault: LinkFault, plan: Plan, host: str) -> str:
         dialler, listener = _ends(source, target, plan)
         if plan.hosts[dialler] != host:
             return (
-                f"{key}.kind = {fault.kind!r}: {dialler}, who dials {listener}, must run on this host, {host!r}, "
+                f"{key}.kind = {fault.kind!r}: {dialler}, which dials {listener}, must run on this host, {host!r}, "
                 "in a real flight"
             )
     return ""

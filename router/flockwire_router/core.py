@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from flockwire.process.cores import Ground, Start
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
 
@@ -13,7 +14,7 @@ class RouterCore(Ground):
 
     def report(self, now: int) -> Report:
         """Return how the router is."""
-        return Report("routing")
+        return Report(Phase.ROUTING)
 
 
 def make_core(_: Start) -> RouterCore:

@@ -14,9 +14,9 @@ from flockwire.ground.director import LEAD_TIME, Director, Stage
 from flockwire.ground.fleet import Fleet
 from flockwire.ground.giving import Order
 from flockwire.ground.operator import OperatorCore
-from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import Swarm
 from flockwire.wire.messages import Mission
+from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ class Flight(ABC):
         now, director = self._now(), self._director
         running = self._fleet().mission()
         if director is None or director.stage is not Stage.FLYING or running is None:
-            raise FlightError(f"formation {name!r}: nobody flies a formation")
+            raise FlightError(f"formation {name!r}: no drone flies a formation")
         try:
             position = self.drones[LEADER].position if LEADER in self.drones else None
             order = await self._planned(running, name, position, duration)

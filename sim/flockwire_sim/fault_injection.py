@@ -20,7 +20,7 @@ def refusal(faults: tuple[Fault, ...], plan: Plan) -> str:
     for place, fault in enumerate(faults):
         if isinstance(fault, Kill | Freeze | Restart | ClockStep) and fault.process in plan.routers:
             key = f"faults.{place}.process"
-            return f"{key} = {fault.process!r}: there is none in virtual time; cut links or part the swarm"
+            return f"{key} = {fault.process!r}: does not exist in virtual time; cut or partition links instead"
     return ""
 
 

@@ -13,6 +13,7 @@ from flockwire.process.cores import Ground
 from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Message, Mission
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
 
@@ -57,7 +58,7 @@ class VirtualOperator(Ground):
 
     def report(self, now: int) -> Report:
         """Return the stage of the flight."""
-        return Report(self.core.director.stage if self.core.director is not None else "serving")
+        return Report(self.core.director.stage if self.core.director is not None else Phase.SERVING)
 
     def _answered(self, order: Order, answer: Answer) -> None:
         self.answers.append((order, answer))

@@ -10,6 +10,7 @@ from flockwire.process.cores import Ground
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import STEERING, Key
 from flockwire.wire.messages import Command, Message
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
 Script = Callable[[int], Vector | None]  # the velocity to ask for at a time (Unix ns), m/s; None: nothing is sent
@@ -31,7 +32,7 @@ class ScriptedSteering(Ground):
 
     def report(self, now: int) -> Report:
         """Return that it steers."""
-        return Report("steering")
+        return Report(Phase.STEERING)
 
 
 def nobody(_: int) -> Vector | None:

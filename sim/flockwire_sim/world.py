@@ -49,7 +49,7 @@ class World:
     """The processes of `swarm`, flown for `duration` s from take-off to landing; equal seeds give equal flights.
 
     The drones `without` stay on the ground. `tap` is called with every message as it is published (what is received
-    may differ). `stations` are identities of further persons who may give orders: `station` returns theirs.
+    may differ). `stations` are identities of further operators: `station` returns theirs.
     """
 
     def __init__(
@@ -73,14 +73,14 @@ class World:
         self._script: Script = nobody
         self.links: dict[tuple[str, str], VirtualLink] = {}
         self._seed, self._faults, self._tap = seed, faults, tap
-        self._persons = frozenset(self.plan.identities).difference(self.plan.started)
+        self._operators = frozenset(self.plan.operators)
         self._limit = EPOCH + nanoseconds(duration + LONGEST)
         self._network = DatagramNetwork(swarm.sim, seed, self.scheduler)
         self._seated: dict[str, Core] = {}
         self.processes = self._processes()
         self._connect()
         again = frozenset(identity for identity, row in self.plan.rows.items() if row.restarts)
-        self._faulty = FaultInjector(faults, self.scheduler, self.processes, self.links, self._persons, again)
+        self._faulty = FaultInjector(faults, self.scheduler, self.processes, self.links, self._operators, again)
         for identity, process in self.processes.items():
             recorder = identity in self.plan.recorders
             begin = 0.0 if recorder else self._chance(f"begin {identity}").random() * STARTED_WITHIN
@@ -113,7 +113,7 @@ class World:
         return self._stations[identity]
 
     def seat(self, identity: str, core: Core) -> None:
-        """Have `core` run as `identity`, a person's, in place of the station there; before the flight begins."""
+        """Have `core` run as `identity`, an operator, in place of the station there; before the flight begins."""
         self._seated[identity] = core
 
     def steer(self, script: Script) -> None:
@@ -129,7 +129,7 @@ class World:
             identity: VirtualProcess(
                 self.swarm, identity, self._maker(identity), partial(timekeeping, self.plan, identity),
                 self._subscribed(identity), self._clock(identity), self.scheduler, self._seed, self._tap,
-                identity not in self._persons, self._network, patience(self.plan, identity),
+                identity not in self._operators, self._network, patience(self.plan, identity),
             )
             for identity in self.plan.identities
             if identity not in self.plan.routers
@@ -144,7 +144,7 @@ class World:
     def _maker(self, identity: str) -> MakeCore:
         if identity in self._stations:
             return lambda _, __: self._seated.get(identity, self._stations[identity])
-        if identity in self._persons:
+        if identity in self._operators:
             return lambda _, __: ScriptedSteering(self.swarm.frame, self._script)
 
         def make(now: int, starts: int) -> Core:
@@ -157,7 +157,7 @@ class World:
     def _clock(self, identity: str) -> LocalClock:
         owner = identity if len(self.swarm.hosts) == 1 else self.plan.hosts[identity]  # a host's processes share its
         table, chance = self.swarm.sim, self._chance(f"clock {owner}")
-        if identity in self._persons:
+        if identity in self._operators:
             return LocalClock(EPOCH)
         offset, drift = chance.uniform(-1.0, 1.0) * table.clock_offset, chance.uniform(-1.0, 1.0) * table.clock_drift
         return LocalClock(EPOCH, nanoseconds(offset), nanoseconds(drift))
@@ -177,7 +177,7 @@ class World:
                         outlet.readers.append((link, places[subscriber][key]))
 
     def _link(self, ends: tuple[str, str], usual: Conditions) -> VirtualLink:
-        judged = self._persons.intersection(ends)
+        judged = self._operators.intersection(ends)
         conditions = Conditions(usual.delay) if judged else usual  # who judges the flight receives everything
         link = VirtualLink(ends, conditions, self._seed, self.scheduler, self.processes[ends[1]].deliver)
         self.links[ends] = link

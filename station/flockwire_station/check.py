@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from math import inf, sqrt
+
+# One thread: those of numpy's library wait for each other in busy loops, and where other processes have the cores an
+# eigenvalue of 1000 drones takes twelve seconds instead of one. Read when numpy is imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from flockwire.control.convergence import convergence, smallest_observer_gain
 from flockwire.control.graph import LEADER
@@ -46,21 +51,21 @@ def _graph(plan: Plan) -> Iterator[str]:
     yield f"swarm {swarm.name}: {len(swarm.followers)} followers, leader {swarm.leader.kind}, law {swarm.control.law}"
     yield from _carried(swarm)
     yield ""
-    yield "who hears whom (weight)                     hops from the leader"
+    yield "who receives from whom (weight)             hops from the leader"
     for i in swarm.followers:
         neighbours = ", ".join(f"{plan.pilot[j]} ({weight:g})" for j, weight in graph.neighbours(i).items())
-        yield f"  {uav(i):<7} hears {neighbours:<36} {depths[i]}"
+        yield f"  {uav(i):<7} from {neighbours:<37} {depths[i]}"
 
 
 def _carried(swarm: Swarm) -> Iterator[str]:
     if swarm.leader.kind != "tracked":
         return
     height = swarm.drone(LEADER).start[2]
-    yield f"  {uav(LEADER)} is what the tracker calls {swarm.body(LEADER)!r}: a person carries it. It never flies,"
-    yield "  takes no order, and nobody waits for it. The others fly round it, at the height of their places above or"
-    yield f"  below it ({height:.2f} m at first), and keep {swarm.person_clearance:.2f} m from the person's middle"
+    yield f"  {uav(LEADER)} is the tracker's body {swarm.body(LEADER)!r}: a person carries it. It never flies,"
+    yield "  receives no orders, and no drone waits for it. The others fly around it, at the height of their places"
+    yield f"  above or below it ({height:.2f} m at first). They keep {swarm.person_clearance:.2f} m from its centre"
     if swarm.walking:
-        yield "  simulated: from the order to start the person walks [leader.trajectory], and stands on any other order"
+        yield "  simulated: the person walks [leader.trajectory] after a start order, and stands still after any other"
 
 
 def _lemma(swarm: Swarm) -> Iterator[str]:
@@ -83,7 +88,7 @@ def _depth(swarm: Swarm) -> Iterator[str]:
     noise = 1e3 * swarm.gateway.noise * noise_gain(constant, age, period)
     moving = 1e3 * motion_error(swarm.leader.course(), constant, age, period, DEPTH_HORIZON)
     yield (
-        f"  deepest: {uav(deepest)}, {depths[deepest]} hops, data up to {1e3 * age:.0f} ms old; its estimate errs by "
+        f"  deepest: {uav(deepest)}, {depths[deepest]} hops, data up to {1e3 * age:.0f} ms old; error of its estimate: "
         f"{noise:.2f} mm per axis from noise (standard deviation), {moving:.2f} mm at most from the leader's turns"
     )
 
@@ -159,7 +164,7 @@ def _observer_warnings(swarm: Swarm) -> Iterator[str]:
         smallest = smallest_observer_gain(graph, bound)
         if smallest == inf:
             yield (
-                f"theta = {result.margin:.3f}: Lemma 3 proves nothing on this graph, whatever observer.gain (it is a "
+                f"theta = {result.margin:.3f}: Lemma 3 proves nothing on this graph for any observer.gain (it is a "
                 "sufficient condition; wide graphs fail it and converge all the same)"
             )
         else:
@@ -177,7 +182,7 @@ def _compensation_warnings(swarm: Swarm) -> Iterator[str]:
     if phi < input_norm:
         yield (
             f"control.compensation_gain = {phi:g} m/s is below the leader's largest input, {input_norm:.3f} m/s "
-            "(leader.input_bound on both axes): (9) will not make up for it"
+            "(leader.input_bound on both axes): (9) cannot compensate it"
         )
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from flockwire.wire.plan import Plan
 
 
-class Place(NamedTuple):
+class FilePaths(NamedTuple):
     """Where a process finds its files: paths on the machine, or in the container, that runs it."""
 
     swarm_file: str
@@ -15,13 +15,13 @@ class Place(NamedTuple):
     out: str
 
 
-def arguments(plan: Plan, identity: str, place: Place, dated: bool = False) -> list[str]:
+def arguments(plan: Plan, identity: str, paths: FilePaths, dated: bool = False) -> list[str]:
     """Return the arguments of `flockwire` that run `identity`; `dated`: what it writes outlasts one flight."""
     row, member = plan.rows[identity], plan.members[identity]
-    line = [row.kind, place.swarm_file]
+    line = [row.kind, paths.swarm_file]
     if row.numbered:
         line.append(str(member.drone))
-    line += ["--keys", place.keys]
+    line += ["--keys", paths.keys]
     if row.records:
-        line += ["--out", place.out, *(["--dated"] if dated else [])]
+        line += ["--out", paths.out, *(["--dated"] if dated else [])]
     return line

@@ -1,4 +1,4 @@
-"""Opening a session for a person, who sees that it waits for the router and may interrupt it."""
+"""Opening a session for an operator, who sees that it waits for the router and may interrupt it."""
 
 from __future__ import annotations
 

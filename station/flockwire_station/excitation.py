@@ -15,14 +15,15 @@ from flockwire.control.heading import wrapped, yaw_of
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, scale, subtract
 from flockwire.parameters import pilot_parameters
-from flockwire.pilot.phases import Phase, keep_place
+from flockwire.pilot.phases import keep_place
 from flockwire.pilot.pilot import Pilot
 from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Command, Message, Mission, Pose, Telemetry
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
-from flockwire_station.identification import Response
+from flockwire_station.identification import StepResponse
 
 PULSES = ((0.5, 1.0), (1.0, -1.0), (0.5, 1.0)) * 6  # s, sign: it ends where it began
 STEP = 0.3  # m/s
@@ -43,7 +44,7 @@ class Axis(StrEnum):
     CLOCKWISE = "clockwise"
 
 
-class Stage(StrEnum):
+class ExcitationStage(StrEnum):
     """How far it is."""
 
     WAITING = "waiting"
@@ -65,8 +66,8 @@ class ExcitationCore:
         self.triggers = frozenset({pilot.pose_key})
         self.prompt: frozenset[Key] = frozenset()
         self.period = 1.0 / swarm.control.rate_hz
-        self.stage, self.failure = Stage.WAITING, ""
-        self.responses: dict[Axis, Response] = {}
+        self.stage, self.failure = ExcitationStage.WAITING, ""
+        self.responses: dict[Axis, StepResponse] = {}
         self._frame, self._speed = swarm.frame, swarm.limits.vertical_speed
         self._left = [axis for axis in axes if axis is not Axis.CLOCKWISE or swarm.row(number).turns]
         self._since = now
@@ -115,39 +116,47 @@ class ExcitationCore:
 
     def report(self, now: int) -> Report:
         """Return how far it is."""
-        axis = f" {self._left[0]}" if self._left and self.stage in (Stage.RESTING, Stage.EXCITING) else ""
+        axis = (
+            f" {self._left[0]}"
+            if self._left and self.stage in (ExcitationStage.RESTING, ExcitationStage.EXCITING)
+            else ""
+        )
         waits = f": {self._pilot.flight.reason}" if self._pilot.flight.reason else ""
         return self._pilot.report(now)._replace(phase=self.stage, detail=f"{self._pilot.flight.phase}{axis}{waits}")
 
     def _compare(self, telemetry: Telemetry, now: int) -> None:
         """Land when the drone is high by its own sensors, and its body at the tracker is not."""
-        if self.stage is Stage.WAITING and telemetry.height > ROSE and self._height < NOT_ROSE:
-            self._fail("the drone rises, its body at the tracker does not: is that the body of another drone?", now)
+        if self.stage is ExcitationStage.WAITING and telemetry.height > ROSE and self._height < NOT_ROSE:
+            self._fail(
+                "the drone climbs, but its body at the tracker does not: does the body belong to another drone?", now
+            )
 
     def _go_on(self, phase: Phase, now: int) -> None:
         lasted = (now - self._since) / SECOND
         match self.stage:
-            case Stage.WAITING:
+            case ExcitationStage.WAITING:
                 if phase is Phase.READY:
                     self._order("takeoff", now)
                 elif phase is Phase.HOLD:
                     self._order("start", now)
                 elif phase is Phase.FORMATION:
-                    self._enter(Stage.RESTING, now)
+                    self._enter(ExcitationStage.RESTING, now)
                 elif lasted > PATIENCE:
                     self._fail(f"still {phase} after {PATIENCE:.0f} s: {self._pilot.flight.reason}", now)
-            case Stage.RESTING | Stage.EXCITING if phase is Phase.HOLD and self._interruptions < MOST_INTERRUPTIONS:
-                self._interruptions += self.stage is Stage.EXCITING
-                self._enter(Stage.RESTING, now)  # the axis begins again when all inputs are fresh
-            case Stage.RESTING | Stage.EXCITING if phase is not Phase.FORMATION:
+            case ExcitationStage.RESTING | ExcitationStage.EXCITING if (
+                phase is Phase.HOLD and self._interruptions < MOST_INTERRUPTIONS
+            ):
+                self._interruptions += self.stage is ExcitationStage.EXCITING
+                self._enter(ExcitationStage.RESTING, now)  # the axis begins again when all inputs are fresh
+            case ExcitationStage.RESTING | ExcitationStage.EXCITING if phase is not Phase.FORMATION:
                 self._fail(f"{phase}: {self._pilot.flight.reason or 'on the ground'}", now)
-            case Stage.RESTING if lasted >= REST:
+            case ExcitationStage.RESTING if lasted >= REST:
                 self._begin(now)
-            case Stage.EXCITING if lasted >= sum(duration for duration, _ in PULSES):
-                self.responses[self._left.pop(0)] = Response(tuple(self._changes), tuple(self._track))
-                self._enter(Stage.RESTING if self._left else Stage.LANDING, now)
-            case Stage.LANDING if phase in (Phase.GROUNDED, Phase.READY, Phase.STOPPED):
-                self._enter(Stage.DONE, now)
+            case ExcitationStage.EXCITING if lasted >= sum(duration for duration, _ in PULSES):
+                self.responses[self._left.pop(0)] = StepResponse(tuple(self._changes), tuple(self._track))
+                self._enter(ExcitationStage.RESTING if self._left else ExcitationStage.LANDING, now)
+            case ExcitationStage.LANDING if phase in (Phase.GROUNDED, Phase.READY, Phase.STOPPED):
+                self._enter(ExcitationStage.DONE, now)
 
     def _begin(self, now: int) -> None:
         axis, c, s = self._left[0], cos(self._yaw), sin(self._yaw)
@@ -155,19 +164,19 @@ class ExcitationCore:
             axis, ZERO
         )
         self._changes, self._track = [], []
-        self._enter(Stage.EXCITING, now)
+        self._enter(ExcitationStage.EXCITING, now)
 
-    def _enter(self, stage: Stage, now: int) -> None:
-        if stage is Stage.RESTING and self._place is None and self._pilot.motion is not None:
+    def _enter(self, stage: ExcitationStage, now: int) -> None:
+        if stage is ExcitationStage.RESTING and self._place is None and self._pilot.motion is not None:
             self._place = self._pilot.motion.position
-        if stage is Stage.LANDING:
+        if stage is ExcitationStage.LANDING:
             self._order("land", now)
         self.stage, self._since = stage, now
 
     def _fail(self, reason: str, now: int) -> None:
         self.failure = self.failure or reason
-        if self.stage not in (Stage.LANDING, Stage.DONE):
-            self._enter(Stage.LANDING, now)
+        if self.stage not in (ExcitationStage.LANDING, ExcitationStage.DONE):
+            self._enter(ExcitationStage.LANDING, now)
 
     def _order(self, verb: str, now: int) -> None:
         mission = self._pilot.flight.mission
@@ -178,7 +187,7 @@ class ExcitationCore:
     def _sign(self, now: int) -> float:
         """Return the direction of the pulse of this moment, 0 without one."""
         lasted = (now - self._since) / SECOND
-        if self.stage is Stage.EXCITING:
+        if self.stage is ExcitationStage.EXCITING:
             for duration, sign in PULSES:
                 if lasted < duration:
                     return sign
@@ -190,14 +199,14 @@ class ExcitationCore:
         if motion is None or place is None:
             return ZERO
         holding = keep_place(motion.stopping, place, self._speed)
-        if self.stage is not Stage.EXCITING or along == ZERO:
+        if self.stage is not ExcitationStage.EXCITING or along == ZERO:
             return holding
         inner = sum(a * b for a, b in zip(holding, along, strict=True))
         return add(subtract(holding, scale(along, inner)), scale(along, STEP * sign))
 
     def _turned(self, message: Message, sign: float, now: int) -> Message:
         """Return a command with the yaw rate of the moment; take note of it."""
-        if self.stage is not Stage.EXCITING or not isinstance(message, Command):
+        if self.stage is not ExcitationStage.EXCITING or not isinstance(message, Command):
             return message
         if self._left[0] is Axis.CLOCKWISE:
             message = message._replace(yaw_rate=-YAW_STEP * sign)
@@ -213,7 +222,7 @@ class ExcitationCore:
             self._changes.append(((now - self._pilot.born) / SECOND, value))
 
     def _note_pose(self, pose: Pose) -> None:
-        if self.stage is not Stage.EXCITING or self._place is None:
+        if self.stage is not ExcitationStage.EXCITING or self._place is None:
             return
         moved = subtract(pose.position, self._place)
         value = sum(a * b for a, b in zip(moved, self._direction, strict=True))

@@ -37,10 +37,10 @@ def _elsewhere(key: str, fault: Fault, plan: Plan, host: str) -> str:
         processes = [identity for identity in plan.started if fault.kind in plan.rows[identity].faults]
     far = next((identity for identity in processes if plan.hosts[identity] != host), None)
     if far is not None:
-        return f"{named}: {far} runs on host {plan.hosts[far]!r}, this is {host!r}; only its own host can do this to it"
+        return f"{named}: {far} runs on host {plan.hosts[far]!r}, this is {host!r}; only its own host can do this"
     if isinstance(fault, LinkFault | Kill | Restart | Freeze) and not plan.conducts(host):
         conductor = next(name for name in plan.swarm.hosts if plan.conducts(name))
-        return f"{named}: only {conductor!r}, the recorder's host, knows when; give --faults there, this is {host!r}"
+        return f"{named}: only {conductor!r}, the recorder's host, knows the time; use --faults there, this is {host!r}"
     return ""
 
 

@@ -79,7 +79,7 @@ def _held(file: Path, what: Flown) -> BinaryIO | None:
         if Flown.model_validate_json(record.read()).swarm == what.swarm:
             return record
     record.close()
-    raise OtherFlightError(f"{file}: something flies by it as it was before it was changed; land that first")
+    raise OtherFlightError(f"{file}: a swarm flies by an earlier version of it; land it first")
 
 
 def _alone(record: BinaryIO) -> bool:

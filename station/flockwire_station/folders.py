@@ -24,7 +24,7 @@ def warn_of(swarm: Swarm) -> None:
     """Warn when nothing protects the swarm."""
     if swarm.network.security == "none":
         print(
-            "flockwire: warning: network.security = 'none': anybody who reaches a port reads and writes all",
+            "flockwire: warning: network.security = 'none': any process that reaches a port can read and write all",
             file=sys.stderr,
         )
 

@@ -41,6 +41,6 @@ async def _explained(answer: Answer, plan: Plan, keys: Path | None, session: Ses
         return answer
     why = await why_unlinked(plan, keys, OPERATOR.kind, absent)
     if len(absent) == len(dialled):
-        return answer._replace(refusal=f"nothing was sent: nobody is linked: {why}")
+        return answer._replace(refusal=f"nothing was sent: no process is linked: {why}")
     said = answer.refusal or f"sent, but not confirmed by {', '.join(answer.missing)}"
     return answer._replace(refusal=f"{said}; {why}")

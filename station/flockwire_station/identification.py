@@ -44,7 +44,7 @@ class Interval(NamedTuple):
         return isinstance(truth, int | float) and self.low <= truth <= self.high
 
 
-class Response(NamedTuple):
+class StepResponse(NamedTuple):
     """One axis in flight: when commands changed (s) and to what (m/s; rad/s), when it was where (s; m or rad)."""
 
     changes: Sequence[tuple[float, float]]
@@ -66,7 +66,7 @@ class AxisFit(NamedTuple):
         return _position(np.asarray(parameters), *_steps(changes), times, float(times[0]))
 
 
-def fit_axis(response: Response) -> AxisFit:
+def fit_axis(response: StepResponse) -> AxisFit:
     """Fit one axis; raises IdentificationError where the response does not show it."""
     when, by = _steps(response.changes)
     times, track = np.asarray(response.track, dtype=float).reshape(-1, 2).T

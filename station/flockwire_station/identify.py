@@ -20,14 +20,14 @@ from flockwire.wire.plan import Plan
 from matplotlib.figure import Figure
 
 from flockwire_station.connecting import UNANSWERED, connected
-from flockwire_station.excitation import Axis, ExcitationCore, Stage
-from flockwire_station.identification import AxisFit, Response, combined, fit_axis
+from flockwire_station.excitation import Axis, ExcitationCore, ExcitationStage
+from flockwire_station.identification import AxisFit, StepResponse, combined, fit_axis
 from flockwire_station.processes import Children, PortInUseError, busy_endpoint
 from flockwire_station.terminal.interrupts import interrupts
 
 POLL = 0.1  # s
 TIME_KNOWN = 10.0  # s
-UNTIMED = "the gateway's time is not known: look at the gateway, and at the link to it"
+UNTIMED = "the gateway's time is not known: check the gateway and the link to it"
 UNITS = {Axis.CLOCKWISE: "rad"}
 Fits = dict[Axis, AxisFit]
 
@@ -60,7 +60,7 @@ async def excite(
                 shell = Shell(core, plan, pilot, session, swarm_clock, status, None)
                 shell.start()
                 told = ""
-                while core.stage is not Stage.DONE:
+                while core.stage is not ExcitationStage.DONE:
                     await asyncio.sleep(POLL)
                     report = core.report(clock.now())
                     if (state := f"{report.phase}: {report.detail}") != told:
@@ -94,7 +94,7 @@ def _needed(plan: Plan, identity: str, number: int) -> bool:
     return not row.pilot and not row.records and drone in (None, number)
 
 
-def fits(responses: dict[Axis, Response]) -> Fits:
+def fits(responses: dict[Axis, StepResponse]) -> Fits:
     """Return what each axis was found to be; raises IdentificationError."""
     return {axis: fit_axis(response) for axis, response in responses.items()}
 
@@ -108,7 +108,7 @@ def described(found: Fits) -> Iterator[str]:
         )
         unit, scale = ("mrad", 1e3) if axis is Axis.CLOCKWISE else ("mm", 1e3)
         yield f"{axis:<10}{numbers} {scale * fit.residual:.1f} {unit}"
-    yield "(with 95 % confidence; the gain is what it flies of what it is commanded)"
+    yield "(with 95 % confidence; gain: flown over commanded velocity)"
 
 
 def airframe_table(swarm: Swarm, number: int, found: Fits) -> Iterator[str]:
@@ -128,12 +128,12 @@ def airframe_table(swarm: Swarm, number: int, found: Fits) -> Iterator[str]:
 def conclusion(swarm: Swarm, number: int, found: Fits, body: bool, failure: str) -> Iterator[str]:
     """Yield what the fits show: whose the `body` is, where only that was asked, or the table for the swarm file."""
     if body:
-        yield f"the body {swarm.body(number)!r} rose and turned as {uav(number)} was commanded: it is that drone's"
+        yield f"the body {swarm.body(number)!r} climbed and turned as commanded: it belongs to {uav(number)}"
     elif not failure:
         yield from airframe_table(swarm, number, found)
 
 
-def draw(responses: dict[Axis, Response], found: Fits, path: Path) -> None:
+def draw(responses: dict[Axis, StepResponse], found: Fits, path: Path) -> None:
     """Draw the measured and the fitted response of each axis."""
     figure = Figure(figsize=(7.0, 1.8 * len(found)), layout="constrained")
     for place, (axis, fit) in enumerate(found.items()):

@@ -35,7 +35,7 @@ IDLE = (
         ),
     ),
     Idle(
-        "control.law = 'extended' behind its safety filter",
+        "control.law = 'extended' with its safety filter",
         lambda swarm: swarm.control.law == "extended" and swarm.control.filtered,
         ("avoidance.drone_gain", "avoidance.obstacle_gain", "avoidance.drone_influence_radius"),
     ),
@@ -119,7 +119,7 @@ def idle(swarm: Swarm) -> Iterator[str]:
         if row.when(swarm):
             for option in row.options:
                 if _is_set(swarm, option):
-                    yield f"{option} is set and does nothing in a flight: the file has {row.because}"
+                    yield f"{option} is set but has no effect: the file has {row.because}"
 
 
 def _is_set(swarm: Swarm, option: str) -> bool:

@@ -57,7 +57,7 @@ def _places(drones: int) -> list[list[float]]:
 def _lines(given: Given, places: list[list[float]]) -> Iterator[str]:
     yield f"#:schema ./{SCHEMA}"
     yield "# A swarm. Lengths are m, times s, angles rad; the world frame is ENU with Z up."
-    yield "# A key behind a # has the default that is shown; take the # away to change it (and that of its [table])."
+    yield "# A key after a # has the shown default; remove the # to change it (and that of its [table])."
     tables: dict[str, list[Entry]] = {}
     for entry in entries(Swarm):
         tables.setdefault(entry.table, []).append(entry)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from math import dist, hypot, isfinite
 
 from flockwire.control.graph import LEADER
@@ -36,9 +36,10 @@ def _of_leader(swarm: Swarm, duration: float) -> Iterator[str]:
         yield f"the leader's course takes {fastest:.2f} m/s, limits.speed = {swarm.limits.speed:g} m/s"
     safe = swarm.avoidance.obstacle_safety_distance
     outside, close = None, None
+    room, course = swarm.limits.fence.room(), _course(swarm)
     for t in _instants(duration):
-        place = _course(swarm, t)
-        outside = outside or (_outside(swarm, place) and (t, place))
+        place = course(t)
+        outside = outside or (room.outside(place) > 0.0 and (t, place))
         close = close or next(((t, k) for k, gap in enumerate(_gaps(swarm, place)) if gap < safe), None)
     if outside:
         t, place = outside
@@ -51,14 +52,17 @@ def _of_leader(swarm: Swarm, duration: float) -> Iterator[str]:
 def _of_followers(swarm: Swarm, name: str, duration: float) -> Iterator[str]:
     key = f"formations.{name}" if name else "formation"
     formation, trajectory, limits = swarm.build_formation(name), _trajectory(swarm), swarm.limits
+    room, course = limits.fence.room(), _course(swarm)
     fastest, outside = (0.0, 0.0, 0), None
     blocked: dict[tuple[int, int], float] = {}
     for t in _instants(duration):
-        leader, rate = _course(swarm, t), trajectory.rate(t)
+        leader, rate = course(t), trajectory.rate(t)
         for rank, number in enumerate(swarm.followers):
             place = add(leader, formation.offset(rank, t))
-            fastest = max(fastest, (norm(add(rate, formation.offset_rate(rank, t))), t, number))
-            if outside is None and _outside(swarm, place):
+            speed = norm(add(rate, formation.offset_rate(rank, t)))
+            if speed >= fastest[0]:
+                fastest = (speed, t, number)
+            if outside is None and room.outside(place) > 0.0:
                 outside = t, number, place
             for obstacle, gap in enumerate(_gaps(swarm, place)):
                 if gap < swarm.avoidance.obstacle_safety_distance:
@@ -72,8 +76,8 @@ def _of_followers(swarm: Swarm, name: str, duration: float) -> Iterator[str]:
     if blocked:
         (number, obstacle), t = min(blocked.items(), key=lambda one: one[1])
         yield (
-            f"{key}: obstacle {obstacle} stands where {uav(number)} should be after {t:.1f} s; it must leave it, "
-            f"as {len({drone for drone, _ in blocked})} of {len(swarm.followers)} followers have"
+            f"{key}: obstacle {obstacle} is at the place of {uav(number)} after {t:.1f} s; it must avoid it, "
+            f"as {len({drone for drone, _ in blocked})} of {len(swarm.followers)} followers must"
         )
 
 
@@ -82,8 +86,8 @@ def _instants(duration: float) -> Iterator[float]:
     return (k * step for k in range(int(duration / step) + 1))
 
 
-def _course(swarm: Swarm, t: float) -> Vector:
-    """Return where the leader is to be `t` s into the formation, m."""
+def _course(swarm: Swarm) -> Callable[[float], Vector]:
+    """Return the function of where the leader is to be, m, so many s into the formation."""
     if swarm.leader.kind == "virtual":
         start = swarm.leader.start
     elif LEADER not in swarm.flying:
@@ -91,16 +95,13 @@ def _course(swarm: Swarm, t: float) -> Vector:
     else:
         x, y, z = swarm.drone(LEADER).start
         start = (x, y, z + swarm.limits.takeoff_height)
-    return add(start, _trajectory(swarm).position(t))
+    trajectory = _trajectory(swarm)
+    return lambda t: add(start, trajectory.position(t))
 
 
 def _trajectory(swarm: Swarm) -> Trajectory:
     """Return where the leader is known to go: a simulated person walks the trajectory."""
     return swarm.leader.trajectory.build() if swarm.walking else swarm.leader.course()
-
-
-def _outside(swarm: Swarm, place: Vector) -> bool:
-    return swarm.limits.fence.room().outside(place) > 0.0
 
 
 def _gaps(swarm: Swarm, place: Vector) -> list[float]:

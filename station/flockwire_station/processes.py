@@ -19,7 +19,7 @@ from flockwire.runtime.detours import detour_environment
 from flockwire.runtime.ending import LIFELINE
 from flockwire.wire.plan import Plan
 
-from flockwire_station.command_lines import Place, arguments
+from flockwire_station.command_lines import FilePaths, arguments
 from flockwire_station.terminal.interrupts import Interrupts
 
 GRACE = 2.5  # s between the signal to end and SIGKILL
@@ -48,8 +48,8 @@ def command(
     `faults` goes to the recorder and to those whose cores inject faults themselves, with when they count
     from (Unix ns) where it is known.
     """
-    row, place = plan.rows[identity], Place(str(swarm_file), str(keys), str(out))
-    line = [sys.executable, "-m", "flockwire_cli", *arguments(plan, identity, place)]
+    row, paths = plan.rows[identity], FilePaths(str(swarm_file), str(keys), str(out))
+    line = [sys.executable, "-m", "flockwire_cli", *arguments(plan, identity, paths)]
     if (row.faults or row.records) and faults is not None:
         line += ["--faults", str(faults)]
         if took_off is not None:
@@ -75,7 +75,7 @@ def busy_endpoint(plan: Plan, identities: Iterable[str]) -> str:
                 reason = "is in use" if error.errno == errno.EADDRINUSE else str(error.strerror).lower()
                 return (
                     f"network.base_port = {plan.swarm.network.base_port}: {identity} listens at {address}:{port}, "
-                    f"which {reason}; end what runs there or choose another base_port"
+                    f"which {reason}; end that process or choose another base_port"
                 )
     return ""
 
@@ -154,16 +154,16 @@ class Children:
         return self._running[identity].poll() == REFUSED
 
     def died(self) -> str:
-        """Return a line about a process that ended by itself, empty when all run."""
+        """Return a line about a process that ended unexpectedly, empty when all run."""
         return next((self.how(identity) for identity in self.ended()), "")
 
     def how(self, identity: str) -> str:
-        """Return a line about how a process ended by itself, with what it said last."""
+        """Return a line about how a process ended unexpectedly, with what it said last."""
         with self.log(identity).open("rb") as log:  # its end alone: who calls has a flight to conduct
             log.seek(max(0, log.seek(0, os.SEEK_END) - LONGEST_LAST_LINE))
             lines = log.read().decode(errors="replace").strip().splitlines()
         how = _how(self._running[identity].poll() or 0)
-        return f"{identity} ended by itself ({how}){': ' + lines[-1] if lines else ''}"
+        return f"{identity} ended unexpectedly ({how}){': ' + lines[-1] if lines else ''}"
 
     async def end(self, interrupted: Interrupts | None = None) -> None:
         """End all processes, in the order of their ranks, and wait for them; what flies lands first.

@@ -30,7 +30,7 @@ class Restarts:
             again = self._plan.rows[identity].restarts and not self._children.refused(identity)
             if again and self._counts[identity] < MOST_RESTARTS:
                 self._counts[identity] += 1
-                self._note(f"{self._children.how(identity)}; started again")
+                self._note(f"{self._children.how(identity)}; restarted")
                 self._children.kill(identity)  # its exit is then expected
                 self._tasks.append(asyncio.create_task(self._children.restart(identity)))
         return self._children.died()

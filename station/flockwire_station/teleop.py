@@ -79,7 +79,7 @@ async def steer(plan: Plan, keys: Path, gamepad: Gamepad | None = None) -> bool:
             print(f"flockwire: {HINT}", flush=True)
             while not (pressed.ended or interrupted.count):
                 swarm_clock.step()
-                velocity = gamepad.sticks.velocity() if gamepad is not None else ZERO
+                velocity = gamepad.axes.velocity() if gamepad is not None else ZERO
                 velocity = velocity if velocity != ZERO else pressed.velocity(clock.monotonic())
                 session.publish([(key, Command(clock.now(), plan.swarm.frame, velocity))])
                 await asyncio.sleep(PERIOD)

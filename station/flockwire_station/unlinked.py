@@ -15,11 +15,11 @@ from flockwire.security.files import default_folder, files_of
 from flockwire.wire.plan import Plan
 
 HANDSHAKE_TIME = 1.0  # s for one handshake
-NOBODY = "nobody listens at the address of {who} ({where})"
+NOBODY = "no process listens at the address of {who} ({where})"
 SILENT = "no answer from the host of {who} ({where})"
 STRANGE = "{who} has a certificate of another authority than the keys in {keys}, or for another address"
 REFUSED = "{who} refuses the keys in {keys}"
-SLOW = "{who} runs, and was not linked in time"
+SLOW = "{who} runs, but was not linked in time"
 UNEXPLAINED = "no link to {who} ({where}); QUIC does not report why"
 
 

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from flockwire.extras import lacking
+from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
-from flockwire.wire.status import FULL, Status
+from flockwire.wire.status import Status
 
 from flockwire_station.terminal.progress import progress
 
@@ -44,7 +45,7 @@ def verdict(failures: Iterable[str]) -> int:
 def disk_full(plan: Plan, statuses: Mapping[str, Status]) -> str:
     """Return which recorder could not record the whole flight by its last status, empty when all could."""
     reports = {identity: statuses[identity].report for identity in plan.recorders if identity in statuses}
-    return "; ".join(f"{identity}: {last.detail}" for identity, last in reports.items() if last.phase == FULL)
+    return "; ".join(f"{identity}: {last.detail}" for identity, last in reports.items() if last.phase == Phase.FULL)
 
 
 def _report(trace: Path, out: Path) -> Iterable[str]:

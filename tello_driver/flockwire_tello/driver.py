@@ -21,7 +21,7 @@ from flockwire_tello.client import TelloClient
 from flockwire_tello.flight_modes import FlightModes, Mode
 from flockwire_tello.flight_monitor import FlightMonitor
 from flockwire_tello.steady_time import SteadyTime
-from flockwire_tello.steering import Steering
+from flockwire_tello.stick_control import StickControl
 from flockwire_tello.sticks import CENTRED, StickGains, Sticks
 from flockwire_tello.swarm_file import COMMAND_PORT, reached, tello_addresses, tello_keys
 from flockwire_tello.tello_link import TelloLink
@@ -31,13 +31,11 @@ JUMP = 0.05  # m/s, rad/s: a command that differs by more has its `rc` at once
 GIVEN_UP = 40 * SECOND  # ns after RETIREMENT, when a drone that went silent in the air counts as lost
 ON_GROUND = (FlightState.GROUNDED, FlightState.STOPPED, FlightState.HELD)
 LIFTED = Reason(
-    "ground", "off the ground with its motors standing, in somebody's hand, or its sensor sees no floor", "put it down"
+    "ground", "off the ground with stopped motors, held in a hand, or its sensor detects no floor", "put it down"
 )
 HEADED = (Mode.GROUNDED, Mode.TAKING_OFF, Mode.FLYING)  # in which its heading counts
-BLIND = Reason(
-    "pose", "no pose comes (it flies only up and down)", "look at the gateway, and at the link from it to this driver"
-)
-STOPPING = Reason("stop", "not known to be down after the stop", "keep clear of it")
+BLIND = Reason("pose", "no pose arrives (it flies only up and down)", "check the gateway and its link to this driver")
+STOPPING = Reason("stop", "not known to be down after the stop", "keep away from it")
 
 
 class DriverCore:
@@ -58,7 +56,7 @@ class DriverCore:
         self._client, self._monitor = TelloClient(), FlightMonitor()
         self._link = TelloLink(self._client, self._monitor, self._drone, table.state_port)
         gains, yaw_age = keys.stick_gains, nanoseconds(swarm.limits.staleness.pose_land)
-        self._steering = Steering(StickGains(gains.right, gains.forward, gains.up, gains.clockwise), yaw_age)
+        self._stick_control = StickControl(StickGains(gains.right, gains.forward, gains.up, gains.clockwise), yaw_age)
         self._flight = FlightModes(self._client, self._monitor, slowest_climb(swarm, number))
         self._velocity, self._yaw_rate = ZERO, 0.0
         self._commanded: int | None = None
@@ -83,7 +81,7 @@ class DriverCore:
                 self._telemetry_deadline = 0 if self._flight.mode is not Mode.STOPPED else self._telemetry_deadline
                 self._flight.stop(t)
             case Pose():
-                self._steering.see(message.orientation, t)
+                self._stick_control.see(message.orientation, t)
 
     def datagram(self, data: bytes, sender: Address, at: Address, now: int) -> None:
         """Take in a datagram that came to one of the sockets."""
@@ -145,7 +143,7 @@ class DriverCore:
             *(self._link.named if grounded else ()),
             self._link.trouble(t),
             self._flight.refusal,
-            BLIND if self._flight.mode in HEADED and self._steering.blind(t) else None,
+            BLIND if self._flight.mode in HEADED and self._stick_control.blind(t) else None,
             STOPPING if self._flight.stopping else None,
             self._monitor.imu_trouble(t) if grounded else None,
         )
@@ -194,13 +192,13 @@ class DriverCore:
         if stale and self._flight.mode is Mode.CONNECTING and self._commanded is None:
             return
         centred = stale or self._flight.mode is Mode.LANDING
-        sticks: Sticks = CENTRED if centred else self._steering.sticks(self._velocity, self._yaw_rate, t)
+        sticks: Sticks = CENTRED if centred else self._stick_control.sticks(self._velocity, self._yaw_rate, t)
         self._client.send(sticks.command, t)
 
     def _note_down(self, t: int) -> None:
         if self._flight.state in ON_GROUND and (not self._monitor.airborne(t) or self._monitor.held(t)):
             self._down_since = t if self._down_since is None else self._down_since
-            self._steering.release()
+            self._stick_control.release()
         else:
             self._down_since = None
 

@@ -66,10 +66,12 @@ class FlightMonitor:
         if state is None or self.airborne(now):
             return None
         if state.agz is not None and not any((state.agx, state.agy, state.agz)):
-            return Reason("IMU", "IMU gives nothing", "switch it off and on; else calibrate it in the maker's app")
+            return Reason(
+                "IMU", "IMU has no data", "switch it off and on; if that does not help, calibrate it in the maker's app"
+            )
         if (tilt := max(abs(state.pitch), abs(state.roll))) <= TILT:
             return None
-        remedy = "put it level; else calibrate it in the maker's app"
+        remedy = "place it level; if that does not help, calibrate it in the maker's app"
         return Reason("IMU", f"IMU shows a tilt of {tilt} degrees", remedy)
 
     @property

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from flockwire.swarm.airframes import TELLO
 from flockwire.swarm.model import Swarm, uav
-from flockwire.swarm.rule import needs
+from flockwire.swarm.rules import needs
 
 from flockwire_tello.sticks import FULL
 from flockwire_tello.swarm_file import reached, table_of, tello_addresses, tello_keys

@@ -33,7 +33,7 @@ class Tello(Model):
     source_filter: bool = True  # takes datagrams of the drone's address alone; off behind an address translation
 
 
-class StickGains(Model):
+class StickGainTable(Model):
     """What one unit of each stick of a Tello is worth: m/s, of yaw rad/s. Assumed: `flockwire identify` measures it."""
 
     right: Positive = 0.01  # m/s, to the right
@@ -51,7 +51,7 @@ class TelloInDrones(Model):
 class TelloInAirframes(Model):
     """What [airframes.NAME] has for a Tello."""
 
-    stick_gains: StickGains = StickGains()  # what a Tello's sticks are worth
+    stick_gains: StickGainTable = StickGainTable()  # what a Tello's sticks are worth
     rc_rate_hz: Annotated[int, Field(ge=5, le=100)] = 50  # Hz, at which a Tello's driver sends the sticks
 
 

@@ -60,7 +60,7 @@ class TelloLink:
         if self._refusal:
             return Reason(LINK, f"{self._where} refuses SDK mode ({self._refusal})", "switch the drone off and on")
         if self._monitor.heard(now):
-            taken = Reason(LINK, "its state comes and goes", "another client commands it too, end that one")
+            taken = Reason(LINK, "its state comes and goes", "another client commands it too: end that client")
             return taken if self._reentries > REENTRIES else None
         if self._had_state:
             return Reason(LINK, f"silent for {self._monitor.silence(now) / SECOND:.1f} s", "battery, or out of range")
@@ -69,8 +69,8 @@ class TelloLink:
     def _never_heard(self) -> Reason:
         """Return why no state has come since the beginning."""
         if self._client.counters.malformed_states:
-            form = "its state has a form of no known SDK (1.3, 2.0, 3.0)"
-            return Reason(FIRMWARE, form, "update its firmware, or it is no Tello")
+            form = "its state has a form that no SDK has (1.3, 2.0, 3.0)"
+            return Reason(FIRMWARE, form, "update its firmware, or it is not a Tello")
         if self._replied:
             return Reason(
                 LINK,

@@ -14,10 +14,10 @@ from flockwire.domain.motion import LeaderMotion
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, add, scale, subtract
 from flockwire.loading import parse_swarm
-from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import MISSION, STOP, Key
 from flockwire.wire.messages import Command, Estimate, FlightState, Leading, Mission, Nearby, Pose, Stop, Telemetry
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 from flockwire_agent.core import AgentCore
 from flockwire_sim.process import Published
@@ -195,7 +195,7 @@ def watch(swarm: Swarm, duration: float, seed: int = 0) -> Watched:
             elif isinstance(message, Mission):
                 orders.append(message)
             elif isinstance(message, Status) and owner.startswith("uav"):
-                details.append(message.report.detail)
+                details.append(message.report.line)
 
     outcome = World(swarm, seed, duration, (), tap).run()
     watched = Watched(outcome.failure, details=details)

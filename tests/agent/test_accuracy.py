@@ -11,7 +11,7 @@ import pytest
 from flockwire.control import sidestep
 from flockwire.loading import load_swarm, parse_swarm
 from flockwire.swarm.model import Swarm
-from flockwire_kinematics.airframe import SimulatedAirframe
+from flockwire_kinematics.airframe import FirstOrderAirframe
 
 SWARMS = Path(__file__).parents[2] / "swarms"
 CIRCLING = {"kind": "circle", "radius": 1.4, "rate": 0.1}  # 0.14 m/s
@@ -53,11 +53,11 @@ def test_a_circling_leader_is_followed(watch_swarm: Callable[..., Any]) -> None:
 def test_lag_and_dead_time_known_to_a_fifth_are_enough(
     lag: float, dead_time: float, watch_swarm: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def real(self: SimulatedAirframe, parameters: Any, position: Any, now: int) -> None:
+    def real(self: FirstOrderAirframe, parameters: Any, position: Any, now: int) -> None:
         known(self, parameters.model_copy(update={"lag": 0.25 * lag, "dead_time": 0.1 * dead_time}), position, now)
 
-    known = SimulatedAirframe.__init__
-    monkeypatch.setattr(SimulatedAirframe, "__init__", real)
+    known = FirstOrderAirframe.__init__
+    monkeypatch.setattr(FirstOrderAirframe, "__init__", real)
     flown = watch_swarm(extended("paper_flight", leader={"trajectory": CIRCLING}, sim={"delay": 0.01}), 10.0)
     assert flown.error <= 0.015
 
@@ -90,13 +90,13 @@ TELLO = {"airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}, "limits.speed"
 
 @pytest.mark.parametrize("count", [2, pytest.param(3, marks=pytest.mark.long), 6])
 @pytest.mark.parametrize("airframe", [{}, TELLO], ids=["ideal", "tello"])
-def test_who_meets_face_to_face_passes(count: int, airframe: dict[str, Any], fly_flock: Callable[..., Any]) -> None:
+def test_drones_that_meet_head_on_pass(count: int, airframe: dict[str, Any], fly_flock: Callable[..., Any]) -> None:
     flown = fly_flock(*swap(count), {**WIDE, **airframe}, 15.0)
     assert flown.error < 0.05
     assert flown.closest >= 0.4
 
 
-def test_without_the_deadlock_breaker_two_face_to_face_stay(
+def test_without_the_deadlock_breaker_two_drones_head_on_stay(
     fly_flock: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """For a while: the balance is unstable, and rounding tips it in the end."""

@@ -5,10 +5,10 @@ from math import dist
 import pytest
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import add, scale
-from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Estimate, FlightState, Mission, Nearby, Pose, Telemetry
+from flockwire.wire.phase import Phase
 from flockwire_agent.core import AgentCore
 
 BEGAN = 1_790_000_000 * SECOND

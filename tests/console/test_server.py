@@ -7,7 +7,7 @@ from contextlib import asynccontextmanager
 
 import aiohttp
 import pytest
-from flockwire.pilot.phases import Phase
+from flockwire.wire.phase import Phase
 from flockwire_console import server
 from flockwire_station import planning
 from served_pages import TOKEN, serving

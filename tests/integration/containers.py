@@ -116,8 +116,8 @@ class Swarm:
 
     def order(self, verb: str) -> str:
         """Give an order in a container of the operator."""
-        person = ["run", "--rm", "-T", "operator", verb, "/swarm/swarm.toml", "--keys", "/keys"]
-        return self(*person, check=False)
+        command = ["run", "--rm", "-T", "operator", verb, "/swarm/swarm.toml", "--keys", "/keys"]
+        return self(*command, check=False)
 
 
 def until(condition, seconds: float, what: str):

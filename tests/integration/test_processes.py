@@ -28,7 +28,7 @@ MakeTower = Callable[[Fleet], Tower]
 InFlight = Callable[..., tuple[Fleet, Tower]]
 
 
-def test_any_order_will_do_and_each_says_what_it_waits_for_and_ends_in_time(
+def test_any_order_will_do_and_each_reports_what_it_waits_for_and_ends_in_time(
     make_swarm: MakeSwarm, make_fleet: MakeFleet, make_tower: MakeTower
 ) -> None:
     fleet = make_fleet(make_swarm())

@@ -74,7 +74,7 @@ def stopped(plan: Plan, keys: Path, inbox: Newest) -> bool:
     return False
 
 
-def test_a_stop_arrives_where_one_drone_has_taken_all_places(
+def test_a_stop_arrives_when_one_drone_holds_all_places(
     plan: Plan, driver: Session, dial: Callable[[str, str], zenoh.Session], tmp_path: Path
 ) -> None:
     inbox, places = driver.newest(STOP), len(plan.links[DRIVER])
@@ -83,11 +83,11 @@ def test_a_stop_arrives_where_one_drone_has_taken_all_places(
     assert stopped(plan, tmp_path, inbox)
 
 
-def test_nobody_but_a_person_gets_a_reserved_place_and_no_person_needs_another(
+def test_only_operators_get_reserved_places_and_need_no_others(
     plan: Plan, driver: Session, dial: Callable[[str, str], zenoh.Session]
 ) -> None:
-    drone, person = dial("uav2", plan.reserved[DRIVER]), dial(OPERATOR, plan.endpoints[DRIVER])
+    drone, operator = dial("uav2", plan.reserved[DRIVER]), dial(OPERATOR, plan.endpoints[DRIVER])
     welcome = [dial("uav2", plan.endpoints[DRIVER]), dial(OPERATOR, plan.reserved[DRIVER])]
     assert links(welcome, 2) == 2
-    assert links([drone, person], 1, seconds=0.5) == 0
+    assert links([drone, operator], 1, seconds=0.5) == 0
     assert driver.linked() == (OPERATOR, "uav2")

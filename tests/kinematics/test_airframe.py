@@ -4,7 +4,7 @@ import pytest
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.swarm.drones import Airframe
 from flockwire.wire.messages import FlightState
-from flockwire_kinematics.airframe import SimulatedAirframe
+from flockwire_kinematics.airframe import FirstOrderAirframe
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -18,7 +18,7 @@ airframes = st.builds(
 
 def flown(parameters, orders, looks=()):
     """Fly `orders` (ns until the command, command); the state is also looked at, at `looks` (shares of the flight)."""
-    frame = SimulatedAirframe(parameters, HIGH, 0)
+    frame = FirstOrderAirframe(parameters, HIGH, 0)
     end = sum(wait for wait, _ in orders) + SECOND
     moments, at = [(round(look * end), None) for look in looks], 0
     for wait, velocity in orders:
@@ -42,7 +42,7 @@ def test_the_answer_does_not_depend_on_how_often_it_is_looked_at(parameters, ord
 
 
 def test_the_ideal_airframe_integrates_its_command():
-    frame = SimulatedAirframe(Airframe(), HIGH, 0)
+    frame = FirstOrderAirframe(Airframe(), HIGH, 0)
     frame.command((1.0, -2.0, 0.5), 0)
     frame.advance(2 * SECOND)
     assert frame.velocity == (1.0, -2.0, 0.5)
@@ -51,7 +51,7 @@ def test_the_ideal_airframe_integrates_its_command():
 
 @given(st.floats(0.02, 1.0), st.floats(0.0, 0.5), st.floats(0.5, 1.5), st.floats(0.0, 3.0))
 def test_a_step_is_answered_by_the_closed_form(lag, dead_time, gain, t):
-    frame = SimulatedAirframe(Airframe(gain=gain, lag=lag, dead_time=dead_time), HIGH, 0)
+    frame = FirstOrderAirframe(Airframe(gain=gain, lag=lag, dead_time=dead_time), HIGH, 0)
     frame.command((1.0, 0.0, 0.0), 0)
     frame.advance(nanoseconds(t))
     late = max(0.0, t - dead_time)
@@ -61,14 +61,14 @@ def test_a_step_is_answered_by_the_closed_form(lag, dead_time, gain, t):
 
 
 def test_nothing_happens_within_the_dead_time():
-    frame = SimulatedAirframe(Airframe(dead_time=0.2), HIGH, 0)
+    frame = FirstOrderAirframe(Airframe(dead_time=0.2), HIGH, 0)
     frame.command((1.0, 0.0, 0.0), 0)
     frame.advance(SECOND // 5)
     assert frame.position == HIGH
 
 
 def test_on_the_ground_only_a_command_to_rise_does_anything():
-    frame = SimulatedAirframe(Airframe(), (0.0, 0.0, 0.0), 0)
+    frame = FirstOrderAirframe(Airframe(), (0.0, 0.0, 0.0), 0)
     frame.command((1.0, 0.0, 0.0), 0)
     frame.advance(SECOND)
     assert (frame.state, frame.position) == (FlightState.GROUNDED, (0.0, 0.0, 0.0))
@@ -79,7 +79,7 @@ def test_on_the_ground_only_a_command_to_rise_does_anything():
 
 @pytest.mark.parametrize("lag", [0.0, 0.25])
 def test_sinking_to_the_ground_it_stands(lag):
-    frame = SimulatedAirframe(Airframe(lag=lag), (0.0, 0.0, 1.0), 0)
+    frame = FirstOrderAirframe(Airframe(lag=lag), (0.0, 0.0, 1.0), 0)
     frame.command((0.0, 0.0, -0.7), 0)
     for k in range(1, 250):
         frame.advance(k * SECOND // 100)
@@ -89,7 +89,7 @@ def test_sinking_to_the_ground_it_stands(lag):
 
 
 def test_one_that_took_off_again_after_a_landing_climbs():
-    frame = SimulatedAirframe(Airframe(lag=0.25, dead_time=0.1), (0.0, 0.0, 0.3), 0)
+    frame = FirstOrderAirframe(Airframe(lag=0.25, dead_time=0.1), (0.0, 0.0, 0.3), 0)
     for k in range(400):
         frame.command((0.0, 0.0, -0.7 if k < 200 else 0.7), k * SECOND // 100)
         frame.advance((k + 1) * SECOND // 100)
@@ -98,7 +98,7 @@ def test_one_that_took_off_again_after_a_landing_climbs():
 
 
 def test_after_a_stop_it_falls_to_the_ground_and_stays_stopped():
-    frame = SimulatedAirframe(Airframe(), (0.0, 0.0, 1.0), 0)
+    frame = FirstOrderAirframe(Airframe(), (0.0, 0.0, 1.0), 0)
     frame.command((1.0, 0.0, 0.0), 0)
     frame.advance(SECOND // 10)
     frame.stop()
@@ -113,7 +113,7 @@ def test_after_a_stop_it_falls_to_the_ground_and_stays_stopped():
 def test_a_fall_does_not_depend_on_how_often_it_is_looked_at():
     heights = []
     for looks in (1, 50):
-        frame = SimulatedAirframe(Airframe(), HIGH, 0)
+        frame = FirstOrderAirframe(Airframe(), HIGH, 0)
         frame.stop()
         for k in range(1, looks + 1):
             frame.advance(k * SECOND // looks)
@@ -122,7 +122,7 @@ def test_a_fall_does_not_depend_on_how_often_it_is_looked_at():
 
 
 def test_the_battery_drains_in_flight_only_and_never_below_empty():
-    frame = SimulatedAirframe(Airframe(endurance=100.0), (0.0, 0.0, 0.0), 0)
+    frame = FirstOrderAirframe(Airframe(endurance=100.0), (0.0, 0.0, 0.0), 0)
     frame.advance(50 * SECOND)
     assert frame.battery == 1.0
     frame.command((0.0, 0.0, 0.01), 50 * SECOND)

@@ -9,10 +9,10 @@ import pytest
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import Vector, add, scale, subtract
-from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Command, FlightState, Mission, Nearby, Pose, Telemetry
+from flockwire.wire.phase import Phase
 from flockwire_leader.core import FlyingLeader
 
 BEGAN = 1_790_000_000 * SECOND

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.vector import ZERO, Vector, add, scale, subtract
-from flockwire.pilot.phases import Phase
+from flockwire.wire.phase import Phase
 from flockwire_leader.course import CATCH_UP, SLACK, Course
 from hypothesis import given
 from hypothesis import strategies as st
@@ -66,7 +66,7 @@ def fly(make_swarm: Callable[..., Any]) -> Callable[..., dict[float, float]]:
     return run
 
 
-def test_held_back_the_trajectory_waits_and_goes_on_without_a_jump(flying: Callable[..., Any]) -> None:
+def test_held_back_the_trajectory_waits_and_continues_without_a_jump(flying: Callable[..., Any]) -> None:
     leader = flying(leg())
     start = subtract(leader.position, (0.9, 0.0, 0.0))
     leader.stuck = True
@@ -95,7 +95,7 @@ def test_the_goal_stops_within_reach_of_a_leader_that_is_stuck(make_swarm: Calla
     assert 0.3 * (10.0 - course.waited) < 0.15 + SLACK
 
 
-def test_a_goal_that_lies_in_an_obstacle_goes_on_and_waits_behind_it(make_swarm: Callable[..., Any]) -> None:
+def test_a_goal_that_lies_in_an_obstacle_continues_and_waits_behind_it(make_swarm: Callable[..., Any]) -> None:
     course = Course(make_swarm({**FREE, **leg(9.0)}))
     course.restart((0.0, 0.0, 1.0), 0.0)
     ahead = Body(BodyKind.OBSTACLE, (0.7, 0.0, 0.0), 0.3)  # 0.33 m round it nobody may be
@@ -148,7 +148,7 @@ def test_during_a_hold_of_the_ladder_the_trajectory_waits(flying: Callable[..., 
 
 
 @pytest.mark.parametrize("verbs", [("hold", "start"), ("start",)])
-def test_new_orders_make_it_begin_again_from_where_it_is(flying: Callable[..., Any], verbs: tuple[str, ...]) -> None:
+def test_new_orders_make_it_restart_from_where_it_is(flying: Callable[..., Any], verbs: tuple[str, ...]) -> None:
     leader = flying(leg())
     for verb in verbs:
         leader.order(verb)

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from flockwire.control import barrier, fence, guard
 from flockwire.domain.vector import ZERO, add
-from flockwire.pilot.phases import Phase
+from flockwire.wire.phase import Phase
 
 STRAIGHT = {"avoidance.sidestep_reach": 1e-3}  # it does not turn aside: only the clause is between them
 EAST = {"leader.trajectory.velocity": [0.6, 0.0, 0.0], **STRAIGHT}

@@ -15,7 +15,7 @@ def leader(make_swarm):
     return TrackedLeader(make_swarm(TRACKED))
 
 
-def test_it_is_tracked_while_its_pose_comes_and_says_since_when_it_is_lost(leader):
+def test_it_is_tracked_while_its_pose_comes_and_reports_since_when_it_is_lost(leader):
     assert leader.report(BEGAN).phase == "pose lost"
     assert "has not seen its body 'wand' yet" in leader.report(BEGAN).detail
     leader.receive(Key("pose", "uav0"), Pose(BEGAN, "world", (1.0, 2.0, 1.2)), BEGAN)
@@ -33,7 +33,7 @@ def test_it_commands_nothing_whatever_is_ordered_and_may_always_end(leader):
     assert leader.may_end(BEGAN)
 
 
-def test_a_body_that_the_tracker_mixes_up_is_reported_while_it_does(leader):
+def test_a_body_that_the_tracker_confuses_is_reported_while_it_does(leader):
     leader.receive(Key("pose", "uav0"), Pose(BEGAN, "world", (1.0, 2.0, 1.2)), BEGAN)
     leader.receive(Key("doubt", "uav0"), IdentityDoubt(BEGAN, "world", BEGAN), BEGAN)
     assert leader.report(BEGAN).detail == MISTAKEN

@@ -3,9 +3,9 @@ from math import dist
 import pytest
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import add
-from flockwire.pilot.phases import Phase
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Mission
+from flockwire.wire.phase import Phase
 from flockwire_leader.virtual import VirtualLeader
 
 BEGAN = 1_790_000_000 * SECOND
@@ -32,7 +32,7 @@ def test_a_virtual_leader_rests_at_its_start_until_the_mission_starts(make_swarm
 
 
 @pytest.mark.parametrize("order", [("hold", 0), ("land", 0), ("start", 40 * SECOND + SECOND // 2)])
-def test_a_virtual_leader_never_leaps(make_swarm, order):
+def test_a_virtual_leader_never_jumps(make_swarm, order):
     leader = VirtualLeader(make_swarm(VIRTUAL), BEGAN)
     leader.receive(MISSION, Mission(BEGAN, "world", "start", BEGAN), BEGAN)
     verb, start = order

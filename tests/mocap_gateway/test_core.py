@@ -8,7 +8,7 @@ from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Mission, Nearby, Pose
 from flockwire_mocap.core import GatewayCore
 from flockwire_mocap.simulated import SimulatedSource
-from flockwire_mocap.source import Link
+from flockwire_mocap.source import SourceState
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 
 BEGAN = 1_790_000_000 * SECOND
@@ -24,8 +24,8 @@ class Recording:
     def __init__(self, *frames):
         self.frames, self.received, self.whole = list(frames), [], False
 
-    def link(self, now):
-        return Link("waits for the end")
+    def state(self, now):
+        return SourceState("waits for the end")
 
     def receive(self, key, message, now):
         self.received.append(key)
@@ -38,7 +38,7 @@ class Recording:
         return frames
 
 
-class Stage:
+class ShownGateway:
     """A gateway that is shown bodies frame by frame."""
 
     def __init__(self, swarm):
@@ -60,33 +60,33 @@ class Stage:
 
 
 @pytest.fixture
-def stage(make_swarm):
+def shown(make_swarm):
     """Return the builder of a gateway."""
-    return lambda changes=None: Stage(make_swarm(changes))
+    return lambda changes=None: ShownGateway(make_swarm(changes))
 
 
-def test_every_drone_gets_its_pose_and_what_is_near(stage):
-    published = stage().step()
+def test_every_drone_gets_its_pose_and_what_is_near(shown):
+    published = shown().step()
     assert {key for key in published if key.kind == "pose"} == {Key("pose", uav(i)) for i in range(5)}
     assert {key for key in published if key.kind == "nearby"} == {Key("nearby", uav(i)) for i in range(5)}
     assert published[Key("pose", "uav2")].position == FAR[2]
 
 
-def test_what_is_near_is_said_before_the_pose_that_makes_the_agent_step(stage):
-    keys = list(stage().step())
+def test_what_is_near_is_said_before_the_pose_that_makes_the_agent_step(shown):
+    keys = list(shown().step())
     for i in range(5):
         assert keys.index(Key("nearby", uav(i))) < keys.index(Key("pose", uav(i)))
 
 
-def test_a_pose_carries_the_stamp_of_its_exposure(stage):
-    gateway = stage({"gateway.latency": 0.03})
+def test_a_pose_carries_the_stamp_of_its_exposure(shown):
+    gateway = shown({"gateway.latency": 0.03})
     assert gateway.step(3) == {}
     published = gateway.step()
     assert {message.stamp for message in published.values()} == {gateway.now - 3 * FRAME}
 
 
-def test_a_lost_body_is_silent_and_never_repeated(stage):
-    gateway = stage()
+def test_a_lost_body_is_silent_and_never_repeated(shown):
+    gateway = shown()
     gateway.step()
     del gateway.places[2]
     for _ in range(5):
@@ -95,14 +95,14 @@ def test_a_lost_body_is_silent_and_never_repeated(stage):
         assert Key("pose", "uav3") in published
 
 
-def test_a_body_that_was_dropped_is_silent_for_that_frame(stage):
-    gateway = stage({"gateway.dropout": 0.5})
+def test_a_body_that_was_dropped_is_silent_for_that_frame(shown):
+    gateway = shown({"gateway.dropout": 0.5})
     counts = [len([key for key in gateway.step() if key.kind == "pose"]) for _ in range(400)]
     assert sum(counts) == pytest.approx(0.5 * 5 * 400, rel=0.1)
 
 
-def test_near_is_only_what_is_within_the_sensing_radius(stage):
-    gateway = stage({"avoidance.sensing_radius": 1.5})
+def test_near_is_only_what_is_within_the_sensing_radius(shown):
+    gateway = shown({"avoidance.sensing_radius": 1.5})
     gateway.places = {**FAR, 1: (0.0, 0.0, 1.0), 2: (1.4, 0.0, 1.0), 3: (1.6, 0.0, 1.0), 4: (1.0, 1.0, 2.0)}
     gateway.step()
     assert set(gateway.near(1)) == {
@@ -116,18 +116,18 @@ def test_a_nearby_message_has_no_identities():
     assert set(Body._fields) == {"kind", "relative_position", "radius", "velocity"}
 
 
-def test_obstacles_are_near_by_their_surface_and_seen_along_their_axis(stage):
+def test_obstacles_are_near_by_their_surface_and_seen_along_their_axis(shown):
     far_and_near = [
         {"center": [12.0, 0.0, 0.0], "radius": 1.0, "height": 0.5},
         {"center": [14.0, 0.0, 0.0], "radius": 1.0},
     ]
-    gateway = stage({"obstacles": far_and_near})
+    gateway = shown({"obstacles": far_and_near})
     assert gateway.near(1) == (Body(BodyKind.OBSTACLE, (2.0, 0.0, -0.5), 1.0),)
 
 
 @pytest.mark.parametrize(("verb", "bodies"), [("prepare", 0), ("takeoff", 0), ("land", 1), ("hold", 1), ("start", 1)])
-def test_a_body_that_is_lost_stays_near_until_an_order_to_take_off_leaves_it_out(stage, verb, bodies):
-    gateway = stage()
+def test_a_body_that_is_lost_stays_near_until_an_order_to_take_off_leaves_it_out(shown, verb, bodies):
+    gateway = shown()
     gateway.places = {**FAR, 1: (20.5, 0.0, 1.0)}
     assert [body.kind for body in gateway.step(2)[Key("nearby", "uav2")].bodies] == [BodyKind.DRONE]
     del gateway.places[1]
@@ -137,19 +137,19 @@ def test_a_body_that_is_lost_stays_near_until_an_order_to_take_off_leaves_it_out
     assert len(gateway.near(2)) == bodies
 
 
-def test_without_sensing_nothing_is_near(stage):
-    assert {key.kind for key in stage({"avoidance.sensing": "neighbours"}).step()} == {"pose"}
+def test_without_sensing_nothing_is_near(shown):
+    assert {key.kind for key in shown({"avoidance.sensing": "neighbours"}).step()} == {"pose"}
 
 
-def test_a_virtual_leader_has_no_body(stage):
-    gateway = stage({"leader.kind": "virtual", "drones.0": None})
+def test_a_virtual_leader_has_no_body(shown):
+    gateway = shown({"leader.kind": "virtual", "drones.0": None})
     del gateway.places[0]
     assert Key("pose", "uav0") not in gateway.step()
     assert gateway.core.triggers == {Key("truth", uav(i)) for i in range(1, 5)}
 
 
-def test_a_tracked_leader_has_a_pose_and_is_near_the_drones_as_a_person(stage):
-    gateway = stage({"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2]})
+def test_a_tracked_leader_has_a_pose_and_is_near_the_drones_as_a_person(shown):
+    gateway = shown({"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2]})
     gateway.places[0] = (9.0, 0.3, 1.2)
     published = gateway.step(2)
     assert Key("pose", "uav0") in published
@@ -161,23 +161,23 @@ def test_a_tracked_leader_has_a_pose_and_is_near_the_drones_as_a_person(stage):
     assert person.relative_position[:2] == pytest.approx((px - x, py - y))
 
 
-def test_the_mission_is_repeated_unchanged_twice_a_second(stage):
-    gateway, order = stage(), Mission(BEGAN, "world", "start", BEGAN + 5)
+def test_the_mission_is_repeated_unchanged_twice_a_second(shown):
+    gateway, order = shown(), Mission(BEGAN, "world", "start", BEGAN + 5)
     gateway.core.receive(MISSION, order, BEGAN)
     repeats = [(gateway.now, published[MISSION]) for _ in range(350) if MISSION in (published := gateway.step())]
     assert [mission for _, mission in repeats] == [order] * 7
     assert [(at - BEGAN) // (SECOND // 2) for at, _ in repeats] == [1, 2, 3, 4, 5, 6, 7]
 
 
-def test_the_newest_mission_is_the_one_repeated(stage):
-    gateway, newest = stage(), Mission(BEGAN + 1, "world", "land")
+def test_the_newest_mission_is_the_one_repeated(shown):
+    gateway, newest = shown(), Mission(BEGAN + 1, "world", "land")
     for order in (newest, Mission(BEGAN, "world", "start")):
         gateway.core.receive(MISSION, order, BEGAN)
     assert gateway.step(100)[MISSION] == newest
 
 
-def test_it_reports_what_it_does_not_see(stage):
-    gateway = stage()
+def test_it_reports_what_it_does_not_see(shown):
+    gateway = shown()
     assert gateway.core.report(BEGAN).phase == "waiting"
     gateway.step()
     assert gateway.core.report(gateway.now).detail == ""
@@ -216,8 +216,8 @@ def test_a_pose_carries_what_was_measured_with_stamps_that_differ(make_swarm):
         assert published[Key("nearby", name)].stamp == stamp
 
 
-def test_when_one_drones_truth_ends_the_others_poses_go_on_at_the_full_rate(stage):
-    gateway, frames = stage(), []
+def test_when_one_drones_truth_ends_the_others_poses_continue_at_the_full_rate(shown):
+    gateway, frames = shown(), []
     for k in range(60):
         gateway.now += FRAME
         for i, place in gateway.places.items():

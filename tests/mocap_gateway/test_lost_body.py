@@ -9,8 +9,8 @@ import pytest
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.swarm.model import Swarm
+from flockwire_mocap.field_bodies import FEW, FieldBodies
 from flockwire_mocap.lost_body import DRIFT, WAY, drone_spread, person_spread
-from flockwire_mocap.scene import FEW, Scene
 
 NOW = 1_790_000_000 * SECOND
 PLACE = (1.0, 0.0, 1.4)
@@ -24,11 +24,11 @@ def swarm(make_swarm: Callable[..., Swarm]) -> Swarm:
 
 def seen(swarm: Swarm, age: float, position: tuple[float, float, float], place: Any = PLACE) -> tuple[Body, ...]:
     """Return what drone 1 sees from `position` of drone 2, which was seen `age` s ago at `place`."""
-    scene, now = Scene(swarm), NOW + nanoseconds(age)
-    scene.see_drone(2, NOW, place)
-    scene.see_drone(1, now, position)
-    scene.arrange(now)
-    return scene.near(1, position)
+    field, now = FieldBodies(swarm), NOW + nanoseconds(age)
+    field.see_drone(2, NOW, place)
+    field.see_drone(1, now, position)
+    field.arrange(now)
+    return field.near(1, position)
 
 
 @pytest.mark.parametrize("age", [0.11, 1.0, 1.5, 10.0, 3600.0])
@@ -87,32 +87,32 @@ def test_one_that_stood_on_the_ground_does_not_grow(swarm: Swarm) -> None:
 
 
 def test_who_is_not_seen_sees_no_body_where_it_was_itself(swarm: Swarm) -> None:
-    scene = Scene(swarm)
-    scene.see_drone(2, NOW, PLACE)
-    scene.see_drone(1, NOW + SECOND, (5.0, 5.0, 1.0))
-    scene.arrange(NOW + SECOND)
-    assert scene.near(2, PLACE) == ()
+    field = FieldBodies(swarm)
+    field.see_drone(2, NOW, PLACE)
+    field.see_drone(1, NOW + SECOND, (5.0, 5.0, 1.0))
+    field.arrange(NOW + SECOND)
+    assert field.near(2, PLACE) == ()
 
 
 def test_seen_again_it_is_a_drone_where_it_is(swarm: Swarm) -> None:
-    scene = Scene(swarm)
+    field = FieldBodies(swarm)
     for later, place in ((0, PLACE), (5 * SECOND, (0.5, 0.0, 1.0))):
-        scene.see_drone(2, NOW + later, place)
-        scene.arrange(NOW + later)
-    assert scene.near(1, (0.0, 0.0, 1.0)) == (Body(BodyKind.DRONE, (0.5, 0.0, 0.0), 0.0),)
+        field.see_drone(2, NOW + later, place)
+        field.arrange(NOW + later)
+    assert field.near(1, (0.0, 0.0, 1.0)) == (Body(BodyKind.DRONE, (0.5, 0.0, 0.0), 0.0),)
 
 
 def test_in_a_crowd_it_is_found_though_it_has_grown(swarm: Swarm) -> None:
-    scene, now = Scene(swarm), NOW + 10 * SECOND
-    scene.see_drone(2, NOW, (2.0, 0.0, 1.0))
+    field, now = FieldBodies(swarm), NOW + 10 * SECOND
+    field.see_drone(2, NOW, (2.0, 0.0, 1.0))
     for k in range(3, 2 * FEW):
-        scene.see_drone(k, now, (50.0 + k, 0.0, 1.0))
-    scene.arrange(now)
-    (body,) = scene.near(1, (0.0, 0.0, 1.0))
+        field.see_drone(k, now, (50.0 + k, 0.0, 1.0))
+    field.arrange(now)
+    (body,) = field.near(1, (0.0, 0.0, 1.0))
     assert 2.0 - body.radius < swarm.avoidance.sensing_radius < 2.0
 
 
-def test_a_person_is_taken_to_go_on_or_back_a_metre_at_most() -> None:
+def test_a_lost_person_moves_a_metre_at_most() -> None:
     for speed in (0.0, 0.5, 1.5):
         spread = person_spread(speed)
         assert spread.reach(0.5) == pytest.approx(max(speed, 0.5) * 0.5)

@@ -66,7 +66,7 @@ def test_drop_outs_have_their_share(source):
     assert len(film(source(dropout=0.2))) == pytest.approx(0.8 * 4000, rel=0.05)
 
 
-def test_one_seed_gives_one_film(source):
+def test_one_seed_gives_one_sequence(source):
     assert film(source(3, noise=0.01, dropout=0.1), 200) == film(source(3, noise=0.01, dropout=0.1), 200)
     assert film(source(3, noise=0.01), 200) != film(source(4, noise=0.01), 200)
 

@@ -2,7 +2,7 @@ import pytest
 from flockwire.domain.time import SECOND
 from flockwire.wire.keys import MISSION
 from flockwire_mocap.coordinates import Coordinates
-from flockwire_mocap.source import Link
+from flockwire_mocap.source import SourceState
 from flockwire_mocap.streamed import MOST_TWICE, StreamedSource
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 
@@ -19,7 +19,7 @@ def frame(number, captured, *bodies, transmitted=None):
     return TrackerFrame(number, captured, captured if transmitted is None else transmitted, bodies)
 
 
-def streamed(state=lambda now: Link(), **options):
+def streamed(state=lambda now: SourceState(), **options):
     return StreamedSource(Coordinates("y"), state, **options)
 
 
@@ -54,14 +54,14 @@ def test_a_body_that_is_there_twice_is_nowhere_and_counted():
     source.arrived(frame(1, 0, body(1, 1.0), body(1, 2.0), body(2)), NOW)
     (found,) = source.take(NOW)
     assert {b.name: b.tracked for b in found.bodies} == {"uav1": False, "uav2": True}
-    assert source.link(NOW).counts == (("uav1 twice in a frame", 1),)
+    assert source.state(NOW).counts == (("uav1 twice in a frame", 1),)
 
 
 def test_of_many_bodies_that_are_there_twice_the_first_are_named():
     source = streamed()
     for k in range(MOST_TWICE + 100):
         source.arrived(frame(k, k * MS, body(k), body(k)), NOW)
-    counts = source.link(NOW).counts
+    counts = source.state(NOW).counts
     assert counts[:2] == (("uav0 twice in a frame", 1), ("uav1 twice in a frame", 1))
     assert (counts[-1], len(counts)) == (("others twice in a frame", 100), MOST_TWICE + 1)
 
@@ -78,8 +78,8 @@ def test_whole_frames_are_complete_and_single_reports_with_the_last(awaited):
 
 
 def test_it_reports_what_the_connection_lacks_and_restarts_of_the_trackers_clock():
-    source = streamed(lambda now: Link("no answer", (("frames missing", 3),)))
+    source = streamed(lambda now: SourceState("no answer", (("frames missing", 3),)))
     source.arrived(frame(1, 5 * SECOND, body(1)), NOW)
     source.arrived(frame(2, 900 * SECOND, body(1)), NOW + MS)
-    assert source.link(NOW) == Link("no answer", (("frames missing", 3), ("steps of its clock", 1)))
+    assert source.state(NOW) == SourceState("no answer", (("frames missing", 3), ("steps of its clock", 1)))
     assert source.triggers == {MISSION}

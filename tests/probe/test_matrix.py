@@ -5,7 +5,16 @@ import json
 import pytest
 from flockwire.wire.keys import MISSION, ROWS, STOP, TABLE, Delivery, Key, key_text
 from flockwire.wire.processes import Roster
-from flockwire_probe.matrix import OUTSIDERS, AttackResult, Finding, as_json, draw, findings, publishable, receivable
+from flockwire_probe.matrix import (
+    OUTSIDERS,
+    AttackResult,
+    Deviation,
+    as_json,
+    deviations,
+    draw,
+    publishable,
+    receivable,
+)
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -61,7 +70,7 @@ def perfect(plan, identity):
 
 
 def judged(plan, identity, received=(), published=(), unreceived=(), unpublished=(), alive=None):
-    """Return the findings where an attacker achieved this more, and that less, than it should."""
+    """Return the deviations where an attacker achieved this more, and that less, than it should."""
     right = perfect(plan, identity)
     seen = AttackResult(
         identity,
@@ -70,11 +79,11 @@ def judged(plan, identity, received=(), published=(), unreceived=(), unpublished
         (right.published | frozenset(published)) - frozenset(unpublished),
         linked(identity),
     )
-    return list(findings(plan, seen, everybody(plan) if alive is None else frozenset(alive)))
+    return list(deviations(plan, seen, everybody(plan) if alive is None else frozenset(alive)))
 
 
 @MODES
-def test_where_all_is_as_it_should_be_there_is_nothing_to_find(plan):
+def test_a_correct_swarm_has_no_findings(plan):
     for identity in (*OUTSIDERS, *plan.identities):
         assert judged(plan, identity) == []
 
@@ -94,7 +103,7 @@ def test_a_neighbour_may_receive_an_estimate_and_others_may_not(plan):
 
 @MODES
 @pytest.mark.parametrize("outsider", [*OUTSIDERS, "somebody else"])
-def test_outsiders_may_nothing(plan, outsider):
+def test_outsiders_may_do_nothing(plan, outsider):
     assert receivable(plan, outsider) == publishable(plan, outsider) == frozenset()
     (received,) = judged(plan, outsider, received=[POSE])
     (published,) = judged(plan, outsider, published=[(STOP, "kinematics")])
@@ -103,7 +112,7 @@ def test_outsiders_may_nothing(plan, outsider):
 
 
 @pytest.mark.parametrize("plan", ["router"], indirect=True)
-def test_the_routers_certificate_in_other_hands_may_nothing(plan):
+def test_a_stolen_router_certificate_may_do_nothing(plan):
     assert receivable(plan, ROUTER) == publishable(plan, ROUTER) == frozenset()
     assert [found.leak for found in judged(plan, ROUTER, received=[POSE])] == [True]
 
@@ -111,18 +120,18 @@ def test_the_routers_certificate_in_other_hands_may_nothing(plan):
 @MODES
 def test_what_is_received_and_must_not_be_is_a_leak(plan):
     (found,) = judged(plan, "uav4", received=[ESTIMATE])
-    assert found == Finding("uav4", "client", "received", "flock/uav2/estimate", "", leak=True)
+    assert found == Deviation("uav4", "client", "received", "flock/uav2/estimate", "", leak=True)
     assert found.sentence() == "leak: uav4 as client received flock/uav2/estimate; it must not"
 
 
 @MODES
 def test_what_is_published_and_must_not_be_is_a_leak_of_its_receiver(plan):
     (found,) = judged(plan, "uav4", published=[(ESTIMATE, "uav3")])
-    assert found == Finding("uav4", "client", "published", "flock/uav2/estimate", "uav3", leak=True)
+    assert found == Deviation("uav4", "client", "published", "flock/uav2/estimate", "uav3", leak=True)
     assert found.sentence() == "leak: uav4 as client published flock/uav2/estimate and uav3 accepted it; it must not"
 
 
-def test_a_leak_is_one_without_anybody_alive(plan):
+def test_a_leak_is_found_without_live_receivers(plan):
     assert [found.leak for found in judged(plan, "uav4", received=[ESTIMATE], alive=())] == [True]
     assert [found.leak for found in judged(plan, "uav4", published=[(ESTIMATE, "uav3")], alive=())] == [True]
 
@@ -130,14 +139,14 @@ def test_a_leak_is_one_without_anybody_alive(plan):
 @MODES
 def test_what_may_be_received_and_is_not_is_blocked(plan):
     (found,) = judged(plan, "uav3", unreceived=[ESTIMATE])
-    assert found == Finding("uav3", "client", "received", "flock/uav2/estimate", "", leak=False)
+    assert found == Deviation("uav3", "client", "received", "flock/uav2/estimate", "", leak=False)
     assert found.sentence() == "blocked: uav3 as client may receive flock/uav2/estimate; nothing arrived"
 
 
 @MODES
 def test_what_may_be_published_and_is_not_accepted_is_blocked_by_the_receiver(plan):
     (found,) = judged(plan, "uav2", unpublished=[(ESTIMATE, "uav3")])
-    assert found == Finding("uav2", "client", "published", "flock/uav2/estimate", "uav3", leak=False)
+    assert found == Deviation("uav2", "client", "published", "flock/uav2/estimate", "uav3", leak=False)
     assert "may publish flock/uav2/estimate; uav3 did not accept it" in found.sentence()
 
 
@@ -149,7 +158,7 @@ def test_nothing_is_to_be_received_of_one_who_is_not_there(plan):
     assert judged(plan, "uav3", unreceived=[ESTIMATE], alive=everybody(plan) - {"uav2"}) == []
 
 
-def test_nobody_is_told_the_time_who_does_not_ask_for_it(make_plan):
+def test_time_goes_only_to_those_who_request_it(make_plan):
     plan = make_plan({"hosts": {"base": {}, "far": {"processes": ["leader"]}}})
     asking, absent = Key("time_reply", "leader"), Key("time_reply", CONSOLE)
     assert [found.key for found in judged(plan, RECORDER, unreceived=[asking, absent])] == [plan.text(asking)]
@@ -183,13 +192,13 @@ def test_nothing_needs_to_be_accepted_by_the_operator(plan):
 
 @settings(max_examples=60)
 @given(data=st.data())
-def test_every_single_difference_is_exactly_one_finding(make_plan, data):
+def test_every_single_difference_is_exactly_one_deviation(make_plan, data):
     plan = make_plan()
     identity = data.draw(st.sampled_from([*OUTSIDERS, *plan.identities]))
     right = perfect(plan, identity)
     key = data.draw(st.sampled_from(plan.keys))
     seen = AttackResult(identity, "peer", right.received ^ {key}, right.published, right.links)
-    found = list(findings(plan, seen, everybody(plan)))
+    found = list(deviations(plan, seen, everybody(plan)))
     (publishers,) = [publishers for one, publishers, _ in table_rows(plan.swarm) if one == key]
     row = ROWS[key.kind]
     silent = row.delivery is Delivery.EVENT or row.occasional or publishers <= {identity}
@@ -227,7 +236,7 @@ def test_what_differs_between_the_link_modes_is_in_lower_case(plan):
 
 def test_the_results_name_everything_and_are_plain_json(plan):
     seen = AttackResult("uav4", "client", frozenset({ESTIMATE}), frozenset({(ESTIMATE, "uav3")}), 5)
-    found = list(findings(plan, seen, everybody(plan)))
+    found = list(deviations(plan, seen, everybody(plan)))
     results = json.loads(json.dumps(as_json(plan, [seen], found, 1.26)))
     assert (results["swarm"], results["mode"], results["seconds"]) == ("flock", "peers", 1.3)
     assert len(results["leaks"]) + len(results["blocked"]) == len(found)
@@ -243,6 +252,6 @@ def test_the_results_name_everything_and_are_plain_json(plan):
 def test_an_outsider_who_gets_a_link_is_found(plan):
     for outsider in OUTSIDERS:
         intruder = AttackResult(outsider, "peer", frozenset(), frozenset(), 1)
-        assert [found.leak for found in findings(plan, intruder, everybody(plan))] == [True]
+        assert [found.leak for found in deviations(plan, intruder, everybody(plan))] == [True]
         refused = AttackResult(outsider, "peer", frozenset(), frozenset(), 0)
-        assert list(findings(plan, refused, everybody(plan))) == []
+        assert list(deviations(plan, refused, everybody(plan))) == []

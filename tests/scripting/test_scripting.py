@@ -56,12 +56,12 @@ def test_every_order_returns_when_it_is_obeyed(swarm_file):
     assert last <= {"grounded", "ready"}
 
 
-def test_what_is_not_obeyed_is_an_error_that_says_why(swarm_file):
+def test_what_is_not_obeyed_is_an_error_that_reports_why(swarm_file):
     async def fly():
         async with open_swarm(swarm_file, virtual=True) as flight:
             with pytest.raises(FlightError, match="must be one of \\['wide'\\]"):
                 await flight.start("narrow")
-            with pytest.raises(FlightError, match="nobody flies a formation"):
+            with pytest.raises(FlightError, match="no drone flies a formation"):
                 await flight.formation("wide")
             with pytest.raises(FlightError, match=r"not done after 1 s: .*leader"):
                 await flight.wait_for("formation", patience=1.0)
@@ -131,7 +131,7 @@ def opened(opened_without_trace, monkeypatch):
     return opened_without_trace
 
 
-def test_a_recorder_that_dies_is_started_again_in_a_real_flight(opened, children, capsys):
+def test_a_recorder_that_dies_is_restarted_in_a_real_flight(opened, children, capsys):
     async def fly():
         async with opened() as flight:
             await flight.start()
@@ -141,7 +141,7 @@ def test_a_recorder_that_dies_is_started_again_in_a_real_flight(opened, children
 
     asyncio.run(fly())
     assert children.started == ["recorder"]
-    assert "flockwire: recorder ended by itself (signal SIGKILL); started again\n" in capsys.readouterr().err
+    assert "flockwire: recorder ended unexpectedly (signal SIGKILL); restarted\n" in capsys.readouterr().err
 
 
 def test_another_process_that_dies_lands_a_real_flight_and_fails_its_order(opened, children):
@@ -149,7 +149,7 @@ def test_another_process_that_dies_lands_a_real_flight_and_fails_its_order(opene
         async with opened() as flight:
             await flight.start()
             children.dead.append("uav2")
-            with pytest.raises(FlightError, match=r"^wait for 'hold': uav2 ended by itself \(signal SIGKILL\)"):
+            with pytest.raises(FlightError, match=r"^wait for 'hold': uav2 ended unexpectedly \(signal SIGKILL\)"):
                 await flight.wait_for("hold")
             await flight.wait_for("ready")
 
@@ -180,7 +180,7 @@ def test_a_process_that_died_before_the_start_is_why_nobody_starts(opened, child
         async with opened() as flight:
             children.dead.append("uav2")
             await flight.sleep(0.2)
-            with pytest.raises(FlightError, match=r"^start: uav2 ended by itself"):
+            with pytest.raises(FlightError, match=r"^start: uav2 ended unexpectedly"):
                 await flight.start()
 
     asyncio.run(fly())

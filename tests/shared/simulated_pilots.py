@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 
 from flockwire import clock
 from flockwire.pilot.orders import Orders
-from flockwire.pilot.phases import Phase
 from flockwire.runtime.subscriptions import Wakeup
 from flockwire.swarm.model import uav
 from flockwire.wire.inbox import inbox_of
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import FlightState, Message, Mission, Stop, Telemetry
+from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report, Status
 

@@ -32,7 +32,7 @@ class Flown:
         told: list[tuple[float, str, str]] = []
         for t, status in self.of("status", identity, begin):
             assert isinstance(status, Status)
-            state = (status.report.phase, status.report.detail)
+            state = (status.report.phase, status.report.line)
             if not told or told[-1][1:] != state:
                 told.append((t, *state))
         return told

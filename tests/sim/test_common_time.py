@@ -60,7 +60,7 @@ def test_clocks_that_are_apart_and_drift_are_brought_together() -> None:
     assert all(0.0 <= status.clock_bound < 0.05 for status in clocks.statuses.values())
 
 
-def test_nobody_takes_off_with_a_clock_that_is_not_known_well_enough() -> None:
+def test_no_drone_takes_off_with_a_clock_that_is_not_known_well_enough() -> None:
     clocks = Clocks(swarm(delay=0.08))
     outcome = clocks.world.run()
     assert "still preparing" in outcome.failure
@@ -105,7 +105,7 @@ def test_hosts_whose_clocks_are_minutes_off_fly_as_all_others(minutes: int, monk
 
 
 @pytest.mark.parametrize("seconds", [-5, 5])
-def test_a_driver_that_restarts_where_nobody_tells_the_time_hears_a_stop_at_once(seconds: int) -> None:
+def test_a_driver_that_restarts_without_a_time_server_receives_a_stop_at_once(seconds: int) -> None:
     table = tomllib.loads(SWARM.read_text())
     table["drones"][1] |= {"airframe": "tello", "host": "field"}
     seen: list[Published] = []

@@ -117,7 +117,7 @@ def test_a_formation_changes_right_after_a_hold(flown):
     assert max(errors(flown, begin + 3.5, 13.9)) < 0.05
 
 
-def test_a_pilot_that_is_restarted_in_a_change_goes_on_with_it(flown):
+def test_a_pilot_that_is_restarted_in_a_change_continues_with_it(flown):
     _, (begin, duration) = times(flown, "formation")
     assert begin < RESTART < begin + duration
     phases = [phase for t, phase, _ in flown.phases("uav2", RESTART) if t < 14.0]

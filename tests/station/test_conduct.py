@@ -6,8 +6,8 @@ import os
 import pytest
 from flockwire.domain.time import SECOND
 from flockwire.ground import director
-from flockwire.pilot.phases import Phase
 from flockwire.wire.messages import Stop
+from flockwire.wire.phase import Phase
 from flockwire_station import conduct as conducting
 from flockwire_station import operator
 from simulated_pilots import SimulatedSwarm

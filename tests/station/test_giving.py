@@ -9,9 +9,9 @@ from flockwire.domain.time import SECOND
 from flockwire.ground import formation_planning
 from flockwire.ground import giving as core
 from flockwire.ground.giving import Answer, Order
-from flockwire.pilot.phases import Phase
 from flockwire.runtime.session import RouterAbsentError
 from flockwire.wire.messages import Change, Mission, Stop
+from flockwire.wire.phase import Phase
 from flockwire_cli.orders import app
 from flockwire_station import giving, operator, planning
 from simulated_pilots import SimulatedSwarm, started
@@ -60,7 +60,7 @@ def test_an_order_that_all_confirm_is_over_at_once(swarm, verb):
 
 
 @pytest.mark.parametrize("verb", ["hold", "land"])
-def test_an_order_waits_for_nobody_and_is_repeated_for_who_has_not_confirmed(swarm, verb):
+def test_an_order_waits_for_no_process_and_is_repeated_for_who_has_not_confirmed(swarm, verb):
     swarm.all(Phase.FORMATION, started())
     swarm["leader"].silent, swarm["uav3"].deaf = True, True
     assert give(swarm, verb) == Answer(("uav1", "uav2", "uav4"), ("leader", "uav3"))
@@ -69,7 +69,7 @@ def test_an_order_waits_for_nobody_and_is_repeated_for_who_has_not_confirmed(swa
     assert swarm["leader"].mission.verb == verb  # it may well be obeyed by who cannot answer
 
 
-def test_an_order_goes_out_before_anybody_was_heard(swarm):
+def test_an_order_goes_out_before_anything_was_received(swarm):
     swarm.all(Phase.FORMATION, started())
     for pilot in swarm.pilots.values():
         pilot.silent = True
@@ -92,7 +92,7 @@ def test_a_stop_is_repeated_while_one_driver_flies_or_is_silent(swarm):
     assert len({order.stamp for order in swarm.published}) == len(swarm.published)  # or it would soon be too old
 
 
-def test_a_stop_that_was_received_and_of_which_no_effect_is_known_is_told_apart(swarm, monkeypatch):
+def test_a_stop_that_was_received_and_of_which_no_effect_is_known_is_reported_separately(swarm, monkeypatch):
     monkeypatch.setattr(core, "DOWN_TIME", 4 * SECOND // 10)
     swarm.all(Phase.FORMATION, started())
     swarm["uav2"].turns_on = True
@@ -118,7 +118,7 @@ def test_a_start_of_what_flies_already_orders_nothing(swarm):
     assert swarm.published == []
 
 
-def test_a_start_of_another_formation_changes_it_and_its_time_goes_on(swarm):
+def test_a_start_of_another_formation_changes_it_and_its_time_continues(swarm):
     running = started()
     swarm.all(Phase.FORMATION, running)
     answer = give(swarm, "start", "wide")
@@ -127,7 +127,7 @@ def test_a_start_of_another_formation_changes_it_and_its_time_goes_on(swarm):
     assert (order.verb, order.start, order.formation) == ("formation", running.start, "wide")
 
 
-def test_a_start_brings_back_who_is_on_the_ground_and_restarts_nobody(swarm):
+def test_a_start_brings_back_who_is_on_the_ground_and_restarts_no_drone(swarm):
     running = started("wide")
     swarm.all(Phase.FORMATION, running)
     swarm["uav4"].phase, swarm["uav4"].mission = Phase.READY, None
@@ -137,7 +137,7 @@ def test_a_start_brings_back_who_is_on_the_ground_and_restarts_nobody(swarm):
     }
 
 
-def test_one_start_brings_in_who_was_restarted_on_the_ground_while_the_others_took_off(swarm):
+def test_one_start_takes_off_who_was_restarted_on_the_ground_while_the_others_took_off(swarm):
     swarm.all(Phase.HOLD, started()._replace(verb="takeoff"))
     swarm["uav4"].phase, swarm["uav4"].mission = Phase.READY, None
     assert give(swarm, "start") == Answer(PILOTS)
@@ -279,12 +279,12 @@ def test_a_change_that_is_under_way_is_not_changed(swarm):
 
 
 @pytest.mark.parametrize("phase", [Phase.READY, Phase.HOLD, Phase.LANDING])
-def test_a_formation_that_nobody_flies_is_not_changed(swarm, phase):
+def test_a_formation_that_no_drone_flies_is_not_changed(swarm, phase):
     swarm.all(phase, started() if phase is Phase.READY else None)
     for pilot in swarm.pilots.values():
         pilot.stays = True
     answer = give(swarm, "formation", "wide")
-    assert answer.refusal.startswith("nobody flies a formation")
+    assert answer.refusal.startswith("no drone flies a formation")
     assert (answer.confirmed, answer.missing, swarm.published) == ((), (), [])
 
 
@@ -295,7 +295,7 @@ def test_a_formation_is_changed_though_one_is_silent(swarm):
     assert (answer.confirmed, answer.missing) == (("leader", "uav1", "uav2", "uav4"), ("uav3",))
 
 
-def test_a_router_that_is_not_there_is_told_at_once(make_plan, monkeypatch):
+def test_a_router_that_is_not_there_is_reported_at_once(make_plan, monkeypatch):
     def absent(*_, **__):
         raise RouterAbsentError
 
@@ -303,7 +303,7 @@ def test_a_router_that_is_not_there_is_told_at_once(make_plan, monkeypatch):
     answer = asyncio.run(giving.give(make_plan({"network.mode": "router"}), None, Order("stop")))
     assert answer.refusal == (
         "the router at 127.0.0.1:7454 does not answer: "
-        "nobody listens at the address of router (127.0.0.1:7454, network.base_port = 7450)"
+        "no process listens at the address of router (127.0.0.1:7454, network.base_port = 7450)"
     )
 
 

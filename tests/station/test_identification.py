@@ -12,8 +12,8 @@ from flockwire.control.first_order_lag import lagged
 from flockwire.domain.time import SECOND
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Nearby, Pose
-from flockwire_station.excitation import MOST_INTERRUPTIONS, Axis, ExcitationCore, Stage
-from flockwire_station.identification import IdentificationError, Interval, Response, combined, fit_axis
+from flockwire_station.excitation import MOST_INTERRUPTIONS, Axis, ExcitationCore, ExcitationStage
+from flockwire_station.identification import IdentificationError, Interval, StepResponse, combined, fit_axis
 from flockwire_station.identify import airframe_table, described, draw
 from flockwire_tello.driver import DriverCore
 from flockwire_tello.simulated.parameters import TelloParameters
@@ -37,7 +37,7 @@ def response(gain=0.9, lag=0.25, dead_time=0.12, noise=0.001, seed=1):
         x, v = lagged(x, v, u, lag, 0.001)
         if k % 10 == 9:
             track.append(((k + 1) / 1000.0, x + chance.gauss(0.0, noise)))
-    return Response(tuple(changes), tuple(track))
+    return StepResponse(tuple(changes), tuple(track))
 
 
 def test_without_noise_the_fit_is_exact():
@@ -59,7 +59,7 @@ def test_intervals_hold_the_truth_as_often_as_they_claim_and_shrink_with_the_noi
 
 def test_what_does_not_tell_is_refused():
     with pytest.raises(IdentificationError, match="too few"):
-        fit_axis(Response(((0.0, 0.3),), tuple((0.01 * k, 0.0) for k in range(500))))
+        fit_axis(StepResponse(((0.0, 0.3),), tuple((0.01 * k, 0.0) for k in range(500))))
     turned = response(gain=-0.5)
     with pytest.raises(IdentificationError, match="is that the drone's own body"):
         fit_axis(turned)
@@ -89,7 +89,7 @@ def flown(swarm, seed: int, noise: float = 0.001, blind: tuple[float, float] = (
             tello.receive(datagram.data, datagram.source, now - BEGAN)
 
     address = tello_addresses(swarm, 1).drone
-    while core.stage is not Stage.DONE and now - BEGAN < 200 * SECOND:
+    while core.stage is not ExcitationStage.DONE and now - BEGAN < 200 * SECOND:
         now += SECOND // 100
         for data, target in tello.outgoing(now - BEGAN):
             driver.datagram(data, (address, COMMAND_PORT), target, now)
@@ -133,7 +133,7 @@ def test_a_simulated_tello_is_identified_in_flight(make_swarm, tmp_path):
     assert (tmp_path / "figure.png").stat().st_size > 10_000
 
 
-def test_an_axis_begins_again_when_the_pose_was_lost_for_a_moment(make_swarm):
+def test_an_axis_restarts_when_the_pose_was_lost_for_a_moment(make_swarm):
     swarm = make_swarm(TELLO)
     truth, core, _ = flown(swarm, 0, blind=(13.0, 13.4))
     assert core.failure == ""
@@ -148,9 +148,9 @@ def test_a_pose_that_stays_away_lands_it_and_is_the_reason(make_swarm):
     assert not core.responses
 
 
-def test_a_drone_that_rises_while_its_body_does_not_lands_and_says_why(make_swarm):
+def test_a_drone_that_rises_while_its_body_does_not_lands_and_reports_why(make_swarm):
     _, core, motion = flown(make_swarm(TELLO), 0, swapped=True)
-    assert "is that the body of another drone" in core.failure
+    assert "does the body belong to another drone" in core.failure
     assert motion.position[2] == 0.0
 
 

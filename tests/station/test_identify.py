@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 import pytest
 from flockwire import clock
 from flockwire.domain.time import SECOND, nanoseconds
-from flockwire_station.excitation import PATIENCE, Axis, Stage
+from flockwire_station.excitation import PATIENCE, Axis, ExcitationStage
 from flockwire_station.identify import begun
 
 
@@ -38,11 +38,11 @@ def own_clock() -> Iterator[None]:
 def test_it_begins_by_swarm_time(make_swarm: Callable, behind: float) -> None:
     core = asyncio.run(begun(Gateway(behind), make_swarm(), 1, (Axis.UP,), bool))
     core.step(clock.now() + SECOND)
-    assert (core.stage, core.failure) == (Stage.WAITING, "")
+    assert (core.stage, core.failure) == (ExcitationStage.WAITING, "")
     core.step(clock.now() + nanoseconds(PATIENCE + 1.0))
     assert core.failure
 
 
 def test_it_does_not_wait_for_swarm_time_when_that_is_hopeless(make_swarm: Callable) -> None:
     core = asyncio.run(asyncio.wait_for(begun(Gateway(None), make_swarm(), 1, (Axis.UP,), lambda: True), 5.0))
-    assert core.stage is Stage.WAITING
+    assert core.stage is ExcitationStage.WAITING

@@ -83,7 +83,7 @@ def test_orders_go_to_their_keys_at_once_a_stop_first(make_plan, wire):
 
 
 @pytest.mark.parametrize("name", ["uav1", "leader", "nobody", ""])
-def test_nobody_reports_how_another_is(make_plan, wire, name):
+def test_no_process_reports_another(make_plan, wire, name):
     operator = Operator(make_plan(), wire)
     wire.put("uav1", status("uav1", Report("landing"), clock.now() - SECOND // 2))
     operator.poll()
@@ -101,7 +101,7 @@ def test_nobody_reports_how_another_is(make_plan, wire, name):
         "\x1b[2J",
     ],
 )  # fmt: skip
-def test_whatever_a_process_says_of_itself_the_table_is_drawn(text, make_plan):
+def test_whatever_a_process_reports_the_table_is_drawn(text, make_plan):
     now = 1_790_000_000 * SECOND
     for report in (Report(text), Report("hold", f"waits {text}")):
         paper = StringIO()

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from flockwire.loading import parse_swarm
-from flockwire.pilot.phases import Phase
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Status
 from flockwire_analysis.summary import summarise
 from flockwire_sim.recording import TraceInMemory
@@ -30,7 +30,7 @@ INTO_OBSTACLE = {
 def laid_out_in_readme():
     """Return README's swarm of one's own."""
     text = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
-    return re.search(r"## A swarm of your own\n\n```toml\n(.*?)```", text, re.DOTALL)[1]
+    return re.search(r"## Your own swarm\n\n```toml\n(.*?)```", text, re.DOTALL)[1]
 
 
 @pytest.fixture

@@ -9,10 +9,10 @@ import pytest
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground import director, giving
 from flockwire.ground.director import Stage
-from flockwire.pilot.phases import Phase
 from flockwire.runtime import session as sessions
 from flockwire.runtime.session import RouterAbsentError
 from flockwire.wire.messages import Mission, Stop
+from flockwire.wire.phase import Phase
 from flockwire_station import operator, up
 from flockwire_station.connecting import UNANSWERED
 from flockwire_station.operator import Operator
@@ -26,7 +26,7 @@ from simulated_pilots import SimulatedSwarm, started
 TICK = 0.005  # s between two looks of these tests' stations
 
 
-class Scene:
+class StationFlight:
     """A station with its swarm; `at` says what happens when a stage has begun."""
 
     def __init__(self, plan, host="localhost", duration=0.2):
@@ -68,23 +68,23 @@ class Scene:
 
 
 @pytest.fixture
-def scene(make_plan, monkeypatch):
-    """Return the builder of a scene."""
+def fly(make_plan, monkeypatch):
+    """Return the builder of a flight."""
     monkeypatch.setattr(operator, "POLL_PERIOD", TICK)
     monkeypatch.setattr(director, "LEAD_TIME", SECOND // 50)
     plan = make_plan()
-    return lambda **more: Scene(plan, plan.hosts["recorder"], **more)
+    return lambda **more: StationFlight(plan, plan.hosts["recorder"], **more)
 
 
-def interrupt(scene):
+def interrupt(flight):
     def act():
-        scene.interrupted.count += 1
+        flight.interrupted.count += 1
 
     return act
 
 
-def test_a_flight_from_take_off_to_landing(scene, capsys):
-    flight = scene()
+def test_a_flight_from_take_off_to_landing(fly, capsys):
+    flight = fly()
     assert flight.conduct() == ""
     assert flight.swarm.orders == ["takeoff", "start", "land"]
     assert flight.children.took_off == flight.swarm.published[0].stamp
@@ -93,15 +93,15 @@ def test_a_flight_from_take_off_to_landing(scene, capsys):
     assert [stage for stage in stages if stage != "preparing"] == ["taking off", "in formation", "landing", "over"]
 
 
-def test_the_first_interrupt_lands(scene):
-    flight = scene(duration=0.0)
+def test_the_first_interrupt_lands(fly):
+    flight = fly(duration=0.0)
     flight.at = {Stage.FLYING: interrupt(flight)}
     assert flight.conduct() == ""
     assert flight.swarm.orders[-1] == "land"
 
 
-def test_at_the_second_it_leaves_and_is_not_well(scene):
-    flight = scene(duration=0.0)
+def test_at_the_second_it_leaves_and_is_not_well(fly):
+    flight = fly(duration=0.0)
 
     def interrupt_with_one_that_stays_up():
         flight.swarm["uav3"].stays = True
@@ -111,24 +111,24 @@ def test_at_the_second_it_leaves_and_is_not_well(scene):
     assert flight.conduct() == LEFT
 
 
-def test_a_dead_process_lands_the_others_and_is_the_failure(scene):
-    flight = scene(duration=0.0)
+def test_a_dead_process_lands_the_others_and_is_the_failure(fly):
+    flight = fly(duration=0.0)
 
     flight.at = {Stage.FLYING: lambda: flight.children.dead.append("uav2")}
-    assert flight.conduct() == "uav2 ended by itself (signal SIGKILL)"
+    assert flight.conduct() == "uav2 ended unexpectedly (signal SIGKILL)"
     assert flight.swarm.orders[-1] == "land"
 
 
-def test_a_dead_recorder_is_started_again_which_is_said_and_ends_no_flight(scene, capsys):
-    flight = scene(duration=0.5)
+def test_a_dead_recorder_is_restarted_which_is_said_and_ends_no_flight(fly, capsys):
+    flight = fly(duration=0.5)
     flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
     assert flight.conduct() == ""
     assert flight.children.started == ["recorder"]
-    assert "recorder ended by itself (signal SIGKILL); started again\n" in capsys.readouterr().out
+    assert "recorder ended unexpectedly (signal SIGKILL); restarted\n" in capsys.readouterr().out
 
 
-def test_a_recorder_that_dies_again_and_again_lands_the_drones_at_last(scene):
-    flight = scene(duration=0.0)
+def test_a_recorder_that_dies_again_and_again_lands_the_drones_at_last(fly):
+    flight = fly(duration=0.0)
 
     async def restart(identity):
         flight.children.started.append(identity)
@@ -136,21 +136,21 @@ def test_a_recorder_that_dies_again_and_again_lands_the_drones_at_last(scene):
 
     flight.children.restart = restart
     flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
-    assert flight.conduct() == "recorder ended by itself (signal SIGKILL)"
+    assert flight.conduct() == "recorder ended unexpectedly (signal SIGKILL)"
     assert flight.children.started == ["recorder"] * MOST_RESTARTS
 
 
-def test_what_refuses_to_run_is_not_started_again(scene):
-    flight = scene(duration=0.0)
+def test_what_refuses_to_run_is_not_restarted(fly):
+    flight = fly(duration=0.0)
     flight.children.refusing = True
     flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
-    assert flight.conduct() == "recorder ended by itself (signal SIGKILL)"
+    assert flight.conduct() == "recorder ended unexpectedly (signal SIGKILL)"
     assert flight.children.started == []
 
 
-def test_it_is_over_only_when_telemetry_says_so(scene, monkeypatch):
+def test_it_is_over_only_when_telemetry_reports_it(fly, monkeypatch):
     monkeypatch.setattr(director, "STAGE_TIME", SECOND)
-    flight = scene(duration=0.2)
+    flight = fly(duration=0.2)
 
     def cut_off():
         flight.swarm["uav3"].stays = True
@@ -167,8 +167,8 @@ def press(flight, *verbs):
     return act
 
 
-def test_keys_give_orders_in_flight(scene):
-    flight = scene(duration=0.0)
+def test_keys_give_orders_in_flight(fly):
+    flight = fly(duration=0.0)
     flight.at = {Stage.FLYING: press(flight, "hold", "resume", "land")}
     assert flight.conduct() == ""
     assert flight.swarm.orders == ["takeoff", "start", "hold", "start", "land"]
@@ -176,8 +176,8 @@ def test_keys_give_orders_in_flight(scene):
     assert len(starts) == 1  # the formation's time goes on
 
 
-def test_a_stop_by_key_is_repeated_until_the_motors_are_off(scene):
-    flight = scene(duration=0.0)
+def test_a_stop_by_key_is_repeated_until_the_motors_are_off(fly):
+    flight = fly(duration=0.0)
 
     def stop():
         flight.swarm["uav3"].deaf = True
@@ -192,8 +192,8 @@ def test_a_stop_by_key_is_repeated_until_the_motors_are_off(scene):
     assert {pilot.phase for pilot in flight.swarm.pilots.values()} == {Phase.STOPPED}
 
 
-def test_another_operators_landing_is_no_failure(scene):
-    flight = scene(duration=0.0)
+def test_another_operators_landing_is_not_a_failure(fly):
+    flight = fly(duration=0.0)
 
     def land():
         order = Mission(flight.director.order.stamp + 1, "world", "land")
@@ -205,11 +205,11 @@ def test_another_operators_landing_is_no_failure(scene):
 
 @pytest.fixture
 def serving(make_plan, monkeypatch):
-    """Return a scene on a host that does not conduct, whose swarm flies; nobody there has the time."""
+    """Return a flight on a host that does not conduct, whose swarm flies; nobody there has the time."""
     monkeypatch.setattr(giving, "LOOK_TIME", TICK)
     monkeypatch.setattr(operator, "POLL_PERIOD", TICK)
     hosts = {"ground": {"address": "127.0.0.1"}, "air": {"address": "127.0.0.1", "processes": ["leader"]}}
-    flight = Scene(make_plan({"hosts": hosts, "network.base_port": 29000}), "air")
+    flight = StationFlight(make_plan({"hosts": hosts, "network.base_port": 29000}), "air")
     flight.swarm.all(Phase.FORMATION, started())
     return flight
 
@@ -232,7 +232,9 @@ def test_a_host_that_does_not_conduct_gives_no_orders(serving, capsys):
 
 
 @pytest.mark.parametrize(("verb", "phase"), [("land", Phase.READY), ("hold", Phase.HOLD)])
-def test_a_key_of_a_host_that_does_not_conduct_is_an_order_to_all_and_the_host_serves_on(serving, capsys, verb, phase):
+def test_a_key_of_a_host_that_does_not_conduct_is_an_order_to_all_and_the_host_keeps_running(
+    serving, capsys, verb, phase
+):
     serving.at = {Stage.PREPARING: press_then_interrupt(serving, verb)}
     assert serving.conduct() == ""
     assert serving.swarm.orders == [verb]
@@ -261,8 +263,8 @@ def test_a_stop_by_a_key_counts_on_every_host(serving):
     assert len([order for order in serving.swarm.published if isinstance(order, Stop)]) > 10
 
 
-def test_a_key_that_orders_nothing_says_why(scene, capsys):
-    flight = scene()
+def test_a_key_that_orders_nothing_reports_why(fly, capsys):
+    flight = fly()
     flight.swarm["uav3"].phase, flight.swarm["uav3"].stays = Phase.GROUNDED, True
 
     def press_and_go_on():
@@ -307,16 +309,16 @@ def starting(make_plan, monkeypatch):
     return start
 
 
-def test_nobody_starts_before_those_that_it_waits_for_have_reported(starting):
+def test_no_process_starts_before_those_that_it_waits_for_have_reported(starting):
     assert starting()[0] == "recorder"
     assert starting({"network.mode": "router"})[:2] == ["router", "recorder"]
 
 
-def test_who_does_not_report_in_time_is_waited_for_no_more(starting):
+def test_who_does_not_report_in_time_is_no_longer_waited_for(starting):
     assert sorted(starting(lives=lambda name: name != "recorder")) == sorted(starting())
 
 
-def test_interrupted_it_starts_nobody_any_more(starting):
+def test_interrupted_it_starts_no_other_process(starting):
     assert starting(interrupts=1) == []
 
 
@@ -345,7 +347,7 @@ def without_router(make_plan, monkeypatch):
 
 
 def test_a_router_that_dies_before_it_answers_is_the_failure(without_router):
-    dead = "router ended by itself (signal SIGKILL)"
+    dead = "router ended unexpectedly (signal SIGKILL)"
     assert without_router(lambda children: children.dead.append("router")) == (dead, ["router"])
 
 

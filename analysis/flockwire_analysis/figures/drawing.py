@@ -77,7 +77,7 @@ class Canvas:
         self.flight = airborne(trace)
         self.origin = self.phase.begin if self.phase is not None else trace.begin
         self.events = events(trace)
-        self.time_label = "mission time, s" if self.phase is not None else "time since the trace's begin, s"
+        self.time_label = "mission time, s" if self.phase is not None else "time since the trace's start, s"
 
     @cached_property
     def formation_errors(self) -> dict[int, Errors]:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 FLOOR = 1e-4  # m: the lower end of the axes: what is below is not drawn
 DASHED = (0, (4, 3))
-TAIL = "The shaded tail of each phase is what the flight is judged by."
+TAIL = "The flight is judged by the shaded tail of each phase."
 
 
 def formation(canvas: Canvas) -> Picture | None:
@@ -68,7 +68,7 @@ def convergence(canvas: Canvas) -> Picture | None:
         axes.axvline(settled, color=DANGER, linewidth=0.7, linestyle=(0, (1, 2)), zorder=1.5)
         entries.append(line(f"all below from {settled:.2f} s on", DANGER, (0, (1, 2))))
     legend(axes, canvas.names(errors), entries)
-    caption = "The same errors from the first estimate on, on a time scale of their own."
+    caption = "The same errors from the first estimate on, on their own time scale."
     return Picture(canvas.save(figure, "convergence"), "Convergence of the observer", caption)
 
 

@@ -61,11 +61,11 @@ def _fence_name(canvas: Canvas) -> str:
 
 def _caption(canvas: Canvas) -> str:
     text = (
-        "The flight from above, paler where it is longer ago. Open markers: starts; filled: ends; the leader is black. "
-        "Grey shapes link the followers at a few instants. The fence is drawn where it is in view."
+        "The flight from above; older parts are paler. Open markers: starts; filled: ends; the leader is black. "
+        "Grey lines connect the followers at a few times. The fence is drawn if it is in view."
     )
     if canvas.trace.swarm.obstacles:
-        text += " Dark discs are obstacles, the dashed ring is the clearance that must be kept."
+        text += " Dark discs are obstacles, the dashed ring is the required clearance."
     return text
 
 

@@ -1,6 +1,7 @@
 """Lemma 3: whether, and by when, the distributed observer (8) finds the leader on a given graph."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import inf
 
 import numpy as np
@@ -64,6 +65,7 @@ def smallest_observer_gain(graph: Graph, leader_input_bound: float) -> float:
     return 2.0 * leader_gain * leader_input_bound / lambda_min if lambda_min > 0 else inf
 
 
+@lru_cache(maxsize=1)  # a graph of 1000 takes a second, and each question about it asks for the same
 def _lyapunov(graph: Graph) -> tuple[tuple[float, ...], float, float]:
     """Return gamma, lambda_min(Lhat) and varpi / u0_max = ||Gamma diag(Y)||, Y_i = a_i0.
 

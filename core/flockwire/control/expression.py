@@ -81,7 +81,7 @@ def derivative(node: Node) -> Node:
     partials = FUNCTIONS[node.function].partials
     if partials is None:
         raise ExpressionError(
-            f"{node.function!r} of what changes with t jumps, or its rate does; it takes i and n only"
+            f"{node.function!r} of a value that changes with t jumps, or its rate does; it may use only i and n"
         )
     total: Node = Number(0.0)
     for partial, argument in zip(partials(*node.arguments), node.arguments, strict=True):

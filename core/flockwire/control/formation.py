@@ -120,7 +120,7 @@ class Polygon:
         )
 
 
-class ExpressionFormation:
+class Parametric:
     """An expression for each axis: h_i(t) = [x, y, z](t, i, n) in m, t >= 0 in s, of rank i = 0 … n − 1, n = `count`.
 
     `axes` are the trees of x, y and z; h_i' is their derivative. What is not defined is NaN. Raises ExpressionError
@@ -152,7 +152,7 @@ class ExpressionFormation:
         return place
 
 
-Formation = Circle | Line | Grid | Polygon | KeyFrames | ExpressionFormation | FormationChange
+Formation = Circle | Line | Grid | Polygon | KeyFrames | Parametric | FormationChange
 
 
 def _turned(place: tuple[float, float], angle: float) -> Vector:

@@ -30,7 +30,7 @@ class Graph:
             if target == LEADER:
                 raise ValueError(f"{name}: the leader has no in-neighbours")
             if source == target:
-                raise ValueError(f"{name}: nobody is a neighbour of itself")
+                raise ValueError(f"{name}: a drone is not its own neighbour")
             if (source, target) in seen:
                 raise ValueError(f"{name}: listed twice")
             if not 0.0 < weight < inf:

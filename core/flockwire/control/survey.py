@@ -1,10 +1,12 @@
 """A formation sampled before it is accepted: how fast, how close, how wide."""
 
 from dataclasses import dataclass
-from math import inf
+from itertools import islice
+from math import dist, inf
+from operator import itemgetter
 
 from flockwire.control.formation import Formation
-from flockwire.domain.vector import ZERO, Vector, distance, norm
+from flockwire.domain.vector import ZERO, Vector, norm
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,11 +51,14 @@ def _widened(extent: Vector, points: list[Vector]) -> Vector:
 
 def _smallest_distance(points: list[Vector], best: float) -> float:
     """Return the smallest pairwise distance, or `best` where that is smaller: a sweep along the widest axis."""
-    axis = max(range(3), key=lambda k: max(p[k] for p in points) - min(p[k] for p in points))
-    swept = sorted(points, key=lambda point: point[axis])
-    for i, point in enumerate(swept):
-        for j in range(i + 1, len(swept)):
-            if swept[j][axis] - point[axis] >= best:
+    low, high = (tuple(map(extreme, zip(*points, strict=True))) for extreme in (min, max))
+    axis = max(range(3), key=lambda k: high[k] - low[k])
+    swept = sorted(points, key=itemgetter(axis))
+    for i, point in enumerate(swept, 1):
+        place = point[axis]
+        for other in islice(swept, i, None):
+            if other[axis] - place >= best:
                 break
-            best = min(best, distance(point, swept[j]))
+            if (gap := dist(point, other)) < best:
+                best = gap
     return best

@@ -14,8 +14,8 @@ from flockwire.ground.fleet import IN_THE_AIR, STALE, Fleet
 from flockwire.ground.knowledge import Knowledge
 from flockwire.ground.preflight import Preflight
 from flockwire.pilot.orders import rank
-from flockwire.pilot.phases import Phase
 from flockwire.wire.messages import IN_FORMATION, FlightState, Mission, Telemetry
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Status
 
 POLL_PERIOD = 0.05  # s between two looks at the statuses

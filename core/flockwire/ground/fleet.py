@@ -6,9 +6,9 @@ from collections.abc import Collection, Iterator, Mapping
 
 from flockwire.domain.time import SECOND
 from flockwire.pilot.orders import came_down, rank
-from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import uav
 from flockwire.wire.messages import FlightState, Mission, Telemetry
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 
 STALE = 2 * SECOND  # ns after which a status or telemetry no longer counts
@@ -135,7 +135,7 @@ class Fleet:
         status = self._statuses.get(self.pilots[drone])
         if status is None:
             return "no status"
-        return (status.report.detail or status.report.phase) if drone in self.fresh else "silent"
+        return (status.report.line or status.report.phase) if drone in self.fresh else "silent"
 
     def _is_down(self, drone: int, since: int) -> bool:
         state = self.states.get(drone)

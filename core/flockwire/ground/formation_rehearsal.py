@@ -140,7 +140,7 @@ class Rehearsal:
                 if (far := room.outside(add(centre, (x, y, z)))) > 0.0:
                     yield (
                         f"{self._name(i)} would be {far:.2f} m outside limits.fence {second:.1f} s into the change, "
-                        "the leader going on as it does"
+                        "if the leader continues its course"
                     )
                     return
 

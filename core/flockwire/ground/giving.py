@@ -18,9 +18,9 @@ from flockwire.ground.fleet import IN_THE_AIR, Fleet
 from flockwire.ground.knowledge import Knowledge
 from flockwire.ground.preflight import Preflight
 from flockwire.pilot.orders import DOWN, rank
-from flockwire.pilot.phases import Phase
 from flockwire.swarm.model import uav
 from flockwire.wire.messages import Mission, Stop, Telemetry, Version
+from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 
@@ -34,7 +34,7 @@ LOOK_TIME = 3 * SECOND // 2  # ns to look round before an order that depends on 
 
 
 class Order(NamedTuple):
-    """One order, as a person gives it.
+    """One order, as an operator gives it.
 
     Args:
         verb: "start", "formation", "hold", "land" or "stop".
@@ -190,7 +190,7 @@ class ChangeGiving(MissionGiving):
     def _begin(self, fleet: Fleet, running: Mission | None) -> None:
         flying = any(fleet.phase(i) in (Phase.FORMATION, Phase.HOLD) for i in self._plan.pilots)
         if running is None or running.verb == "land" or not flying:
-            self.answer = Answer(refusal="nobody flies a formation; `flockwire start --formation NAME` takes off")
+            self.answer = Answer(refusal="no drone flies a formation; `flockwire start --formation NAME` takes off")
             return
         self._from = running
         if not running.start:  # they hold since they took off

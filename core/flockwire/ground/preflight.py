@@ -57,7 +57,7 @@ class Preflight:
             if place is None or (beside := dist(place, start)) <= self.tolerance:
                 continue
             nearest = min(self.starts, key=lambda i: dist(self.starts[i], place))
-            other = f", where {uav(nearest)} should stand" if nearest != drone else ""
+            other = f", the start of {uav(nearest)}" if nearest != drone else ""
             x, y, z = place
             yield (
                 f"{uav(drone)}: its body is at [{x:.2f}, {y:.2f}, {z:.2f}]{other}, {beside:.2f} m from its start, "

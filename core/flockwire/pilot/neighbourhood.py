@@ -10,9 +10,10 @@ from flockwire.domain.motion import LeaderMotion
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 from flockwire.law import NeighbourEstimate
-from flockwire.pilot.phases import IN_FLIGHT, NEVER, Phase, age
+from flockwire.pilot.phases import IN_FLIGHT, NEVER, age
 from flockwire.swarm.tables import Staleness
 from flockwire.wire.messages import Estimate, Leading, Pose
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Status
 
 MOST_HOPS = 255  # that a message can carry

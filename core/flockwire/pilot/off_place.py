@@ -5,8 +5,8 @@ from __future__ import annotations
 from flockwire.control.fence import Room
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, subtract
-from flockwire.pilot.phases import Phase
 from flockwire.swarm.tables import Checks
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Reason, Report
 
 AT_THE_FENCE = Reason("at fence", "held at the fence")

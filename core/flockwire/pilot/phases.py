@@ -6,33 +6,21 @@ grounded -> ready -> take-off -> hold <-> formation
 
 from __future__ import annotations
 
-from enum import StrEnum
 from typing import NamedTuple
 
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, limit
 from flockwire.pilot.orders import Orders
 from flockwire.wire.messages import Mission, Pose
+from flockwire.wire.phase import Phase
 
 NEVER = float("inf")
-SHUTDOWN = "its process is to end"
-OUTDATED = "on the ground since the last order: `flockwire start` brings it in"
+SHUTDOWN = "its process must end"
+OUTDATED = "on the ground since the last order: `flockwire start` takes it off"
 ORDERLESS = 10 * SECOND  # ns that a pilot which was started in flight waits for an order
-WITHOUT_ORDER = "in flight without an order: nobody repeats one"
+WITHOUT_ORDER = "in flight without an order: no station repeats one"
 LAST_HOLD = SECOND  # ns that it holds at a shutdown before it lands
 HOLDING_GAIN = 1.5  # 1/s, of the loop that keeps a place
-
-
-class Phase(StrEnum):
-    """What a pilot does."""
-
-    GROUNDED = "grounded"
-    READY = "ready"
-    TAKEOFF = "take-off"
-    HOLD = "hold"
-    FORMATION = "formation"
-    LANDING = "landing"
-    STOPPED = "stopped"
 
 
 IN_FLIGHT = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION, Phase.LANDING})

@@ -28,26 +28,17 @@ from flockwire.pilot.ladder import (
     unready_reason,
 )
 from flockwire.pilot.off_place import OffPlace
-from flockwire.pilot.phases import (
-    IN_FLIGHT,
-    NEVER,
-    FlightPhases,
-    Phase,
-    Situation,
-    age,
-    climb,
-    command_stamp,
-    keep_place,
-)
+from flockwire.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, age, climb, command_stamp, keep_place
 from flockwire.pilot.surroundings import Surroundings
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import STOP, Key
 from flockwire.wire.messages import Command, FlightState, IdentityDoubt, Message, Pose, Stop, Telemetry
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Reason, Report
 
 AIRBORNE = frozenset({FlightState.FLYING, FlightState.LANDING})
 LEFT_OUT = "left out of this flight"
-HELD_UP = "off the ground with its motors standing: put it down, on a floor that its sensor sees"
+HELD_UP = "off the ground with stopped motors: put it down on a floor that its sensor detects"
 SET_DOWN = "its driver lands it"
 DRIVER_LOST = 10.0  # s of silence after which a driver is not coming back
 LONGEST_STEP = 0.1  # s: after a longer pause a pilot goes on as if only this had passed

@@ -50,17 +50,21 @@ class Resources(Protocol):
         """Return who is linked, by authenticated identity."""
 
 
-class Deadlines:
-    """Counts steps, those that came late, and those that did not come."""
+class StepCounts:
+    """Counts steps, those that were made more than 1 and 5 ms after what called for them, and those that were not made.
+
+    What calls for a step is the ticker, when it is due, or a message that triggers it, when it was sent: of a pilot
+    the delay is that of the network and of its own machine.
+    """
 
     def __init__(self) -> None:
-        self.steps = self.late_1ms = self.late_5ms = self.skipped = 0
+        self.steps = self.delayed_1ms = self.delayed_5ms = self.skipped = 0
 
-    def count(self, lateness: int, skipped: int) -> None:
-        """Count one step that came `lateness` ns after its time, and `skipped` steps missed before it."""
+    def count(self, delay: int, skipped: int) -> None:
+        """Count one step that is made `delay` ns after what called for it, and `skipped` steps missed before it."""
         self.steps += 1
-        self.late_1ms += lateness > 1_000_000
-        self.late_5ms += lateness > 5_000_000
+        self.delayed_1ms += delay > 1_000_000
+        self.delayed_5ms += delay > 5_000_000
         self.skipped += skipped
 
 
@@ -99,18 +103,18 @@ class StatusPublisher:
         """Return whether the next status is due."""
         return is_due(self.deadline, now, STATUS_PERIOD)
 
-    def update(self, now: int, report: Report, counts: Deadlines, rejected: Counts) -> None:
+    def update(self, now: int, report: Report, counts: StepCounts, rejected: Counts) -> None:
         """Publish the status, and log the state if it is a new one."""
         self.deadline = next_deadline(self.deadline, now, STATUS_PERIOD)
         status = Status(
             now, self._frame, self._identity, report,
-            counts.steps, counts.late_1ms, counts.late_5ms, counts.skipped, self._resources.refused(),
+            counts.steps, counts.delayed_1ms, counts.delayed_5ms, counts.skipped, self._resources.refused(),
             self._resources.cpu_share(now), self._resources.resident(), rejected, self._resources.links(),
             *self._timekeeping.figures(now),
         )  # fmt: skip
         self._publish(((self._key, status.bounded()),))
         line = report.line
-        state = f"{report.phase}: {line}" if line else str(report.phase)
+        state = f"{report.phase}: {line}" if line else report.phase
         if state != self._logged:
             self._logged = state
             self._log(state)
@@ -155,7 +159,7 @@ class Stepper:
         self._triggers = core.triggers
         self._buffered = tuple((source.inbox.key, source.message) for source in buffered)
         self._named = tuple((key_text(swarm, source.inbox.key), source.inbox) for source in inputs)
-        self._deadlines = Deadlines()
+        self._counts = StepCounts()
         self._period = round(core.period * SECOND)
         self._earliest = 0  # stamp of the trigger that makes the next step, Unix ns
         self._ticks = WATCHDOG_TICKS - 1  # since the last step; one less where that before it was long ago
@@ -177,19 +181,19 @@ class Stepper:
         if late >= 0 or late < -period:
             self._earliest = self._earliest + period if 0 <= late < period else stamp
             self._ticks = 0 if late < 3 * period // 2 else -1
-            self._deadlines.count(now - inbox.sent, inbox.missed)
+            self._counts.count(now - inbox.sent, inbox.missed)
             self._step(now)
 
     def fed(self, now: int) -> None:
         """Step for what has come to the core by a way of its own, which is no key."""
         self._ticks = 0
-        self._deadlines.count(0, 0)
+        self._counts.count(0, 0)
         self._step(now)
 
     def tick(self, lateness: int, skipped: int, now: int) -> None:
         """Step for the ticker, which is `lateness` ns late and missed `skipped` ticks; not while triggers do."""
         if not self._triggers:
-            self._deadlines.count(lateness, skipped)
+            self._counts.count(lateness, skipped)
             self._step(now)
         elif (ticks := self._ticks + 1) < WATCHDOG_TICKS:
             self._ticks = ticks
@@ -210,7 +214,7 @@ class Stepper:
             self._flush(now)
         self._publish(messages)
         if status is not None and status.due(now):
-            status.update(now, core.report(now), self._deadlines, self._rejected())
+            status.update(now, core.report(now), self._counts, self._rejected())
 
     def _rejected(self) -> Counts:
         return tuple(

@@ -22,7 +22,7 @@ RETRY = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 
 def configuration(
     plan: Plan, identity: str, credentials: Credentials | None, detours: Mapping[str, str] = NO_DETOURS
 ) -> dict[str, object]:
-    """Return the Zenoh configuration of `identity`, by which it is linked to processes (a person: to all).
+    """Return the Zenoh configuration of `identity`, by which it is linked to processes (an operator: to all).
 
     Without `credentials` nothing is encrypted, authenticated or refused. `detours`: who is dialled elsewhere.
     """

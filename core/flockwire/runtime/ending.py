@@ -90,7 +90,7 @@ def last_resort(identity: str, done: bool) -> None:
 
 def _give_up(identity: str, done: bool) -> None:
     logging.getLogger(identity).warning(
-        f"the session did not close in {LAST_RESORT} s: others are gone without a word; ends "
-        + ("all the same, its work is done" if done else "with its work undone")
+        f"the session did not close in {LAST_RESORT} s: its peers have vanished; the process ends, "
+        + ("its work is done" if done else "its work is not done")
     )
     os._exit(0 if done else UNDONE)

@@ -15,7 +15,7 @@ from random import Random
 from flockwire import clock
 from flockwire.process.cores import Core, Start, make_core
 from flockwire.process.faults import of_core
-from flockwire.process.stepping import Deadlines, StatusPublisher, Stepper, at_once, tick_period
+from flockwire.process.stepping import StatusPublisher, StepCounts, Stepper, at_once, tick_period
 from flockwire.process.timekeeping import Timekeeping, patience
 from flockwire.runtime.datagrams import Sockets, served
 from flockwire.runtime.ending import Ending, finished, last_resort
@@ -29,6 +29,7 @@ from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.runtime.ticker import Ticker
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Message
+from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report, Status
 
@@ -122,7 +123,7 @@ def _waits(status: StatusPublisher) -> None:
     """Publish, when it is time, that the process has no core yet."""
     now = clock.now()
     if status.due(now):
-        status.update(now, Report("waiting", "waits for the gateway's time"), Deadlines(), ())
+        status.update(now, Report(Phase.WAITING, "waits for the gateway's time"), StepCounts(), ())
 
 
 async def run_core(job: Job, feed: Feed | None = None) -> None:

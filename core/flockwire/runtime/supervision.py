@@ -16,6 +16,7 @@ from collections.abc import Mapping
 
 from flockwire import clock
 from flockwire.domain.time import MICROSECOND, SECOND
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
 HEALTH = "FLOCKWIRE_HEALTH"  # path of the Unix socket at which the process answers how it is
@@ -26,7 +27,7 @@ class Supervision:
     """Reports the steps of `identity` to the supervisors that `environment` names, from the running loop."""
 
     def __init__(self, identity: str, environment: Mapping[str, str] = os.environ) -> None:
-        self._identity, self._report, self._stepped = identity, Report("starting"), 0
+        self._identity, self._report, self._stepped = identity, Report(Phase.STARTING), 0
         notify, self._period = environment.get(NOTIFY, ""), int(environment.get(WATCHDOG, 1_000_000)) * MICROSECOND // 2
         self._notify = _connected(notify) if notify else None
         self._due = 0  # when systemd is to be told again, monotonic ns
@@ -48,7 +49,7 @@ class Supervision:
     def answer(self, now: int) -> bytes:
         """Return how the process is at `now` (monotonic ns), as JSON; the age of its last step is null before it."""
         age = (now - self._stepped) / SECOND if self._stepped else None
-        phase, detail = str(self._report.phase), self._report.line
+        phase, detail = self._report.phase, self._report.line
         return json.dumps({"identity": self._identity, "phase": phase, "detail": detail, "step_age_s": age}).encode()
 
     def _answer(self) -> None:
@@ -76,7 +77,9 @@ def _answering(identity: str, path: str) -> socket.socket | None:
             os.unlink(path)  # noqa: PTH108  (a Path of it is needed nowhere else)
         receiver.bind(path)
     except OSError as error:
-        logging.getLogger(identity).warning("%s = %r: cannot be asked there: %s", HEALTH, path, error.strerror)
+        logging.getLogger(identity).warning(
+            "%s = %r: cannot answer health checks there: %s", HEALTH, path, error.strerror
+        )
         receiver.close()
         return None
     return receiver

@@ -32,7 +32,7 @@ class AirframeRow:
     drone_keys: str = ""  # model of what [[drones]] has for it: one table, called as its kind is
     airframe_keys: str = ""  # model of what [airframes.NAME] has for it
     built_in: Mapping[str, float] = field(default_factory=dict)  # keys of the built-in airframe
-    rules: str = ""  # rules of the swarm file (swarm/rule.py)
+    rules: str = ""  # rules of the swarm file (swarm/rules.py)
     warnings: str = ""  # yields what `flockwire check` warns of, of a Swarm
     live_checks: tuple[str, ...] = ()  # codes of its driver's reasons (wire/status.py) with a line in `check --live`
     identified: str = ""  # yields its keys of [airframes.NAME], of an Airframe and the measured gain of each axis
@@ -43,9 +43,9 @@ class AirframeRow:
 KINEMATICS = AirframeRow(
     "kinematics",
     simulated="flockwire_kinematics.drone:standing",
-    without_setpoints=ByItself("goes on as it was commanded last"),
-    without_poses=ByItself("goes on"),
-    without_link=ByItself("goes on as it was commanded last"),
+    without_setpoints=ByItself("follows its last command"),
+    without_poses=ByItself("continues"),
+    without_link=ByItself("follows its last command"),
 )
 TELLO = AirframeRow(
     "tello",

@@ -8,13 +8,13 @@ from math import dist, isinf
 from flockwire.control.graph import LEADER
 from flockwire.swarm.formations import ExpressionFormation
 from flockwire.swarm.model import DEFAULT_FORMATION, SURVEY_HORIZON, Swarm, uav
-from flockwire.swarm.rule import needs
+from flockwire.swarm.rules import Rule, needs
 
 UNDEFINED_STEP = 0.1  # s between the times at which expressions must have values
 
 
 @needs("formation", "formations", "drones.id", "leader.kind", "limits", "avoidance")
-def formations(swarm: Swarm) -> Iterator[str]:
+def _formations(swarm: Swarm) -> Iterator[str]:
     """Yield what keeps a formation from being flown: no values, speed, fence, spacing."""
     if swarm.formation is None and DEFAULT_FORMATION not in swarm.formations:
         yield f"formation: missing; there must be one, or a [formations.{DEFAULT_FORMATION}]"
@@ -61,7 +61,7 @@ def _undefined(swarm: Swarm, key: str, table: object) -> Iterator[str]:
 
 
 @needs("drones", "leader.kind", "avoidance", "gateway.person_radius", "formation", "formations")
-def carried(swarm: Swarm) -> Iterator[str]:
+def _carried(swarm: Swarm) -> Iterator[str]:
     """Yield what would bring drones to the person who carries a tracked leader."""
     if swarm.leader.kind != "tracked":
         return
@@ -83,3 +83,6 @@ def carried(swarm: Swarm) -> Iterator[str]:
         if nearest < clearance:
             key = f"formations.{name}" if name else "formation"
             yield f"{key}: its drones come within {nearest:.2f} m of the person who leads, {least}"
+
+
+RULES: tuple[Rule, ...] = (_formations, _carried)

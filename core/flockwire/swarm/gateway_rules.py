@@ -6,7 +6,7 @@ import ipaddress
 from collections.abc import Iterator
 
 from flockwire.swarm.model import Swarm
-from flockwire.swarm.rule import Rule, needs
+from flockwire.swarm.rules import Rule, needs
 
 OLDEST, NEWEST = (3, 0), (4, 5)  # versions of NatNet
 

@@ -10,15 +10,15 @@ from pydantic_core import PydanticUndefined
 
 from flockwire.swarm.model import Swarm
 from flockwire.swarm.outline import Entry, entries, explanation, of_field
-from flockwire.swarm.wording import rule, shown
+from flockwire.swarm.wording import shown, takes
 
 _HEAD = """# The swarm file
 
 <!-- made by scripts/document from the models in core/flockwire/swarm; change those -->
 
 One TOML file describes a whole swarm. `flockwire init` writes one with comments, `flockwire check` names every mistake.
-Lengths are metres, times seconds, angles radians; the world frame is ENU with Z up. What has no default must be
-given. In a message or a dotted key, numbers count places in lists from 0: `drones.2.start` is that of the third drone.
+Lengths are metres, times seconds, angles radians; the world frame is ENU with Z up. A key without a default must be
+given. In messages and dotted keys, list positions count from 0: `drones.2.start` is the start of the third drone.
 
 An editor that knows TOML and JSON Schema (Even Better TOML, taplo) completes and explains keys: `flockwire init` writes
 `.flockwire/swarm.schema.json` and a first line that names it."""
@@ -49,7 +49,7 @@ def _section(first: Entry, tables: tuple[str, ...]) -> Iterator[str]:
     for entry in entries(first.model):
         if not entry.table:
             unit, meaning = explanation(entry.model, entry.name)
-            cells = f"`{entry.name}`", default(entry), unit, rule(*of_field(entry.field)), meaning
+            cells = f"`{entry.name}`", default(entry), unit, takes(*of_field(entry.field)), meaning
             yield f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |"
 
 

@@ -1,24 +1,56 @@
-"""The rules that tie a swarm file's keys together: each function yields one line per problem, `key = value: rule`."""
+"""The rules that tie a swarm file's keys together: each function yields one line per problem, `key = value: rule`.
+
+A rule that leans on a key which is wrong already is not applied. Beside the general rules here, the formations, the
+airframes, the gateway, the addresses and the laws have rules of their own; loading.py applies all.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from itertools import combinations, pairwise
 from math import dist
 
 from flockwire.control.graph import LEADER
 from flockwire.control.plane_polygon import Corner, crossing, edges
-from flockwire.swarm.address_rules import hosts
-from flockwire.swarm.formation_rules import carried, formations
 from flockwire.swarm.model import Swarm, uav
-from flockwire.swarm.rule import Rule, needs
 from flockwire.swarm.wording import meant
 
 BUILT_IN = {
     "paper": "flockwire_agent.paper_law:PaperLaw",
     "extended": "flockwire_agent.extended_law:ExtendedLaw",
 }
+
+
+Rule = Callable[[Swarm], Iterable[str]]
+_NEEDS: dict[Rule, tuple[str, ...]] = {}
+
+
+def needs(*keys: str) -> Callable[[Rule], Rule]:
+    """Name the keys on which a rule leans: it is not looked at while one of them is wrong."""
+
+    def named(rule: Rule) -> Rule:
+        _NEEDS[rule] = keys
+        return rule
+
+    return named
+
+
+def broken(swarm: Swarm, rules: Iterable[Rule], wrong: set[str]) -> Iterator[str]:
+    """Yield what `rules` find wrong, which is added to `wrong`; a rule that leans on a `wrong` key is left out."""
+    for rule in rules:
+        keys = _NEEDS.get(rule, ("",))
+        if any(_within(one, other) for one in keys for other in wrong):
+            continue
+        for line in rule(swarm):
+            yield line
+            key = re.match(r"[\w.-]*", line)
+            wrong.add(".".join(part for part in (key[0] if key else "").split(".") if not part.isdigit()))
+
+
+def _within(one: str, other: str) -> bool:
+    """Return whether one of two keys is the other, or stands in it; the empty key is the whole file."""
+    return not one or not other or f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}.")
 
 
 @needs("drones.id", "drones.airframe", "drones.host", "airframes", "hosts", "leader.kind")
@@ -38,7 +70,7 @@ def _drones(swarm: Swarm) -> Iterator[str]:
         yield "drones: at least one follower (an id above 0) is needed"
     virtual = swarm.leader.kind == "virtual"
     if not virtual and LEADER not in seen:
-        yield f"drones: the leader, id 0, is missing (leader.kind = {swarm.leader.kind!r} has a body of its own)"
+        yield f"drones: the leader, id 0, is missing (leader.kind = {swarm.leader.kind!r} has its own body)"
     if virtual and LEADER in seen:
         yield "drones: id 0 is the leader, and leader.kind = 'virtual' has no drone"
 
@@ -48,7 +80,7 @@ def _rates(swarm: Swarm) -> Iterator[str]:
     if swarm.gateway.rate_hz < swarm.control.rate_hz:
         yield (
             f"gateway.rate_hz = {swarm.gateway.rate_hz}: must be control.rate_hz = {swarm.control.rate_hz} or more, "
-            "each control step answers a pose"
+            "because each control step uses a pose"
         )
 
 
@@ -76,7 +108,7 @@ def _graph(swarm: Swarm) -> Iterator[str]:
         if source == target:
             problems.append(f"{key}: a drone is not its own neighbour")
         if (source, target) in seen:
-            problems.append(f"{key}: this edge is there twice")
+            problems.append(f"{key}: this edge appears twice")
         seen.add((source, target))
     yield from problems
     if not problems and (lost := swarm.topology.unreachable()):
@@ -120,7 +152,7 @@ def _polygon(corners: tuple[Corner, ...]) -> Iterator[str]:
     if len(corners) < 3:
         yield f"{key}: must have 3 corners or more"
     elif repeated := next((one for one in edges(corners) if one[0] == one[1]), None):
-        yield f"{key}: corner {list(repeated[0])} is there twice in a row; leave one out"
+        yield f"{key}: corner {list(repeated[0])} appears twice in a row; remove one"
     elif (found := crossing(corners)) is not None:
         one, other = (f"that from {list(corners[k])} to {list(corners[(k + 1) % len(corners)])}" for k in found)
         yield f"{key}: must not cross or touch itself, {one} meets {other}"
@@ -187,6 +219,5 @@ def _starts(swarm: Swarm) -> Iterator[str]:
 
 
 RULES: tuple[Rule, ...] = (
-    _drones, hosts, _law, _graph, _rates, _fence, _heights, _speeds, _battery, _staleness, _avoidance, _starts,
-    formations, carried,
+    _drones, _law, _graph, _rates, _fence, _heights, _speeds, _battery, _staleness, _avoidance, _starts,
 )  # fmt: skip

@@ -15,15 +15,15 @@ _NUMBERS = {1: "one number", 2: "two numbers", 3: "three numbers"}
 
 
 @dataclass(frozen=True, slots=True)
-class Rule:
+class Takes:
     """What a field takes, where its type does not say it."""
 
     text: str
 
 
-def rule(kind: Any, metadata: tuple[Any, ...] = ()) -> str:  # noqa: ANN401  (any type)
+def takes(kind: Any, metadata: tuple[Any, ...] = ()) -> str:  # noqa: ANN401  (any type)
     """Return what a field of this type takes, to follow `must be`; empty where nothing can be said."""
-    said = [data.text for data in metadata if isinstance(data, Rule)]
+    said = [data.text for data in metadata if isinstance(data, Takes)]
     if said:
         return said[0]
     if kind in _SIMPLE:
@@ -46,7 +46,7 @@ def _list(kind: Any, metadata: tuple[Any, ...]) -> str:  # noqa: ANN401  (any ty
     """Return what a list takes."""
     first, *rest = get_args(kind)
     if rest == [Ellipsis]:
-        inner = rule(*plain(first))
+        inner = takes(*plain(first))
         least = " with one item at least" if any(getattr(data, "min_length", None) for data in metadata) else ""
         return f"a list{least}" + (f", each item {inner}" if inner else "")
     if plain(first)[0] is float:

@@ -9,12 +9,17 @@ from __future__ import annotations
 
 from functools import lru_cache
 from struct import Struct, calcsize, error
+from typing import Any, Final
 
 from flockwire.domain.time import SECOND
 
 HEADER = b"\x00\x01\x00\x00"  # little-endian CDR
 LONGEST_SEQUENCE = 4096
-_LENGTH = Struct("<I")
+_LENGTH: Final = Struct("<I")
+_TIME: Final = Struct("<iI")
+_ONE: Final = {code: Struct(f"<{code}") for code in "BHiIQd"}  # the numbers that messages hold
+_SIZES: Final = {code: form.size for code, form in _ONE.items()}
+_PADDING: Final = tuple([bytes(count) for count in range(8)])
 
 
 class MessageError(ValueError):
@@ -37,12 +42,6 @@ def layout(frame_length: int, body: str) -> Struct:
     return Struct("".join(parts))
 
 
-@lru_cache(maxsize=32)
-def one(code: str) -> Struct:
-    """Return the struct of one number of struct code `code`."""
-    return Struct(f"<{code}")
-
-
 @lru_cache(maxsize=64)
 def several(code: str, count: int) -> Struct:
     """Return the struct of `count` numbers of struct code `code`, side by side."""
@@ -57,23 +56,29 @@ class Writer:
 
     def put(self, code: str, value: object) -> None:
         """Append one number of struct code `code`, aligned."""
-        form = one(code)
-        self._data += bytes(-(len(self._data) - 4) % form.size) + form.pack(value)
+        data = self._data
+        data += _PADDING[(4 - len(data)) % _SIZES[code]]
+        data += _ONE[code].pack(value)
 
     def put_all(self, code: str, *values: object) -> None:
         """Append numbers of one struct code, aligned."""
-        size = one(code).size
-        self._data += bytes(-(len(self._data) - 4) % size) + several(code, len(values)).pack(*values)
+        data = self._data
+        data += _PADDING[(4 - len(data)) % _SIZES[code]]
+        data += several(code, len(values)).pack(*values)
 
     def time(self, stamp: int) -> None:
         """Append a builtin_interfaces/Time, from ns."""
-        self.put("i", stamp // SECOND)
-        self.put("I", stamp % SECOND)
+        data = self._data
+        data += _PADDING[-len(data) % 4]
+        data += _TIME.pack(stamp // SECOND, stamp % SECOND)
 
     def text(self, value: str) -> None:
         """Append a string."""
-        raw = value.encode()
-        self._data += bytes(-len(self._data) % 4) + _LENGTH.pack(len(raw) + 1) + raw + b"\0"
+        data, raw = self._data, value.encode()
+        data += _PADDING[-len(data) % 4]
+        data += _LENGTH.pack(len(raw) + 1)
+        data += raw
+        data += _PADDING[1]  # NUL
 
     def texts(self, values: tuple[str, ...], fields: int = 1) -> None:
         """Append a sequence of strings, or of messages that are so many strings each."""
@@ -84,8 +89,8 @@ class Writer:
     def numbers(self, code: str, values: tuple[int, ...]) -> None:
         """Append a sequence of numbers."""
         self.put("I", len(values))
-        for value in values:
-            self.put(code, value)
+        if values:
+            self.put_all(code, *values)
 
     def finish(self) -> bytes:
         """Return the message."""
@@ -102,25 +107,34 @@ class Reader:
 
     def take(self, code: str) -> int:
         """Take one integer of struct code `code`."""
-        return int(self.take_all(code, 1)[0])
-
-    def take_all(self, code: str, count: int) -> tuple[float, ...]:
-        """Take `count` numbers of struct code `code`."""
-        form = several(code, count)
-        self._at += -(self._at - 4) % one(code).size
+        at = self._at + (4 - self._at) % _SIZES[code]
+        self._at = at + _SIZES[code]
         try:
-            values = form.unpack_from(self._data, self._at)
+            (value,) = _ONE[code].unpack_from(self._data, at)
         except error:
-            raise MessageError(f"ends after {len(self._data)} bytes, too soon") from None
-        self._at += form.size
-        return values
+            raise self._too_short() from None
+        return int(value)
+
+    def take_all(self, code: str, count: int) -> tuple[Any, ...]:
+        """Take `count` numbers of struct code `code`."""
+        at = self._at + (4 - self._at) % _SIZES[code]
+        self._at = at + count * _SIZES[code]
+        try:
+            return several(code, count).unpack_from(self._data, at)
+        except error:
+            raise self._too_short() from None
 
     def time(self) -> int:
         """Take a builtin_interfaces/Time, in ns."""
-        sec, nanosec = self.take("i"), self.take("I")
+        at = self._at + -self._at % 4
+        self._at = at + 8
+        try:
+            sec, nanosec = _TIME.unpack_from(self._data, at)
+        except error:
+            raise self._too_short() from None
         if nanosec >= SECOND:
             raise MessageError(f"{nanosec} ns are more than a second")
-        return sec * SECOND + nanosec
+        return int(sec * SECOND + nanosec)
 
     def text(self) -> str:
         """Take a string."""
@@ -140,7 +154,8 @@ class Reader:
 
     def numbers(self, code: str) -> tuple[int, ...]:
         """Take a sequence of integers."""
-        return tuple([self.take(code) for _ in range(self.length())])
+        count = self.length()
+        return self.take_all(code, count) if count else ()
 
     def length(self) -> int:
         """Take the length of a sequence."""
@@ -152,14 +167,17 @@ class Reader:
     def end(self) -> None:
         """Check that nothing is left but padding to a multiple of 4."""
         left = len(self._data) - self._at
-        if left > 3 or any(self._data[self._at :]):
+        if left and (left > 3 or any(self._data[self._at :])):
             raise MessageError(f"{left} bytes are left over")
 
     def _length(self) -> int:
-        self._at += -self._at % 4
+        at = self._at + -self._at % 4
+        self._at = at + 4
         try:
-            (length,) = _LENGTH.unpack_from(self._data, self._at)
+            (length,) = _LENGTH.unpack_from(self._data, at)
         except error:
-            raise MessageError(f"ends after {len(self._data)} bytes, too soon") from None
-        self._at += 4
+            raise self._too_short() from None
         return int(length)
+
+    def _too_short(self) -> MessageError:
+        return MessageError(f"ends after {len(self._data)} bytes, too soon")

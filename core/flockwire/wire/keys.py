@@ -46,7 +46,7 @@ TIME_REPLY = "time_reply"
 ANY_TIME = 4e9  # s
 
 
-STEERING = "steering"  # the kind of key by which a person moves the leader
+STEERING = "steering"  # the kind of key by which an operator moves the leader
 
 
 class Key(NamedTuple):
@@ -205,7 +205,7 @@ def _pose_readers(roster: Roster, owner: Owner) -> tuple[str, ...]:
 
 
 def _other_hosts(roster: Roster) -> tuple[Owner, ...]:
-    """Name the processes that may run on another host than the gateway: a person's command runs anywhere."""
+    """Name the processes that may run on another host than the gateway: an operator's command runs anywhere."""
     (gateway,), operators = roster.of(GATEWAY), roster.of(*ORDERING, TELEOP)
     if len(roster.swarm.hosts) == 1:
         return ()

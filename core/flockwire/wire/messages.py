@@ -8,16 +8,16 @@ that `frame` names. `decode` raises MessageError for bytes of another form and f
 from __future__ import annotations
 
 from enum import IntEnum
-from functools import lru_cache
-from typing import NamedTuple, Protocol, Self
+from typing import Final, NamedTuple, Protocol, Self
 
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.motion import LeaderMotion
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
-from flockwire.wire.cdr import LONGEST_SEQUENCE, MessageError, Reader, Writer
-from flockwire.wire.stamped import pack, peek_length, unpack
+from flockwire.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer
+from flockwire.wire.stamped import Layout, from_fields, peek_length, unpack
 
+MOST_LAYOUTS = 256  # of messages of nearby bodies, that are kept
 SMALLEST_BODY = 57  # bytes that a nearby body takes at least
 
 
@@ -36,6 +36,9 @@ class Message(Protocol):
         """Read CDR bytes; raises MessageError."""
 
 
+_POSE: Final = Layout("ddddddd")
+
+
 class Pose(NamedTuple):
     """geometry_msgs/PoseStamped: where a body is; the quaternion is x y z w."""
 
@@ -46,13 +49,15 @@ class Pose(NamedTuple):
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        return pack(self.stamp, self.frame, "ddddddd", *self.position, *self.orientation)
+        stamp, frame, position, orientation = self
+        pack, length, raw = _POSE.heads[frame]
+        return pack(HEADER, stamp // SECOND, stamp % SECOND, length, raw, *position, *orientation)
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read CDR bytes; raises MessageError."""
-        stamp, frame, v = unpack(data, "ddddddd")
-        return cls(stamp, frame, (v[0], v[1], v[2]), (v[3], v[4], v[5], v[6]))
+        stamp, frame, v = unpack(data, _POSE)
+        return from_fields(cls, (stamp, frame, v[:3], v[3:]))
 
 
 class Leading(IntEnum):
@@ -63,7 +68,8 @@ class Leading(IntEnum):
     IS_DOWN = 2  # it lands, stands on the ground, has fallen, or its process is silent
 
 
-_LEADING: dict[object, Leading] = {int(state): state for state in Leading}
+_LEADING: Final[dict[object, Leading]] = {int(state): state for state in Leading}
+_ESTIMATE: Final = Layout("dddddddddiIBB")
 
 
 class Estimate(NamedTuple):
@@ -81,23 +87,25 @@ class Estimate(NamedTuple):
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        position, velocity, acceleration = self.motion
-        sec, nanosec = divmod(self.origin, SECOND)
+        stamp, frame, (position, velocity, acceleration), origin, hops, leading = self
+        pack, length, raw = _ESTIMATE.heads[frame]
         return pack(
-            self.stamp, self.frame, "dddddddddiIBB", *position, *velocity, *acceleration,
-            sec, nanosec, self.hops, self.leading,
+            HEADER, stamp // SECOND, stamp % SECOND, length, raw, *position, *velocity, *acceleration,
+            origin // SECOND, origin % SECOND, hops, leading,
         )  # fmt: skip
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read CDR bytes; raises MessageError."""
-        stamp, frame, v = unpack(data, "dddddddddiIBB")
+        stamp, frame, v = unpack(data, _ESTIMATE)
         leading = _LEADING.get(v[12])
         if leading is None or v[10] >= SECOND:
             raise MessageError(f"there is no state {v[12]} of a leader, or {v[10]} ns are more than a second")
-        origin = int(v[9]) * SECOND + int(v[10])
-        motion = LeaderMotion((v[0], v[1], v[2]), (v[3], v[4], v[5]), (v[6], v[7], v[8]))
-        return cls(stamp, frame, motion, origin, int(v[11]), leading)
+        motion = from_fields(LeaderMotion, (v[:3], v[3:6], v[6:9]))
+        return from_fields(cls, (stamp, frame, motion, v[9] * SECOND + v[10], v[11], leading))
+
+
+_COMMAND: Final = Layout("dddddd")
 
 
 class Command(NamedTuple):
@@ -110,16 +118,19 @@ class Command(NamedTuple):
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        return pack(self.stamp, self.frame, "dddddd", *self.velocity, 0.0, 0.0, self.yaw_rate)
+        stamp, frame, velocity, yaw_rate = self
+        pack, length, raw = _COMMAND.heads[frame]
+        return pack(HEADER, stamp // SECOND, stamp % SECOND, length, raw, *velocity, 0.0, 0.0, yaw_rate)
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read CDR bytes; raises MessageError."""
-        stamp, frame, v = unpack(data, "dddddd")
-        return cls(stamp, frame, (v[0], v[1], v[2]), v[5])
+        stamp, frame, v = unpack(data, _COMMAND)
+        return from_fields(cls, (stamp, frame, v[:3], v[5]))
 
 
-_KINDS: dict[object, BodyKind] = {int(kind): kind for kind in BodyKind}
+_KINDS: Final[dict[object, BodyKind]] = {int(kind): kind for kind in BodyKind}
+_NEARBY: Final[dict[int, Layout]] = {}  # by the number of bodies
 
 
 class Nearby(NamedTuple):
@@ -133,9 +144,10 @@ class Nearby(NamedTuple):
         """Return the CDR bytes."""
         stamp, frame, bodies = self
         values: list[object] = []
-        for kind, (x, y, z), radius, (vx, vy, vz) in bodies:
-            values += (kind, x, y, z, radius, vx, vy, vz)
-        return pack(stamp, frame, _bodies(len(bodies)), len(bodies), *values)
+        for kind, relative_position, radius, velocity in bodies:
+            values += (kind, *relative_position, radius, *velocity)
+        pack, length, raw = _bodies(len(bodies)).heads[frame]
+        return pack(HEADER, stamp // SECOND, stamp % SECOND, length, raw, len(bodies), *values)
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
@@ -144,18 +156,20 @@ class Nearby(NamedTuple):
         if count > LONGEST_SEQUENCE or count * SMALLEST_BODY > len(data):
             raise MessageError(f"{count} nearby bodies in {len(data)} bytes; the most is {LONGEST_SEQUENCE}")
         stamp, frame, v = unpack(data, _bodies(count))
-        if count and min(v[5::8]) < 0.0:
+        if not count:
+            return from_fields(cls, (stamp, frame, ()))
+        if min(v[5::8]) < 0.0:
             raise MessageError(f"a nearby body of radius {min(v[5::8])}, below 0")
-        try:
-            bodies = tuple(
-                [
-                    Body(_KINDS[kind], (x, y, z), r, (vx, vy, vz))
-                    for kind, x, y, z, r, vx, vy, vz in zip(*([iter(v[1:])] * 8), strict=True)
-                ]
-            )
-        except KeyError as kind:
-            raise MessageError(f"there is no body of kind {kind}") from None
-        return cls(stamp, frame, bodies)
+        bodies: list[Body] = []
+        for k in range(1, 8 * count, 8):
+            kind = _KINDS.get(v[k])
+            if kind is None:
+                raise MessageError(f"there is no body of kind {v[k]}")
+            bodies.append(from_fields(Body, (kind, v[k + 1 : k + 4], v[k + 4], v[k + 5 : k + 8])))
+        return from_fields(cls, (stamp, frame, tuple(bodies)))
+
+
+_DOUBT: Final = Layout("iI")
 
 
 class IdentityDoubt(NamedTuple):
@@ -167,15 +181,16 @@ class IdentityDoubt(NamedTuple):
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        return pack(self.stamp, self.frame, "iI", *divmod(self.since, SECOND))
+        pack, length, raw = _DOUBT.heads[self.frame]
+        return pack(HEADER, *divmod(self.stamp, SECOND), length, raw, *divmod(self.since, SECOND))
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read CDR bytes; raises MessageError."""
-        stamp, frame, (seconds, rest) = unpack(data, "iI")
+        stamp, frame, (seconds, rest) = unpack(data, _DOUBT)
         if rest >= SECOND:
             raise MessageError(f"{rest} ns are more than a second")
-        return cls(stamp, frame, int(seconds) * SECOND + int(rest))
+        return cls(stamp, frame, seconds * SECOND + rest)
 
 
 class FlightState(IntEnum):
@@ -188,7 +203,8 @@ class FlightState(IntEnum):
     HELD = 4  # off the ground with its motors standing: in somebody's hand
 
 
-_STATES: dict[object, FlightState] = {int(state): state for state in FlightState}
+_STATES: Final[dict[object, FlightState]] = {int(state): state for state in FlightState}
+_TELEMETRY: Final = Layout("BdddB")
 
 
 class Telemetry(NamedTuple):
@@ -207,20 +223,23 @@ class Telemetry(NamedTuple):
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        return pack(
-            self.stamp, self.frame, "BdddB", self.state, self.battery, self.height, self.command_age, self.stop_received
-        )
+        pack, length, raw = _TELEMETRY.heads[self.frame]
+        return pack(HEADER, *divmod(self.stamp, SECOND), length, raw, *self[2:])
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read CDR bytes; raises MessageError."""
-        stamp, frame, v = unpack(data, "BdddB")
+        stamp, frame, v = unpack(data, _TELEMETRY)
         state = _STATES.get(v[0])
         if state is None:
             raise MessageError(f"there is no flight state {v[0]}")
         if v[4] not in (0, 1):
             raise MessageError(f"stop_received = {v[4]}: must be 0 or 1")
         return cls(stamp, frame, state, v[1], v[2], v[3], bool(v[4]))
+
+
+_TIME_REQUEST: Final = Layout("")
+_TIME_REPLY: Final = Layout("iIiI")
 
 
 class TimeRequest(NamedTuple):
@@ -231,12 +250,13 @@ class TimeRequest(NamedTuple):
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        return pack(self.stamp, self.frame, "")
+        pack, length, raw = _TIME_REQUEST.heads[self.frame]
+        return pack(HEADER, *divmod(self.stamp, SECOND), length, raw)
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read CDR bytes; raises MessageError."""
-        stamp, frame, _ = unpack(data, "")
+        stamp, frame, _ = unpack(data, _TIME_REQUEST)
         return cls(stamp, frame)
 
 
@@ -250,15 +270,17 @@ class TimeReply(NamedTuple):
 
     def encode(self) -> bytes:
         """Return the CDR bytes."""
-        return pack(self.stamp, self.frame, "iIiI", *divmod(self.requested, SECOND), *divmod(self.received, SECOND))
+        pack, length, raw = _TIME_REPLY.heads[self.frame]
+        requested, received = divmod(self.requested, SECOND), divmod(self.received, SECOND)
+        return pack(HEADER, *divmod(self.stamp, SECOND), length, raw, *requested, *received)
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
         """Read CDR bytes; raises MessageError."""
-        stamp, frame, v = unpack(data, "iIiI")
+        stamp, frame, v = unpack(data, _TIME_REPLY)
         if max(v[1], v[3]) >= SECOND:
             raise MessageError(f"{max(v[1], v[3])} ns are more than a second")
-        return cls(stamp, frame, int(v[0]) * SECOND + int(v[1]), int(v[2]) * SECOND + int(v[3]))
+        return cls(stamp, frame, v[0] * SECOND + v[1], v[2] * SECOND + v[3])
 
 
 MISSION_VERBS = ("prepare", "takeoff", "start", "formation", "hold", "land")  # "prepare" says who is left out
@@ -419,6 +441,11 @@ class Stop(NamedTuple):
         return stop
 
 
-@lru_cache(maxsize=256)
-def _bodies(count: int) -> str:
-    return "I" + "Bddddddd" * count
+def _bodies(count: int) -> Layout:
+    """Return the layout of a message with `count` nearby bodies."""
+    found = _NEARBY.get(count)
+    if found is None:
+        if len(_NEARBY) >= MOST_LAYOUTS:
+            _NEARBY.clear()
+        found = _NEARBY[count] = Layout("I" + "Bddddddd" * count)
+    return found

@@ -44,7 +44,7 @@ class Process:
     kind: str  # its verb on the command line
     help: str
     members: Callable[[Swarm], tuple[Member, ...]]
-    core: str  # "module:function" from a Start to the core, in real and in virtual time; empty for a person's command
+    core: str  # "module:function" from a Start to the core, in real and in virtual time; empty: an operator's command
     port: int  # its place among the kinds with one member, or among a drone's processes
     runner: str = "flockwire.runtime.shell:run_core"  # what runs it in real time
     numbered: bool = False  # one member for each of several drones, named on the command line by the drone's id
@@ -75,7 +75,7 @@ class Process:
 
     @property
     def started(self) -> bool:
-        """Whether `up` starts its members; else they are a person's."""
+        """Whether `up` starts its members; else they are operators."""
         return bool(self.core)
 
 
@@ -96,7 +96,7 @@ ROUTER = Process(
 )
 GATEWAY = Process(
     "gateway",
-    "Run the gateway, which serves poses and what is nearby.",
+    "Run the gateway, which publishes poses and nearby bodies.",
     _one("gateway"),
     "flockwire_mocap.core:make_core",
     port=0,

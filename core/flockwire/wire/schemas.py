@@ -73,8 +73,8 @@ DEFINITIONS = {
     "flockwire_msgs/msg/Status": (
         "std_msgs/Header header\nstring identity\nstring phase\nstring detail\nfloat64 formation_error\n"
         "float64 pose_age\nfloat64 estimate_age\nfloat64 nearby_age\nfloat64 telemetry_age\nfloat64 battery\n"
-        "float64 cpu\nuint64 steps\nuint64 late_1ms\nuint64 late_5ms\nuint64 skipped\nuint64 refused\nuint64 resident\n"
-        "string[] rejected_keys\nuint64[] rejected_counts\nstring[] links\n"
+        "float64 cpu\nuint64 steps\nuint64 delayed_1ms\nuint64 delayed_5ms\nuint64 skipped\nuint64 refused\n"
+        "uint64 resident\nstring[] rejected_keys\nuint64[] rejected_counts\nstring[] links\n"
         "float64 latency\nstring[] counted\nuint64[] counts\n"
         "builtin_interfaces/Time order_stamp\nstring order_verb\nbuiltin_interfaces/Time order_start\n"
         "string order_formation\nbuiltin_interfaces/Time order_change_begin\nfloat64 order_change_duration\n"

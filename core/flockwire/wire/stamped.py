@@ -1,70 +1,114 @@
-"""The fast codec for messages of the 100 Hz path: header, stamp, frame id and numbers as one compiled struct."""
+"""The fast codec for messages of the 100 Hz path: header, stamp, frame id and numbers as one compiled struct.
+
+pack, length, raw = LAYOUT.heads[frame]
+data = pack(HEADER, stamp // SECOND, stamp % SECOND, length, raw, *numbers)
+stamp, frame, numbers = unpack(data, LAYOUT)
+"""
 
 from __future__ import annotations
 
-from functools import lru_cache
-from math import isfinite
+from collections.abc import Callable
+from math import inf
 from struct import Struct, error
+from typing import Any, Final
 
 from flockwire.domain.time import SECOND
 from flockwire.wire.cdr import HEADER, MessageError, layout
 
+MOST_FRAMES = 64  # whose structs are kept: a swarm has one
+LONGEST_FRAME = 1 << 16  # bytes, more than any message has
+from_fields: Final = tuple.__new__
+"""`from_fields(Pose, fields)` makes the named tuple of all its fields, for half of what calling `Pose` costs."""
 
-def pack(stamp: int, frame: str, body: str, *values: object) -> bytes:
-    """Return the CDR bytes of a message stamped `stamp` (Unix ns) in `frame`, with `values` of struct codes `body`."""
-    form, length, raw = _form(frame, body)
-    return form.pack(HEADER, stamp // SECOND, stamp % SECOND, length, raw, *values)
+Head = tuple[Callable[..., bytes], int, bytes]  # packs a message; the frame id's length with its NUL; the frame id
 
 
-def unpack(data: bytes, body: str) -> tuple[int, str, tuple[float, ...]]:
-    """Return the stamp, the frame and the values of what `pack` made; raises MessageError.
+class Heads(dict[str, Head]):
+    """By the frame id: what begins each message whose numbers have the struct codes `body`."""
 
-    Nothing but padding may follow the values, and all must be finite.
+    def __init__(self, body: str) -> None:
+        super().__init__()
+        self._body = body
+
+    def __missing__(self, frame: str) -> Head:
+        """Return the head for another frame id."""
+        if len(self) >= MOST_FRAMES:
+            self.clear()
+        raw = frame.encode() + b"\0"
+        head = self[frame] = (layout(len(raw), self._body).pack, len(raw), raw)
+        return head
+
+
+class Forms(dict[bytes, Struct]):
+    """By the frame id's length, as it stands in the message: the struct of messages with the numbers `body`."""
+
+    def __init__(self, body: str) -> None:
+        super().__init__()
+        self._body = body
+
+    def __missing__(self, length: bytes) -> Struct:
+        """Return the struct for another length."""
+        if len(self) >= MOST_FRAMES:
+            self.clear()
+        form = self[length] = layout(min(int.from_bytes(length, "little"), LONGEST_FRAME), self._body)
+        return form
+
+
+class Frames(dict[bytes, str]):
+    """Frame ids by their bytes."""
+
+    def __missing__(self, raw: bytes) -> str:
+        """Return another frame id; raises MessageError."""
+        if not raw.endswith(b"\0"):
+            raise MessageError("the frame id does not end with NUL")
+        if len(self) >= MOST_FRAMES:
+            self.clear()
+        try:
+            frame = self[raw] = raw[:-1].decode()
+        except UnicodeDecodeError:
+            raise MessageError("the frame id is not UTF-8") from None
+        return frame
+
+
+class Layout:
+    """How a message with the numbers `body` (struct codes) is written and read."""
+
+    def __init__(self, body: str) -> None:
+        self.heads, self.forms = Heads(body), Forms(body)
+
+
+_FRAMES: Final = Frames()
+_FIRST: Final = Layout("I")
+
+
+def unpack(data: bytes, form: Layout) -> tuple[int, str, tuple[Any, ...]]:
+    """Return the stamp (Unix ns), the frame and the numbers of a message; raises MessageError.
+
+    Nothing but padding may follow the numbers, and all must be finite.
     """
-    form = _fitting(data[12:16], len(data), body)
+    struct = form.forms[data[12:16]]
     try:
-        found = form.unpack_from(data)
+        found: tuple[Any, ...] = struct.unpack_from(data)
     except error:
         raise _too_short(data) from None
-    nanosec, values = found[2], found[5:]
-    if found[0] != HEADER or nanosec >= SECOND:
+    if found[0] != HEADER or found[2] >= SECOND:
         raise MessageError("the header is not that of a stamped message in little-endian CDR")
-    if len(data) != form.size and (len(data) - form.size > 3 or any(data[form.size :])):
-        raise MessageError(f"{len(data) - form.size} bytes are left over")
-    if not isfinite(sum(values)):
+    size = struct.size
+    if len(data) != size and (len(data) - size > 3 or any(data[size:])):
+        raise MessageError(f"{len(data) - size} bytes are left over")
+    values = found[5:]
+    if not -inf < sum(values) < inf:
         raise MessageError("holds a number that is not finite")
-    return found[1] * SECOND + nanosec, _text(found[4]), values
+    return found[1] * SECOND + found[2], _FRAMES[found[4]], values
 
 
 def peek_length(data: bytes) -> int:
     """Return the length of the sequence that a stamped message begins with; raises MessageError."""
     try:
-        return int(_fitting(data[12:16], len(data), "I").unpack_from(data)[5])
+        return int(_FIRST.forms[data[12:16]].unpack_from(data)[5])
     except error:
         raise _too_short(data) from None
 
 
-@lru_cache(maxsize=256)
-def _fitting(length: bytes, size: int, body: str) -> Struct:
-    """Return the struct of a message of `size` bytes, for the frame id's `length` that stands in it."""
-    return layout(min(int.from_bytes(length, "little"), size), body)
-
-
 def _too_short(data: bytes) -> MessageError:
     return MessageError(f"ends after {len(data)} bytes, too soon")
-
-
-@lru_cache(maxsize=256)
-def _form(frame: str, body: str) -> tuple[Struct, int, bytes]:
-    raw = frame.encode() + b"\0"
-    return layout(len(raw), body), len(raw), raw
-
-
-@lru_cache(maxsize=64)
-def _text(raw: bytes) -> str:
-    if not raw.endswith(b"\0"):
-        raise MessageError("the frame id does not end with NUL")
-    try:
-        return raw[:-1].decode()
-    except UnicodeDecodeError:
-        raise MessageError("the frame id is not UTF-8") from None

@@ -15,6 +15,7 @@ from flockwire.wire.messages import (
     write_formation,
     write_versions,
 )
+from flockwire.wire.phase import phase_of
 
 NO_MISSION = Mission(0, "", "")
 
@@ -22,8 +23,9 @@ MOST_REJECTIONS = 128  # keys and reasons that one status names; the most freque
 MOST_LINKS = 256  # processes that one status names
 MOST_REASONS = 8  # that one status gives
 LONGEST_TEXT = 256  # characters of any of its texts (of what `bounded` shortens, bytes of UTF-8)
+SURELY_SHORT = LONGEST_TEXT // 4  # characters: one takes four bytes of UTF-8 at most
 SERIAL = "serial"  # the code of the reason whose text is the serial number of the drone that a driver drives
-FULL = "full"  # the phase of a recorder whose disk takes no more
+LAW_FAILED = "law failed"  # the code of the reason whose text is what a law raised, and where
 OTHERS = "others"  # the sum of those rejections that are not named
 
 
@@ -51,7 +53,7 @@ class Reason(NamedTuple):
 class Report(NamedTuple):
     """What a core knows of itself; -1 stands for a figure that does not apply."""
 
-    phase: str
+    phase: str  # a Phase, or a word of the process's own
     detail: str = ""  # what it waits for, or why it is in this phase
     formation_error: float = -1.0  # m, |x_i - h_i - eta_i|: by its own estimate
     pose_age: float = -1.0  # s
@@ -88,8 +90,8 @@ class Status(NamedTuple):
     identity: str
     report: Report
     steps: int
-    late_1ms: int
-    late_5ms: int
+    delayed_1ms: int  # made so much later than what called for them: their time, or the sending of a message
+    delayed_5ms: int
     skipped: int
     refused: int  # connections
     cpu: float  # share of one core since the last status
@@ -102,6 +104,9 @@ class Status(NamedTuple):
     def bounded(self) -> Status:
         """Return it with no more, and no longer, names and texts than `decode` takes."""
         report, rejected = self.report, self.rejected
+        lists = (rejected, self.links, report.counts, report.reasons)
+        if not any(lists) and len(report.detail) <= SURELY_SHORT:  # as nearly always
+            return self
         if len(rejected) > MOST_REJECTIONS:
             by_count = sorted(rejected, key=_count, reverse=True)
             rest = sum([count for _, count in by_count[MOST_REJECTIONS - 1 :]])
@@ -120,13 +125,11 @@ class Status(NamedTuple):
             writer.text(text)
         ages = (report.pose_age, report.estimate_age, report.nearby_age, report.telemetry_age)
         writer.put_all("d", report.formation_error, *ages, report.battery, self.cpu)
-        writer.put_all("Q", self.steps, self.late_1ms, self.late_5ms, self.skipped, self.refused, self.resident)
-        writer.texts(tuple(key for key, _ in self.rejected))
-        writer.numbers("Q", tuple(count for _, count in self.rejected))
+        writer.put_all("Q", self.steps, self.delayed_1ms, self.delayed_5ms, self.skipped, self.refused, self.resident)
+        write_counts(writer, self.rejected)
         writer.texts(self.links)
         writer.put("d", report.latency)
-        writer.texts(tuple(name for name, _ in report.counts))
-        writer.numbers("Q", tuple(count for _, count in report.counts))
+        write_counts(writer, report.counts)
         mission = report.mission or NO_MISSION
         writer.time(mission.stamp)
         writer.text(mission.verb)
@@ -144,9 +147,9 @@ class Status(NamedTuple):
         """Read CDR bytes; raises MessageError."""
         reader = Reader(data)
         stamp, frame, identity = reader.time(), reader.text(), reader.text()
-        phase, detail = reader.text(), reader.text()
+        phase, detail = phase_of(reader.text()), reader.text()
         figures = reader.take_all("d", 7)
-        steps, late_1ms, late_5ms, skipped, refused, resident = map(int, reader.take_all("Q", 6))
+        steps, delayed_1ms, delayed_5ms, skipped, refused, resident = reader.take_all("Q", 6)
         keys, rejections, links = reader.texts(), reader.numbers("Q"), reader.texts()
         latency, names, counts = reader.take_all("d", 1)[0], reader.texts(), reader.numbers("Q")
         mission = Mission(reader.time(), frame, reader.text(), *read_formation(reader))
@@ -171,16 +174,21 @@ class Status(NamedTuple):
         error, pose, estimate, nearby, telemetry, battery, cpu = figures
         obeyed = mission if mission.stamp else None
         position = (place[0], place[1], place[2]) if known else None
-        report = Report(phase, detail, error, pose, estimate, nearby, telemetry, battery, obeyed)
-        report = report._replace(
-            latency=latency, counts=tuple(zip(names, counts, strict=True)), position=position,
-            concurrent=concurrent, order_age=order_age,
-            reasons=tuple([Reason(*told[k : k + 3]) for k in range(0, len(told), 3)]),
+        reasons = tuple([Reason(*told[k : k + 3]) for k in range(0, len(told), 3)])
+        report = Report(
+            phase, detail, error, pose, estimate, nearby, telemetry, battery, obeyed, latency,
+            tuple(zip(names, counts, strict=True)), position, concurrent, order_age, reasons,
         )  # fmt: skip
         return cls(
-            stamp, frame, identity, report, steps, late_1ms, late_5ms, skipped, refused, cpu, resident,
+            stamp, frame, identity, report, steps, delayed_1ms, delayed_5ms, skipped, refused, cpu, resident,
             rejected, links, clock_offset, clock_bound,
         )  # fmt: skip
+
+
+def write_counts(writer: Writer, counts: Counts) -> None:
+    """Append the names of `counts`, then the numbers."""
+    writer.texts(tuple([name for name, _ in counts]))
+    writer.numbers("Q", tuple([count for _, count in counts]))
 
 
 def _count(rejection: tuple[str, int]) -> int:
@@ -192,6 +200,8 @@ def _short_names(counts: Counts) -> Counts:
 
 
 def _shortened(text: str) -> str:
+    if len(text) <= SURELY_SHORT:
+        return text
     encoded = text.encode()
     if len(encoded) <= LONGEST_TEXT:
         return text

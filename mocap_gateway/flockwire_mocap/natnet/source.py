@@ -10,7 +10,7 @@ from flockwire.wire.status import Counts, counted
 from flockwire_mocap.natnet.packets import Version
 from flockwire_mocap.natnet.session import NatNetSession, Options
 from flockwire_mocap.natnet.trouble import trouble
-from flockwire_mocap.source import Link
+from flockwire_mocap.source import SourceState
 from flockwire_mocap.streamed import StreamedSource, coordinates_of
 
 FIRST_ANSWER = SECOND  # ns that a server has to answer before it is said to be silent
@@ -26,10 +26,10 @@ class NatNetSource(StreamedSource):
         self._began = start.now
         super().__init__(coordinates_of(gateway), self._state)
 
-    def _state(self, now: int) -> Link:
+    def _state(self, now: int) -> SourceState:
         waiting = now - self._began < FIRST_ANSWER and not self.session.counts.frames
         found = f"waits for {self.table.server}" if waiting else trouble(self.session, self.table.command_port)
-        return Link(found or "", _counts(self.session))
+        return SourceState(found or "", _counts(self.session))
 
 
 def _counts(session: NatNetSession) -> Counts:

@@ -43,7 +43,7 @@ class QualisysClient(PersistentConnection):
                     table.server, port=table.port, on_disconnect=lambda _: self._lost.set(), timeout=ANSWER_TIMEOUT
                 )
         except TimeoutError:
-            return f"{self._where} accepts, but does not answer as QTM does: set the port for little-endian (22223)"
+            return f"{self._where} connects, but does not answer like QTM: set the port for little-endian (22223)"
         if connection is None:
             return f"{self._where} cannot be reached: check address, port (little-endian: 22223), firewall"
         try:

@@ -13,7 +13,7 @@ from flockwire.wire.status import counted
 
 from flockwire_mocap.frame_sequence import Arrival, FrameSequence
 from flockwire_mocap.qualisys.rotation import from_columns
-from flockwire_mocap.source import Link
+from flockwire_mocap.source import SourceState
 from flockwire_mocap.streamed import StreamedSource, coordinates_of
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose, unseen
 
@@ -53,18 +53,18 @@ class QualisysSource(StreamedSource):
         self._rejected += not tracked
         return ReportedBody(number, name, position, orientation, tracked)
 
-    def _state(self, now: int) -> Link:
-        return Link(self.failure, counted(*self._sequence.counts, ("poses rejected", self._rejected)))
+    def _state(self, now: int) -> SourceState:
+        return SourceState(self.failure, counted(*self._sequence.counts, ("poses rejected", self._rejected)))
 
 
 def names_in(parameters: bytes) -> tuple[str, ...]:
     """Return the names of the bodies in QTM's settings, in the order of the frames; raises ValueError without any."""
     if b"<!" in parameters:  # a document type could define entities without end
-        raise ValueError("its settings are no plain XML")
+        raise ValueError("its settings are not plain XML")
     try:
         tree = Xml.fromstring(parameters)  # noqa: S314
     except Xml.ParseError as error:
-        raise ValueError(f"its settings are no XML: {error}") from None
+        raise ValueError(f"its settings are not XML: {error}") from None
     names = tuple((name.text or "").strip() for name in tree.iterfind(".//The_6D/Body/Name"))
     if not names:
         raise ValueError("it has no rigid bodies: enable 6DOF tracking and define bodies in QTM's project options")

@@ -28,7 +28,7 @@ def read_poses(path: Path) -> list[RecordedPose]:
                     found.append((pose.stamp, int(drone[1]), pose))
         except (McapError, MessageError, StructError) as error:  # cut off: what was read until then is served
             if not found:
-                raise OSError(f"{path}: is no trace: {error}") from error
+                raise OSError(f"{path}: is not a trace: {error}") from error
     if not found:
         raise OSError(f"{path}: has no poses")
     found.sort(key=lambda row: row[:2])

@@ -12,7 +12,7 @@ from flockwire.wire.keys import Key
 from flockwire.wire.messages import Message
 
 from flockwire_mocap.quaternion import Quaternion
-from flockwire_mocap.source import Link
+from flockwire_mocap.source import SourceState
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, framed
 
 
@@ -68,10 +68,10 @@ class ReplaySource:
     def _body(self, pose: RecordedPose) -> ReportedBody:
         return ReportedBody(pose.drone, self._names[pose.drone], pose.position, pose.orientation, tracked=True)
 
-    def link(self, now: int) -> Link:
+    def state(self, now: int) -> SourceState:
         """Return why no poses come."""
         over = self._poses and self._next >= len(self._poses)
-        return Link(f"{self.table.trace} is over" if over else "")
+        return SourceState(f"{self.table.trace} has ended" if over else "")
 
 
 def make_source(start: Start) -> ReplaySource:

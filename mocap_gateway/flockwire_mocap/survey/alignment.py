@@ -37,7 +37,7 @@ def align(measured: Sequence[Vector], known: Sequence[Vector]) -> Alignment:
         raise AlignmentError(f"{len(measured)} bodies: at least three on known places are needed")
     p, q = np.asarray(measured, float), np.asarray(known, float)
     if min(_width(p), _width(q)) < COLLINEAR:
-        raise AlignmentError("the bodies stand on a line: put one of them aside")
+        raise AlignmentError("the bodies are on a line: move one of them aside")
     centre, target = p.mean(axis=0), q.mean(axis=0)
     u, _, vt = np.linalg.svd((p - centre).T @ (q - target))
     turn = vt.T @ np.diag([1.0, 1.0, np.sign(np.linalg.det(vt.T @ u.T))]) @ u.T

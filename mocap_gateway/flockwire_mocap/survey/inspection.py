@@ -95,11 +95,11 @@ class Inspection:
             return []
         beside = dist(row.position, start)
         if row.motion > STILL:
-            return [f"{who} moves by {row.motion:.2f} m: put it down, or it is another's"]
+            return [f"{who} moves by {row.motion:.2f} m: put it down, or it belongs to another drone"]
         if beside > self._swarm.limits.start_tolerance:
             x, y, z = row.position
             nearest = min(self._swarm.tracked, key=lambda i: dist(self._swarm.drone(i).start, row.position or start))
-            other = f" (there starts {uav(nearest)})" if nearest != row.drone else ""
+            other = f" (the start of {uav(nearest)})" if nearest != row.drone else ""
             return [f"{who} is at [{x:.2f}, {y:.2f}, {z:.2f}], {beside:.2f} m from its start{other}"]
         return []
 

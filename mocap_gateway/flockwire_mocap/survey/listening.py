@@ -12,13 +12,13 @@ from flockwire.wire.processes import GATEWAY
 
 from flockwire_mocap.core import make_core
 from flockwire_mocap.process import feed
-from flockwire_mocap.source import Link
+from flockwire_mocap.source import SourceState
 from flockwire_mocap.survey.inspection import Inspection
 
 NAMES = 1.2  # s before the first frame counts: connections and names come first
 
 
-async def listen(plan: Plan, seconds: float) -> tuple[Inspection, Link]:
+async def listen(plan: Plan, seconds: float) -> tuple[Inspection, SourceState]:
     """Return what came in `seconds`, and how the connection is; raises OSError where the source cannot be opened.
 
     Raises ValueError for a source without a connection of its own: there is nothing to look at.
@@ -38,4 +38,4 @@ async def listen(plan: Plan, seconds: float) -> tuple[Inspection, Link]:
         raise ValueError(f"gateway.source = {plan.swarm.gateway.source!r}: there is no tracker to listen to")
     async with connection:
         await asyncio.sleep(NAMES + seconds)
-        return inspection, source.link(clock.now())
+        return inspection, source.state(clock.now())

@@ -14,6 +14,7 @@ from flockwire.process.cores import Ground, Start
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Message, Pose
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
 from flockwire_mocap.disturbances import Disturbance, Disturbances
@@ -83,8 +84,8 @@ class TwinCore(Ground):
     def report(self, now: int) -> Report:
         """Return how many frames were sent."""
         if not self._frames:
-            return Report("waiting", self._cameras.link(now).trouble)
-        return Report("serving", self.swarm.gateway.source)
+            return Report(Phase.WAITING, self._cameras.state(now).trouble)
+        return Report(Phase.SERVING, self.swarm.gateway.source)
 
     def _all(self, frame: TrackerFrame) -> tuple[ReportedBody, ...]:
         """Return all bodies of the tracker in its own axes, also those that are not seen."""

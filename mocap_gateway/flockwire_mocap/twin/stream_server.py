@@ -12,7 +12,7 @@ from flockwire_mocap.tracking import TrackerFrame
 BACKLOG = 1 << 20  # bytes; a client that reads so little is disconnected
 
 
-class Twin(Protocol):
+class Conversation(Protocol):
     """One client's conversation without a socket; `failed` is true where it speaks another protocol."""
 
     @property
@@ -30,25 +30,27 @@ class Twin(Protocol):
 
 
 class StreamServer:
-    """Serves frames to clients, each of which gets a twin of its own.
+    """Serves frames to clients, each of which gets a conversation of its own.
 
     Args:
-        twin: makes the conversation with a client that has connected, of this host.
+        converse: makes the conversation with a client that has connected, of this host.
         address: IPv4 address of the interface to serve on.
         port: where it listens; 0 takes a free one.
 
     """
 
-    def __init__(self, twin: Callable[[str], Twin], address: str, port: int) -> None:
+    def __init__(self, converse: Callable[[str], Conversation], address: str, port: int) -> None:
         self.port = port
-        self._twin, self._address = twin, address
+        self._converse, self._address = converse, address
         self._server: asyncio.Server | None = None
         self._clients: set[_Client] = set()
 
     async def open(self) -> None:
         """Listen; raises OSError if the port is taken or the address is not there."""
         loop = asyncio.get_running_loop()
-        self._server = await loop.create_server(lambda: _Client(self._twin, self._clients), self._address, self.port)
+        self._server = await loop.create_server(
+            lambda: _Client(self._converse, self._clients), self._address, self.port
+        )
         self.port = self._server.sockets[0].getsockname()[1]
 
     def close(self) -> None:
@@ -65,22 +67,22 @@ class StreamServer:
 
 
 class _Client(asyncio.Protocol):
-    def __init__(self, twin: Callable[[str], Twin], clients: set[_Client]) -> None:
-        self._make_twin, self._clients = twin, clients
-        self._twin: Twin
+    def __init__(self, converse: Callable[[str], Conversation], clients: set[_Client]) -> None:
+        self._converse, self._clients = converse, clients
+        self._conversation: Conversation
         self._transport: asyncio.WriteTransport | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.WriteTransport)  # noqa: S101 for the type: TCP can be written to
         transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._transport, self._twin = transport, self._make_twin(transport.get_extra_info("peername")[0])
+        self._transport, self._conversation = transport, self._converse(transport.get_extra_info("peername")[0])
         self._clients.add(self)
         self._flush()
 
     def data_received(self, data: bytes) -> None:
-        self._twin.receive(data)
+        self._conversation.receive(data)
         self._flush()
-        if self._twin.failed:
+        if self._conversation.failed:
             self.close()
 
     def connection_lost(self, exc: Exception | None) -> None:
@@ -88,7 +90,7 @@ class _Client(asyncio.Protocol):
 
     def publish(self, frame: TrackerFrame) -> None:
         """Send what the client gets of a frame."""
-        self._twin.publish(frame)
+        self._conversation.publish(frame)
         self._flush()
 
     def close(self) -> None:
@@ -99,6 +101,6 @@ class _Client(asyncio.Protocol):
     def _flush(self) -> None:
         if self._transport is None:
             return
-        self._transport.write(self._twin.outgoing())
+        self._transport.write(self._conversation.outgoing())
         if self._transport.get_write_buffer_size() > BACKLOG:
             self._transport.abort()

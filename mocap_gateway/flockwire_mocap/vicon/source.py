@@ -9,7 +9,7 @@ from flockwire.domain.time import nanoseconds
 from flockwire.process.cores import Start
 from flockwire.wire.status import counted
 
-from flockwire_mocap.source import Link
+from flockwire_mocap.source import SourceState
 from flockwire_mocap.streamed import StreamedSource, coordinates_of
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose
 
@@ -62,8 +62,10 @@ class ViconSource(StreamedSource):
         self._rejected += not tracked and isfinite(x)  # a body that is not seen has no numbers
         return ReportedBody(number, name, (x, y, z), (qx, qy, qz, qw), tracked)
 
-    def _state(self, now: int) -> Link:
-        return Link(self.failure, counted(("lines malformed", self._malformed), ("poses rejected", self._rejected)))
+    def _state(self, now: int) -> SourceState:
+        return SourceState(
+            self.failure, counted(("lines malformed", self._malformed), ("poses rejected", self._rejected))
+        )
 
 
 def make_source(start: Start) -> ViconSource:

@@ -6,7 +6,7 @@ from flockwire.domain.time import nanoseconds
 from flockwire.process.cores import Start
 from flockwire.wire.status import counted
 
-from flockwire_mocap.source import Link
+from flockwire_mocap.source import SourceState
 from flockwire_mocap.streamed import StreamedSource, coordinates_of
 from flockwire_mocap.vrpn.session import VrpnSession
 
@@ -26,7 +26,7 @@ class VrpnSource(StreamedSource):
             1.0 / swarm.gateway.rate_hz,
         )
 
-    def _state(self, now: int) -> Link:
+    def _state(self, now: int) -> SourceState:
         reports, link = self.session.reports, self.session.connection
         counts = counted(
             ("reports repeated", reports.repeated),
@@ -35,7 +35,7 @@ class VrpnSource(StreamedSource):
             ("messages undescribed", link.undescribed),
             ("poses rejected", link.poses_rejected),
         )
-        return Link(self.session.trouble or self._silence(), counts)
+        return SourceState(self.session.trouble or self._silence(), counts)
 
     def _silence(self) -> str:
         if self.session.reports.frames:

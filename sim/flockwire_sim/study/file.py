@@ -73,7 +73,7 @@ class Draw(Model):
             raise ValueError(f"must have exactly one of {', '.join(KINDS)}")
         ends = self.uniform or self.log_uniform or self.integer
         if ends is not None and ends[0] > ends[1]:
-            raise ValueError(f"the range must go upwards, {ends[0]:g} is above {ends[1]:g}")
+            raise ValueError(f"the range must be ascending, {ends[0]:g} is above {ends[1]:g}")
         return self
 
     def value(self, chance: Random) -> JsonValue:

@@ -14,7 +14,7 @@ from pydantic import JsonValue
 
 from flockwire_sim.study.file import GridPoint, Study, StudyError
 from flockwire_sim.study.flight import Result
-from flockwire_sim.study.statistics import Spread, spread, wilson
+from flockwire_sim.study.statistics import Quantiles, quantiles, wilson
 from flockwire_sim.study.variation import Table, vary
 
 WORST = 5  # runs that are listed
@@ -51,7 +51,7 @@ class GridPointFigures:
     low: float
     high: float
     failed: dict[str, int]  # how many runs failed each check
-    figures: dict[str, Spread | None]
+    figures: dict[str, Quantiles | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +126,7 @@ def _row(point: GridPoint, results: list[Result]) -> GridPointFigures:
     low, high = wilson(successes, len(results))
     failed = Counter(name for result in results for name in result.failed)
     figures = {
-        quantity.key: spread([(r.seed, r.figures.get(quantity.key)) for r in results], quantity.high_is_bad)
+        quantity.key: quantiles([(r.seed, r.figures.get(quantity.key)) for r in results], quantity.high_is_bad)
         for quantity in QUANTITIES
     }
     rate = successes / len(results)

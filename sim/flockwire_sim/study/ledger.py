@@ -26,7 +26,7 @@ class Ledger:
         identity = _identity(plan, table)
         there = _read(out / PLAN)
         if there is None and out.exists() and (not out.is_dir() or any(out.iterdir())):
-            raise StudyError(f"--out = {out}: there is something that is no study; name a new folder")
+            raise StudyError(f"--out = {out}: this folder has other content; name a new one")
         if there is not None and there != identity:
             raise StudyError(
                 f"--out = {out}: there is another study ({_difference(there, identity)}); name a new folder"
@@ -40,7 +40,7 @@ class Ledger:
             self.results = self._flown(out)
         except BlockingIOError:
             self._file.close()
-            raise StudyError(f"--out = {out}: another call is at work on this study; wait for its end") from None
+            raise StudyError(f"--out = {out}: another command works on this study; wait until it ends") from None
         except StudyError:
             self._file.close()
             raise
@@ -76,7 +76,7 @@ class Ledger:
             try:
                 found.append(Result.from_json(json.loads(line)))
             except (ValueError, TypeError, KeyError):
-                raise StudyError(f"{out / RUNS}: line {place} is no run of a study") from None
+                raise StudyError(f"{out / RUNS}: line {place} is not a run of a study") from None
         self._file.truncate(whole)
         return found
 

@@ -48,11 +48,11 @@ def _success(row: GridPointFigures) -> tuple[str, ...]:
 def _figures(findings: Findings) -> Iterable[tuple[str, ...]]:
     for row in findings.rows:
         for one in QUANTITIES:
-            spread = row.figures[one.key]
-            if spread is not None:
-                values = (spread.p50, spread.p95, spread.p99, spread.worst)
+            quantiles = row.figures[one.key]
+            if quantiles is not None:
+                values = (quantiles.p50, quantiles.p95, quantiles.p99, quantiles.worst)
                 cells = (quantity(value, one.unit) for value in values)
-                yield label(row.point), one.text, *cells, str(spread.worst_seed)
+                yield label(row.point), one.text, *cells, str(quantiles.worst_seed)
 
 
 def _worst(findings: Findings) -> Iterable[tuple[str, ...]]:

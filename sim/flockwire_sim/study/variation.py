@@ -116,7 +116,7 @@ def _put(table: Table, key: str, value: JsonValue) -> None:
         else:
             raise TypeError
     except (ValueError, IndexError, TypeError, AttributeError):
-        raise StudyError(f"{key} = {value!r}: the swarm file has no such place") from None
+        raise StudyError(f"{key} = {value!r}: the swarm file has no such key") from None
 
 
 def _swarm(table: Table) -> Swarm:

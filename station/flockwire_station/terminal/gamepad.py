@@ -11,10 +11,10 @@ from typing import Any
 
 from flockwire.extras import remedy
 
-from flockwire_station.terminal.sticks import EAST, SOUTH, AxisRange, Sticks
+from flockwire_station.terminal.gamepad_axes import EAST, SOUTH, AxisRange, GamepadAxes
 
 INPUTS = Path("/dev/input")
-MISSING = f"a gamepad is plugged in; to steer by it: {remedy('gamepad')}"
+MISSING = f"a gamepad is connected; to use it: {remedy('gamepad')}"
 KEYS, AXES = 0x01, 0x03  # EV_KEY, EV_ABS
 A_BUTTON = 0x130  # BTN_SOUTH: every gamepad has it, no mouse, tablet or keyboard
 SYNCHRONISATION, DROPPED = 0x00, 0x03  # EV_SYN, SYN_DROPPED: the kernel had more events than it could keep
@@ -27,17 +27,17 @@ class Gamepad:
         self.name: str = device.name
         self._device = device
         ranges = {code: AxisRange(info.min, info.max) for code, info in device.capabilities()[AXES]}
-        self._axes = tuple(ranges)
-        self.sticks = Sticks(speed, ranges)
+        self._codes = tuple(ranges)
+        self.axes = GamepadAxes(speed, ranges)
 
     def read(self) -> None:
         """Take what has happened; raises OSError when the gamepad is gone."""
         for event in self._device.read():
             if event.type == AXES:
-                self.sticks.move(event.code, event.value)
+                self.axes.move(event.code, event.value)
             elif (event.type, event.code) == (SYNCHRONISATION, DROPPED):
-                for code in self._axes:
-                    self.sticks.move(code, self._device.absinfo(code).value)
+                for code in self._codes:
+                    self.axes.move(code, self._device.absinfo(code).value)
 
     @contextlib.contextmanager
     def followed(self) -> Iterator[None]:
@@ -49,7 +49,7 @@ class Gamepad:
                 self.read()
             except OSError:
                 loop.remove_reader(self._device.fd)
-                self.sticks.rest()
+                self.axes.rest()
                 print(f"flockwire: {self.name} is gone", flush=True)
 
         loop.add_reader(self._device.fd, readable)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 LOST = "flockwire: the standard output could not be written: "
 
 
-class Outlet(io.RawIOBase):
+class UnblockedStream(io.RawIOBase):
     """Writes to the file descriptor `fd`; the first error is kept in `error`, and what follows it is lost."""
 
     def __init__(self, fd: int) -> None:
@@ -61,7 +61,7 @@ class Outlet(io.RawIOBase):
             self.error = error
 
 
-class Writer:
+class WritingThread:
     """A thread that writes, and draws, one thing after the other."""
 
     def __init__(self) -> None:
@@ -102,7 +102,7 @@ class Writer:
             self._taken.popleft()
 
 
-_writer: Writer | None = None  # while a swarm flies
+_writer: WritingThread | None = None  # while a swarm flies
 
 
 def busy() -> bool:
@@ -122,7 +122,7 @@ def later(work: Callable[[], None]) -> None:
 def unblocked() -> Iterator[None]:
     """Wait for no terminal and no reader for as long as the context lasts; wait at its end until all is written."""
     global _writer  # noqa: PLW0603  (one process, one standard output)
-    _writer = Writer()
+    _writer = WritingThread()
     try:
         yield
     finally:
@@ -159,10 +159,10 @@ def report(error: OSError) -> int:
     return 0 if error.errno == errno.EPIPE else 1
 
 
-def _replaced(stream: TextIO, original: TextIO | None) -> tuple[TextIO, Outlet | None]:
+def _replaced(stream: TextIO, original: TextIO | None) -> tuple[TextIO, UnblockedStream | None]:
     if stream is not original or not isinstance(stream, io.TextIOWrapper):
         return stream, None
-    outlet = Outlet(stream.fileno())
+    outlet = UnblockedStream(stream.fileno())
     buffer = io.BufferedWriter(outlet)
     wrapped = io.TextIOWrapper(buffer, stream.encoding, stream.errors, line_buffering=stream.line_buffering)
     return wrapped, outlet

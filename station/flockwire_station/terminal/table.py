@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from flockwire.domain.time import SECOND
-from flockwire.pilot.off_place import shown_phase
+from flockwire.pilot.off_place import AT_THE_FENCE, OFF, shown_phase
+from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 from rich.box import SIMPLE_HEAD
@@ -28,11 +29,11 @@ DRONES = (
     "pose\nms",
     "rate\nHz",
 )
-OTHERS = ("process", "phase", "rate Hz", "late > 1 ms", "CPU", "MB", "links", "rejected")
-_PHASE_STYLES = {
-    "grounded": "yellow", "waiting": "yellow", "landing": "yellow", "stopped": "bold red", "full": "bold red",
-    "hold": "cyan", "take-off": "cyan", "formation": "green", "tracked": "green", "pose lost": "bold red",
-    "off place": "bold red", "at fence": "bold red",
+OTHERS = ("process", "phase", "rate Hz", "delay > 1 ms", "CPU", "MB", "links", "rejected")
+_PHASE_STYLES: Mapping[str, str] = {
+    Phase.GROUNDED: "yellow", Phase.WAITING: "yellow", Phase.LANDING: "yellow", Phase.STOPPED: "bold red",
+    Phase.HOLD: "cyan", Phase.TAKEOFF: "cyan", Phase.FORMATION: "green", Phase.TRACKED: "green",
+    Phase.POSE_LOST: "bold red", Phase.FULL: "bold red", OFF: "bold red", AT_THE_FENCE.code: "bold red",
 }  # fmt: skip
 
 
@@ -86,9 +87,9 @@ def _drone(status: Status, rates: Rates, now: int) -> tuple[str, ...]:
 
 
 def _process(status: Status, rates: Rates, now: int) -> tuple[str, ...]:
-    late = status.late_1ms / status.steps if status.steps else 0.0
+    delayed = status.delayed_1ms / status.steps if status.steps else 0.0
     return (
-        _phase(status, now), f"{rates.rate(status):.1f}", f"{late:.1%}", f"{status.cpu:.1%}",
+        _phase(status, now), f"{rates.rate(status):.1f}", f"{delayed:.1%}", f"{status.cpu:.1%}",
         f"{status.resident / 2**20:.0f}", str(len(status.links)), str(sum(count for _, count in status.rejected) or ""),
     )  # fmt: skip
 

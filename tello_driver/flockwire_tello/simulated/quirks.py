@@ -24,7 +24,7 @@ class Quirk(StrEnum):
     NO_EMERGENCY_REPLY = "no-emergency-reply", "`emergency` gets no reply, unlike in the guides (seen on the EDU)."
     NOT_JOYSTICK = (
         "not-joystick",
-        "Every third movement command is refused, `error Not joystick`, until it comes again (DJITelloPy issue 201; "
+        "Every third movement command is refused, `error Not joystick`, until it is repeated (DJITelloPy issue 201; "
         "when a real one does it is not known).",
     )
     NO_VALID_IMU = (

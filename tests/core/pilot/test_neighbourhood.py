@@ -2,9 +2,10 @@ import pytest
 from flockwire.domain.motion import LeaderMotion
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.pilot.neighbourhood import Neighbourhood
-from flockwire.pilot.phases import NEVER, Phase
+from flockwire.pilot.phases import NEVER
 from flockwire.swarm.tables import Staleness
 from flockwire.wire.messages import Estimate, Leading, Pose
+from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 
 T = 1_790_000_000 * SECOND

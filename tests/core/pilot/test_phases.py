@@ -8,7 +8,6 @@ from flockwire.pilot.phases import (
     SHUTDOWN,
     WITHOUT_ORDER,
     FlightPhases,
-    Phase,
     Situation,
     age,
     climb,
@@ -16,6 +15,7 @@ from flockwire.pilot.phases import (
     keep_place,
 )
 from flockwire.wire.messages import Change, Mission, Pose
+from flockwire.wire.phase import Phase
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -129,7 +129,7 @@ def test_a_reason_to_hold_interrupts_the_formation(flyer):
     assert flyer.update(hold="") is Phase.FORMATION
 
 
-def test_a_reason_to_land_lands_and_is_told_until_the_ground(flyer):
+def test_a_reason_to_land_lands_and_is_reported_until_the_ground(flyer):
     assert flyer.update(land="battery at 9%") is Phase.LANDING
     assert flyer.update(land="") is Phase.LANDING
     assert flyer.flight.reason == "battery at 9%"
@@ -154,13 +154,13 @@ def test_a_failure_during_take_off_lands(pilot):
     assert pilot.update(airborne=True, land="own pose lost for 1.1 s") is Phase.LANDING
 
 
-def test_a_process_that_begins_anew_in_flight_holds_and_goes_on(pilot):
+def test_a_process_that_restarts_in_flight_holds_and_continues(pilot):
     pilot.give(Mission(BORN - 60 * SECOND, "world", "start", BORN - 50 * SECOND))
     assert pilot.update(airborne=True, high=True) is Phase.HOLD
     assert pilot.update() is Phase.FORMATION
 
 
-def test_a_process_that_begins_anew_in_flight_holds_even_when_unready(pilot):
+def test_a_process_that_restarts_in_flight_holds_even_when_unready(pilot):
     assert pilot.update(airborne=True, high=True, unready="waits for its own pose") is Phase.HOLD
 
 
@@ -203,7 +203,7 @@ def test_mission_time_counts_from_the_start_and_is_none_before_one(pilot):
     assert pilot.flight.mission_time(BORN) is None
 
 
-def test_told_to_end_it_holds_for_a_second_and_lands(flyer):
+def test_asked_to_end_it_holds_for_a_second_and_lands(flyer):
     flyer.flight.retire(flyer.now + SECOND)
     assert flyer.update() is Phase.HOLD
     assert flyer.flight.reason == SHUTDOWN
@@ -214,7 +214,7 @@ def test_told_to_end_it_holds_for_a_second_and_lands(flyer):
     assert flyer.order("takeoff") is Phase.GROUNDED
 
 
-def test_told_to_end_during_take_off_it_lands(pilot):
+def test_asked_to_end_during_take_off_it_lands(pilot):
     pilot.update()
     pilot.order("takeoff")
     pilot.update(airborne=True)
@@ -222,7 +222,7 @@ def test_told_to_end_during_take_off_it_lands(pilot):
     assert pilot.update() is Phase.LANDING
 
 
-def test_told_to_end_another_reason_to_land_comes_first(flyer):
+def test_asked_to_end_another_reason_to_land_comes_first(flyer):
     flyer.flight.retire(flyer.now)
     assert flyer.update(land="battery at 9%") is Phase.LANDING
     assert flyer.flight.reason == "battery at 9%"

@@ -69,7 +69,7 @@ def test_over_quic_every_link_carries_state_as_datagrams_under_the_same_mutual_t
 
 
 @pytest.mark.parametrize("mode", ["peers", "router"])
-def test_everybody_dials_as_planned_and_listens_at_its_own_endpoint(make_plan, mode):
+def test_every_process_dials_as_planned_and_listens_at_its_own_endpoint(make_plan, mode):
     plan = make_plan({"network.mode": mode})
     for identity in plan.identities:
         config = configuration(plan, identity, FILES)
@@ -92,7 +92,7 @@ def test_without_security_nothing_is_encrypted_and_sizes_stay_bounded(make_plan,
         assert config["transport"]["link"]["rx"]["max_message_size"] == 65536
 
 
-def test_whoever_listens_in_a_swarm_of_peers_listens_for_persons_apart(make_plan):
+def test_whoever_listens_in_a_swarm_of_peers_listens_for_operators_apart(make_plan):
     plan = make_plan()
     assert plan.reserved.keys() == plan.endpoints.keys()
     assert not set(plan.reserved.values()) & set(plan.endpoints.values())

@@ -66,7 +66,7 @@ def test_a_stop_expires_too():
 
 
 @pytest.mark.parametrize("offset", [-119, -4, 4, 119])
-def test_clocks_that_are_two_minutes_apart_keep_no_stop_out(offset):
+def test_clocks_that_are_two_minutes_apart_do_not_block_a_stop(offset):
     inbox = inbox_of(STOP)
     assert inbox.accept(Stop(NOW, "world", "").encode(), attachment(0, NOW, US, STOP), NOW + offset * SECOND)
 
@@ -165,7 +165,7 @@ def recording(count, first=0):
 
 
 @pytest.mark.parametrize("pause", [0, 100, 6000])
-def test_a_recorded_minute_played_back_beside_the_living_moves_nobody_and_is_counted(pause):
+def test_a_minute_replayed_beside_live_messages_moves_no_drone_and_is_counted(pause):
     inbox, minute, living = inbox_of(POSE), recording(6000), recording(6000, 6000 + pause)
     for sample in minute:
         assert inbox.accept(*sample)
@@ -175,14 +175,14 @@ def test_a_recorded_minute_played_back_beside_the_living_moves_nobody_and_is_cou
     assert inbox.rejected == {"repeated": 6000}
 
 
-def test_a_recorded_minute_played_back_to_a_process_that_hears_nobody_else_is_counted_too():
+def test_a_minute_replayed_to_a_process_without_other_publishers_is_counted_too():
     inbox, minute = inbox_of(POSE), recording(6000)
     for payload, attached, _ in minute:
         assert inbox.accept(payload, attached, NOW + 66 * SECOND) is None
     assert inbox.rejected == {"expired": 4000 + 1, "over quota": 1999}  # all at one time: four seconds' worth is judged
 
 
-def test_a_recorded_minute_under_new_numbers_and_names_moves_nobody_either():
+def test_a_minute_replayed_under_new_numbers_and_names_moves_no_drone():
     inbox, minute = inbox_of(POSE), recording(600)
     for payload, attached, now in minute:
         inbox.accept(payload, attached, now)

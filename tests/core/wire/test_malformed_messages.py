@@ -49,7 +49,7 @@ def refused_or_sound(kind, data):
 
 
 @given(st.binary(max_size=300), st.booleans())
-def test_random_bytes_do_no_harm(data, headed):
+def test_random_bytes_are_harmless(data, headed):
     for kind in KINDS:
         assert refused_or_sound(kind, HEADER + data if headed else data)
 
@@ -64,7 +64,7 @@ def test_every_truncation_is_refused(message):
 
 @each
 @given(data=st.data())
-def test_a_mutated_message_does_no_harm(message, data):
+def test_a_mutated_message_is_harmless(message, data):
     raw = bytearray(message.encode())
     for _ in range(data.draw(st.integers(1, 4))):
         raw[data.draw(st.integers(0, len(raw) - 1))] = data.draw(st.integers(0, 255))
@@ -80,7 +80,7 @@ def test_every_single_byte_may_be_the_largest_or_the_smallest(message):
 
 
 @each
-def test_a_word_of_any_size_at_any_place_does_no_harm(message):
+def test_a_word_of_any_size_at_any_place_is_harmless(message):
     whole = message.encode()
     for place in range(4, len(whole) - 3, 4):
         for count in (0, 1, LONGEST_SEQUENCE + 1, 2**31 - 1, 2**31, 2**32 - 1):

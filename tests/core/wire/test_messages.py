@@ -129,7 +129,7 @@ def ros_content(message):  # noqa: PLR0911 (one for each kind)
             r, order = message.report, message.report.mission or Mission(0, "", "")
             return (
                 message.identity, r.phase, r.detail, r.formation_error, r.pose_age, r.estimate_age, r.nearby_age,
-                r.telemetry_age, r.battery, message.cpu, message.steps, message.late_1ms, message.late_5ms,
+                r.telemetry_age, r.battery, message.cpu, message.steps, message.delayed_1ms, message.delayed_5ms,
                 message.skipped, message.refused, message.resident, [key for key, _ in message.rejected],
                 np.array([count for _, count in message.rejected], dtype=np.uint64), list(message.links),
                 r.latency, [name for name, _ in r.counts], np.array([n for _, n in r.counts], dtype=np.uint64),
@@ -231,7 +231,7 @@ def test_any_number_of_nearby_bodies_comes_back(many):
 
 
 @given(messages, st.integers(0, 3))
-def test_padding_to_a_multiple_of_four_is_no_harm(message, padding):
+def test_padding_to_a_multiple_of_four_is_harmless(message, padding):
     assert type(message).decode(message.encode() + bytes(padding)) == message
 
 

@@ -33,7 +33,7 @@ def test_the_usual_rate_never_exceeds_the_quota():
         assert not any(quota.exceeded(NOW + k * (2 * SECOND // row.rate)) for k in range(20 * row.rate))
 
 
-def test_what_has_gathered_while_a_process_stood_still_passes():
+def test_messages_buffered_during_a_freeze_pass():
     quota = Quota(ROWS["status"].rate)
     assert not any(quota.exceeded(NOW) for _ in range(10 * 15))  # 15 s of statuses
 

@@ -94,7 +94,7 @@ def test_the_gateway_gets_poses_in_metres_and_lost_bodies_say_nothing(start):
     assert [body.name for body in found.bodies if body.tracked] == NAMES[:4]
     assert found.bodies[2].position == pytest.approx((2.0, 0.04, 1.0))
     assert found.bodies[2].orientation == pytest.approx((0.0, 0.0, 0.6, 0.8), abs=1e-6)
-    assert core.source.link(0).counts == (("frames missing", 1),)
+    assert core.source.state(0).counts == (("frames missing", 1),)
 
 
 @pytest.mark.parametrize("serve", [True, False])
@@ -114,15 +114,15 @@ def test_a_server_of_another_kind_or_none_is_a_line_with_a_remedy(start, serve, 
         other.close()
         return source.failure
 
-    assert ("does not answer as QTM does" if serve else "check address, port") in asyncio.run(wait())
+    assert ("does not answer like QTM" if serve else "check address, port") in asyncio.run(wait())
 
 
 def test_settings_without_bodies_and_hostile_ones_are_lines():
     with pytest.raises(ValueError, match="no rigid bodies"):
         names_in(b"<QTM><The_6D><Bodies>0</Bodies></The_6D></QTM>")
-    with pytest.raises(ValueError, match="no XML"):
+    with pytest.raises(ValueError, match="not XML"):
         names_in(b"<QTM>")
-    with pytest.raises(ValueError, match="no plain XML"):
+    with pytest.raises(ValueError, match="not plain XML"):
         names_in(b'<!DOCTYPE x [<!ENTITY a "b">]><x/>')
 
 
@@ -172,7 +172,7 @@ def test_an_old_client_gets_angles_by_datagrams():
             said = b""
             while b"</QTM_Parameters_Ver_1.19>" not in said:
                 said += await reader.read(4096)
-            await until(lambda: next(iter(server._clients))._twin._components)
+            await until(lambda: next(iter(server._clients))._conversation._components)
             server.publish(frame(3))
             async with asyncio.timeout(3.0):
                 datagram = await asyncio.get_running_loop().sock_recv(receiver, 65535)
@@ -191,7 +191,7 @@ def test_an_old_client_gets_angles_by_datagrams():
     assert all(map(isnan, bodies[4]))
 
 
-def test_a_client_may_stop_and_go_on_over_tcp():
+def test_a_client_may_stop_and_continue_over_tcp():
     twin, sent = twin_and_datagrams()
     for text, over_tcp, datagrams in (
         ("StreamFrames AllFrames UDP:5000 6D", False, 1),

@@ -32,7 +32,7 @@ def test_a_motion_is_found_again(points, axis, angle, offset):
     assert moved(found.rotation, found.offset, points) == [pytest.approx(place, abs=1e-6) for place in turned]
 
 
-def test_places_on_the_floor_are_enough_and_the_turn_is_no_mirror():
+def test_places_on_the_floor_are_enough_and_the_turn_is_not_a_mirror():
     q = about((0.0, 0.0, 1.0), 0.7)
     found = align(PLANE, moved(q, (1.0, -2.0, 0.1), PLANE))
     assert found.rotation == pytest.approx(q, abs=1e-9)

@@ -9,20 +9,20 @@ from flockwire_sim.study.file import RandomFault, Study
 from flockwire_sim.study.findings import QUANTITIES, Findings, GridPointFigures
 from flockwire_sim.study.flight import Result
 from flockwire_sim.study.page import page
-from flockwire_sim.study.statistics import Spread
+from flockwire_sim.study.statistics import Quantiles
 from page_reader import Hostile, Page
 
 
 def hostile_findings(hostile: Hostile) -> Findings:
     varied = Study(grid={hostile("key"): (hostile("value"),)}, faults=(RandomFault(table={"kind": hostile("fault")}),))
-    figures = {quantity.key: Spread(1.0, 2.0, None, None, 7) for quantity in QUANTITIES}
+    figures = {quantity.key: Quantiles(1.0, 2.0, None, None, 7) for quantity in QUANTITIES}
     row = GridPointFigures(dict(varied.points[0]), 2, 0, 0.0, 0.0, 0.66, {hostile("failed check"): 2}, figures)
     failed = Result(0, 0, 7, False, ("refused",), hostile("reason"), 0.0, {}, {})
     well = Result(0, 1, 8, True, (), "", 1.5, {}, {})
     return Findings(hostile("swarm"), varied, (row,), (failed, well), (failed, well))
 
 
-def test_hostile_text_is_shown_and_never_becomes_markup(tmp_path: Path) -> None:
+def test_hostile_text_never_becomes_markup(tmp_path: Path) -> None:
     hostile = Hostile()
     findings = hostile_findings(hostile)
     picture = tmp_path / "\"'><b>.png"

@@ -10,7 +10,7 @@ import pytest
 from flockwire.domain.time import SECOND
 from flockwire.ground.director import Stage
 from flockwire_station.terminal.display import REFRESH, Display
-from flockwire_station.terminal.standard_streams import Outlet, busy, unblocked
+from flockwire_station.terminal.standard_streams import UnblockedStream, busy, unblocked
 from terminal_text import text_until
 
 NOW = 1_790_000_000 * SECOND
@@ -19,7 +19,7 @@ NOW = 1_790_000_000 * SECOND
 @pytest.fixture
 def screen(terminal):
     """Return both ends of a terminal, and a standard output to it."""
-    outlet = Outlet(terminal[1])
+    outlet = UnblockedStream(terminal[1])
     return *terminal, io.TextIOWrapper(io.BufferedWriter(outlet), "utf-8", line_buffering=True)
 
 
@@ -46,7 +46,9 @@ def test_a_terminal_without_a_cursor_gets_a_line_for_each_new_stage(make_plan, s
     assert stages == ["preparing", "taking off", "in formation", "landing", "over"]
 
 
-def test_a_terminal_that_is_paused_holds_nobody_and_gets_one_table_when_it_goes_on(make_plan, screen, monkeypatch):
+def test_a_terminal_that_is_paused_blocks_no_process_and_gets_one_table_when_it_continues(
+    make_plan, screen, monkeypatch
+):
     monkeypatch.setenv("TERM", "xterm")
     termios.tcflow(screen[1], termios.TCOOFF)
     with redirect_stdout(screen[2]), unblocked():

@@ -5,7 +5,15 @@ from collections import namedtuple
 
 import pytest
 from flockwire_station.terminal.gamepad import MISSING, Gamepad, is_gamepad, plugged_in
-from flockwire_station.terminal.sticks import DEAD_ZONE, EAST, OTHER_THROTTLE, SOUTH, THROTTLE, AxisRange, Sticks
+from flockwire_station.terminal.gamepad_axes import (
+    DEAD_ZONE,
+    EAST,
+    OTHER_THROTTLE,
+    SOUTH,
+    THROTTLE,
+    AxisRange,
+    GamepadAxes,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -18,34 +26,34 @@ Info = namedtuple("Info", "min max value")
 
 
 def test_sticks_away_are_north_and_up_and_right_is_east():
-    sticks = Sticks(0.4, PAD)
-    assert sticks.velocity() == (0.0, 0.0, 0.0)
-    sticks.move(SOUTH, -32768)
-    assert sticks.velocity() == pytest.approx((0.0, 0.4, 0.0))
-    sticks.move(SOUTH, 0)
-    sticks.move(EAST, 32767)
-    assert sticks.velocity() == pytest.approx((0.4, 0.0, 0.0), abs=1e-5)
-    sticks.move(EAST, 0)
-    sticks.move(THROTTLE, -32768)
-    assert sticks.velocity() == pytest.approx((0.0, 0.0, 0.4))
-    sticks.rest()
-    assert sticks.velocity() == (0.0, 0.0, 0.0)
+    axes = GamepadAxes(0.4, PAD)
+    assert axes.velocity() == (0.0, 0.0, 0.0)
+    axes.move(SOUTH, -32768)
+    assert axes.velocity() == pytest.approx((0.0, 0.4, 0.0))
+    axes.move(SOUTH, 0)
+    axes.move(EAST, 32767)
+    assert axes.velocity() == pytest.approx((0.4, 0.0, 0.0), abs=1e-5)
+    axes.move(EAST, 0)
+    axes.move(THROTTLE, -32768)
+    assert axes.velocity() == pytest.approx((0.0, 0.0, 0.4))
+    axes.rest()
+    assert axes.velocity() == (0.0, 0.0, 0.0)
 
 
 @given(x=positions, y=positions, z=positions)
 def test_it_is_never_faster_than_the_leader_may_be(x, y, z):
-    sticks = Sticks(0.4, PAD)
+    axes = GamepadAxes(0.4, PAD)
     for code, value in ((EAST, x), (SOUTH, y), (THROTTLE, z), (99, 32767)):
-        sticks.move(code, value)
-    assert sum(v * v for v in sticks.velocity()) ** 0.5 <= 0.4 + 1e-12
+        axes.move(code, value)
+    assert sum(v * v for v in axes.velocity()) ** 0.5 <= 0.4 + 1e-12
 
 
 def test_in_the_dead_zone_nothing_moves_and_beyond_it_speed_grows_from_nothing():
-    sticks = Sticks(1.0, PAD)
+    axes = GamepadAxes(1.0, PAD)
     speeds = []
     for share in (DEAD_ZONE - 0.01, DEAD_ZONE + 0.01, 0.5, 1.0):
-        sticks.move(EAST, round(32767 * share))
-        speeds.append(sticks.velocity()[0])
+        axes.move(EAST, round(32767 * share))
+        speeds.append(axes.velocity()[0])
     assert speeds[0] == 0.0
     assert 0.0 < speeds[1] < 0.02
     assert speeds[2] == pytest.approx((0.5 - DEAD_ZONE) / (1.0 - DEAD_ZONE), abs=1e-3)
@@ -53,11 +61,11 @@ def test_in_the_dead_zone_nothing_moves_and_beyond_it_speed_grows_from_nothing()
 
 
 def test_a_pad_of_bytes_without_the_usual_axis_climbs_by_the_other_one():
-    sticks = Sticks(0.4, dict.fromkeys((EAST, SOUTH, OTHER_THROTTLE), AxisRange(0, 255)))
+    axes = GamepadAxes(0.4, dict.fromkeys((EAST, SOUTH, OTHER_THROTTLE), AxisRange(0, 255)))
     for code in (EAST, SOUTH):
-        sticks.move(code, 128)
-    sticks.move(OTHER_THROTTLE, 255)
-    assert sticks.velocity() == pytest.approx((0.0, 0.0, -0.4))
+        axes.move(code, 128)
+    axes.move(OTHER_THROTTLE, 255)
+    assert axes.velocity() == pytest.approx((0.0, 0.0, -0.4))
     assert AxisRange(0, 0).share(7) == 0.0
 
 
@@ -82,13 +90,13 @@ class Device:
 def test_events_of_axes_count_and_dropped_ones_are_asked_for():
     pad = Gamepad(Device(Event(3, SOUTH, -100), Event(1, 0x130, 1), Event(0, 0, 0)), 0.4)
     pad.read()
-    assert pad.sticks.velocity() == pytest.approx((0.0, 0.4, 0.0))
+    assert pad.axes.velocity() == pytest.approx((0.0, 0.4, 0.0))
     pad = Gamepad(Device(Event(0, 3, 0)), 0.4)
     pad.read()
-    assert pad.sticks.velocity() == pytest.approx((0.4, 0.0, 0.0))
+    assert pad.axes.velocity() == pytest.approx((0.4, 0.0, 0.0))
 
 
-def test_a_mouse_is_no_gamepad():
+def test_a_mouse_is_not_a_gamepad():
     assert is_gamepad(Device().capabilities())
     assert not is_gamepad({1: [0x110], 2: [0, 1]})
     assert not is_gamepad({1: [0x130], 3: [(EAST, Info(0, 1, 0))]})

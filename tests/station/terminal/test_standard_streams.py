@@ -7,7 +7,7 @@ import threading
 from pathlib import Path
 
 import pytest
-from flockwire_station.terminal.standard_streams import Outlet, busy, later, unblocked
+from flockwire_station.terminal.standard_streams import UnblockedStream, busy, later, unblocked
 
 FULL = Path("/dev/full")
 
@@ -34,7 +34,7 @@ def test_a_full_disk_is_one_line_and_a_failure(arguments):
         )
 
 
-def test_a_reader_that_has_left_is_one_line_and_no_failure():
+def test_a_reader_that_has_left_is_one_line_and_not_a_failure():
     read_end, write_end = os.pipe()
     os.close(read_end)
     with os.fdopen(write_end, "w") as gone:
@@ -65,12 +65,12 @@ def test_an_import_that_is_interrupted_or_lacks_memory_is_one_line(command, rais
     assert flockwire(command, stand_in=f"raise {raised}", folder=tmp_path) == (status, f"flockwire: {line}\n")
 
 
-def test_while_a_swarm_flies_nobody_waits_for_a_reader_and_nothing_is_lost():
+def test_while_a_swarm_flies_no_process_waits_for_a_reader_and_nothing_is_lost():
     read_end, write_end = os.pipe()
     found, data = [], 300 * b"0123456789" * 100  # more than a pipe holds
     reader = threading.Thread(target=lambda: found.append(_all(read_end)))
     with unblocked():
-        outlet = Outlet(write_end)
+        outlet = UnblockedStream(write_end)
         assert outlet.write(data) == len(data)
         later(lambda: outlet.write(b"end"))
         assert busy()
@@ -85,7 +85,7 @@ def test_a_table_that_cannot_be_drawn_is_reported_and_what_follows_is_written(ca
     read_end, write_end = os.pipe()
     with unblocked():
         later(lambda: 1 / 0)
-        Outlet(write_end).write(b"next")
+        UnblockedStream(write_end).write(b"next")
     os.close(write_end)
     assert _all(read_end) == b"next"
     assert "ZeroDivisionError" in capsys.readouterr().err

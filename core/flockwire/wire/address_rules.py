@@ -1,18 +1,52 @@
-"""The rules that a swarm file's hosts and addresses must keep so that every process can be reached."""
+"""The rules of a swarm file about hosts and addresses: every process can be reached."""
 
 from __future__ import annotations
 
 import ipaddress
+import re
 from collections.abc import Iterator
 
+from flockwire.swarm.model import Swarm
+from flockwire.swarm.rules import Rule, needs
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import DRIVER, KINEMATICS, PROCESSES
 
 LOWEST_PORT, HIGHEST_PORT = 1024, 65535
 
 
-def problems(plan: Plan) -> Iterator[str]:
-    """Yield one line for each problem, `key = value: rule`."""
+@needs("hosts", "drones.address")
+def _hosts(swarm: Swarm) -> Iterator[str]:
+    """Yield what is wrong with the names and addresses of hosts, and with addresses of drones."""
+    if not swarm.hosts:
+        yield "hosts = {}: at least one host is needed (without the table there is one called local)"
+    for name, host in swarm.hosts.items():
+        if not re.fullmatch(r"[A-Za-z0-9]([A-Za-z0-9-]{0,61}[A-Za-z0-9])?", name):
+            yield f"hosts.{name}: must be a host name: letters, digits and hyphens, at most 63"
+        yield from _ip(f"hosts.{name}.address", host.address)
+    for place, drone in enumerate(swarm.drones):
+        yield from _address(f"drones.{place}.address", drone.address)
+
+
+def _address(key: str, address: str | None) -> Iterator[str]:
+    if address is None:
+        return
+    split = re.fullmatch(r"(?:\[(?P<v6>[^]]+)\]|(?P<v4>[^:]+)):(?P<port>[0-9]{4,5})", address)
+    if split is None or not LOWEST_PORT <= int(split["port"]) <= HIGHEST_PORT:
+        yield f"{key} = {address!r}: must be IP:PORT, PORT from {LOWEST_PORT} to {HIGHEST_PORT} (IPv6: [IP]:PORT)"
+        return
+    yield from _ip(key, split["v6"] or split["v4"])
+
+
+def _ip(key: str, text: str) -> Iterator[str]:
+    try:
+        ipaddress.ip_address(text)
+    except ValueError:
+        yield f"{key} = {text!r}: must be an IP address"
+
+
+@needs("hosts", "drones.id", "drones.host", "drones.address", "network", "leader.kind", "graph", "avoidance")
+def _endpoints(swarm: Swarm) -> Iterator[str]:
+    plan = Plan(swarm)
     yield from _processes(plan)
     yield from _ports(plan)
     yield from _addresses(plan)
@@ -27,7 +61,7 @@ def _processes(plan: Plan) -> Iterator[str]:
     for name, host in plan.swarm.hosts.items():
         for process in host.processes:
             if process not in known:
-                yield f"hosts.{name}.processes has {process!r}: must be of {known}"
+                yield f"hosts.{name}.processes has {process!r}: must be one of {known}"
             elif process in claimed:
                 yield f"hosts.{name}.processes has {process!r}: host {claimed[process]} runs it already"
             claimed.setdefault(process, name)
@@ -74,3 +108,6 @@ def _simulated_airframes(plan: Plan) -> Iterator[str]:
                 f"drones.host: {driver} runs on {plan.hosts[driver]}, its simulated airframe on {plan.hosts[served]}; "
                 f"both must be on one host (hosts.{plan.hosts[driver]}.processes)"
             )
+
+
+RULES: tuple[Rule, ...] = (_hosts, _endpoints)

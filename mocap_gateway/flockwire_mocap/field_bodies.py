@@ -34,7 +34,7 @@ def _lost(drone: int) -> int:
     return -1 - drone
 
 
-class Shape(NamedTuple):
+class Cylinder(NamedTuple):
     """An upright cylinder round a tracked body; endless without a height. m."""
 
     radius: float
@@ -44,7 +44,7 @@ class Shape(NamedTuple):
 class Mover:
     """A body that moves and is no drone's: where it was seen last, how fast it moves, how large it is."""
 
-    def __init__(self, shape: Shape, position: Vector, stamp: int) -> None:
+    def __init__(self, shape: Cylinder, position: Vector, stamp: int) -> None:
         self.shape, self.position, self.stamp = shape, position, stamp
         self.radius, self._height = shape
         self._epoch = stamp
@@ -68,7 +68,7 @@ class Mover:
         return Body(BodyKind.MOVER, relative, self.radius, self._tracker.velocity)
 
 
-class Scene:
+class FieldBodies:
     """The drones, obstacles and other bodies of `swarm`. What is no drone, or not seen, has a number below 0."""
 
     def __init__(self, swarm: Swarm) -> None:
@@ -77,9 +77,9 @@ class Scene:
         self._lost_after = nanoseconds(swarm.limits.staleness.pose_zero)  # ns: then its own pilot stops it
         self._drone_radius = max(safe.kept.drone - safe.kept.obstacle, 0.0)
         self._reach, self._obstacles = safe.sensing_radius, swarm.obstacles
-        self._shapes = {obstacle.body: Shape(obstacle.radius, obstacle.height) for obstacle in swarm.tracked_obstacles}
+        self._shapes = {one.body: Cylinder(one.radius, one.height) for one in swarm.tracked_obstacles}
         self._carried = frozenset({LEADER} if swarm.leader.kind == "tracked" else ())
-        self._usual = Shape(table.person_radius)
+        self._usual = Cylinder(table.person_radius)
         self._held = frozenset(map(held_name, swarm.tracked))
         self._drones: dict[int, tuple[int, Vector]] = {}
         self._movers: dict[str, Mover] = {}

@@ -30,7 +30,7 @@ class AxisRange(NamedTuple):
         return max(-1.0, min(2.0 * (value - self.low) / (self.high - self.low) - 1.0, 1.0))
 
 
-class Sticks:
+class GamepadAxes:
     """Turns positions of the axes in `ranges`, by code, into a velocity of at most `speed` m/s, world frame."""
 
     def __init__(self, speed: float, ranges: Mapping[int, AxisRange]) -> None:

@@ -20,8 +20,8 @@ YAW_RATE = 0.6  # rad/s, at most
 YAW_AGE = SECOND // 2  # ns after which the tracked yaw holds no heading any more
 
 
-class Steering:
-    """Steers one Tello by its tracked yaw, while that is newer than `maximum_age`.
+class StickControl:
+    """Sets the sticks of one Tello by its tracked yaw, while that is newer than `maximum_age`.
 
     Times are ns of one clock that does not go back.
     """
