@@ -38,7 +38,7 @@ Feed = Callable[[Core, Callable[[], None]], AbstractAsyncContextManager[None] | 
 
 
 class Shell:
-    """Runs one core on one session: in the running loop, and `direct` also on the thread on which Zenoh receives."""
+    """Runs one core on one session, in the running loop and where it may on the thread on which Zenoh receives."""
 
     def __init__(
         self,
@@ -49,9 +49,8 @@ class Shell:
         swarm_clock: SwarmClock,
         status: StatusPublisher,
         sockets: Sockets | None,
-        direct: bool = False,
     ) -> None:
-        self._running, self._lock, self._direct = False, swarm_clock.lock, direct
+        self._running, self._lock = False, swarm_clock.lock
         timed, wakeup = swarm_clock.timekeeping, Wakeup(self._arrived, swarm_clock.lock)
         keys, prompt_keys = [key for key in plan.subscribes[identity] if key not in timed.keys], at_once(core)
         buffered = [session.newest(key) for key in keys if key not in prompt_keys]
@@ -70,9 +69,9 @@ class Shell:
         )
         self._ticker = Ticker(tick_period(core), self._tick)
 
-    def start(self) -> None:
-        """Begin."""
-        self._running, self._wakeup.direct = True, self._direct
+    def start(self, direct: bool = False) -> None:
+        """Begin; `direct`: all that reaches the core comes by keys, so that it may step on the thread of one."""
+        self._running, self._wakeup.direct = True, direct
         self._ticker.start()
 
     def stop(self) -> None:
@@ -143,12 +142,12 @@ async def run_core(job: Job, feed: Feed | None = None) -> None:
         chance = Random(plan.swarm.gateway.seed)  # noqa: S311  (noise)
         core = make_core(Start(plan, identity, clock.now(), chance, of_core(job.faults, plan, identity), job.took_off))
         sockets = await stack.enter_async_context(served(core))
-        direct = sockets is None and feed is None  # all that reaches the core comes by keys
-        shell = Shell(core, plan, identity, session, swarm_clock, status, sockets, direct)
-        shell.start()
+        shell = Shell(core, plan, identity, session, swarm_clock, status, sockets)
+        fed = feed(core, shell.step) if feed is not None else None
+        shell.start(direct=sockets is None and fed is None)
         done = False
         try:
-            async with (feed(core, shell.step) if feed is not None else None) or nullcontext():
+            async with fed or nullcontext():
                 await finished(core, plan, identity, session, ending, swarm_clock.lock)
             done = True
         finally:
