@@ -29,7 +29,7 @@ import psutil
 import tomli_w
 import zenoh
 from flockwire import clock
-from flockwire.ground.giving import Order
+from flockwire.ground.order import Order
 from flockwire.loading import load_swarm
 from flockwire.runtime.session import Session
 from flockwire.security.files import files_of

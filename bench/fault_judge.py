@@ -12,7 +12,7 @@ from fault_draws import DURATION, SECOND_STATION, Drawn, drawn
 from fault_rungs import told
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import Vector
-from flockwire.ground.giving import Order
+from flockwire.ground.order import Order
 from flockwire.pilot.phases import IN_FLIGHT
 from flockwire.swarm.model import uav
 from flockwire.wire.messages import FlightState, Mission, Pose, Stop, Telemetry

@@ -32,7 +32,7 @@ import tomli_w
 from air import Air, Conditions, air
 from flockwire import clock
 from flockwire.domain.time import SECOND
-from flockwire.ground.giving import Order
+from flockwire.ground.order import Order
 from flockwire.loading import load_swarm
 from flockwire.security.pki import make_keys
 from flockwire.wire.messages import Pose

@@ -21,7 +21,7 @@ from multiprocessing import Pool
 from random import Random
 
 from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.ground.giving import Answer, Order
+from flockwire.ground.order import Answer, Order
 from flockwire.loading import parse_swarm
 from flockwire.swarm.model import Swarm
 from flockwire.wire.messages import Mission, Version

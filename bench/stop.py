@@ -26,7 +26,7 @@ from pathlib import Path
 import psutil
 import zenoh
 from flockwire import clock
-from flockwire.ground.giving import Order
+from flockwire.ground.order import Order
 from flockwire.loading import load_swarm
 from flockwire.runtime.session import Session
 from flockwire.security.files import files_of

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 from flockwire import clock
-from flockwire.ground.giving import Order
+from flockwire.ground.order import Order
 from flockwire.security.files import CredentialsError
 from flockwire.swarm.wording import meant
 from flockwire.wire.plan import Plan
@@ -192,7 +192,6 @@ def _give(plan: Plan, keys: Path, order: Order) -> None:
     if answer.confirmed:
         note = f"; {answer.note}" if answer.note else ""
         print(f"flockwire: {order.verb}: confirmed by {', '.join(answer.confirmed)}{note}")
-    if answer.refusal or answer.missing:
-        reason = answer.refusal or f"sent, but not confirmed by {', '.join(answer.missing)}"
-        print(f"flockwire: {order.verb} failed: {reason}", file=sys.stderr)
+    if answer.failure:
+        print(f"flockwire: {order.verb} failed: {answer.failure}", file=sys.stderr)
         raise typer.Exit(1)

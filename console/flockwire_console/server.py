@@ -17,7 +17,7 @@ from typing import Any
 from aiohttp import WSMsgType, web
 from flockwire import clock
 from flockwire.domain.time import nanoseconds
-from flockwire.ground.giving import Answer, Order
+from flockwire.ground.order import Answer, Order
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import CONSOLE
 from flockwire_station.operator import Operator

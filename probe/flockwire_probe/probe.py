@@ -18,7 +18,7 @@ from pathlib import Path
 
 from flockwire import clock
 from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.ground.giving import Order
+from flockwire.ground.order import Order
 from flockwire.runtime.session import RouterAbsentError, Session
 from flockwire.security.files import Credentials
 from flockwire.security.pki import Signer, alternative_names, issue, new_authority, read_authority, save

@@ -7,15 +7,13 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from flockwire.control.graph import LEADER
 from flockwire.domain.time import nanoseconds
 from flockwire.domain.vector import Vector
 from flockwire.ground.director import LEAD_TIME, Director, Stage
 from flockwire.ground.fleet import Fleet
-from flockwire.ground.giving import Order
 from flockwire.ground.operator import OperatorCore
+from flockwire.ground.order import Answer, Order
 from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import Mission
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 
@@ -73,7 +71,7 @@ class Flight(ABC):
             else:
                 self._order("resume")
         else:
-            director = self._core.conduct(self._now(), formation=formation)
+            director = self._core.conduct(self._now(), order=Order("start", formation))
         await self._until(lambda: director.stage is Stage.FLYING and self._fleet().all_in(Phase.FORMATION), "start")
 
     async def hold(self) -> None:
@@ -85,22 +83,15 @@ class Flight(ABC):
     async def formation(self, name: str, duration: float | None = None) -> None:
         """Change to the formation `name` in `duration` s, None: as few as keep to all limits; returns after it."""
         self._known(name)
-        now, director = self._now(), self._director
-        running = self._fleet().mission()
-        if director is None or director.stage is not Stage.FLYING or running is None:
+        if self._director is None or self._director.stage is not Stage.FLYING:
             raise FlightError(f"formation {name!r}: no drone flies a formation")
-        try:
-            position = self.drones[LEADER].position if LEADER in self.drones else None
-            order = await self._planned(running, name, position, duration)
-        except ValueError as error:
-            raise FlightError(f"formation {name!r}: {error}") from None
-        given = self._core.change(order, running)
-        self._publish()
-        if given is None:
-            raise FlightError(f"formation {name!r}: {director.ordered} was ordered meanwhile")
-        await self._until(
-            lambda: not self._fleet().unconfirmed(given) and self._now() >= _end(given, now), f"formation {name!r}"
-        )
+        now = self._now()
+        answers: list[Answer] = []
+        self._core.ask(Order("formation", name, duration), now, answered=answers.append)
+        await self._until(lambda: bool(answers), f"formation {name!r}")
+        if failure := answers[0].failure:
+            raise FlightError(f"formation {name!r}: {failure}")
+        await self._until(lambda: self._now() >= self._end(now), f"formation {name!r}")
 
     async def land(self) -> None:
         """Land all drones where they are; returns when they are down."""
@@ -127,10 +118,6 @@ class Flight(ABC):
         """Let `seconds` of the flight pass."""
 
     @abstractmethod
-    async def _planned(self, running: Mission, name: str, leader: Vector | None, duration: float | None) -> Mission:
-        """Return the order for a change of formation, as `plan_in_time` does; raises ValueError where there is none."""
-
-    @abstractmethod
     def _now(self) -> int:
         """Return the present time, Unix ns."""
 
@@ -150,6 +137,13 @@ class Flight(ABC):
 
     def _fleet(self) -> Fleet:
         return self._core.fleet(self._now())
+
+    def _end(self, asked: int) -> int:
+        """Return when the change of formation that was `asked` for (Unix ns) is over."""
+        running = self._fleet().mission()
+        if running is None or running.change is None:
+            return asked + LEAD_TIME
+        return running.change.begin + nanoseconds(running.change.duration)
 
     @property
     def _director(self) -> Director | None:
@@ -183,13 +177,6 @@ class Flight(ABC):
                 phases = ", ".join(f"{self._plan.pilots[i]} {drone.phase}" for i, drone in self.drones.items())
                 raise FlightError(f"{what}: not done after {patience:g} s: {phases}")
             await self.sleep(LOOK)
-
-
-def _end(order: Mission, now: int) -> int:
-    """Return when a change of formation is over, Unix ns."""
-    if order.change is None:
-        return now + LEAD_TIME
-    return order.change.begin + nanoseconds(order.change.duration)
 
 
 def _status(report: Report | None) -> DroneStatus:

@@ -11,13 +11,10 @@ from pathlib import Path
 from typing import Self
 
 from flockwire import clock
-from flockwire.domain.vector import Vector
-from flockwire.wire.messages import Mission
 from flockwire.wire.plan import Plan
 from flockwire_analysis.report import write_report
 from flockwire_station.folders import complete_keys
 from flockwire_station.operator import Operator
-from flockwire_station.planning import plan_off_loop
 from flockwire_station.processes import Children, PortInUseError, busy_endpoint
 from flockwire_station.restarting import Restarts
 from flockwire_station.terminal.interrupts import Interrupts
@@ -91,9 +88,6 @@ class RealFlight(Flight):
         if died := restarts.step():
             self._core.abort(died, now)
         return None
-
-    async def _planned(self, running: Mission, name: str, leader: Vector | None, duration: float | None) -> Mission:
-        return await plan_off_loop(self.swarm, running, name, leader, duration)
 
     def _now(self) -> int:
         return clock.now()

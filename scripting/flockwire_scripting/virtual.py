@@ -7,9 +7,6 @@ from pathlib import Path
 from typing import Self
 
 from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.domain.vector import Vector
-from flockwire.ground.formation_planning import plan_in_time
-from flockwire.wire.messages import Mission
 from flockwire.wire.plan import Plan
 from flockwire_analysis.report import write_report
 from flockwire_analysis.summary import summarise
@@ -61,9 +58,6 @@ class VirtualFlight(Flight):
         while scheduler.now < end:  # the operator's end of a flight stops the scheduler once
             scheduler.at(end, lambda _: None)
             scheduler.run(end)
-
-    async def _planned(self, running: Mission, name: str, leader: Vector | None, duration: float | None) -> Mission:
-        return plan_in_time(self.swarm, running, name, self._now, leader, duration)  # no time passes meanwhile
 
     def _now(self) -> int:
         return self._world.scheduler.now

@@ -7,8 +7,8 @@ from functools import partial
 
 from flockwire.ground.director import POLL_PERIOD, Director, Stage
 from flockwire.ground.formation_planning import ChangeRefusedError, plan_in_time
-from flockwire.ground.giving import Answer, Order
 from flockwire.ground.operator import OperatorCore
+from flockwire.ground.order import Answer, Order
 from flockwire.process.cores import Ground
 from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import Key

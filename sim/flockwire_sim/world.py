@@ -10,8 +10,8 @@ from random import Random
 
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground.director import Director, Stage
-from flockwire.ground.giving import Order
 from flockwire.ground.operator import OperatorCore
+from flockwire.ground.order import Order
 from flockwire.process.cores import Core, Start, make_core
 from flockwire.process.faults import Fault, of_core
 from flockwire.process.timekeeping import patience, timekeeping
@@ -69,7 +69,7 @@ class World:
             name: VirtualOperator(OperatorCore(self.plan, givers), self.swarm, self._ordered, self.scheduler.stop)
             for name, givers in zip((OPERATOR.kind, *stations), _givers(), strict=False)
         }
-        self.station().core.conduct(EPOCH, duration, without=without)
+        self.station().core.conduct(EPOCH, duration, Order("start", without=without))
         self._script: Script = nobody
         self.links: dict[tuple[str, str], VirtualLink] = {}
         self._seed, self._faults, self._tap = seed, faults, tap

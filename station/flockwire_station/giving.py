@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from flockwire import clock
-from flockwire.ground.giving import ENDING, Answer, Order
+from flockwire.ground.order import ENDING, Answer, Order
 from flockwire.runtime.session import UNKNOWN, RouterAbsentError, Session
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
@@ -23,7 +23,7 @@ async def give(plan: Plan, keys: Path | None, order: Order) -> Answer:
         return Answer(refusal=f"the router at {plan.endpoints[plan.routers[0]]} does not answer: {why}")
     with session:
         answer = await obey(Operator(plan, session), order, clock.uptime())
-        return await _explained(answer, plan, keys, session) if answer.refusal or answer.missing else answer
+        return await _explained(answer, plan, keys, session) if answer.failure else answer
 
 
 async def obey(operator: Operator, order: Order, ago: float = 0.0) -> Answer:
@@ -42,5 +42,4 @@ async def _explained(answer: Answer, plan: Plan, keys: Path | None, session: Ses
     why = await why_unlinked(plan, keys, OPERATOR.kind, absent)
     if len(absent) == len(dialled):
         return answer._replace(refusal=f"nothing was sent: no process is linked: {why}")
-    said = answer.refusal or f"sent, but not confirmed by {', '.join(answer.missing)}"
-    return answer._replace(refusal=f"{said}; {why}")
+    return answer._replace(refusal=f"{answer.failure}; {why}")

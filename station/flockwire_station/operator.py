@@ -11,8 +11,9 @@ from flockwire import clock
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground.director import GRACE, POLL_PERIOD
 from flockwire.ground.fleet import Fleet
-from flockwire.ground.giving import Giving, Order, ToPlan
+from flockwire.ground.giving import Giving
 from flockwire.ground.operator import Answered, OperatorCore
+from flockwire.ground.order import Order, ToPlan
 from flockwire.runtime.session import Session
 from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.wire.keys import TIME_REPLY
@@ -53,12 +54,12 @@ class Operator:
     def fleet(self) -> Fleet:
         """Return what is known now of those who fly; who is left out of the flight, and silent, does not count."""
         now = self.poll()
-        return Fleet.present(self._plan.pilots, self.statuses, self.telemetry, now)
+        return self.core.fleet(now).present()
 
     def conduct(self, duration: float, without: tuple[int, ...] = (), grace: int = GRACE) -> None:
         """Conduct a flight that was asked for when this process began; the arguments are those of Director."""
         now = clock.now()
-        self.core.conduct(now, duration, "", without, grace, now - nanoseconds(clock.uptime()))
+        self.core.conduct(now, duration, Order("start", without=without), grace, now - nanoseconds(clock.uptime()))
 
     def ask(self, order: Order, ago: float = 0.0, answered: Answered = lambda _: None) -> None:
         """Give an order that was asked for `ago` s ago; one that ends others leaves before this returns."""

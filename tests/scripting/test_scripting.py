@@ -9,6 +9,7 @@ from flockwire.domain.time import SECOND
 from flockwire.ground import director
 from flockwire.security.files import CredentialsError
 from flockwire_scripting import FlightError, open_swarm, real
+from flockwire_station import operator
 from simulated_children import Processes
 from simulated_pilots import SimulatedSwarm
 
@@ -167,7 +168,7 @@ def test_a_change_that_was_planned_before_another_order_is_not_flown(opened, ver
                 await flight.sleep(0.3)
                 return running._replace(stamp=clock.now(), verb="formation")
 
-            monkeypatch.setattr(real, "plan_off_loop", plan)
+            monkeypatch.setattr(operator, "plan_off_loop", plan)
             with pytest.raises(FlightError, match=rf"^formation '': {verb} was ordered meanwhile$"):
                 await flight.formation("")
             assert {drone.phase for drone in flight.drones.values()} == {"hold" if verb == "hold" else "ready"}

@@ -14,11 +14,12 @@ import pytest
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import Vector
 from flockwire.ground.director import Director, Stage
+from flockwire.ground.fleet import Fleet
+from flockwire.ground.order import Order
 from flockwire.pilot.phases import SHUTDOWN
 from flockwire.process.cores import Core, Start, make_core
 from flockwire.swarm.model import uav
-from flockwire.wire.messages import FlightState, Mission, Telemetry
-from flockwire.wire.status import Status
+from flockwire.wire.messages import FlightState, Mission
 from flockwire_sim.world import EPOCH, World
 
 Fly = Callable[..., Any]
@@ -58,12 +59,12 @@ class OneShots:
         self._world, self._again, self._duration = world, again, duration
         self._first = self._newest = world.director
 
-    def step(self, statuses: dict[str, Status], telemetry: dict[int, Telemetry], now: int) -> Mission | None:
-        if self._again is not None and now >= self._again:
-            swarm, plan = self._world.swarm, self._world.plan
-            self._again, self._newest = None, Director(plan.pilots, swarm.frame, self._duration, now)
+    def step(self, fleet: Fleet) -> Mission | None:
+        if self._again is not None and fleet.now >= self._again:
+            plan, now = self._world.plan, fleet.now
+            self._again, self._newest = None, Director(plan, Order("start"), 0, now, now, self._duration)
         nobody = self._newest is self._first and self._first.stage is Stage.FLYING
-        return None if nobody else self._newest.step(statuses, telemetry, now)
+        return None if nobody else self._newest.step(fleet)
 
     @property
     def stage(self) -> Stage:
@@ -168,12 +169,12 @@ def test_another_operators_landing_ends_the_flight_well(fly: Fly) -> None:
     def prepare(world: World) -> None:
         own, given = world.director.step, []
 
-        def step(statuses: Any, telemetry: Any, now: int) -> Mission | None:
-            order = own(statuses, telemetry, now)
-            if now < at or given:
+        def step(fleet: Fleet) -> Mission | None:
+            order = own(fleet)
+            if fleet.now < at or given:
                 return order
-            given.append(now)
-            return Mission(now, "world", "land")  # which this flight's director does not know of
+            given.append(fleet.now)
+            return Mission(fleet.now, "world", "land")  # which this flight's director does not know of
 
         world.director.step = step  # type: ignore[method-assign]
 

@@ -7,7 +7,7 @@ from itertools import cycle, product
 import order_pairs
 import pytest
 from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.ground.giving import Order
+from flockwire.ground.order import Order
 from flockwire.wire.phase import Phase
 from flockwire_sim.world import EPOCH, World
 from order_pairs import SITUATIONS, VERBS, Case, fly, swarm

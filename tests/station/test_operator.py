@@ -6,7 +6,7 @@ from io import StringIO
 import pytest
 from flockwire import clock
 from flockwire.domain.time import SECOND
-from flockwire.ground.giving import Order
+from flockwire.ground.order import Order
 from flockwire.wire.inbox import Inbox, attachment
 from flockwire.wire.keys import MISSION, ROWS, STOP, Key
 from flockwire.wire.messages import FlightState, Telemetry

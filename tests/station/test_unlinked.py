@@ -8,7 +8,8 @@ import pytest
 from flockwire import clock
 from flockwire.domain.time import SECOND
 from flockwire.ground import giving as core
-from flockwire.ground.giving import Order
+from flockwire.ground import starting
+from flockwire.ground.order import Order
 from flockwire.runtime.session import Session
 from flockwire.security.pki import make_keys
 from flockwire_station import giving, unlinked
@@ -79,8 +80,10 @@ def test_over_quic_an_unused_port_is_reported(make_plan, base, keys):
 
 @pytest.mark.parametrize("verb", ["hold", "land", "stop", "start"])
 def test_an_order_without_receivers_was_not_sent_and_reports_why(plan, keys, monkeypatch, verb):
-    for patience in ("ANSWER_TIME", "LOOK_TIME", "READY_TIME"):
-        monkeypatch.setattr(core, patience, SECOND // 10)
+    for module, patience in (
+        (core, "ANSWER_TIME"), (core, "LOOK_TIME"), (starting, "LOOK_TIME"), (starting, "READY_TIME"),
+    ):  # fmt: skip
+        monkeypatch.setattr(module, patience, SECOND // 10)
     answer = asyncio.run(giving.give(plan, keys, Order(verb)))
     assert answer.refusal.startswith(
         "nothing was sent: no process is linked: no process listens at the address of gateway, "

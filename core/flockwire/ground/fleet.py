@@ -38,18 +38,22 @@ class Fleet:
             if drone in telemetry and now - telemetry[drone].stamp < STALE
         }
 
-    @classmethod
-    def present(
-        cls, pilots: Mapping[int, str], statuses: Mapping[str, Status], telemetry: Mapping[int, Telemetry], now: int
-    ) -> Fleet:
+    def without(self, drones: Collection[int]) -> Fleet:
+        """Return what is known of all but `drones`."""
+        if not drones:
+            return self
+        pilots = {drone: pilot for drone, pilot in self.pilots.items() if drone not in drones}
+        return Fleet(pilots, self._statuses, self._telemetry, self.now)
+
+    def present(self) -> Fleet:
         """Return what is known of those who fly: who is left out of the flight, and silent, does not count."""
-        fleet = cls(pilots, statuses, telemetry, now)
-        running = fleet.mission()
-        silent = [drone for drone in (running.without if running is not None else ()) if drone not in fleet.fresh]
-        if not silent:
-            return fleet
-        there = {drone: pilot for drone, pilot in pilots.items() if drone not in silent}
-        return cls(there, statuses, telemetry, now)
+        running = self.mission()
+        return self.without([drone for drone in running.without if drone not in self.fresh] if running else ())
+
+    @property
+    def flies(self) -> bool:
+        """Whether a drone is in the air."""
+        return any(state in IN_THE_AIR for state in self.states.values())
 
     def has_stopped(self, drone: int) -> bool:
         """Return whether the drone's motors are known to be off."""
@@ -66,6 +70,11 @@ class Fleet:
     def all_in(self, *phases: Phase) -> bool:
         """Return whether every pilot is in one of `phases`."""
         return all(self.phase(drone) in phases for drone in self.pilots)
+
+    def others_than(self, *phases: Phase) -> tuple[str, ...]:
+        """Return a sentence for each pilot that is in none of `phases`."""
+        late = [drone for drone in self.pilots if self.phase(drone) not in phases]
+        return tuple(f"{self.pilots[drone]}: {self.why(drone)}" for drone in late)
 
     def clocks_off(self, bound: float) -> dict[str, float]:
         """Return by how many s clocks may be wrong, by process, where that is more than `bound` or unknown (-1)."""
@@ -145,7 +154,7 @@ class Fleet:
         if drone not in self.fresh:
             return False
         report = self.fresh[drone].report
-        if report.mission is None or order.version not in report.newest:
+        if report.mission is None or not (order.version in report.newest or _is_again(report.mission, order)):
             return False
         down = order.verb == "hold" and report.phase in ON_GROUND  # nobody takes off who does not know of it
         return down or report.mission.verb == order.verb
@@ -158,6 +167,12 @@ class Fleet:
         return (
             report.mission is not None and not rank(report.mission) and came_down(report.mission) in report.concurrent
         )
+
+
+def _is_again(mission: Mission, order: Mission) -> bool:
+    """Return whether `mission` is `order`, given once more by one who knew of it."""
+    given = order._replace(stamp=mission.stamp, giver=mission.giver, knows=mission.knows)
+    return mission == given and order.version in mission.knows
 
 
 def _left_out(report: Report) -> tuple[int, ...]:

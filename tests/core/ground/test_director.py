@@ -4,16 +4,33 @@ import pytest
 from flockwire.domain.time import SECOND
 from flockwire.ground.director import GRACE, LEAD_TIME, REPEAT, STAGE_TIME, Director, Stage
 from flockwire.ground.fleet import STALE, Fleet
-from flockwire.ground.preflight import Preflight
+from flockwire.ground.order import Order
+from flockwire.loading import parse_swarm
 from flockwire.pilot.orders import Orders
 from flockwire.pilot.phases import OUTDATED
 from flockwire.wire.messages import FlightState, Mission, Telemetry
 from flockwire.wire.phase import Phase
+from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report, Status
 
 BEGAN = 1_790_000_000 * SECOND
 OURS, THEIRS = 7, 8  # the numbers of the director that is tested, and of another operator
-PILOTS = {0: "leader", 1: "uav1", 2: "uav2"}
+STARTS = ((3.0, 0.0, 0.0), (0.0, 0.0, 0.0), (1.0, 0.5, 0.0))
+PLAN = Plan(
+    parse_swarm(
+        {
+            "name": "three",
+            "control": {"law": "paper"},
+            "formation": {"kind": "circle", "radius": 2.0, "rate": 0.5},
+            "leader": {"trajectory": {"kind": "constant", "velocity": [0.1, 0.1, 0.0]}},
+            "graph": {"edges": [[0, 1], [1, 2]]},
+            "limits": {"start_tolerance": 0.2},
+            "drones": [{"id": i, "start": start} for i, start in enumerate(STARTS)],
+        },
+        "test.toml",
+    )
+)
+PILOTS = PLAN.pilots
 ON_GROUND = (Phase.GROUNDED, Phase.READY)
 GROUNDED, FLYING, STOPPED = FlightState.GROUNDED, FlightState.FLYING, FlightState.STOPPED
 
@@ -58,11 +75,16 @@ class Pilot:
         return Telemetry(self.driver_died or now, "world", state, 1.0, 0.0, 0.0)
 
 
+def conducting(duration=60.0, formation="", without=(), **options):
+    """Return a director that begins now."""
+    return Director(PLAN, Order("start", formation, without=without), OURS, BEGAN, BEGAN, duration, **options)
+
+
 class Tower:
     """A director, and its pilots, a tenth of a second between steps."""
 
     def __init__(self, duration=60.0, formation=""):
-        self.now, self.director = BEGAN, Director(PILOTS, "world", duration, BEGAN, formation, giver=OURS)
+        self.now, self.director = BEGAN, conducting(duration, formation)
         self.pilots = {name: Pilot(drone) for drone, name in PILOTS.items()}
 
     def step(self, seconds=0.1, **changes):
@@ -75,11 +97,15 @@ class Tower:
         given = []
         for _ in range(round(seconds * 10)):
             self.now += SECOND // 10
-            order = self.director.step(*self.received(), self.now)
+            order = self.director.step(self.fleet(self.now))
             if order is not None:
                 given.append(order)
                 self.take(order)
         return given
+
+    def fleet(self, now):
+        """Return what the director knows at `now`."""
+        return Fleet(PILOTS, *self.received(), now)
 
     def received(self):
         """Return the newest statuses and telemetry."""
@@ -193,7 +219,7 @@ def test_an_order_is_repeated_until_every_pilots_status_names_it(tower):
 def test_an_order_is_repeated_no_faster_than_needed(tower):
     tower.pilots["uav2"].deaf = True
     tower.all(Phase.READY)
-    sent = [tower.director.step(*tower.received(), tower.now + k * REPEAT // 4) for k in range(1, 13)]
+    sent = [tower.director.step(tower.fleet(tower.now + k * REPEAT // 4)) for k in range(1, 13)]
     assert [k for k, order in enumerate(sent, 1) if order is not None] == [4, 8, 12]
 
 
@@ -247,11 +273,11 @@ def test_a_pilot_that_restarts_has_a_second_to_find_itself_in_flight(flying):
 
 
 def test_a_pilot_may_be_given_longer_to_come_back():
-    director = Director({1: "uav1"}, "world", 0.0, BEGAN, grace=5 * SECOND)
+    director = conducting(0.0, grace=5 * SECOND)
     director.stage = Stage.FLYING
-    orders = [director.step({}, {}, BEGAN + tenth * SECOND // 10) for tenth in range(51)]
+    orders = [director.step(Fleet(PILOTS, {}, {}, BEGAN + tenth * SECOND // 10)) for tenth in range(51)]
     assert [tenth for tenth, order in enumerate(orders) if order is not None] == [50]
-    assert director.failure.startswith("uav1 left the formation")
+    assert director.failure.startswith("leader left the formation")
 
 
 def test_a_pilot_that_holds_for_a_while_ends_nothing(flying):
@@ -372,7 +398,7 @@ def test_another_operators_formation_is_what_resume_goes_back_to(flying):
 @pytest.mark.parametrize("without", [(), (2,)])
 def test_another_operators_landing_or_hold_before_take_off_ends_the_flight(without, verb):
     tower = Tower()
-    tower.director = Director(PILOTS, "world", 60.0, BEGAN, without=without, giver=OURS)
+    tower.director = conducting(without=without)
     tower.step(leader=Phase.READY, uav1=Phase.READY, uav2=(Phase.GROUNDED, "waits for its own pose"))
     tower.take(Mission(tower.now + 1, "world", verb))
     assert tower.all(Phase.READY, 0.5) == []
@@ -627,7 +653,7 @@ def test_before_take_off_an_order_to_land_lands_what_flies_already(tower):
 
 def test_who_is_left_out_is_reported_first_and_not_waited_for():
     tower = Tower()
-    tower.director = Director(PILOTS, "world", 60.0, BEGAN, without=(2,))
+    tower.director = conducting(without=(2,))
     (prepare,) = tower.orders(0.1, leader=Phase.READY, uav1=(Phase.GROUNDED, "waits for uav2's estimate"))
     assert (prepare.verb, prepare.without) == ("prepare", (2,))
     assert tower.step() == []
@@ -660,15 +686,14 @@ AWAY = (
 @pytest.fixture
 def placed():
     """Return a tower whose pilots are ready, with the drone of uav1 at the start of uav2."""
-    tower, starts = Tower(), {1: (0.0, 0.0, 0.0), 2: (1.0, 0.5, 0.0)}
-    tower.director = Director(PILOTS, "world", 60.0, BEGAN, preflight=Preflight(starts=starts, tolerance=0.2))
-    tower.pilots["uav1"].position, tower.pilots["uav2"].position = starts[2], (1.1, 0.5, 0.0)
+    tower = Tower()
+    tower.pilots["uav1"].position, tower.pilots["uav2"].position = STARTS[2], (1.1, 0.5, 0.0)
     return tower
 
 
 def test_no_drone_takes_off_while_a_drone_stands_away_from_its_start(placed):
     assert placed.all(Phase.READY, 3.0) == []
-    assert placed.director.unready(Fleet(PILOTS, *placed.received(), placed.now)) == (AWAY,)
+    assert placed.director.unready(placed.fleet(placed.now)) == (AWAY,)
     placed.pilots["uav1"].position = (0.1, 0.1, 0.02)
     assert placed.all(Phase.READY) == ["takeoff"]
 
@@ -744,7 +769,7 @@ def test_while_another_station_takes_off_a_key_counts_before_this_flight_does(to
 
 def test_who_is_left_out_stays_left_out_after_an_order_of_another_station_that_does_not_say_so():
     tower = Tower()
-    tower.director = Director(PILOTS, "world", 60.0, BEGAN, without=(2,), giver=OURS)
+    tower.director = conducting(without=(2,))
     tower.step(leader=Phase.READY, uav1=Phase.READY)
     for phase in (Phase.READY, Phase.HOLD, Phase.FORMATION):
         tower.step(0.2, leader=phase, uav1=phase)

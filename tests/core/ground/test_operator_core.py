@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 from flockwire.domain.time import SECOND
 from flockwire.ground.director import POLL_PERIOD, Stage
-from flockwire.ground.giving import ANSWER_TIME, LOOK_TIME, STOP_TIME, Answer, Order
+from flockwire.ground.giving import ANSWER_TIME, LOOK_TIME, STOP_TIME
 from flockwire.ground.operator import ELSEWHERE, ENDED, OperatorCore
+from flockwire.ground.order import Answer, Order
 from flockwire.wire.keys import MISSION, STOP, Key
 from flockwire.wire.messages import FlightState, Mission, Stop, Telemetry
 from flockwire.wire.status import Report, Status
