@@ -7,18 +7,20 @@ from functools import partial
 from math import dist, isfinite
 from typing import Any
 
+from flockwire.domain.motion import Estimate, Leading
+from flockwire.domain.order import Mission
 from flockwire.domain.vector import add
 from flockwire.law import Decision, Observation, Reference
 from flockwire.loading import make_law
-from flockwire.parameters import pilot_parameters
+from flockwire.parameters import AgentParameters, agent_parameters
 from flockwire.pilot.ladder import shown
 from flockwire.pilot.neighbourhood import Neighbourhood
 from flockwire.pilot.orders import flown_formation, is_known
 from flockwire.pilot.pilot import Pilot
 from flockwire.process.cores import Start
-from flockwire.swarm.model import Swarm, uav
+from flockwire.swarm.model import uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Estimate, Leading, Message, Mission
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 
@@ -26,20 +28,19 @@ from flockwire_agent.guarded_law import GuardedLaw
 
 
 class AgentCore:
-    """Follower `number` of `swarm`, started at `now` (Unix ns)."""
+    """One follower, which flies by `parameters`; started at `now` (Unix ns)."""
 
-    def __init__(self, swarm: Swarm, number: int, now: int) -> None:
-        self._pilot = pilot = Pilot(pilot_parameters(swarm, number), now)
+    def __init__(self, parameters: AgentParameters, now: int) -> None:
+        self._pilot = pilot = Pilot(parameters.pilot, now)
+        name, neighbours = uav(parameters.pilot.number), parameters.neighbours
         self.triggers = frozenset({pilot.pose_key})
         self.prompt = frozenset({MISSION})
-        self.period = 1.0 / swarm.control.rate_hz
-        self._frame = swarm.frame
-        self._estimate_key = Key("estimate", uav(number))
-        self._index = swarm.followers.index(number)
-        self._law = GuardedLaw(partial(make_law, swarm, number), uav(number))
-        self._formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
-        neighbours = swarm.topology.neighbours(number)
-        self._neighbourhood = Neighbourhood(neighbours, swarm.limits.staleness, swarm.leader.kind)
+        self.period = parameters.pilot.period
+        self._frame = parameters.pilot.frame
+        self._estimate_key = Key("estimate", name)
+        self._rank, self._formations = parameters.rank, parameters.formations
+        self._law = GuardedLaw(partial(make_law, parameters.law, parameters.settings), name)
+        self._neighbourhood = Neighbourhood(neighbours, parameters.pilot.limits.staleness, parameters.leader_kind)
         self._reference: Reference | None = None  # the place to fly in the formation, None in any other phase
         self._flown: Mission | None = None  # the order that it comes from
         self._judged: tuple[Observation, Decision] | None = None  # what the error is of
@@ -108,7 +109,7 @@ class AgentCore:
             self._reference = None
         elif self._reference is None or mission is not self._flown:
             self._flown = mission
-            self._reference = Reference(flown_formation(self._formations, mission), self._index, mission.start)
+            self._reference = Reference(flown_formation(self._formations, mission), self._rank, mission.start)
 
     def _obey(self, observation: Observation, now: int) -> Decision:
         """Return what the law decides; one that raises is not called again before the next order."""
@@ -146,4 +147,4 @@ class AgentCore:
 
 def make_core(start: Start) -> AgentCore:
     """Return the core of one follower's agent."""
-    return AgentCore(start.plan.swarm, start.drone, start.now)
+    return AgentCore(agent_parameters(start.plan.swarm, start.drone), start.now)

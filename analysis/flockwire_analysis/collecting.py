@@ -7,9 +7,10 @@ from collections.abc import Hashable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from flockwire.domain.order import Mission, Stop, Version
 from flockwire.swarm.model import Swarm
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import ROWS, Key
-from flockwire.wire.messages import Message, Mission, Stop, Version
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import LAW_FAILED, Status
 from flockwire_recorder.publication import count_lost, published_at

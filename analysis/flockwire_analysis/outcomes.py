@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import FlightState
 from flockwire.wire.phase import Phase
 
 from flockwire_analysis.phases import FormationPhase

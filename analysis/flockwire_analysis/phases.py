@@ -7,9 +7,9 @@ from itertools import zip_longest
 
 import numpy as np
 from flockwire.control.formation import Formation
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.pilot.orders import flown_formation, is_known
-from flockwire.wire.messages import Mission
 
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Booleans, Floats, Integers

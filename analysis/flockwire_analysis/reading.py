@@ -9,6 +9,7 @@ from pathlib import Path
 from flockwire.loading import problems
 from flockwire.swarm.model import Swarm
 from flockwire.wire.cdr import MessageError
+from flockwire.wire.codec import decode
 from flockwire.wire.keys import ROWS, Key
 from flockwire_recorder.parts import parts
 from flockwire_recorder.records import WholeRecords
@@ -77,7 +78,7 @@ class _Reader:
                 (key, publisher), message = self._channels[record.channel_id], None
                 if key is not None:
                     with contextlib.suppress(MessageError):
-                        message = ROWS[key.kind].message.decode(record.data)
+                        message = decode(ROWS[key.kind].message, record.data)
                 self.collector.add(publisher, key, message, record.sequence, record.publish_time, record.log_time)
             case Channel(metadata=metadata) if PUBLISHER in metadata:  # the same in every part
                 publisher = (record.topic, metadata[PUBLISHER])

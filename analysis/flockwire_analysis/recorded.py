@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from flockwire.control.graph import LEADER
+from flockwire.domain.order import Mission, Stop
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import ROWS, TIME_REQUEST, Delivery, Key
-from flockwire.wire.messages import Mission, Stop
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
+from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND
 from flockwire.swarm.tables import Obstacle
-from flockwire.wire.messages import FlightState
 
 from flockwire_analysis.phases import Span
 from flockwire_analysis.recorded import Trace

@@ -7,9 +7,12 @@ from dataclasses import dataclass
 from math import hypot, inf
 
 import numpy as np
-from flockwire.domain.body import BodyKind
+from flockwire.domain.airframe import Command, Telemetry
+from flockwire.domain.body import BodyKind, Nearby
+from flockwire.domain.motion import Estimate
+from flockwire.domain.pose import Pose
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import ROWS
-from flockwire.wire.messages import Command, Estimate, Message, Nearby, Pose, Telemetry
 from numpy.typing import NDArray
 
 Integers = NDArray[np.int64]

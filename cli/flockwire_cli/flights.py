@@ -83,7 +83,8 @@ def up(
     """Start all processes of this host, fly, land, report."""
     from flockwire_station.fault_injection import refusal  # noqa: PLC0415
     from flockwire_station.up import UpOptions, fly  # noqa: PLC0415
-    from flockwire_station.verdict import conclude  # noqa: PLC0415
+
+    from flockwire_cli.verdict import conclude  # noqa: PLC0415
 
     refuse_endless(duration)
     plan = load(swarm)
@@ -123,7 +124,8 @@ def conduct(
     """Fly a swarm whose processes run already (containers, services): take off, formation, land, report."""
     from flockwire_recorder.parts import newest_folder  # noqa: PLC0415
     from flockwire_station.conduct import conduct as fly  # noqa: PLC0415
-    from flockwire_station.verdict import conclude, verdict  # noqa: PLC0415
+
+    from flockwire_cli.verdict import conclude, verdict  # noqa: PLC0415
 
     refuse_endless(duration)
     plan = load(swarm)
@@ -151,6 +153,7 @@ def sim(
 ) -> None:
     """Fly the same swarm in virtual time, many times faster; report."""
     from flockwire_sim.fault_injection import refusal  # noqa: PLC0415
+    from flockwire_sim.flight import Flight  # noqa: PLC0415
 
     from flockwire_cli.sim import simulate, simulate_in_memory  # noqa: PLC0415
 
@@ -161,15 +164,15 @@ def sim(
         refuse(f"{faults}: {cannot}")
     absent = left_out(plan, without)
     _predict(loaded, duration)
+    flight = Flight(loaded, seed, duration, wrong, absent)
     if no_trace:
         if out is not None:
             refuse(f"--out = {out}: with --no-trace nothing is written")
-        raise typer.Exit(simulate_in_memory(loaded, seed, duration, wrong, absent))
+        raise typer.Exit(simulate_in_memory(flight))
     folder = out or Path("runs") / f"{loaded.name}-sim-{seed}-{clock.local():%Y%m%d-%H%M%S}"
     refuse_a_second_trace(folder)
     try:
-        toml = swarm.read_text(encoding="utf-8")
-        status = simulate(loaded, toml, seed, duration, wrong, folder, absent)
+        status = simulate(flight, swarm.read_text(encoding="utf-8"), folder)
     except OSError as error:
         unwritable(folder, error)
     raise typer.Exit(status)

@@ -30,12 +30,14 @@ def report(
 ) -> None:
     """Draw the figures of a trace; write report.html and summary.json."""
     from flockwire_analysis.report import write_report  # noqa: PLC0415
-    from flockwire_station.verdict import print_summary  # noqa: PLC0415
+
+    from flockwire_cli.verdict import print_figures, print_place  # noqa: PLC0415
 
     folder = out or trace.parent
     with progress("reads the trace, draws its figures"):
         summary = _trace(lambda: write_report(trace, folder, pdf))
-    failures = print_summary(summary, folder)
+    failures = print_figures(summary)
+    print_place(folder)
     if failures:
         print(f"flockwire: {'; '.join(failures)}", file=sys.stderr)
         raise typer.Exit(1)
@@ -79,13 +81,13 @@ def compare(
 ) -> None:
     """Draw two flights over each other, and print their figures side by side."""
     from flockwire_analysis.figures.comparison import compare as draw  # noqa: PLC0415  (matplotlib)
+    from flockwire_analysis.key_figures import beside  # noqa: PLC0415
     from flockwire_analysis.reading import read_trace  # noqa: PLC0415
     from flockwire_analysis.summary import summarise  # noqa: PLC0415
-    from flockwire_station.verdict import beside  # noqa: PLC0415
 
     traces = _trace(lambda: (read_trace(first), read_trace(second)))
     names = _names(first, second)
-    print(beside(names, tuple(summarise(trace) for trace in traces)))
+    print("\n".join(beside(names, [summarise(trace) for trace in traces])))
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from flockwire_mocap.survey.inspection import BodyFigures, Inspection
 
 Seconds = Annotated[float, typer.Option(min=0.5, max=60.0, help="Seconds to listen.")]
-BAD_RESIDUAL = 0.05  # m
 
 app = typer.Typer()
 
@@ -53,29 +52,23 @@ def align(
     seconds: Seconds = 1.5,
 ) -> None:
     """Find rotation and offset from the tracker's frame to the field's, from bodies on known places."""
-    from flockwire_mocap.survey.alignment import AlignmentError  # noqa: PLC0415
-    from flockwire_mocap.survey.alignment import align as fitted  # noqa: PLC0415
+    from flockwire_mocap.survey.alignment import AlignmentError, align_bodies  # noqa: PLC0415
 
     plan = load(swarm)
     known = _places(plan, at or [])
     inspection, state = _listen(Plan(plan.swarm.unaligned()), seconds)
-    seen = {row.name: row.position for row in inspection.figures() if row.position is not None}
-    missing = [name for name in known if name not in seen]
+    seen = inspection.places()
     if state.trouble and not seen:
         refuse(state.trouble)
-    if missing:
-        refuse(f"the tracker does not see {', '.join(missing)}; it sees {', '.join(seen) or 'nothing'}")
     try:
-        found = fitted([seen[name] for name in known], list(known.values()))
+        found = align_bodies(seen, known)
     except AlignmentError as error:
         refuse(str(error))
     for name, residual in zip(known, found.residuals, strict=True):
         print(f"{name:20} {1000 * residual:7.1f} mm left")
-    if max(found.residuals) > BAD_RESIDUAL:
+    if found.doubtful:
         print("flockwire: warning: a body is at a wrong place, or two are exchanged", file=sys.stderr)
-    print("\n[gateway]")
-    print(f"rotation = [{', '.join(f'{part:.6f}' for part in found.rotation)}]")
-    print(f"offset = [{', '.join(f'{part:.4f}' for part in found.offset)}]")
+    print("", *found.table(), sep="\n")
 
 
 def _listen(plan: Plan, seconds: float) -> tuple[Inspection, SourceState]:

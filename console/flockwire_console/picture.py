@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from flockwire.control.graph import LEADER
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.ground.fleet import STALE
 from flockwire.pilot.off_place import shown_phase
 from flockwire.pilot.orders import flown_formation, is_known
-from flockwire.wire.messages import Mission
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 

@@ -11,11 +11,11 @@ from __future__ import annotations
 from collections import deque
 
 from flockwire.control.first_order_lag import lagged
+from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, scale
 from flockwire.process.driving import CONTACT, GRAVITY
 from flockwire.swarm.drones import Airframe
-from flockwire.wire.messages import FlightState
 
 
 class FirstOrderAirframe:

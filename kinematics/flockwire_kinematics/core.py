@@ -6,6 +6,9 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from typing import cast
 
+from flockwire.domain.airframe import Command
+from flockwire.domain.order import Mission, Stop
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.objects import load_object
 from flockwire.pilot.moving_point import MovingPoint
@@ -14,8 +17,8 @@ from flockwire.process.driving import RETIREMENT, SETTLED, TELEMETRY_PERIOD, Com
 from flockwire.process.faults import AirframeFailure, AirframeLag, Fault
 from flockwire.process.stepping import is_due, next_deadline
 from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, STOP, Key
-from flockwire.wire.messages import Command, Message, Mission, Pose, Stop
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 

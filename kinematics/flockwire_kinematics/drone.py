@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.vector import ZERO, Vector, limit, norm
 from flockwire.pilot.phases import age
 from flockwire.process.driving import FROZEN, TOLERANCE
 from flockwire.swarm.model import Swarm
 from flockwire.swarm.tables import Limits
-from flockwire.wire.messages import FlightState, Telemetry
 
 from flockwire_kinematics.airframe import FirstOrderAirframe
 

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from flockwire.control.graph import LEADER
+from flockwire.domain.airframe import Command
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector
-from flockwire.parameters import pilot_parameters
+from flockwire.parameters import (
+    LeaderParameters,
+    leader_parameters,
+    tracked_parameters,
+    virtual_parameters,
+)
 from flockwire.pilot.pilot import Pilot
 from flockwire.process.cores import Start
-from flockwire.swarm.model import Swarm
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Command, Message, Mission
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
@@ -25,13 +30,14 @@ SILENCE = 0.0  # s: the leader has no in-neighbours that it could miss
 class FlyingLeader:
     """Flies drone 0 along the trajectory, or as a person steers it; started at `now` (Unix ns)."""
 
-    def __init__(self, swarm: Swarm, now: int) -> None:
-        self._pilot = Pilot(pilot_parameters(swarm, LEADER), now)
+    def __init__(self, parameters: LeaderParameters, now: int) -> None:
+        pilot, course, teleoperation = parameters
+        self._pilot = Pilot(pilot, now)
         self.triggers = frozenset({self._pilot.pose_key})
         self.prompt = frozenset({MISSION})
-        self.period = 1.0 / swarm.control.rate_hz
-        self._course = Course(swarm)
-        self._teleoperation = Teleoperation(swarm) if swarm.leader.kind == "teleoperated" else None
+        self.period = pilot.period
+        self._course = Course(course)
+        self._teleoperation = None if teleoperation is None else Teleoperation(teleoperation)
         self._flown: Mission | None = None  # the order that the course is of
 
     def receive(self, key: Key, message: Message, now: int) -> None:
@@ -95,6 +101,10 @@ class FlyingLeader:
 def make_core(start: Start) -> FlyingLeader | TrackedLeader | VirtualLeader:
     """Return the core of the leader that the swarm has."""
     swarm = start.plan.swarm
-    if swarm.leader.kind == "tracked":
-        return TrackedLeader(swarm)
-    return VirtualLeader(swarm, start.now) if swarm.leader.kind == "virtual" else FlyingLeader(swarm, start.now)
+    match swarm.leader.kind:
+        case "tracked":
+            return TrackedLeader(tracked_parameters(swarm))
+        case "virtual":
+            return VirtualLeader(virtual_parameters(swarm), start.now)
+        case _:
+            return FlyingLeader(leader_parameters(swarm), start.now)

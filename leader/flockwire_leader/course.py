@@ -12,13 +12,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import hypot, inf
 
-from flockwire.control.graph import LEADER
 from flockwire.control.sidestep import Sidestep
 from flockwire.control.trajectory_time import LONGEST_STEP, TrajectoryTime, falling, free_error
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
-from flockwire.parameters import sidestep_parameters
-from flockwire.swarm.model import Swarm
+from flockwire.parameters import CourseParameters
 
 SLACK = 0.3  # m beyond the free error within which the trajectory comes to a halt
 CLEAR = 0.2  # m beyond the safety distance from where on a place can be waited for
@@ -27,17 +25,13 @@ SIDE_SWITCH_TIME = 10.0  # s without progress: half round an obstacle is a long 
 
 
 class Course:
-    """The trajectory of the leader of `swarm`, from where it is when it begins."""
+    """The leader's trajectory, from where it is when it begins."""
 
-    def __init__(self, swarm: Swarm) -> None:
-        airframe = swarm.airframe(LEADER)
-        self._trajectory, self._gain = swarm.leader.trajectory.build(), swarm.leader.tracking_gain
-        self._filtered = swarm.control.filtered
+    def __init__(self, parameters: CourseParameters) -> None:
+        self._trajectory, self._gain, self._filtered = parameters.trajectory, parameters.gain, parameters.filtered
         self._time = TrajectoryTime(LONGEST_STEP if self._filtered else inf)
-        self._delay = airframe.lag + airframe.dead_time + 3.0 / swarm.control.rate_hz
-        self._braking = swarm.limits.acceleration
-        self._separation = swarm.avoidance.kept
-        self._sidestep = Sidestep(sidestep_parameters(swarm), SIDE_SWITCH_TIME)
+        self._delay, self._braking, self._separation = parameters.delay, parameters.braking, parameters.separation
+        self._sidestep = Sidestep(parameters.sidestep, SIDE_SWITCH_TIME)
         self._origin = ZERO  # where the trajectory begins, m
         self._passed = 0.0  # m along the trajectory
         self._s = 0.0  # the trajectory's own time

@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
+from flockwire.domain.airframe import Command
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, limit, norm, subtract
+from flockwire.parameters import TeleoperationParameters
 from flockwire.pilot.phases import age, keep_place
-from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import Command
 
 STILL = 1e-6  # m/s below which the leader keeps its place
 
 
 class Teleoperation:
-    """Follows the newest steering command of `swarm`'s leader.
+    """Follows the leader's newest steering command within its speed and acceleration.
 
-    Speed and acceleration are those of [leader]. A command older than `limits.staleness.steering_stop` is none: the
-    leader stops at once.
+    A command older than `parameters.stale` is none: the leader stops at once.
     """
 
-    def __init__(self, swarm: Swarm) -> None:
-        self._leader, self._rise = swarm.leader, swarm.limits.vertical_speed
-        self._stale = swarm.limits.staleness.steering_stop
+    def __init__(self, parameters: TeleoperationParameters) -> None:
+        self._parameters = parameters
         self._newest: Command | None = None
         self._velocity: Vector = ZERO
         self._place: Vector | None = None  # which it keeps while it is not steered
@@ -35,22 +33,22 @@ class Teleoperation:
 
     def velocity(self, position: Vector, now: int, dt: float) -> Vector:
         """Return the velocity to want, m/s, at `position` (m) and `now` (Unix ns), `dt` s after the last one."""
-        newest = self._newest
-        if newest is None or age(newest.stamp, now) > self._stale:
+        newest, (speed, acceleration, vertical_speed, stale) = self._newest, self._parameters
+        if newest is None or age(newest.stamp, now) > stale:
             self._velocity = ZERO
         else:
-            wanted = limit(newest.velocity, self._leader.speed)
-            change = limit(subtract(wanted, self._velocity), self._leader.acceleration * dt)
+            wanted = limit(newest.velocity, speed)
+            change = limit(subtract(wanted, self._velocity), acceleration * dt)
             self._velocity = add(self._velocity, change)
         if norm(self._velocity) > STILL:
             self._place = None
             return self._velocity
         self._place = self._place or position
-        return keep_place(position, self._place, self._rise)
+        return keep_place(position, self._place, vertical_speed)
 
     def described(self, now: int) -> str:
         """Return what is to be known of the link, empty when commands come."""
         if self._newest is None:
             return "no steering command"
         silence = (now - self._newest.stamp) / SECOND
-        return f"no steering command for {silence:.1f} s" if silence > self._stale else ""
+        return f"no steering command for {silence:.1f} s" if silence > self._parameters.stale else ""

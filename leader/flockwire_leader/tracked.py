@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from flockwire.control.graph import LEADER
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND
+from flockwire.parameters import TrackedParameters
 from flockwire.pilot.ladder import MISTAKEN, doubted
 from flockwire.pilot.orders import Orders
 from flockwire.pilot.phases import NEVER, age
 from flockwire.process.cores import Ground
-from flockwire.swarm.model import Swarm, uav
+from flockwire.swarm.model import uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import IdentityDoubt, Message, Mission, Pose
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
@@ -18,12 +21,10 @@ from flockwire.wire.status import Report
 class TrackedLeader(Ground):
     """Reports whether the tracker sees the body; the gateway itself serves its pose to the followers."""
 
-    def __init__(self, swarm: Swarm) -> None:
+    def __init__(self, parameters: TrackedParameters) -> None:
         super().__init__()
-        self.period = 1.0 / swarm.control.rate_hz
+        self.period, self._body, self._limit = parameters
         self._pose_key = Key("pose", uav(LEADER))
-        self._limit = swarm.limits.staleness.pose_zero
-        self._body = swarm.body(LEADER)
         self._pose: Pose | None = None
         self._doubt: IdentityDoubt | None = None
         self._orders = Orders()

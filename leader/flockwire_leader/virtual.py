@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from flockwire.control.graph import LEADER
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
+from flockwire.parameters import VirtualParameters
 from flockwire.pilot.moving_point import MovingPoint
-from flockwire.swarm.model import Swarm, uav
+from flockwire.swarm.model import uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Message, Mission, Pose
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
@@ -14,12 +17,11 @@ from flockwire.wire.status import Report
 class VirtualLeader:
     """A point that moves along the trajectory while the order is to start, and stands still otherwise."""
 
-    def __init__(self, swarm: Swarm, now: int) -> None:
+    def __init__(self, parameters: VirtualParameters, now: int) -> None:
         self.triggers: frozenset[Key] = frozenset()
         self.prompt = frozenset({MISSION})
-        self.period = 1.0 / swarm.control.rate_hz
-        self._frame = swarm.frame
-        self._point = MovingPoint(swarm.leader.trajectory.build(), swarm.leader.start, now)
+        self._frame, self.period, trajectory, start = parameters
+        self._point = MovingPoint(trajectory, start, now)
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Take in a message."""

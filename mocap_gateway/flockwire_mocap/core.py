@@ -9,12 +9,15 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from statistics import median
 
+from flockwire.domain.body import Nearby
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND
 from flockwire.pilot.orders import Orders
 from flockwire.process.cores import Start
 from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import IdentityDoubt, Message, Mission, Nearby, Pose
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, counted
 

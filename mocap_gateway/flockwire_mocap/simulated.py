@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from math import hypot
 
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, add, scale
 from flockwire.process.cores import Randomness, Start
 from flockwire.process.faults import Fault, NameSwap, NoiseBurst, TrackerLoss, Visitor
 from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Message, Mission, Pose
 
 from flockwire_mocap.completeness import Completeness
 from flockwire_mocap.quaternion import IDENTITY

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Message
 from flockwire.wire.status import Counts
 
 from flockwire_mocap.tracking import TrackerFrame

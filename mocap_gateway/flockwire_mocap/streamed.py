@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 
 from flockwire.swarm.gateway import Gateway
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Message
 from flockwire.wire.status import OTHERS, counted
 
 from flockwire_mocap.completeness import Completeness

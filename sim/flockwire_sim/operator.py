@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
+from flockwire.domain.order import Mission
 from flockwire.ground.director import POLL_PERIOD, Director, Stage
 from flockwire.ground.formation_planning import ChangeRefusedError, plan_in_time
 from flockwire.ground.operator import OperatorCore
 from flockwire.ground.order import Answer, Order
 from flockwire.process.cores import Ground
 from flockwire.swarm.model import Swarm
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Message, Mission
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 

@@ -12,9 +12,9 @@ from flockwire.process.cores import Core, Datagram, Networked
 from flockwire.process.stepping import StatusPublisher, Stepper, at_once, tick_period
 from flockwire.process.timekeeping import Timekeeping, is_known
 from flockwire.swarm.model import Swarm
+from flockwire.wire.codec import CODECS, Message
 from flockwire.wire.inbox import ATTACHMENT, inbox_of, publisher_of
 from flockwire.wire.keys import ROWS, Key, KeyRow, key_text
-from flockwire.wire.messages import Message
 
 from flockwire_sim.datagrams import DatagramNetwork
 from flockwire_sim.local_clock import LocalClock
@@ -48,7 +48,7 @@ class Outlet:
 
     def __init__(self, swarm: Swarm, key: Key) -> None:
         self.row: KeyRow = ROWS[key.kind]
-        self.topic = f"/{key_text(swarm, key)}"
+        self.topic = f"/{key_text(swarm.name, key)}"
         self.sequence, self.publisher = 0, b""
         self.readers: list[tuple[VirtualLink, int]] = []
 
@@ -152,11 +152,13 @@ class VirtualProcess:
         self._bind(core)
         prompt = at_once(core) | timekeeping.keys
         self._slots = [Slot(slot.inbox, slot.inbox.key in prompt) for slot in self._slots]
-        status = StatusPublisher(self._swarm, self.identity, self._publish, NoResources(), timekeeping, _log_nothing)
+        status = StatusPublisher(
+            self._swarm.frame, self.identity, self._publish, NoResources(), timekeeping, _log_nothing
+        )
         buffered = [slot for slot in self._slots if not slot.prompt]
         self._stepper = Stepper(
-            core, self._swarm, buffered, self._slots, self._publish, timekeeping, status if self._reports else None,
-            None if self._networked is None else self._flush,
+            core, self._swarm.name, buffered, self._slots, self._publish, timekeeping,
+            status if self._reports else None, None if self._networked is None else self._flush,
         )  # fmt: skip
         self._period = self.clock.true_length(round(tick_period(core) * SECOND))
         self._scheduler.at(self._scheduler.now + self._period, self._tick, self._starts)
@@ -269,7 +271,9 @@ class VirtualProcess:
             outlet = self.outlets[key]
             sequence, publisher = outlet.sequence, outlet.publisher
             outlet.sequence = sequence + 1
-            sample = Sample(outlet.row, message.encode(), ATTACHMENT.pack(sequence, now, 16, publisher))
+            sample = Sample(
+                outlet.row, CODECS[type(message)].encode(message), ATTACHMENT.pack(sequence, now, 16, publisher)
+            )
             for link, place in outlet.readers:
                 load = link.load
                 if not load:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from flockwire.wire.codec import Message
 from flockwire.wire.inbox import Inbox, Opened, open_sample
 from flockwire.wire.keys import KeyRow
-from flockwire.wire.messages import Message
 
 
 class Sample:

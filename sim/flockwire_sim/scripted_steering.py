@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from flockwire.control.graph import LEADER
+from flockwire.domain.airframe import Command
 from flockwire.domain.vector import Vector
 from flockwire.process.cores import Ground
 from flockwire.swarm.model import uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import STEERING, Key
-from flockwire.wire.messages import Command, Message
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 

@@ -8,6 +8,7 @@ from functools import partial
 from itertools import chain, count
 from random import Random
 
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground.director import Director, Stage
 from flockwire.ground.operator import OperatorCore
@@ -17,7 +18,6 @@ from flockwire.process.faults import Fault, of_core
 from flockwire.process.timekeeping import patience, timekeeping
 from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Mission
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR, TELEOP
 

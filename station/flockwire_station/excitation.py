@@ -11,15 +11,17 @@ from collections.abc import Iterable
 from enum import StrEnum
 from math import cos, sin
 
-from flockwire.control.heading import wrapped, yaw_of
+from flockwire.domain.airframe import Command, Telemetry
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose, wrapped, yaw_of
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, scale, subtract
 from flockwire.parameters import pilot_parameters
 from flockwire.pilot.phases import keep_place
 from flockwire.pilot.pilot import Pilot
 from flockwire.swarm.model import Swarm
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Command, Message, Mission, Pose, Telemetry
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 

@@ -6,17 +6,19 @@ import json
 import re
 from collections.abc import Iterator
 from math import ceil, pi
+from pathlib import Path
 from typing import Any, get_args
 
 from flockwire.control.formation import Circle
 from flockwire.swarm.model import Swarm
 from flockwire.swarm.outline import Entry, entries, explanation, kinds, of_field
-from flockwire.swarm.page import default
+from flockwire.swarm.page import default, schema
 
 SPACING = 1.2  # m between neighbours on the circle
 RATE = 0.3  # rad/s
 CIRCLE = 1.0  # m, of the leader's
 REACH = 4.0  # m from the formation to the fence: across the leader's circle, and a margin
+LONGEST_NAME = 64  # characters of a swarm's name
 SCHEMA = ".flockwire/swarm.schema.json"
 FIRST = (  # tables that come first; the list of drones must stand before every [table]
     "", "drones.N", "formation", "graph", "leader", "leader.trajectory", "limits", "limits.fence",
@@ -24,6 +26,20 @@ FIRST = (  # tables that come first; the list of drones must stand before every 
 WIDTH = 40  # of a key and its value
 
 Given = dict[str, dict[str, Any]]  # by table, by key
+
+
+def write_swarm(file: Path, drones: int) -> None:
+    """Write a swarm file, named after `file`, for a leader and `drones` - 1 followers; beside it a schema for editors.
+
+    Raises OSError.
+    """
+    name = re.sub(r"\W", "_", file.stem, flags=re.ASCII)
+    if not name[0].isalpha():
+        name = f"swarm_{name}"
+    file.write_text(swarm_text(name[:LONGEST_NAME], drones), encoding="utf-8")
+    beside = file.parent / SCHEMA
+    beside.parent.mkdir(exist_ok=True)
+    beside.write_text(json.dumps(schema(), indent=1) + "\n", encoding="utf-8")
 
 
 def swarm_text(name: str, drones: int) -> str:

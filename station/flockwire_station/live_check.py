@@ -10,12 +10,13 @@ from math import dist
 from pathlib import Path
 from typing import NamedTuple
 
+from flockwire.domain.airframe import Telemetry
+from flockwire.domain.order import Mission
 from flockwire.domain.vector import Vector
 from flockwire.ground.fleet import IN_THE_AIR, STALE
 from flockwire.ground.preflight import has_flown
 from flockwire.runtime.session import Session
 from flockwire.swarm.model import uav
-from flockwire.wire.messages import Mission, Telemetry
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR

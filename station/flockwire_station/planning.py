@@ -11,9 +11,9 @@ import pickle
 import sys
 
 from flockwire import clock
+from flockwire.domain.order import Mission
 from flockwire.domain.vector import Vector
 from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import Mission
 
 
 class PlanRefusedError(ValueError):

@@ -11,12 +11,12 @@ from pathlib import Path
 
 from flockwire import clock
 from flockwire.control.graph import LEADER
+from flockwire.domain.airframe import Command
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, limit, scale
 from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import STEERING, Key
-from flockwire.wire.messages import Command
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import TELEOP
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import fcntl
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,8 +17,10 @@ from flockwire import clock
 from flockwire.domain.time import nanoseconds
 from flockwire.process.faults import Fault
 from flockwire.runtime.session import Session
+from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
+from flockwire.wire.status import Status
 from flockwire_relay.links import Relays
 
 from flockwire_station.conduct import at_terminal
@@ -30,7 +32,6 @@ from flockwire_station.processes import Children, PortInUseError, busy_endpoint
 from flockwire_station.restarting import Restarts
 from flockwire_station.terminal.display import Display
 from flockwire_station.terminal.interrupts import Interrupts, interrupts
-from flockwire_station.verdict import disk_full
 
 START_TIME = 10.0  # s that a process may take to be there before those that wait for it are started all the same
 LEFT = "left before the drones were known to be down: they land by themselves, the recorder ends last"
@@ -143,6 +144,12 @@ async def start_processes(
         return bool(interrupted.count) or not waiting or None
 
     await operator.run(turn)
+
+
+def disk_full(plan: Plan, statuses: Mapping[str, Status]) -> str:
+    """Return which recorder could not record the whole flight by its last status, empty when all could."""
+    reports = {identity: statuses[identity].report for identity in plan.recorders if identity in statuses}
+    return "; ".join(f"{identity}: {last.detail}" for identity, last in reports.items() if last.phase == Phase.FULL)
 
 
 def _awaited(plan: Plan, identity: str, here: tuple[str, ...]) -> set[str]:

@@ -6,6 +6,9 @@ motors the moment a stop comes. What the drone does it takes from the drone's st
 
 from __future__ import annotations
 
+from flockwire.domain.airframe import Command, FlightState, Telemetry
+from flockwire.domain.order import Stop
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import ZERO, limit, norm, subtract
 from flockwire.parameters import guard_parameters
@@ -13,8 +16,8 @@ from flockwire.process.cores import Address, Datagram, Start
 from flockwire.process.driving import RETIREMENT, SETTLED, TELEMETRY_PERIOD, TOLERANCE
 from flockwire.process.stepping import next_deadline
 from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import STOP, Key
-from flockwire.wire.messages import Command, FlightState, Message, Pose, Stop, Telemetry
 from flockwire.wire.status import Reason, Report, counted
 
 from flockwire_tello.client import TelloClient

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from enum import StrEnum
 
+from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND
-from flockwire.wire.messages import FlightState
 from flockwire.wire.status import Reason
 
 from flockwire_tello.client import CommandOutcome, Finished, TelloClient

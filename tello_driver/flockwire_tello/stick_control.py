@@ -9,7 +9,7 @@ smallest step is about 1 cm/s.
 
 from __future__ import annotations
 
-from flockwire.control.heading import Quaternion, wrapped, yaw_of
+from flockwire.domain.pose import Quaternion, wrapped, yaw_of
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector
 

@@ -5,12 +5,12 @@ import re
 
 import pytest
 from flockwire import clock
+from flockwire.domain.order import Change, Mission, Stop
 from flockwire.domain.time import SECOND
 from flockwire.ground import formation_planning, starting
 from flockwire.ground import giving as core
 from flockwire.ground.order import Answer, Order
 from flockwire.runtime.session import RouterAbsentError
-from flockwire.wire.messages import Change, Mission, Stop
 from flockwire.wire.phase import Phase
 from flockwire_cli.orders import app
 from flockwire_station import giving, operator, planning

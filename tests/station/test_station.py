@@ -6,12 +6,12 @@ import signal
 from types import SimpleNamespace
 
 import pytest
+from flockwire.domain.order import Mission, Stop
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground import director, giving
 from flockwire.ground.director import Stage
 from flockwire.runtime import session as sessions
 from flockwire.runtime.session import RouterAbsentError
-from flockwire.wire.messages import Mission, Stop
 from flockwire.wire.phase import Phase
 from flockwire_station import operator, up
 from flockwire_station.connecting import UNANSWERED

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 
+from flockwire.domain.order import IN_FORMATION, Mission
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground.fleet import STALE, Fleet
 from flockwire.ground.lost import FLYING, Lost, how
@@ -15,7 +16,6 @@ from flockwire.ground.order import Order
 from flockwire.ground.preflight import Preflight
 from flockwire.ground.standing import Standing
 from flockwire.pilot.orders import rank
-from flockwire.wire.messages import IN_FORMATION, Mission
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 

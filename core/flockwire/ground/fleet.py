@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.pilot.orders import came_down, rank
 from flockwire.swarm.model import uav
-from flockwire.wire.messages import FlightState, Mission, Telemetry
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 

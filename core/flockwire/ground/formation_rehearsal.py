@@ -14,12 +14,12 @@ from scipy.spatial.distance import pdist
 from flockwire.control.formation import Formation
 from flockwire.control.formation_change import blend, blend_rate
 from flockwire.control.graph import LEADER
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, add, subtract
 from flockwire.ground.assignment import assignment
 from flockwire.parameters import guard_parameters
 from flockwire.swarm.model import Swarm, uav
-from flockwire.wire.messages import Mission
 
 STEP = 0.02  # s
 FENCE_STEPS = 5  # steps between two looks at the fence

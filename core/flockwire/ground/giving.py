@@ -9,6 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 from flockwire.control.graph import LEADER
+from flockwire.domain.order import Mission, Stop
 from flockwire.domain.time import SECOND
 from flockwire.ground.director import LEAD_TIME
 from flockwire.ground.fleet import Fleet
@@ -16,7 +17,6 @@ from flockwire.ground.order import Answer, Order, ToPlan, overtaken
 from flockwire.ground.standing import Standing
 from flockwire.pilot.orders import DOWN, rank
 from flockwire.swarm.model import uav
-from flockwire.wire.messages import Mission, Stop
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 

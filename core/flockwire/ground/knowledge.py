@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from flockwire.domain.order import MOST_VERSIONS, Mission, Version
 from flockwire.domain.time import nanoseconds
 from flockwire.ground.fleet import Fleet
 from flockwire.pilot.orders import CAME_DOWN, rank
-from flockwire.wire.messages import MOST_VERSIONS, Mission, Version
 from flockwire.wire.status import Report
 
 HISTORY = 16  # orders that are named though they hold no more: for a pilot that missed what ended one

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from flockwire.domain.airframe import FlightState
 from flockwire.ground.fleet import IN_THE_AIR, Fleet
-from flockwire.wire.messages import FlightState
 from flockwire.wire.phase import Phase
 
 FLYING = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION})

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from flockwire.domain.order import Mission
 from flockwire.domain.vector import Vector
-from flockwire.wire.messages import Mission
 
 ENDING = ("hold", "land", "stop")  # orders that end a start, or a change, that is under way
 

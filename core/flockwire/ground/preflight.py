@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from math import dist, inf
 from typing import Self
 
+from flockwire.domain.order import Mission
 from flockwire.domain.vector import Vector
 from flockwire.ground.fleet import Fleet
 from flockwire.swarm.model import Swarm, uav
-from flockwire.wire.messages import Mission
 
 
 def has_flown(mission: Mission | None) -> bool:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from flockwire.control.trajectory import Trajectory
+from flockwire.domain.order import Mission
 from flockwire.domain.vector import Vector, add, subtract
 from flockwire.pilot.orders import Orders
 from flockwire.pilot.phases import FlightPhases
-from flockwire.wire.messages import Mission
 
 
 class MovingPoint:

@@ -12,8 +12,8 @@ from collections.abc import Iterable, Mapping
 
 from flockwire.control.formation import Formation
 from flockwire.control.formation_change import FormationChange
+from flockwire.domain.order import Mission, Version
 from flockwire.domain.time import SECOND
-from flockwire.wire.messages import Mission, Version
 from flockwire.wire.status import Counts, counted
 
 DOWN = {"hold": 1, "land": 2}  # the orders that need no knowledge, and their rank; all others are below

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, limit
 from flockwire.pilot.orders import Orders
-from flockwire.wire.messages import Mission, Pose
 from flockwire.wire.phase import Phase
 
 NEVER = float("inf")

@@ -12,8 +12,11 @@ from flockwire.control.airframe_state import AirframeState
 from flockwire.control.free_place import landing_place
 from flockwire.control.guard import Guard
 from flockwire.control.potential import repulsion
+from flockwire.domain.airframe import Command, FlightState, Telemetry
 from flockwire.domain.body import Body
 from flockwire.domain.motion import Motion
+from flockwire.domain.order import Stop
+from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, limit, scale
 from flockwire.parameters import PilotParameters
@@ -31,8 +34,8 @@ from flockwire.pilot.off_place import OffPlace
 from flockwire.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, age, climb, command_stamp, keep_place
 from flockwire.pilot.surroundings import Surroundings
 from flockwire.swarm.model import uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import STOP, Key
-from flockwire.wire.messages import Command, FlightState, IdentityDoubt, Message, Pose, Stop, Telemetry
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Reason, Report
 

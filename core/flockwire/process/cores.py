@@ -7,8 +7,8 @@ from typing import NamedTuple, Protocol, cast, runtime_checkable
 
 from flockwire.objects import load_object
 from flockwire.process.faults import Fault
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Message
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Protocol, cast
 
+from flockwire.domain.airframe import Telemetry
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 from flockwire.objects import load_object
 from flockwire.process.cores import Address, Core, Datagram, Start
-from flockwire.wire.messages import Telemetry
 
 TELEMETRY_PERIOD = SECOND // 10  # ns
 SETTLED = SECOND  # ns that all drones are on the ground before the process may end

@@ -13,9 +13,9 @@ from math import inf
 from typing import Protocol
 
 from flockwire.control.clock_offset import DRIFT, Offset, OffsetEstimator
-from flockwire.domain.time import SECOND
+from flockwire.domain.time import SECOND, TimeReply, TimeRequest
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import TIME_REPLY, TIME_REQUEST, Key
-from flockwire.wire.messages import Message, TimeReply, TimeRequest
 from flockwire.wire.plan import Plan
 
 FIRST, FASTEST = 200, SECOND // 20  # the first requests, and the ns between two of them, whatever the bound

@@ -25,6 +25,7 @@ from flockwire.runtime.configuration import NO_DETOURS, configuration, reserved_
 from flockwire.runtime.linger import ignore_linger
 from flockwire.security.files import Credentials, default_folder, files_of
 from flockwire.security.holding import hold
+from flockwire.wire.codec import encode
 from flockwire.wire.inbox import ATTACHMENT, inbox_of, publisher_of
 from flockwire.wire.keys import ROWS, Delivery, Key
 from flockwire.wire.plan import Plan
@@ -41,7 +42,7 @@ import zenoh
 from flockwire.runtime.subscriptions import BACKLOG, Newest, Prompt, Ring, Rings, Wakeup
 
 if TYPE_CHECKING:
-    from flockwire.wire.messages import Message
+    from flockwire.wire.codec import Message
 
 _PRIORITIES = {
     Delivery.EVENT: zenoh.Priority.REAL_TIME,  # before all else: Zenoh's highest
@@ -143,7 +144,7 @@ class Session:
             publishers = self._publishers[key]
             sequence = self._sequences.get(key, 0)
             self._sequences[key] = sequence + 1
-            payload, attached = message.encode(), ATTACHMENT.pack(sequence, clock.now(), 16, self._ids[key])
+            payload, attached = encode(message), ATTACHMENT.pack(sequence, clock.now(), 16, self._ids[key])
             for publisher in publishers:
                 publisher.put(payload, attachment=attached)
 

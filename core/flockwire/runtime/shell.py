@@ -27,8 +27,8 @@ from flockwire.runtime.subscriptions import Prompt, Wakeup
 from flockwire.runtime.supervision import Supervision
 from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.runtime.ticker import Ticker
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Message
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report, Status
@@ -59,7 +59,7 @@ class Shell:
         flush = None if sockets is None else sockets.flush
         self._stepper = Stepper(
             core,
-            plan.swarm,
+            plan.swarm.name,
             buffered,
             [*buffered, *prompts, *swarm_clock.prompts],
             session.publish,
@@ -115,7 +115,7 @@ def status_publisher(
             if isinstance(message, Status):
                 supervision.completed(message.report)
 
-    return StatusPublisher(plan.swarm, identity, publish, resources, timed, logging.getLogger(identity).info)
+    return StatusPublisher(plan.swarm.frame, identity, publish, resources, timed, logging.getLogger(identity).info)
 
 
 def _waits(status: StatusPublisher) -> None:

@@ -16,7 +16,7 @@ from flockwire import clock
 from flockwire.wire.inbox import Inbox, Received
 
 if TYPE_CHECKING:
-    from flockwire.wire.messages import Message
+    from flockwire.wire.codec import Message
 
 BACKLOG = 256  # samples of one key that are buffered; beyond, the oldest is dropped and counted as an overflow
 BEHIND = 1_000_000  # ns since a key was handled within which its next sample has waited: this process is behind

@@ -9,8 +9,8 @@ from zlib import crc32
 
 from flockwire.domain.time import SECOND
 from flockwire.wire.cdr import MessageError
+from flockwire.wire.codec import CODECS, Message
 from flockwire.wire.keys import ANY_TIME, ROWS, Key, KeyRow
-from flockwire.wire.messages import Message
 
 ATTACHMENT = Struct("<qqB16s")  # as rmw_zenoh: sequence number, source time in ns, 16, publisher id
 CANARY = b"flockwire canary"  # what the conformance probe publishes in place of a message: dropped, and counted as such
@@ -65,7 +65,7 @@ Opened = tuple[Message, int, int, bytes]  # a sample that could be read: message
 def open_sample(row: KeyRow, payload: bytes, attached: bytes) -> Opened | None:
     """Decode a sample of a key of `row`; None when it is malformed."""
     try:
-        message = row.message.decode(payload)
+        message: Message = CODECS[row.message].decode(payload)
         sequence, sent, size, publisher = ATTACHMENT.unpack(attached)
     except (MessageError, error):
         return None

@@ -69,7 +69,7 @@ class Plan:
 
     def text(self, key: Key) -> str:
         """Return the key as it stands on the wire."""
-        return key_text(self.swarm, key)
+        return key_text(self.swarm.name, key)
 
     def of_kind(self, kind: str) -> tuple[str, ...]:
         """Return the identities of the processes of one kind, possibly none."""

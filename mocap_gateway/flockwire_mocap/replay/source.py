@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from flockwire.domain.vector import Vector
 from flockwire.process.cores import Start
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Message
 
 from flockwire_mocap.quaternion import Quaternion
 from flockwire_mocap.source import SourceState

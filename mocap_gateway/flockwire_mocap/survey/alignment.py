@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +11,7 @@ from flockwire.domain.vector import Vector
 from flockwire_mocap.qualisys.rotation import from_columns
 from flockwire_mocap.quaternion import Quaternion
 
+BAD_RESIDUAL = 0.05  # m: a body that is so far beside its place is not where it should be, or is another one
 COLLINEAR = 0.02  # m: places that lie nearer to a line leave the rotation about it open
 
 
@@ -24,6 +25,27 @@ class Alignment(NamedTuple):
     rotation: Quaternion
     offset: Vector
     residuals: tuple[float, ...]
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether a body is not where it should be, or two are exchanged."""
+        return max(self.residuals) > BAD_RESIDUAL
+
+    def table(self) -> Iterator[str]:
+        """Yield the lines of the swarm file's table [gateway]."""
+        yield "[gateway]"
+        yield f"rotation = [{', '.join(f'{part:.6f}' for part in self.rotation)}]"
+        yield f"offset = [{', '.join(f'{part:.4f}' for part in self.offset)}]"
+
+
+def align_bodies(seen: Mapping[str, Vector], known: Mapping[str, Vector]) -> Alignment:
+    """Return the alignment by the bodies of `known`: where the tracker has seen each (its axes) and where it is, m.
+
+    Raises AlignmentError, also for a body that it has not seen.
+    """
+    if missing := [name for name in known if name not in seen]:
+        raise AlignmentError(f"the tracker does not see {', '.join(missing)}; it sees {', '.join(seen) or 'nothing'}")
+    return align([seen[name] for name in known], list(known.values()))
 
 
 def align(measured: Sequence[Vector], known: Sequence[Vector]) -> Alignment:

@@ -70,6 +70,10 @@ class Inspection:
         rows = [self._row(identity, name, body) for (identity, name), body in self._bodies.items()]
         return sorted(rows, key=lambda row: (row.drone is None, row.drone or 0, row.name))
 
+    def places(self) -> dict[str, Vector]:
+        """Return where each body that was tracked was on average, by its name, m."""
+        return {row.name: row.position for row in self.figures() if row.position is not None}
+
     def problems(self) -> list[str]:
         """Return what must be mended before a flight, one line each.
 

@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import inf
 
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.process.cores import Ground, Start
 from flockwire.swarm.model import uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Message, Pose
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 

@@ -9,13 +9,13 @@ from random import Random
 from typing import cast
 
 from flockwire import clock
+from flockwire.domain.pose import Pose
 from flockwire.process.cores import Core, Start
 from flockwire.runtime.job import Job
 from flockwire.runtime.shell import run_core
 from flockwire.swarm.gateway import Gateway, Twin
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Pose
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import TRACKER
 

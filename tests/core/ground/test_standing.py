@@ -1,10 +1,10 @@
 """The order that stands for one giver: given, followed, and settled with a rival that crossed it."""
 
 import pytest
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.ground.fleet import Fleet
 from flockwire.ground.standing import RIVALS, Standing
-from flockwire.wire.messages import Mission
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 

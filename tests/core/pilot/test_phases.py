@@ -1,6 +1,8 @@
 from math import hypot
 
 import pytest
+from flockwire.domain.order import Change, Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.pilot.phases import (
     NEVER,
@@ -14,7 +16,6 @@ from flockwire.pilot.phases import (
     command_stamp,
     keep_place,
 )
-from flockwire.wire.messages import Change, Mission, Pose
 from flockwire.wire.phase import Phase
 from hypothesis import given
 from hypothesis import strategies as st
