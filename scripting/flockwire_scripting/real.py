@@ -1,4 +1,4 @@
-"""A flight by script for real: all processes of this host, as `up` starts them, conducted by the script."""
+"""A real flight by script: all processes of this host, as `up` starts them, conducted by the script."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from flockwire_scripting.flight import Flight, FlightError
 class RealFlight(Flight):
     """A flight of `plan`, of the swarm file `file`; trace, report and logs go into the folder `out`.
 
-    Signals are the script's own: asyncio.run's Ctrl-C cancels its task alone, and what conducts the flight lands it.
+    The script handles signals: Ctrl-C in asyncio.run only cancels its task, and the flight lands.
     """
 
     def __init__(self, plan: Plan, file: Path, out: Path) -> None:
@@ -48,9 +48,9 @@ class RealFlight(Flight):
         return self
 
     async def __aexit__(self, _: object, failure: BaseException | None, __: object) -> None:
-        """Land what flies, end all processes, write the report; raises FlightError where that cannot be written.
+        """Land flying drones, end all processes, write the report; raises FlightError if it cannot be written.
 
-        Where the flight failed already, its failure is what the script gets.
+        If the flight has already failed, the script gets that failure.
         """
         try:
             await self._land_what_flies()
@@ -71,7 +71,7 @@ class RealFlight(Flight):
         await asyncio.sleep(seconds)
 
     def _look_after(self, restarts: Restarts, now: int) -> bool | None:
-        """Start again what died; a process that died for good lands all."""
+        """Restart dead processes; if one cannot be restarted, all drones land."""
         if died := restarts.step():
             self._core.abort(died, now)
         return None

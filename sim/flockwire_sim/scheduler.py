@@ -1,4 +1,4 @@
-"""An event queue in place of a clock: time, in integer ns, jumps from one event to the next."""
+"""An event queue instead of a clock: time, in integer ns, jumps from event to event."""
 
 from __future__ import annotations
 
@@ -11,11 +11,15 @@ Moment = list[tuple[Action, Any]]  # what is called at one time
 
 
 class Scheduler:
+<<<<<<< HEAD
     """Calls actions at their times; those of one time in the order in which they were scheduled.
 
     Actions that are scheduled one after the other for the same time are one entry of the queue: what a step sends
     arrives at one time.
     """
+=======
+    """Calls actions at their times; those of one time in the order of scheduling."""
+>>>>>>> h-english
 
     def __init__(self, now: int) -> None:
         self.now = now  # true time, Unix ns
@@ -35,7 +39,7 @@ class Scheduler:
         heappush(self._queue, (time, self._count, self._last))
 
     def run(self, end: int) -> None:
-        """Go from event to event until `stop` is called, nothing is left, or `end` (Unix ns) is reached."""
+        """Run events until `stop` is called, none is left, or `end` (Unix ns) is reached."""
         queue, self._stopped = self._queue, False
         while queue and queue[0][0] <= end and not self._stopped:
             self.now, count, moment = heappop(queue)
@@ -51,5 +55,5 @@ class Scheduler:
                 heappush(queue, (self.now, count, moment[done:]))
 
     def stop(self) -> None:
-        """Let `run` return after the present event."""
+        """Let `run` return after the current event."""
         self._stopped = True

@@ -1,4 +1,4 @@
-"""A flight conducted at a terminal; `flockwire conduct`: of processes that something else started."""
+"""A flight conducted at a terminal; `flockwire conduct`: of processes that were started separately."""
 
 from __future__ import annotations
 
@@ -23,13 +23,17 @@ from flockwire_station.terminal.display import Display
 from flockwire_station.terminal.interrupts import Interrupts, interrupts
 from flockwire_station.terminal.keyboard import Keyboard, keys_pressed
 
+<<<<<<< HEAD
 COMES_BACK = 10 * SECOND  # ns in which a supervisor has started a process again that ended in flight
 LEFT_TO_THEMSELVES = "left before the drones were known to be down: they land by themselves, the recorder ends last"
+=======
+COMES_BACK = 10 * SECOND  # ns for a supervisor to restart a process that ended in flight
+>>>>>>> h-english
 LEFT = "left before the drones were known to be down; `flockwire land` lands them"
 
 
 async def conduct(plan: Plan, keys: Path, duration: float, out: Path | None, headless: bool) -> str:
-    """Fly from take-off to landing; returns why the flight failed, empty when it did not.
+    """Fly from take-off to landing; returns why the flight failed, empty if it did not.
 
     The first interrupt lands. Raises CredentialsError.
     """
@@ -39,7 +43,7 @@ async def conduct(plan: Plan, keys: Path, duration: float, out: Path | None, hea
             return UNANSWERED
         with session:
             operator, display = Operator(plan, session), Display(plan, plan.started, headless)
-            # Without a gateway the own time has to do.
+            # Without a gateway this host's time is used.
             await operator.watch(LOOK_TIME / SECOND, lambda: operator.core.knows_time)
             operator.conduct(duration, grace=COMES_BACK)
             if out is not None:
@@ -92,10 +96,10 @@ async def at_terminal(
     left: str,
     beside: Callable[[int], str] = lambda _: "",
 ) -> str:
-    """Run `operator` with keys, interrupts and the table until its flight is over; returns why that failed, or empty.
+    """Run `operator` with keys, interrupts and the table until the flight ends; returns why it failed, or empty.
 
-    The first interrupt lands, at the second it leaves, for the reason `left`; where another host conducts, the first
-    leaves. `beside` is called at each turn with the time, Unix ns; why it wants the flight to end, it returns.
+    The first interrupt lands; at the second it returns, with the reason `left`. If another host conducts, it returns at
+    the first. `beside` is called at each turn with the time, Unix ns; it returns a reason to end the flight, or empty.
     """
     handled, died = 0, ""
 

@@ -26,7 +26,7 @@ IN_FLIGHT = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION, Phase.LANDING
 
 
 class Situation(NamedTuple):
-    """What the phases depend on; the three reasons are empty where there is none."""
+    """What the phases depend on; the three reasons are empty if there is none."""
 
     now: int  # Unix time, ns
     unready: str  # why it must not take off

@@ -44,7 +44,7 @@ LEFT_OUT = "left out of this flight"
 HELD_UP = "off the ground with stopped motors: put it down on a floor that its sensor detects"
 SET_DOWN = "its driver lands it"
 DRIVER_LOST = 10.0  # s of silence after which a driver is not coming back
-LONGEST_STEP = 0.1  # s: after a longer pause a pilot goes on as if only this had passed
+LONGEST_STEP = 0.1  # s: after a longer pause a pilot continues as if only this had passed
 
 
 class Pilot:
