@@ -16,7 +16,7 @@ HELD = "ca.crt"
 def hold(folder: Path) -> BinaryIO | None:
     """Hold the keys in `folder` until the file that is returned is closed.
 
-    None where the file system has no locks: no order waits for one.
+    None if the file system has no locks: no order waits for one.
     """
     try:
         held = (folder / HELD).open("rb")
