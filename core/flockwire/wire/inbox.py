@@ -18,7 +18,7 @@ MISDIRECTED = "of another key"  # the reason under which a message is counted th
 OVER_QUOTA = "over quota"  # the reason under which a message is counted that is too large, or one too many
 MOST_MISSED = 1_000_000  # a larger gap is forged, and must not overflow a counter
 MOST_PUBLISHERS = 64  # of a key of which every message counts: their last sequence numbers are remembered
-BURST = 4  # s of its quota that a key may use at once: so much a receiver finds after it stood still
+BURST = 4  # s of its quota that a key may use at once: so much a receiver finds after it was frozen
 
 
 def publisher_of(session: bytes, key: Key) -> bytes:

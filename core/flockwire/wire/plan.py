@@ -107,11 +107,15 @@ class Plan:
 
         An IPv6 address is without its brackets: Zenoh looks for what it dials, as it stands, in the certificate.
         """
-        network = self.swarm.network
-        if network.security == "none":
+        if self.swarm.network.security == "none":
             return f"tcp/{endpoint}"
         endpoint = endpoint.replace("[", "").replace("]", "")
-        return f"quic/{endpoint}?mixed_rel=1" if network.link == "quic" else f"tls/{endpoint}"
+        return f"quic/{endpoint}?mixed_rel=1" if self.over_quic else f"tls/{endpoint}"
+
+    @property
+    def over_quic(self) -> bool:
+        """Whether processes link over QUIC, which listens at UDP ports."""
+        return self.swarm.network.security != "none" and self.swarm.network.link == "quic"
 
     def bound(self, endpoint: str) -> str:
         """Return where the owner of `endpoint` listens: of a host that is called by name, at all addresses."""
