@@ -111,7 +111,7 @@ def test_the_trace_is_complete_before_the_process_is_ended_in_any_case(monkeypat
         return LinkedSession()
 
     monkeypatch.setattr(process, "Refusals", lambda _: Refusals())
-    monkeypatch.setattr(process, "connect", at_once)
+    monkeypatch.setattr(process, "connected", at_once)
     monkeypatch.setattr(process, "finished", at_once)
     monkeypatch.setattr(process, "last_resort", lambda *how: done.append(how))
     monkeypatch.setattr(TraceWriter, "close", close_trace)

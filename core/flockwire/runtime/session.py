@@ -67,15 +67,18 @@ async def connect(
     ended: asyncio.Event,
     detours: Mapping[str, str] = NO_DETOURS,
     note: Callable[[str], None] | None = None,
+    verified: bool = True,
 ) -> Session | None:
     """Open the session of `identity`, in router mode as soon as the router is there; None when `ended` comes first.
 
-    What it waits for goes to `note`, the log without one. Raises CredentialsError, and EndpointInUseError.
+    What it waits for goes to `note`, the log without one; `verified` is as `Session` has it.
+
+    Raises CredentialsError, and EndpointInUseError.
     """
     waiting = False
     while not ended.is_set():
         try:
-            return await asyncio.to_thread(Session, plan, identity, keys, detours)
+            return await asyncio.to_thread(Session, plan, identity, keys, detours, verified)
         except RouterAbsentError:
             if not waiting:
                 router = ", ".join(plan.endpoints[router] for router in plan.routers)
@@ -97,7 +100,8 @@ class Session:
     ) -> None:
         """Open the session of `identity`; `keys` is the folder of the certificates, the default one without it.
 
-        A process that is in a hurry does not have them `verified`: a peer then rejects a bad one silently.
+        A process that is in a hurry, or has verified them, does not have them `verified`: a peer then rejects a bad one
+        silently.
 
         Raises CredentialsError, EndpointInUseError, and in router mode RouterAbsentError.
         """
