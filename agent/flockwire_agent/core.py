@@ -1,4 +1,4 @@
-"""A follower's agent without clock, input or output: it observes the leader and flies the formation."""
+"""The core of a follower's agent: it observes the leader and flies the formation."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from functools import partial
 from math import dist, isfinite
 from typing import Any
 
+from flockwire.domain.fields import from_fields
 from flockwire.domain.motion import Estimate, Leading
 from flockwire.domain.order import Mission
 from flockwire.domain.vector import add
@@ -42,26 +43,26 @@ class AgentCore:
         self._law = GuardedLaw(partial(make_law, parameters.law, parameters.settings), name)
         self._neighbourhood = Neighbourhood(neighbours, parameters.pilot.limits.staleness, parameters.leader_kind)
         self._reference: Reference | None = None  # the place to fly in the formation, None in any other phase
-        self._flown: Mission | None = None  # the order that it comes from
-        self._judged: tuple[Observation, Decision] | None = None  # what the error is of
-        self._take: dict[Key, Callable[[Any], None]] = {  # what to do with a message, by its key
+        self._flown: Mission | None = None  # its order
+        self._judged: tuple[Observation, Decision] | None = None  # the formation of the error
+        self._take: dict[Key, Callable[[Any], None]] = {  # handlers of messages, by key
             **{Key("pose", uav(j)): self._neighbourhood.take_pose(j) for j in neighbours},
             **{Key("estimate", uav(j)): self._neighbourhood.take_estimate(j) for j in neighbours},
             **pilot.take,
         }
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take in a message; one of a key that it does not subscribe to is left out."""
+        """Receive a message; one of another key than its subscriptions is ignored."""
         take = self._take.get(key)
         if take is not None:
             take(message)
         elif isinstance(message, Mission):
             self._take_mission(message, now)
-        elif isinstance(message, Status):  # the only status that it subscribes to is the leader's
+        elif isinstance(message, Status):  # it subscribes only to the leader's status
             self._neighbourhood.take_status(message)
 
     def due(self, key: Key) -> bool:
-        """Return True: each own pose calls for a step."""
+        """Return True: each pose triggers a step."""
         return True
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
@@ -73,21 +74,21 @@ class AgentCore:
         leader_down = neighbourhood.leading is Leading.IS_DOWN
         fault = self._law.fault.text if self._law.fault is not None else ""
         self._refer(pilot.observe(now, silence, missing, fault, neighbourhood.positions, leader_down))
-        observation = Observation(pilot.dt, pilot.stamp, pilot.motion, estimates, pilot.bodies, self._reference)
+        observation = from_fields(
+            Observation, (pilot.dt, pilot.stamp, pilot.motion, estimates, pilot.bodies, self._reference)
+        )
         decision = self._obey(observation, now)
         messages = pilot.command(decision.velocity, now)
         estimate = decision.estimate
         if estimate is None:
             return messages
-        own = Estimate(
-            decision.stamp or now, self._frame, estimate,
-            neighbourhood.origin, neighbourhood.hops, neighbourhood.leading,
-        )  # fmt: skip
+        told = (neighbourhood.origin, neighbourhood.hops, neighbourhood.leading)
+        own = from_fields(Estimate, (decision.stamp or now, self._frame, estimate, *told))
         messages.append((self._estimate_key, own))
         return messages
 
     def retire(self, now: int) -> None:
-        """Hold, then land: the process is to end."""
+        """Hold, then land, because the process must end."""
         self._pilot.retire(now)
 
     def may_end(self, now: int) -> bool:
@@ -95,7 +96,7 @@ class AgentCore:
         return self._pilot.may_end(now)
 
     def report(self, now: int) -> Report:
-        """Return how the agent is; what its law raised is a reason with a code."""
+        """Return the agent's status; an error of its law is a reason with a code."""
         report, fault = self._pilot.report(now, self._error(), shown(self._neighbourhood.oldest(now))), self._law.fault
         if fault is None:
             return report
@@ -103,7 +104,7 @@ class AgentCore:
         return report._replace(detail=detail, reasons=(*report.reasons, fault))
 
     def _refer(self, phase: Phase) -> None:
-        """Take the place in the formation that was ordered, in the formation phase."""
+        """Set the place in the ordered formation, in the formation phase."""
         mission = self._pilot.flight.mission
         if phase is not Phase.FORMATION or mission is None:
             self._reference = None
@@ -112,7 +113,7 @@ class AgentCore:
             self._reference = Reference(flown_formation(self._formations, mission), self._rank, mission.start)
 
     def _obey(self, observation: Observation, now: int) -> Decision:
-        """Return what the law decides; one that raises is not called again before the next order."""
+        """Return the law's decision; a law that raises is not called again before the next order."""
         self._judged = None
         decision = self._law.step(observation, now)
         if decision is None:
@@ -134,11 +135,11 @@ class AgentCore:
         return error if isfinite(error) else -1.0
 
     def _take_mission(self, mission: Mission, now: int) -> None:
-        """Take an order of a formation that is known; it restarts a law that failed."""
+        """Receive an order of a known formation; it restarts a failed law."""
         if not is_known(self._formations, mission):
             return
         flight = self._pilot.flight
-        if not flight.order(mission, now):  # an order is repeated, or another one holds
+        if not flight.order(mission, now):  # a repeated order, or another one is in force
             return
         if flight.mission is not None:
             self._neighbourhood.leave_out(flight.mission.without)

@@ -1,4 +1,4 @@
-"""Commands that write what a user goes on to edit: `init`."""
+"""Commands that write files for the user to edit: `init`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Commands that fly, or look at what would: `check`, `up`, `conduct`, `sim`, `study`, `probe`."""
+"""Commands for flights: `check`, `up`, `conduct`, `sim`, `study`, `probe`."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def check(
     live: Annotated[bool, typer.Option("--live", help="Check instead whether the running swarm may take off.")] = False,
     keys: Keys = None,
 ) -> None:
-    """Validate a swarm file; print its graph, observer bounds, formations, links, and what will go wrong in flight."""
+    """Validate a swarm file; print its graph, observer bounds, formations, links, and predicted problems in flight."""
     from flockwire.security.pki import expiring  # noqa: PLC0415
     from flockwire_station.check import describe  # noqa: PLC0415  (numpy)
 
@@ -52,7 +52,7 @@ def check(
 
 
 def _check_live(plan: Plan, keys: Path) -> int:
-    """Print how the running swarm is; returns the exit status."""
+    """Print the state of the running swarm; returns the exit status."""
     from flockwire.runtime.session import RouterAbsentError  # noqa: PLC0415  (zenoh)
     from flockwire_station.live_check import findings, look, table  # noqa: PLC0415
 
@@ -82,6 +82,7 @@ def up(
 ) -> None:
     """Start all processes of this host, fly, land, report."""
     from flockwire_station.fault_injection import refusal  # noqa: PLC0415
+    from flockwire_station.hosting import Host  # noqa: PLC0415
     from flockwire_station.up import UpOptions, fly  # noqa: PLC0415
 
     from flockwire_cli.verdict import conclude  # noqa: PLC0415
@@ -99,7 +100,7 @@ def up(
     folder = out or Path("runs") / f"{loaded.name}-{clock.local():%Y%m%d-%H%M%S}"
     refuse_a_second_trace(folder)
     credentials = made_keys(swarm, plan, keys, here)
-    flight = UpOptions(plan, swarm, here, duration, folder, credentials, headless, wrong, faults, absent)
+    flight = UpOptions(Host(plan, swarm, here, folder, credentials, faults), duration, headless, wrong, absent)
     _predict(loaded, duration)
     try:
         with unblocked():
@@ -108,7 +109,7 @@ def up(
         refuse(str(error))
     except OSError as error:
         unwritable(folder, error)
-    raise typer.Exit(conclude(failure, folder, flight.conducts))
+    raise typer.Exit(conclude(failure, folder, flight.host.conducts))
 
 
 @app.command()
@@ -121,7 +122,7 @@ def conduct(
     headless: Annotated[bool, typer.Option("--headless", help="No live table.")] = False,
     keys: Keys = None,
 ) -> None:
-    """Fly a swarm whose processes run already (containers, services): take off, formation, land, report."""
+    """Fly a swarm whose processes already run (containers, services): take off, formation, land, report."""
     from flockwire_recorder.parts import newest_folder  # noqa: PLC0415
     from flockwire_station.conduct import conduct as fly  # noqa: PLC0415
 
@@ -194,7 +195,7 @@ def study(
     jobs: Annotated[int, typer.Option(min=0, help="Number of processes; 0: one for each core.")] = 0,
     scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="Address of a Dask cluster to use instead.")] = "",
 ) -> None:
-    """Fly the swarm many times in virtual time, each time a little different; report how often all goes well."""
+    """Fly the swarm many times in virtual time with variations; report the success rate."""
     from flockwire_sim.study.file import StudyError  # noqa: PLC0415
 
     from flockwire_cli import study as studies  # noqa: PLC0415  (numpy)
@@ -217,7 +218,7 @@ def probe(
     out: Annotated[Path, typer.Option(help="Folder for probe.json.")] = Path("runs/probe"),
     keys: Keys = None,
 ) -> None:
-    """Attack the swarm with every identity, key and link mode; name each leak and each thing blocked."""
+    """Attack the swarm with every identity, key and link mode; name each leak and each blocked key."""
     from flockwire.runtime.session import RouterAbsentError  # noqa: PLC0415  (zenoh)
     from flockwire_probe.probe import run  # noqa: PLC0415
 
@@ -236,7 +237,7 @@ def probe(
 
 
 def _predict(swarm: Swarm, duration: float) -> None:
-    """Print what will go wrong in a flight of `duration` s, as far as that can be known (0: it has no end)."""
+    """Print the predicted problems of a flight of `duration` s (0: without an end)."""
     from flockwire_station.prediction import predicted  # noqa: PLC0415
 
     for line in predicted(swarm, duration):

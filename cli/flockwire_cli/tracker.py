@@ -1,4 +1,4 @@
-"""The commands `tracker` and `align`: what a swarm's tracker delivers, and how its frame lies on the field."""
+"""The commands `tracker` and `align`: a tracker's data quality, and its frame on the field."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ app = typer.Typer()
 
 @app.command()
 def tracker(swarm: SwarmFile, seconds: Seconds = 1.5) -> None:
-    """Listen to the tracker: list its bodies with rate, jitter, latency, loss; say what to mend before a flight."""
+    """List the tracker's bodies with rate, jitter, latency, loss, and the problems to correct before a flight."""
     plan = load(swarm)
     inspection, state = _listen(plan, seconds)
     rows, troubles = inspection.figures(), [state.trouble] if state.trouble else []
@@ -51,7 +51,7 @@ def align(
     ] = None,
     seconds: Seconds = 1.5,
 ) -> None:
-    """Find rotation and offset from the tracker's frame to the field's, from bodies on known places."""
+    """Find rotation and offset from the tracker's frame to the field's, from bodies at known places."""
     from flockwire_mocap.survey.alignment import AlignmentError, align_bodies  # noqa: PLC0415
 
     plan = load(swarm)

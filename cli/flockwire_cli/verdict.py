@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def conclude(failure: str, out: Path, trace_due: bool = True) -> int:
     """Write the report of the flight in `out`, print its figures and verdict; returns the exit status.
 
-    What keeps the trace from being read, or the report from being written, is one more reason why the flight failed.
+    A failure to read the trace or to write the report also fails the flight.
     """
     trace = out / "trace.mcap"
     failures = [failure] if failure else []
@@ -29,7 +29,7 @@ def conclude(failure: str, out: Path, trace_due: bool = True) -> int:
 
 
 def verdict(failures: Iterable[str]) -> int:
-    """Print whether the flight went well, all `failures` in the last line; returns the exit status."""
+    """Print the verdict, with all `failures` in the last line; returns the exit status."""
     reasons = "; ".join(failures)
     if reasons:
         print(f"flockwire: the flight failed: {reasons}", file=sys.stderr)
@@ -57,7 +57,7 @@ def _report(trace: Path, out: Path) -> Iterable[str]:
             write_files(read, summary, out)
     except OSError as error:
         yield f"the report cannot be written: {out}: {error.strerror}"
-    except (ImportError, MemoryError) as error:  # its libraries are the largest
+    except (ImportError, MemoryError) as error:  # its libraries are large
         if isinstance(error, ModuleNotFoundError) and (line := lacking(error)):
             print(f"  no report: {line}")
         else:
@@ -67,7 +67,7 @@ def _report(trace: Path, out: Path) -> Iterable[str]:
 
 
 def print_figures(summary: Summary) -> tuple[str, ...]:
-    """Print the key figures and the checks; returns a sentence for each check that failed."""
+    """Print the key figures and the checks; returns a sentence for each failed check."""
     from flockwire_analysis.key_figures import lines  # noqa: PLC0415  (numpy)
 
     for line in lines(summary):

@@ -49,7 +49,7 @@ def load_swarm(path: Path) -> Swarm:
 def read_swarm(path: Path) -> Swarm:
     """Read a swarm file without applying its rules: for orders to a swarm that flies by it already.
 
-    Raises SwarmFileError where it is no swarm file.
+    Raises SwarmFileError if it is no swarm file.
     """
     try:
         return validated(load_table(path))
@@ -58,7 +58,7 @@ def read_swarm(path: Path) -> Swarm:
 
 
 def load_table(path: Path) -> dict[str, object]:
-    """Read a swarm file, with the key frames it names, as it is; raises SwarmFileError where that cannot be done."""
+    """Read a swarm file, with the key frames it names, as it is; raises SwarmFileError if that cannot be done."""
     table = read_toml(path, "swarm file", SwarmFileError)
     for name, formation in [("formation", table.get("formation")), *_tables(table, "formations")]:
         if isinstance(formation, dict) and formation.get("kind") == "key_frames" and "file" in formation:

@@ -42,7 +42,7 @@ class PilotParameters(NamedTuple):
     checks: Checks
     room: Room
     separation: Separation  # m, to keep where it comes down
-    guard: GuardParameters | None  # None where no safety filter is round the commands
+    guard: GuardParameters | None  # None if no safety filter is round the commands
     sensing: bool  # whether it is served what is near; else it knows its neighbours and `obstacles`
     obstacles: tuple[Obstacle, ...]
     potentials: PotentialParameters  # which push it while it holds without a safety filter
@@ -87,7 +87,7 @@ class LeaderParameters(NamedTuple):
 
     pilot: PilotParameters
     course: CourseParameters
-    teleoperation: TeleoperationParameters | None  # None: nobody steers it, it flies its course
+    teleoperation: TeleoperationParameters | None  # None: no steering command it, it flies its course
 
 
 class TrackedParameters(NamedTuple):

@@ -1,4 +1,4 @@
-"""The tracked leader without clock, input or output: a body that a person carries. It commands nothing, it watches."""
+"""The tracked leader's core: it watches a body that a person carries, and commands nothing."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from flockwire.wire.status import Report
 
 
 class TrackedLeader(Ground):
-    """Reports whether the tracker sees the body; the gateway itself serves its pose to the followers."""
+    """Reports whether the tracker sees the body; the gateway publishes its pose to the followers."""
 
     def __init__(self, parameters: TrackedParameters) -> None:
         super().__init__()
@@ -31,7 +31,7 @@ class TrackedLeader(Ground):
         self.prompt = frozenset({MISSION})
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take in a message."""
+        """Receive a message."""
         match message:
             case Pose() if key == self._pose_key:
                 self._pose = message
@@ -41,7 +41,7 @@ class TrackedLeader(Ground):
                 self._orders.take(message, now)
 
     def report(self, now: int) -> Report:
-        """Return how the leader is."""
+        """Return the leader's status."""
         pose = self._pose
         silence = age(pose.stamp, now) if pose is not None else NEVER
         phase = Phase.TRACKED if silence <= self._limit else Phase.POSE_LOST

@@ -1,4 +1,4 @@
-"""The virtual leader without clock, input or output: a point on the trajectory, which nothing holds back."""
+"""The virtual leader's core: a point on the trajectory."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from flockwire.wire.status import Report
 
 
 class VirtualLeader:
-    """A point that moves along the trajectory while the order is to start, and stands still otherwise."""
+    """A point that moves along the trajectory after a start order, and rests after any other."""
 
     def __init__(self, parameters: VirtualParameters, now: int) -> None:
         self.triggers: frozenset[Key] = frozenset()
@@ -24,7 +24,7 @@ class VirtualLeader:
         self._point = MovingPoint(trajectory, start, now)
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take in a message."""
+        """Receive a message."""
         if isinstance(message, Mission):
             self._point.order(message, now)
 
@@ -33,18 +33,18 @@ class VirtualLeader:
         return False
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
-        """Publish where the point is at `now`."""
+        """Publish the point's position at `now`."""
         return [(Key("pose", uav(LEADER)), Pose(now, self._frame, self._point.advance(now)))]
 
     def retire(self, now: int) -> None:
-        """Do nothing: a point flies nothing."""
+        """Do nothing: a point does not fly."""
 
     def may_end(self, now: int) -> bool:
         """Return True."""
         return True
 
     def report(self, now: int) -> Report:
-        """Return how the leader is."""
+        """Return the leader's status."""
         point = self._point
         phase = Phase.FORMATION if point.moves(now) else Phase.READY
         orders = point.orders

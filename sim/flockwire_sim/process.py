@@ -1,4 +1,4 @@
-"""A process in virtual time: one core with its clock, its ticker and its inboxes, run as the real shell runs it."""
+"""A process in virtual time: one core with its clock, ticker and inboxes, run like the real shell."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from flockwire_sim.network import VirtualLink
 from flockwire_sim.sample import Parcel, Sample, Slot
 from flockwire_sim.scheduler import Scheduler
 
-UNREAD = 256  # datagrams that a socket keeps for a process that stands still
-POLL = SECOND // 50  # ns between two looks whether swarm time is known
+UNREAD = 256  # datagrams in the socket of a frozen process
+POLL = SECOND // 50  # ns between two checks for swarm time
 
 
 class Published(NamedTuple):
-    """One message as it was published: `at` is the true time, `sent` what its publisher's clock showed (Unix ns)."""
+    """One published message: `at` is the true time, `sent` the publisher's time (Unix ns)."""
 
     at: int
     sent: int
@@ -39,12 +39,12 @@ class Published(NamedTuple):
 
 
 Tap = Callable[[Published], None]
-MakeTimekeeping = Callable[[Callable[[int], None]], Timekeeping]  # from what corrects the own clock
-MakeCore = Callable[[int, int], Core]  # from the own clock's time (Unix ns) and how often it was started before
+MakeTimekeeping = Callable[[Callable[[int], None]], Timekeeping]  # takes the object that corrects the own clock
+MakeCore = Callable[[int, int], Core]  # takes the own clock's time (Unix ns) and the number of earlier starts
 
 
 class Outlet:
-    """One key that a process publishes, and the links and places of all its subscribers."""
+    """One published key, with the links and indices of all its subscribers."""
 
     def __init__(self, swarm: Swarm, key: Key) -> None:
         self.row: KeyRow = ROWS[key.kind]
@@ -54,7 +54,7 @@ class Outlet:
 
 
 class NoResources:
-    """What a process in virtual time costs: nothing that would be the same the next time. It needs no links either."""
+    """The resources of a process in virtual time: constants, so that flights are repeatable."""
 
     def cpu_share(self, now: int) -> float:
         """Return 0."""
@@ -69,7 +69,7 @@ class NoResources:
         return 0
 
     def links(self) -> tuple[str, ...]:
-        """Return nobody."""
+        """Return no links."""
         return ()
 
 
@@ -104,12 +104,12 @@ class VirtualProcess:
         self._told = self._retired = False
         self._slots: list[Slot] = []
         self._waiting: dict[int, Slot] = {}
-        self._each: deque[tuple[Slot, Sample]] = deque(maxlen=UNREAD)  # of the keys of which every message counts
+        self._each: deque[tuple[Slot, Sample]] = deque(maxlen=UNREAD)  # keys of which every message is read
         self._loaded: list[VirtualLink] = []
         self._now = 0
 
     def start(self, _: object = None) -> None:
-        """Start, or after a `kill` restart, with nothing known."""
+        """Start, or restart after a `kill`, without state."""
         if self.alive:
             return
         self.clock.correct(0)
@@ -130,7 +130,7 @@ class VirtualProcess:
             self._scheduler.at(self._scheduler.now, self._wait, self._starts)
 
     def _wait(self, starts: int, waited: int = 0) -> None:
-        """Ask for swarm time until it is known, for `patience` s at most."""
+        """Request swarm time until it is known, for `patience` s at most."""
         if not self.alive or starts != self._starts:
             return
         if self._told:
@@ -171,15 +171,15 @@ class VirtualProcess:
         self._unread.clear()
 
     def retire(self, _: object = None) -> None:
-        """Let it end (SIGTERM): it does at a tick at which its core may, and not while it stands still."""
+        """Ask it to end (SIGTERM): it ends at a tick at which its core may, not while it is frozen."""
         self._told = True
 
     def freeze(self, _: object = None) -> None:
-        """Stand still: of what arrives the newest is buffered."""
+        """Freeze: the newest messages are buffered."""
         self._frozen = True
 
     def thaw(self, _: object = None) -> None:
-        """Go on, beginning with what is buffered."""
+        """Continue with the buffered messages."""
         self._frozen = False
         waiting, self._waiting = self._waiting, {}
         for slot in waiting.values():
@@ -193,7 +193,7 @@ class VirtualProcess:
             self._take_datagram(datagram)
 
     def deliver(self, load: list[Parcel]) -> None:
-        """Take in what has arrived together."""
+        """Receive messages that arrived together."""
         if not self.alive:
             return
         for place, sample in load:
@@ -208,14 +208,14 @@ class VirtualProcess:
                     self._arrived(slot)
 
     def _bind(self, core: Core) -> None:
-        """Have its addresses, where it has any."""
+        """Bind its addresses, if it has any."""
         self._networked = core if isinstance(core, Networked) else None
         if self._networked is not None:
             for address in self._networked.sockets:
                 self._network.bind(address, self._take_datagram)
 
     def _take_datagram(self, datagram: Datagram) -> None:
-        """Take a datagram in; one that stands still finds it in its socket later."""
+        """Receive a datagram; a frozen process reads it from its socket later."""
         if not self.alive or self._networked is None:
             return
         if self._frozen:

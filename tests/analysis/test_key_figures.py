@@ -23,7 +23,7 @@ def test_errors_latency_and_each_check_have_a_line(summary):
     assert not [line for line in found if line.startswith("FAIL")]
 
 
-def test_what_is_not_known_says_so(summary):
+def test_what_is_not_known_reports_it(summary):
     unsettled = replace(summary.formation_error_m, max_tail=None, settled_s=None)
     found = list(
         lines(replace(summary, formation_error_m=unsettled, missing=("uav3 has no poses",), left_out=("uav2",)))

@@ -19,7 +19,7 @@ from flockwire_cli.verdict import conclude
 from flockwire_recorder import process
 from flockwire_recorder.process import Recorder
 from flockwire_recorder.trace import TraceFullError, TraceWriter, describe
-from flockwire_station.up import disk_full
+from flockwire_station.conduct import disk_full
 
 
 class Refusals:

@@ -38,7 +38,7 @@ class Mission(NamedTuple):
     verb: str  # one of MISSION_VERBS
     start: int = 0  # Unix time in ns at which the formation's time is 0 (verbs IN_FORMATION)
     formation: str = ""  # a name from [formations], empty for [formation]
-    change: Change | None = None  # None where it is flown from the beginning, everybody in the place of their own rank
+    change: Change | None = None  # None if it is flown from the beginning, everybody in the place of their own rank
     without: tuple[int, ...] = ()  # the drones that stay on the ground, and that nobody waits for
     giver: int = 0  # who gave it (Version)
     knows: tuple[Version, ...] = ()  # the orders that its giver knew of, and made it from

@@ -111,7 +111,7 @@ class DownGiving(Giving):
 
 
 class ChangeGiving(Giving):
-    """Changes to another formation, whose time goes on, in the air alone; refused where it cannot be flown."""
+    """Changes to another formation, whose time continues, in the air alone; refused where it cannot be flown."""
 
     _from: Mission | None = None  # the order that the change is made from
     _planned: Mission | None = None

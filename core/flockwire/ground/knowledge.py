@@ -27,7 +27,7 @@ class Knowledge:
         self.holding: Mission | None = None  # the order that held at the last look
 
     def look(self, fleet: Fleet) -> Mission | None:
-        """Take in which orders hold; return another's that was not known before, None where there is none.
+        """Receive which orders hold; return another's that was not known before, None if there is none.
 
         Of several the one that outranks the others is returned: also where another landing holds already, and a hold
         that came to those who land. What a pilot reports that was not heard before is no news if it was taken in

@@ -69,7 +69,7 @@ class OperatorCore:
             self.telemetry[self._drones[key.owner]] = message
 
     def correct(self, by: int) -> None:
-        """Take note that `now` goes on `by` ns ahead (behind when negative): so much has not passed."""
+        """Record that `now` jumps ahead by `by` ns (back if negative): this time has not passed."""
         for one in self._asked:
             if one.giving is None:
                 one.asked, one.since = one.asked + by, one.since + by

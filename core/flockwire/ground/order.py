@@ -39,7 +39,7 @@ class Answer(NamedTuple):
 
     @property
     def failure(self) -> str:
-        """Why not all confirmed it, empty where they did."""
+        """Why not all confirmed it, empty if they did."""
         return self.refusal or (f"sent, but not confirmed by {', '.join(self.missing)}" if self.missing else "")
 
 

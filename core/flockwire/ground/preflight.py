@@ -40,7 +40,7 @@ class Preflight:
         return cls(swarm.limits.clock_offset_bound, starts, swarm.limits.start_tolerance)
 
     def reasons(self, fleet: Fleet) -> tuple[str, ...]:
-        """Return a sentence for each thing that must be mended first."""
+        """Return a sentence for each thing that must be corrected first."""
         return (*self._clocks(fleet), *self._places(fleet))
 
     def _clocks(self, fleet: Fleet) -> Iterator[str]:

@@ -12,7 +12,7 @@ from flockwire.pilot.phases import FlightPhases
 class MovingPoint:
     """Moves along `trajectory` from `position` (m) while the newest order is to start, and stands still otherwise.
 
-    `born` is when it is there, Unix ns. An order to start again goes on from where the point is, without a leap.
+    `born` is when it is there, Unix ns. An order to restart continues from where the point is, without a leap.
     """
 
     def __init__(self, trajectory: Trajectory, position: Vector, born: int) -> None:

@@ -63,7 +63,7 @@ class Orders:
         return -1.0 if self.taken is None else max(0, now - self.taken) / SECOND
 
     def take(self, order: Mission, now: int) -> bool:
-        """Take in `order`, which came at `now` (Unix ns); returns whether another one holds than before."""
+        """Receive `order`, which came at `now` (Unix ns); returns whether another one holds than before."""
         version = order.version
         if version in self._past:
             return False

@@ -71,7 +71,7 @@ def next_deadline(deadline: int, now: int, period: int) -> int:
     """Return the next deadline (ns) of a periodic task whose last one was `deadline` and which is done at `now`.
 
     A step that comes a little early or late does not shift those after it; missed periods are not made up for, and a
-    clock that was set back begins again.
+    clock that was set back restarts.
     """
     return deadline + period if now < deadline + period <= now + 2 * period else now + period
 
@@ -167,7 +167,7 @@ class Stepper:
         self._ticks = WATCHDOG_TICKS - 1  # since the last step; one less where that before it was long ago
 
     def arrived(self, source: Input, now: int) -> None:
-        """Take in what has arrived of a key that is not buffered; step when it is a trigger and a step is due."""
+        """Receive what has arrived of a key that is not buffered; step when it is a trigger and a step is due."""
         message = source.message(now)
         if message is None:
             return

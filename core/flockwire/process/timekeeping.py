@@ -38,7 +38,7 @@ class Timekeeping(Protocol):
     keys: frozenset[Key]
 
     def receive(self, key: Key, message: Message, now: int) -> Outgoing:
-        """Take in a message of `keys` that came at `now`, swarm time in ns; returns what to publish at once."""
+        """Receive a message of `keys` that came at `now`, swarm time in ns; returns what to publish at once."""
 
     def step(self, now: int) -> Outgoing:
         """Return what to publish at `now`; called at least ten times a second."""

@@ -32,7 +32,7 @@ class Job:
 
 
 def serve(job: Job) -> int:
-    """Run the process of `job` until it is to end; returns its exit status."""
+    """Run the process of `job` until it must end; returns its exit status."""
     logging.basicConfig(
         level=logging.INFO,
         format="%(asctime)s.%(msecs)03d %(name)s: %(message)s",

@@ -23,8 +23,7 @@ from typing import TYPE_CHECKING
 from flockwire import clock
 from flockwire.runtime.configuration import NO_DETOURS, configuration, reserved_configuration
 from flockwire.runtime.linger import ignore_linger
-from flockwire.security.files import Credentials, default_folder, files_of
-from flockwire.security.holding import hold
+from flockwire.security.files import Credentials, default_folder, files_of, hold
 from flockwire.wire.codec import encode
 from flockwire.wire.inbox import ATTACHMENT, inbox_of, publisher_of
 from flockwire.wire.keys import ROWS, Delivery, Key

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from struct import Struct, error
-from typing import NamedTuple
+from typing import Final, NamedTuple
 from zlib import crc32
 
 from flockwire.domain.time import SECOND
@@ -12,13 +12,13 @@ from flockwire.wire.cdr import MessageError
 from flockwire.wire.codec import CODECS, Message
 from flockwire.wire.keys import ANY_TIME, ROWS, Key, KeyRow
 
-ATTACHMENT = Struct("<qqB16s")  # as rmw_zenoh: sequence number, source time in ns, 16, publisher id
+ATTACHMENT: Final = Struct("<qqB16s")  # as rmw_zenoh: sequence number, source time in ns, 16, publisher id
 CANARY = b"flockwire canary"  # what the conformance probe publishes in place of a message: dropped, and counted as such
 MISDIRECTED = "of another key"  # the reason under which a message is counted that was published on another key
 OVER_QUOTA = "over quota"  # the reason under which a message is counted that is too large, or one too many
 MOST_MISSED = 1_000_000  # a larger gap is forged, and must not overflow a counter
 MOST_PUBLISHERS = 64  # of a key of which every message counts: their last sequence numbers are remembered
-BURST = 4  # s of its quota that a key may use at once: so much a receiver finds after it stood still
+BURST = 4  # s of its quota that a key may use at once: so much a receiver finds after it was frozen
 
 
 def publisher_of(session: bytes, key: Key) -> bytes:

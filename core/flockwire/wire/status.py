@@ -36,7 +36,7 @@ class Reason(NamedTuple):
 
     code: str
     text: str
-    remedy: str = ""  # empty where nothing is wrong
+    remedy: str = ""  # empty if nothing is wrong
 
     @property
     def line(self) -> str:

@@ -18,7 +18,7 @@ _TOPIC = re.compile(r"/\w+/uav(\d+)/pose")
 
 
 def read_poses(path: Path) -> list[RecordedPose]:
-    """Return all poses of a trace in the order of their stamps; raises OSError where there are none."""
+    """Return all poses of a trace in the order of their stamps; raises OSError if there are none."""
     found: list[tuple[int, int, Pose]] = []
     with path.open("rb") as file:
         try:

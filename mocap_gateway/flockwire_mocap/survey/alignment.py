@@ -1,4 +1,4 @@
-"""Rotation and offset from the tracker's frame to the field's, from bodies on known places."""
+"""Rotation and offset from the tracker's frame to the field's, from bodies at known places."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from flockwire_mocap.qualisys.rotation import from_columns
 from flockwire_mocap.quaternion import Quaternion
 
 BAD_RESIDUAL = 0.05  # m: a body that is so far beside its place is not where it should be, or is another one
-COLLINEAR = 0.02  # m: places that lie nearer to a line leave the rotation about it open
+COLLINEAR = 0.02  # m: places nearer to a line do not determine the rotation about it
 
 
 class AlignmentError(ValueError):
@@ -20,7 +20,7 @@ class AlignmentError(ValueError):
 
 
 class Alignment(NamedTuple):
-    """A point p of the tracker is `rotation` · p + `offset` on the field; `residuals` are what is left, m."""
+    """A point p of the tracker is `rotation` · p + `offset` on the field; `residuals` remain, m."""
 
     rotation: Quaternion
     offset: Vector
@@ -28,7 +28,7 @@ class Alignment(NamedTuple):
 
     @property
     def doubtful(self) -> bool:
-        """Whether a body is not where it should be, or two are exchanged."""
+        """Whether a body is at a wrong place, or two are exchanged."""
         return max(self.residuals) > BAD_RESIDUAL
 
     def table(self) -> Iterator[str]:
@@ -53,7 +53,7 @@ def align(measured: Sequence[Vector], known: Sequence[Vector]) -> Alignment:
 
         min sum |R p_k + o − q_k|²:   H = sum (p_k − p̄)(q_k − q̄)ᵀ = U S Vᵀ,   R = V diag(1, 1, det(V Uᵀ)) Uᵀ
 
-    (W. Kabsch, 1976.) Three places that are not on a line are enough; more show how good it is. Raises AlignmentError.
+    (W. Kabsch, 1976.) Three places that are not on a line are enough; more show the accuracy. Raises AlignmentError.
     """
     if len(measured) < 3:
         raise AlignmentError(f"{len(measured)} bodies: at least three on known places are needed")
@@ -70,6 +70,6 @@ def align(measured: Sequence[Vector], known: Sequence[Vector]) -> Alignment:
 
 
 def _width(places: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> float:
-    """Return how far places are from the line that fits them best: their second singular value, per place, m."""
+    """Return the distance of places from their best line: their second singular value, per place, m."""
     spread = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
     return float(spread[1] / np.sqrt(len(places)))
