@@ -8,10 +8,11 @@ from types import SimpleNamespace
 
 import pytest
 from flockwire import clock
+from flockwire.domain.pose import Pose
 from flockwire.runtime.subscriptions import BEHIND, Prompt, Wakeup
+from flockwire.wire.codec import encode
 from flockwire.wire.inbox import attachment, inbox_of
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Pose
 
 POSE = Key("pose", "uav1")
 SESSION = b"0123456789ab"
@@ -48,7 +49,7 @@ class Bench:
     def _arrive(self, heights: tuple[float, ...]) -> None:
         for height in heights:
             now = clock.now()
-            payload = Pose(now, "world", (0.0, 0.0, height), (0.0, 0.0, 0.0, 1.0)).encode()
+            payload = encode(Pose(now, "world", (0.0, 0.0, height)))
             attached = attachment(self._sequence, now, SESSION, POSE)
             self._sequence += 1
             self.prompt.arrived(SimpleNamespace(payload=Bytes(payload), attachment=Bytes(attached)))
