@@ -132,7 +132,20 @@ class Command(NamedTuple):
 
 
 _KINDS: Final[dict[object, BodyKind]] = {int(kind): kind for kind in BodyKind}
-_NEARBY: Final[dict[int, Layout]] = {}  # by the number of bodies
+
+
+class _Layouts(dict[int, Layout]):
+    """The layouts of messages of nearby bodies, by the number of bodies."""
+
+    def __missing__(self, count: int) -> Layout:
+        """Return the layout for another number."""
+        if len(self) >= MOST_LAYOUTS:
+            self.clear()
+        found = self[count] = Layout("I" + "Bddddddd" * count)
+        return found
+
+
+_NEARBY: Final = _Layouts()
 
 
 class Nearby(NamedTuple):
@@ -148,7 +161,7 @@ class Nearby(NamedTuple):
         values: list[object] = []
         for kind, relative_position, radius, velocity in bodies:
             values += (kind, *relative_position, radius, *velocity)
-        pack, length, raw = _bodies(len(bodies)).heads[frame]
+        pack, length, raw = _NEARBY[len(bodies)].heads[frame]
         return pack(HEADER, stamp // SECOND, stamp % SECOND, length, raw, len(bodies), *values)
 
     @classmethod
@@ -157,7 +170,7 @@ class Nearby(NamedTuple):
         count = peek_length(data)
         if count > LONGEST_SEQUENCE or count * SMALLEST_BODY > len(data):
             raise MessageError(f"{count} nearby bodies in {len(data)} bytes; the most is {LONGEST_SEQUENCE}")
-        stamp, frame, v = unpack(data, _bodies(count))
+        stamp, frame, v = unpack(data, _NEARBY[count])
         if not count:
             return from_fields(cls, (stamp, frame, ()))
         if min(v[5::8]) < 0.0:
@@ -441,13 +454,3 @@ class Stop(NamedTuple):
         stop = cls(reader.time(), reader.text(), reader.text())
         reader.end()
         return stop
-
-
-def _bodies(count: int) -> Layout:
-    """Return the layout of a message with `count` nearby bodies."""
-    found = _NEARBY.get(count)
-    if found is None:
-        if len(_NEARBY) >= MOST_LAYOUTS:
-            _NEARBY.clear()
-        found = _NEARBY[count] = Layout("I" + "Bddddddd" * count)
-    return found
