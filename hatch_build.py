@@ -17,7 +17,7 @@ TRACKED = (
 COMPILED = (
     "core/flockwire/control",
     "core/flockwire/domain",
-    *(f"core/flockwire/wire/{name}.py" for name in ("cdr", "inbox", "messages", "phase", "stamped", "status")),
+    *(f"core/flockwire/wire/{name}.py" for name in ("cdr", "codec", "inbox", "orders", "phase", "stamped", "status")),
     "core/flockwire/pilot",
     *(f"core/flockwire/process/{name}.py" for name in ("stepping", "timekeeping")),
     "core/flockwire/law.py",

@@ -117,7 +117,7 @@ def agent(folder: Path) -> dict[str, float]:
     from flockwire_cli.entry import main  # noqa: PLC0415  (counted too)
 
     main()
-    raise RuntimeError("the agent ended by itself")
+    raise RuntimeError("the agent ended unexpectedly")
 
 
 def show(found: dict[str, float]) -> None:

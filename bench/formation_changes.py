@@ -17,6 +17,9 @@ from random import Random
 
 import numpy as np
 from flockwire.control.graph import LEADER
+from flockwire.domain.airframe import Command
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import Vector, distance
 from flockwire.ground.director import Director, Stage
@@ -26,7 +29,6 @@ from flockwire.ground.order import Order
 from flockwire.loading import SwarmFileError, parse_swarm
 from flockwire.pilot.orders import flown_formation
 from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import Command, Mission, Pose
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 from flockwire_sim.process import Published

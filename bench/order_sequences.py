@@ -19,6 +19,8 @@ from multiprocessing import Pool
 from random import Random
 from typing import NamedTuple
 
+from flockwire.domain.airframe import Telemetry
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground.director import POLL_PERIOD
 from flockwire.ground.fleet import Fleet
@@ -28,8 +30,8 @@ from flockwire.ground.operator import GIVINGS
 from flockwire.ground.order import ENDING, Answer, Order
 from flockwire.process.cores import Ground
 from flockwire.swarm.model import uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Message, Mission, Telemetry
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report, Status

@@ -1,4 +1,4 @@
-"""Reads a trace, closed or cut off, into numpy arrays."""
+"""Reads a trace, complete or truncated, into numpy arrays."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 from flockwire.loading import problems
 from flockwire.swarm.model import Swarm
 from flockwire.wire.cdr import MessageError
+from flockwire.wire.codec import decode
 from flockwire.wire.keys import ROWS, Key
 from flockwire_recorder.parts import parts
 from flockwire_recorder.records import WholeRecords
@@ -21,10 +22,10 @@ from flockwire_analysis.recorded import Trace
 
 
 def read_trace(path: Path) -> Trace:
-    """Read the trace `path` with its further parts; what is cut off or malformed is counted, not raised.
+    """Read the trace `path` with its other parts; truncated and malformed data is counted, not raised.
 
-    Raises ValueError for a file that is no MCAP or does not begin with a swarm, or a part that is of another swarm;
-    OSError where one cannot be read.
+    Raises ValueError for a file that is not MCAP or does not start with a swarm, or a part of another swarm; OSError if
+    one cannot be read.
     """
     collector: Collector | None = None
     files = [WholeRecords(part) for part in parts(path)]
@@ -37,7 +38,7 @@ def read_trace(path: Path) -> Trace:
 
 
 def _read(records: WholeRecords, collector: Collector | None) -> Collector | None:
-    """Read one part into `collector`, or into a new one; a part without a swarm holds nothing."""
+    """Read one part into `collector`, or into a new one; a part without a swarm is empty."""
     reader: _Reader | None = None
     for record in records:
         if reader is not None:
@@ -71,13 +72,13 @@ class _Reader:
         self._channels: dict[int, tuple[Key | None, Hashable]] = {}
 
     def take(self, record: object) -> None:
-        """Take in the next record; one that is neither a channel nor a message is left out."""
+        """Receive the next record; other records than channels and messages are ignored."""
         match record:
             case Record() if record.channel_id in self._channels:
                 (key, publisher), message = self._channels[record.channel_id], None
                 if key is not None:
                     with contextlib.suppress(MessageError):
-                        message = ROWS[key.kind].message.decode(record.data)
+                        message = decode(ROWS[key.kind].message, record.data)
                 self.collector.add(publisher, key, message, record.sequence, record.publish_time, record.log_time)
             case Channel(metadata=metadata) if PUBLISHER in metadata:  # the same in every part
                 publisher = (record.topic, metadata[PUBLISHER])

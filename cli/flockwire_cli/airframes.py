@@ -1,4 +1,4 @@
-"""Commands about single drones: `identify` measures an airframe; rows of the airframe table add commands of theirs."""
+"""Commands for single drones: `identify` measures an airframe; rows of the airframe table add other commands."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def identify(
 
 
 def _refusing(run: Callable[..., None]) -> Callable[..., None]:
-    """Return the command `run`, whose ValueError refuses what it was given."""
+    """Return the command `run`, whose ValueError refuses its arguments."""
 
     @wraps(run)
     def refusing(*given: object, **named: object) -> None:

@@ -1,4 +1,4 @@
-"""The arguments that several commands share, and a command line without commands."""
+"""Arguments of several commands, and an empty command line."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def application() -> typer.Typer:
 
 
 def left_out(plan: Plan, without: list[int] | None) -> tuple[int, ...]:
-    """Return the drones to leave on the ground and print what that changes, or refuse what the graph does not allow."""
+    """Return the drones to leave on the ground and print the consequences, or refuse if the graph does not allow it."""
     from flockwire.ground.absence import consequences, refusal  # noqa: PLC0415  (numpy)
 
     absent = tuple(sorted(set(without or ())))

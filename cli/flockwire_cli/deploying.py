@@ -1,4 +1,4 @@
-"""The command `deploy`: writes what carries a swarm to where it flies, from the same plan as `up`."""
+"""The command `deploy`: writes containers or services of a swarm, from the same plan as `up`."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def deploy(
         str, typer.Option(metavar="A.B.C.D/N", help="The address range for the containers' networks (compose).")
     ] = "",
 ) -> None:
-    """Write what carries a swarm to where it flies, with the keys that each process needs: containers, or services."""
+    """Write containers or services of a swarm, with the keys of each process."""
     from flockwire.security.pki import make_keys  # noqa: PLC0415
     from flockwire_deploy import targets  # noqa: PLC0415  (jinja2)
     from flockwire_deploy.engine import obstacle  # noqa: PLC0415

@@ -1,4 +1,4 @@
-"""Commands that fly, or look at what would: `check`, `up`, `conduct`, `sim`, `study`, `probe`."""
+"""Commands for flights: `check`, `up`, `conduct`, `sim`, `study`, `probe`."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def check(
     live: Annotated[bool, typer.Option("--live", help="Check instead whether the running swarm may take off.")] = False,
     keys: Keys = None,
 ) -> None:
-    """Validate a swarm file; print its graph, observer bounds, formations, links, and what will go wrong in flight."""
+    """Validate a swarm file; print its graph, observer bounds, formations, links, and predicted problems in flight."""
     from flockwire.security.pki import expiring  # noqa: PLC0415
     from flockwire_station.check import describe  # noqa: PLC0415  (numpy)
 
@@ -52,7 +52,7 @@ def check(
 
 
 def _check_live(plan: Plan, keys: Path) -> int:
-    """Print how the running swarm is; returns the exit status."""
+    """Print the state of the running swarm; returns the exit status."""
     from flockwire.runtime.session import RouterAbsentError  # noqa: PLC0415  (zenoh)
     from flockwire_station.live_check import findings, look, table  # noqa: PLC0415
 
@@ -82,8 +82,10 @@ def up(
 ) -> None:
     """Start all processes of this host, fly, land, report."""
     from flockwire_station.fault_injection import refusal  # noqa: PLC0415
+    from flockwire_station.hosting import Host  # noqa: PLC0415
     from flockwire_station.up import UpOptions, fly  # noqa: PLC0415
-    from flockwire_station.verdict import conclude  # noqa: PLC0415
+
+    from flockwire_cli.verdict import conclude  # noqa: PLC0415
 
     refuse_endless(duration)
     plan = load(swarm)
@@ -98,7 +100,7 @@ def up(
     folder = out or Path("runs") / f"{loaded.name}-{clock.local():%Y%m%d-%H%M%S}"
     refuse_a_second_trace(folder)
     credentials = made_keys(swarm, plan, keys, here)
-    flight = UpOptions(plan, swarm, here, duration, folder, credentials, headless, wrong, faults, absent)
+    flight = UpOptions(Host(plan, swarm, here, folder, credentials, faults), duration, headless, wrong, absent)
     _predict(loaded, duration)
     try:
         with unblocked():
@@ -107,7 +109,7 @@ def up(
         refuse(str(error))
     except OSError as error:
         unwritable(folder, error)
-    raise typer.Exit(conclude(failure, folder, flight.conducts))
+    raise typer.Exit(conclude(failure, folder, flight.host.conducts))
 
 
 @app.command()
@@ -120,10 +122,11 @@ def conduct(
     headless: Annotated[bool, typer.Option("--headless", help="No live table.")] = False,
     keys: Keys = None,
 ) -> None:
-    """Fly a swarm whose processes run already (containers, services): take off, formation, land, report."""
+    """Fly a swarm whose processes already run (containers, services): take off, formation, land, report."""
     from flockwire_recorder.parts import newest_folder  # noqa: PLC0415
     from flockwire_station.conduct import conduct as fly  # noqa: PLC0415
-    from flockwire_station.verdict import conclude, verdict  # noqa: PLC0415
+
+    from flockwire_cli.verdict import conclude, verdict  # noqa: PLC0415
 
     refuse_endless(duration)
     plan = load(swarm)
@@ -151,6 +154,7 @@ def sim(
 ) -> None:
     """Fly the same swarm in virtual time, many times faster; report."""
     from flockwire_sim.fault_injection import refusal  # noqa: PLC0415
+    from flockwire_sim.flight import Flight  # noqa: PLC0415
 
     from flockwire_cli.sim import simulate, simulate_in_memory  # noqa: PLC0415
 
@@ -161,15 +165,15 @@ def sim(
         refuse(f"{faults}: {cannot}")
     absent = left_out(plan, without)
     _predict(loaded, duration)
+    flight = Flight(loaded, seed, duration, wrong, absent)
     if no_trace:
         if out is not None:
             refuse(f"--out = {out}: with --no-trace nothing is written")
-        raise typer.Exit(simulate_in_memory(loaded, seed, duration, wrong, absent))
+        raise typer.Exit(simulate_in_memory(flight))
     folder = out or Path("runs") / f"{loaded.name}-sim-{seed}-{clock.local():%Y%m%d-%H%M%S}"
     refuse_a_second_trace(folder)
     try:
-        toml = swarm.read_text(encoding="utf-8")
-        status = simulate(loaded, toml, seed, duration, wrong, folder, absent)
+        status = simulate(flight, swarm.read_text(encoding="utf-8"), folder)
     except OSError as error:
         unwritable(folder, error)
     raise typer.Exit(status)
@@ -191,7 +195,7 @@ def study(
     jobs: Annotated[int, typer.Option(min=0, help="Number of processes; 0: one for each core.")] = 0,
     scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="Address of a Dask cluster to use instead.")] = "",
 ) -> None:
-    """Fly the swarm many times in virtual time, each time a little different; report how often all goes well."""
+    """Fly the swarm many times in virtual time with variations; report the success rate."""
     from flockwire_sim.study.file import StudyError  # noqa: PLC0415
 
     from flockwire_cli import study as studies  # noqa: PLC0415  (numpy)
@@ -214,7 +218,7 @@ def probe(
     out: Annotated[Path, typer.Option(help="Folder for probe.json.")] = Path("runs/probe"),
     keys: Keys = None,
 ) -> None:
-    """Attack the swarm with every identity, key and link mode; name each leak and each thing blocked."""
+    """Attack the swarm with every identity, key and link mode; name each leak and each blocked key."""
     from flockwire.runtime.session import RouterAbsentError  # noqa: PLC0415  (zenoh)
     from flockwire_probe.probe import run  # noqa: PLC0415
 
@@ -233,7 +237,7 @@ def probe(
 
 
 def _predict(swarm: Swarm, duration: float) -> None:
-    """Print what will go wrong in a flight of `duration` s, as far as that can be known (0: it has no end)."""
+    """Print the predicted problems of a flight of `duration` s (0: without an end)."""
     from flockwire_station.prediction import predicted  # noqa: PLC0415
 
     for line in predicted(swarm, duration):

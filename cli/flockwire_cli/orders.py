@@ -1,4 +1,4 @@
-"""Commands that are the operator's: orders in flight, and the certificates."""
+"""Commands of the operator: orders in flight, and certificates."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def start(
     without: Without = None,
     keys: Keys = None,
 ) -> None:
-    """Take off where need be, and fly the formation."""
+    """Take off if necessary, and fly the formation."""
     plan = load(swarm)
     _known(plan, "--formation", formation)
     absent = left_out(plan, without)
@@ -38,7 +38,7 @@ def start(
 
 @app.command()
 def hold(swarm: SwarmFile, keys: Keys = None) -> None:
-    """Leave the formation and hover on the spot."""
+    """Leave the formation and hover."""
     _give(*load_flying(swarm, keys), Order("hold"))
 
 
@@ -50,7 +50,7 @@ def land(swarm: SwarmFile, keys: Keys = None) -> None:
 
 @app.command()
 def stop(swarm: SwarmFile, keys: Keys = None) -> None:
-    """Emergency: motors off, at once; what flies falls."""
+    """Emergency: motors off at once; flying drones fall."""
     _give(*load_flying(swarm, keys), Order("stop"))
 
 
@@ -63,7 +63,7 @@ def formation(
     ] = None,
     keys: Keys = None,
 ) -> None:
-    """Change to the formation NAME in flight; its time goes on."""
+    """Change to the formation NAME in flight; its time continues."""
     plan = load(swarm)
     _known(plan, "NAME", name)
     _give(plan, keys_folder(swarm, plan, keys), Order("formation", name, duration))
@@ -75,7 +75,7 @@ def status(
     once: Annotated[bool, typer.Option("--once", help="Print it once; exit status 1 if a process has none.")] = False,
     keys: Keys = None,
 ) -> None:
-    """Show every drone and process of a swarm that runs: phase, position, battery, errors."""
+    """Show every drone and process of a running swarm: phase, position, battery, errors."""
     from flockwire_station.watching import watch  # noqa: PLC0415
 
     plan, folder = load_flying(swarm, keys)
@@ -90,7 +90,7 @@ def status(
 
 @app.command()
 def teleop(swarm: SwarmFile, keys: Keys = None) -> None:
-    """Steer a teleoperated leader by a gamepad that is plugged in, and by the keys of this terminal."""
+    """Steer a teleoperated leader by a gamepad, or by the keys of this terminal."""
     from flockwire_station.teleop import steer  # noqa: PLC0415  (zenoh)
     from flockwire_station.terminal.gamepad import plugged_in  # noqa: PLC0415
 
@@ -128,7 +128,7 @@ def console(
     ] = None,
     keys: Keys = None,
 ) -> None:
-    """Serve a live page of a swarm that runs: map, table, orders, stop. The printed link holds the token for orders."""
+    """Serve a live page of a running swarm: map, table, orders, stop. Orders need the token in the printed link."""
     from flockwire_console.command import serve  # noqa: PLC0415  (aiohttp)
     from flockwire_console.foxglove_server import FoxgloveError  # noqa: PLC0415
 
@@ -153,7 +153,7 @@ def keys(
         bool, typer.Option("--rotate", help="Make a new authority: all earlier keys are rejected.")
     ] = False,
 ) -> None:
-    """Make the swarm's certificates, and renew what is about to expire."""
+    """Make the swarm's certificates, and renew those that expire soon."""
     from flockwire.security.pki import make_keys  # noqa: PLC0415
 
     plan = load(swarm)
@@ -165,7 +165,7 @@ def keys(
 
 
 def _refuse_in_flight(plan: Plan, folder: Path) -> None:
-    """Refuse to replace keys with which drones fly on other hosts: on this one, who makes keys sees it."""
+    """Refuse to replace keys with which drones fly on other hosts; on this host, making keys checks it."""
     from flockwire_station.rotating import flying  # noqa: PLC0415  (zenoh)
 
     if names := asyncio.run(flying(plan, folder)):

@@ -38,9 +38,9 @@ def options_of(runs: int | None, seed: int | None, duration: float | None, start
 
 
 def study(swarm: Path, file: Path | None, options: dict[str, object], out: Path, jobs: int, scheduler: str) -> int:
-    """Fly what is still to be flown, write and print what came of it; returns the exit status.
+    """Fly the remaining runs, write and print the results; returns the exit status.
 
-    Raises StudyError and SwarmFileError for bad input, before anything is written; OSError where `out` fails.
+    Raises StudyError and SwarmFileError for bad input, before anything is written; OSError if `out` fails.
     """
     table = swarm_table(swarm)
     checked = parse_swarm(table, str(swarm))
@@ -63,7 +63,7 @@ def study(swarm: Path, file: Path | None, options: dict[str, object], out: Path,
 
 
 def _fly(plan: Study, ledger: Ledger, workers: Workers) -> str:
-    """Fly what the ledger lacks; returns why it was not done to its end, or nothing."""
+    """Fly the runs that the ledger lacks; returns why it stopped early, or nothing."""
     tasks, runs = ledger.missing(), plan.runs * len(plan.points)
     failures = sum(not r.ok for r in ledger.results if r.run < plan.runs)
     columns = (BarColumn(None), MofNCompleteColumn(), TextColumn("{task.description}"), TimeElapsedColumn(),
@@ -84,7 +84,7 @@ def _fly(plan: Study, ledger: Ledger, workers: Workers) -> str:
 
 @contextmanager
 def _terminable() -> Iterator[None]:
-    """Let SIGTERM end the study as Ctrl-C does, with what was flown kept."""
+    """Let SIGTERM end the study like Ctrl-C, with all finished runs kept."""
 
     def end(_: int, __: FrameType | None) -> NoReturn:
         raise KeyboardInterrupt

@@ -1,4 +1,4 @@
-"""The interface of a control law; a law of one's own needs no other module of flockwire's (docs/own_law.md).
+"""The interface of a control law; a law of your own needs no other module of flockwire's (docs/own_law.md).
 
 A law is pure: an observation and the time go in, a velocity and an estimate come out. It reads no clock, does no input
 or output and draws no random numbers; it may keep state from step to step. `[control] law = "package.module:ClassName"`

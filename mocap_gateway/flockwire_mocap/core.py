@@ -1,6 +1,6 @@
-"""The gateway without clock, input or output: it serves each drone its pose and what is near it.
+"""The gateway's core: it publishes each drone's pose and nearby bodies.
 
-It also repeats the operator's newest order twice a second, unchanged, for those who join late.
+It also repeats the operator's newest order twice a second, unchanged, for late joiners.
 """
 
 from __future__ import annotations
@@ -9,13 +9,16 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from statistics import median
 
+from flockwire.domain.body import Nearby
 from flockwire.domain.fields import from_fields
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND
 from flockwire.pilot.orders import Orders
 from flockwire.process.cores import Start
 from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import IdentityDoubt, Message, Mission, Nearby, Pose
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, counted
 
@@ -31,10 +34,10 @@ from flockwire_mocap.vicon import source as vicon
 from flockwire_mocap.vrpn import source as vrpn
 
 REPEAT = SECOND // 2  # ns between two repetitions of the newest order
-TOLERANCE = 0.1  # m by which a body may be elsewhere than where it can have flown
-SPEED_MARGIN = 2.0  # times limits.speed: what falls is faster
-TAKE_OFF = ("prepare", "takeoff")  # the orders by which an operator says who is not on the field
-LATENCIES = 500  # poses of which the median is reported
+TOLERANCE = 0.1  # m between a body and the nearest place that it can have reached
+SPEED_MARGIN = 2.0  # times limits.speed: a falling drone is faster
+TAKE_OFF = ("prepare", "takeoff")  # the orders that name drones which are not on the field
+LATENCIES = 500  # poses in the reported median
 SOURCES: Mapping[str, Callable[[Start], Source]] = {  # by gateway.source
     "simulated": simulated.make_source,
     "natnet": natnet.make_source,
@@ -68,7 +71,7 @@ class GatewayCore:
         self._first_frame = self._last_frame = 0  # Unix ns
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take in a message."""
+        """Receive a message."""
         self.source.receive(key, message, now)
         if isinstance(message, Mission) and self._orders.take(message, now):
             self._repeat_at = now + REPEAT
@@ -89,7 +92,7 @@ class GatewayCore:
             self._latencies.append(now - stamp)
         for drone, doubt in self._identities.doubts.items():  # before the pose that makes the pilot step
             messages.append((self._doubt_keys[drone], IdentityDoubt(now, frame, doubt.since)))
-        for stamp, drone, position, _ in held:  # whosever it is, it is there
+        for stamp, drone, position, _ in held:  # it is on the field, whichever drone it is
             self._field.see_held(drone, stamp, position)
         if tracked and self._sensing:
             self._field.arrange(tracked[-1].stamp)
@@ -104,14 +107,14 @@ class GatewayCore:
         return messages
 
     def retire(self, now: int) -> None:
-        """Do nothing: poses are served to the end."""
+        """Do nothing: poses are published to the end."""
 
     def may_end(self, now: int) -> bool:
-        """Return True: nothing of its own is in the air."""
+        """Return True: the gateway flies nothing."""
         return True
 
     def report(self, now: int) -> Report:
-        """Return how the gateway is: what is wrong first, then what it does not see."""
+        """Return the gateway's status: problems first, then bodies that it does not see."""
         state = self.source.state(now)
         lost = [i for i in self._swarm.tracked if now - self._seen.get(i, 0) > SECOND]
         if now - self._last_frame > SECOND:
@@ -141,7 +144,7 @@ class GatewayCore:
         return "; ".join(filter(None, lines))
 
     def _claims(self, now: int) -> list[Claim]:
-        """Return what the source has seen since the last call that bears a drone's name, in the order of time."""
+        """Return the bodies with a drone's name that the source has seen since the last call, in order of time."""
         claims = []
         for frame in self.source.take(now):
             self._first_frame = self._first_frame or now

@@ -67,7 +67,7 @@ class Mover:
         self._tracker.update(position, (stamp - self._epoch) / SECOND)
 
     def near(self, position: Vector, reach: float) -> Body | None:
-        """Return it as seen from `position` (m), None where its surface is `reach` m away or more."""
+        """Return it as seen from `position` (m), None if its surface is `reach` m away or more."""
         relative = to_axis(position, self.position, self._height)
         if norm(relative) - self.radius >= reach:
             return None

@@ -1,4 +1,4 @@
-"""A flight by script in virtual time: whenever the script waits, the world goes on."""
+"""A flight by script in virtual time: the world advances while the script waits."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class VirtualFlight(Flight):
         return self
 
     async def __aexit__(self, *_: object) -> None:
-        """Land what flies; end, and summarise."""
+        """Land flying drones, end, and summarise."""
         await self._land_what_flies()
         self._advance(LINGER / SECOND)
         if isinstance(self._trace, TraceInMemory):
@@ -48,7 +48,7 @@ class VirtualFlight(Flight):
             self.summary = write_report(self._out / "trace.mcap", self._out)
 
     async def sleep(self, seconds: float) -> None:
-        """Let `seconds` of virtual time pass, at once."""
+        """Advance virtual time by `seconds`."""
         self._advance(seconds)
         await asyncio.sleep(0)
 

@@ -1,4 +1,4 @@
-"""An event queue in place of a clock: time, in integer ns, jumps from one event to the next."""
+"""An event queue instead of a clock: time, in integer ns, jumps from event to event."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Scheduler:
         heappush(self._queue, (time, self._count, self._last))
 
     def run(self, end: int) -> None:
-        """Go from event to event until `stop` is called, nothing is left, or `end` (Unix ns) is reached."""
+        """Run events until `stop` is called, none is left, or `end` (Unix ns) is reached."""
         queue, self._stopped = self._queue, False
         while queue and queue[0][0] <= end and not self._stopped:
             self.now, count, moment = heappop(queue)
@@ -51,5 +51,5 @@ class Scheduler:
                 heappush(queue, (self.now, count, moment[done:]))
 
     def stop(self) -> None:
-        """Let `run` return after the present event."""
+        """Let `run` return after the current event."""
         self._stopped = True

@@ -1,4 +1,4 @@
-"""`flockwire check`: what can be known of a swarm before it flies."""
+"""`flockwire check`: the description and the warnings of a swarm before it flies."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import os
 from collections.abc import Iterator
 from math import inf, sqrt
 
-# One thread: those of numpy's library wait for each other in busy loops, and where other processes have the cores an
-# eigenvalue of 1000 drones takes twelve seconds instead of one. Read when numpy is imported.
+# One thread: the threads of numpy's library wait for each other in busy loops. If other processes use the cores, an
+# eigenvalue of 1000 drones takes twelve seconds instead of one. It is read at numpy's import.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from flockwire.control.convergence import convergence, smallest_observer_gain
+from flockwire.control.first_order_lag import critical_gain, smallest_smoothing
 from flockwire.control.graph import LEADER
 from flockwire.control.leader_track import leader_time_constant, motion_error, noise_gain
-from flockwire.control.stability import critical_gain, smallest_smoothing
 from flockwire.objects import load_object
 from flockwire.parameters import guard_parameters
 from flockwire.swarm.airframes import AIRFRAMES, ByItself
@@ -23,12 +23,12 @@ from flockwire.wire.plan import Plan
 from flockwire_station.idle_options import idle
 from flockwire_station.prediction import predicted
 
-DEPTH_HORIZON = 40.0  # s of the leader's trajectory that are looked at
+DEPTH_HORIZON = 40.0  # s of the leader's trajectory that are evaluated
 DEEP = 6  # hops beyond which noise and delay add up
 
 
 def describe(plan: Plan, duration: float = 40.0) -> str:
-    """Return the description that `check` prints; `duration` is that of the flight, s."""
+    """Return the description for `check`; `duration` is the flight's, s."""
     swarm = plan.swarm
     parts = (
         _graph(plan),
@@ -77,7 +77,7 @@ def _lemma(swarm: Swarm) -> Iterator[str]:
 
 
 def _depth(swarm: Swarm) -> Iterator[str]:
-    """Yield what error to expect of the deepest drone's estimate, under the extended law."""
+    """Yield the expected error of the deepest drone's estimate with the extended law."""
     if swarm.control.law != "extended":
         return
     depths = swarm.topology.depths()
@@ -109,7 +109,7 @@ def _formations(swarm: Swarm) -> Iterator[str]:
 
 
 def _airframes(plan: Plan) -> Iterator[str]:
-    """Yield which airframe each drone has, and what that does by itself: its driver must be faster."""
+    """Yield each drone's airframe and its own reactions: its driver must be faster."""
     swarm = plan.swarm
     for name in dict.fromkeys(swarm.drone(number).airframe for number in swarm.flying):
         row, frame = swarm.airframe_row(name), swarm.airframes[name]
@@ -143,7 +143,7 @@ def _warned(swarm: Swarm, duration: float) -> Iterator[str]:
 
 
 def warnings(swarm: Swarm) -> Iterator[str]:
-    """Yield what is allowed but unlikely to fly well."""
+    """Yield warnings of settings that are allowed but unlikely to fly well."""
     yield from _observer_warnings(swarm)
     if swarm.control.law == "paper":
         yield from _compensation_warnings(swarm)
@@ -187,7 +187,7 @@ def _compensation_warnings(swarm: Swarm) -> Iterator[str]:
 
 
 def _sight_warnings(swarm: Swarm) -> Iterator[str]:
-    """Predict that the safety filter flies slower than the file allows, or than the formation needs."""
+    """Yield a warning if the safety filter limits the speed below the file's limit or the formation's need."""
     for name in sorted({swarm.drone(number).airframe for number in swarm.followers}):
         number = next(i for i in swarm.followers if swarm.drone(i).airframe == name)
         speed = guard_parameters(swarm, number).fastest

@@ -1,4 +1,4 @@
-"""Gives one order to a swarm that runs, as an operator of its own (ground/giving.py decides)."""
+"""Gives one order to a running swarm, as a separate operator (ground/giving.py decides)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from flockwire_station.unlinked import why_unlinked
 
 
 async def give(plan: Plan, keys: Path | None, order: Order) -> Answer:
-    """Give one order that was asked for when this process began; raises CredentialsError."""
+    """Give one order that was requested at the start of this process; raises CredentialsError."""
     try:
         session = Session(plan, OPERATOR.kind, keys, verified=order.verb not in ENDING)
     except RouterAbsentError:
@@ -27,14 +27,14 @@ async def give(plan: Plan, keys: Path | None, order: Order) -> Answer:
 
 
 async def obey(operator: Operator, order: Order, ago: float = 0.0) -> Answer:
-    """Give one order that was asked for `ago` s ago, by an operator that nothing else runs."""
+    """Give one order that was requested `ago` s ago; nothing else runs the operator."""
     answers: list[Answer] = []
     operator.ask(order, ago, answers.append)
     return await operator.run(lambda _: answers[0] if answers else None)
 
 
 async def _explained(answer: Answer, plan: Plan, keys: Path | None, session: Session) -> Answer:
-    """Return an answer that is not good with why who is not linked is not."""
+    """Return a bad answer with the causes of missing links."""
     linked, dialled = session.linked(), plan.dials[OPERATOR.kind]
     absent = [other for other in dialled if other not in linked]
     if not absent or UNKNOWN in linked:

@@ -1,6 +1,6 @@
-"""`flockwire check --live`: whether a swarm whose processes run, and whose drones stand ready, may take off.
+"""`flockwire check --live`: whether a running swarm on the ground may take off.
 
-Judged is what the processes report of themselves, over a few seconds; nothing is ordered, nothing moves.
+It judges the reports of the processes for a few seconds, without orders or motion.
 """
 
 from __future__ import annotations
@@ -10,12 +10,13 @@ from math import dist
 from pathlib import Path
 from typing import NamedTuple
 
+from flockwire.domain.airframe import Telemetry
+from flockwire.domain.order import Mission
 from flockwire.domain.vector import Vector
 from flockwire.ground.fleet import IN_THE_AIR, STALE
 from flockwire.ground.preflight import has_flown
 from flockwire.runtime.session import Session
 from flockwire.swarm.model import uav
-from flockwire.wire.messages import Mission, Telemetry
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
@@ -24,11 +25,11 @@ from flockwire.wire.status import SERIAL, Reason, Status
 from flockwire_station.operator import Operator
 
 LOOK_TIME = 4.0  # s
-STILL = 0.02  # m that a body on the ground may seem to move
+STILL = 0.02  # m, largest apparent motion of a body on the ground
 
 
 class Finding(NamedTuple):
-    """One line of the table; `remedy` is empty where all is well."""
+    """One line of the table; `remedy` is empty if there is no problem."""
 
     subject: str
     item: str
@@ -37,7 +38,7 @@ class Finding(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """What the operator saw: the newest status and telemetry, and where each drone's own pose was, m."""
+    """The operator's data: the newest status and telemetry, and the positions of each drone's pose, m."""
 
     statuses: Mapping[str, Status]
     telemetry: Mapping[int, Telemetry]
@@ -46,7 +47,7 @@ class Seen(NamedTuple):
 
 
 async def look(plan: Plan, keys: Path) -> Seen:
-    """Watch for LOOK_TIME; raises CredentialsError, RouterAbsentError."""
+    """Observe for LOOK_TIME; raises CredentialsError, RouterAbsentError."""
     with Session(plan, OPERATOR.kind, keys) as session:
         operator = Operator(plan, session)
         positions: dict[int, list[Vector]] = {drone: [] for drone in plan.pilots}
@@ -63,7 +64,7 @@ async def look(plan: Plan, keys: Path) -> Seen:
 
 
 def findings(plan: Plan, seen: Seen) -> Iterator[Finding]:
-    """Yield a line for each process and each drone's things."""
+    """Yield the lines of each process and each drone."""
     for identity in plan.started:
         yield _process(plan, identity, seen)
     for drone, pilot in plan.pilots.items():
@@ -126,7 +127,7 @@ def _airframe(plan: Plan, drone: int, seen: Seen) -> Iterator[Finding]:
     name, limits, telemetry = uav(drone), plan.swarm.limits, seen.telemetry.get(drone)
     for driver in _drivers(plan, drone):
         if (status := _fresh(seen, driver)) is None:
-            continue  # the driver has a line of its own
+            continue  # the driver has its own line
         known = {reason.code: reason for reason in sorted(status.report.reasons, key=lambda one: bool(one.remedy))}
         wrong = [code for code, reason in known.items() if reason.remedy]
         for code in dict.fromkeys((*plan.swarm.row(drone).live_checks, *wrong)):
@@ -148,7 +149,7 @@ def _drivers(plan: Plan, drone: int) -> Iterable[str]:
 
 
 def _serials(plan: Plan, seen: Seen) -> Iterator[Finding]:
-    """Yield drones that are one and the same: two addresses, or two ways, to one."""
+    """Yield drones that are reached by two addresses."""
     owners: dict[str, int] = {}
     for drone in plan.swarm.driven:
         for driver in _drivers(plan, drone):

@@ -1,9 +1,10 @@
 from math import hypot
 
 import pytest
+from flockwire.domain.airframe import FlightState
 from flockwire.domain.body import Body, BodyKind
+from flockwire.domain.pose import Pose
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import FlightState, Pose
 from flockwire.wire.phase import Phase
 
 

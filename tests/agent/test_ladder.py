@@ -3,10 +3,12 @@
 from math import hypot
 
 import pytest
+from flockwire.domain.airframe import FlightState
+from flockwire.domain.motion import Leading
+from flockwire.domain.pose import IdentityDoubt
 from flockwire.pilot.phases import SHUTDOWN
 from flockwire.pilot.pilot import DRIVER_LOST
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import FlightState, IdentityDoubt, Leading
 from flockwire.wire.phase import Phase
 
 TWO = {"graph.edges": [[0, 1], [0, 2], [1, 2], [2, 3], [3, 4]]}

@@ -3,10 +3,10 @@
 import json
 
 import pytest
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.swarm.tables import Checks
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Mission
 from flockwire_analysis import outcomes
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.report import write_files

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from flockwire.wire.messages import Stop
+from flockwire.domain.order import Stop
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report
 from flockwire_analysis.checks import Check

@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+from flockwire.wire.codec import encode
 from flockwire.wire.keys import Key
 from flockwire_analysis.reading import read_trace
 from flockwire_recorder.trace import TraceWriter, describe
@@ -19,9 +20,9 @@ def writer(tmp_path, swarm_of):
 
 
 def pose(stamp, x):
-    from flockwire.wire.messages import Pose
+    from flockwire.domain.pose import Pose
 
-    return Pose(stamp, "world", (x, 0.0, 1.0)).encode()
+    return encode(Pose(stamp, "world", (x, 0.0, 1.0)))
 
 
 def say(writer, publisher, sequence, payload, topic="/paper/uav1/pose"):

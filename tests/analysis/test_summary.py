@@ -5,10 +5,10 @@ from math import cos, exp, hypot, sin
 
 import numpy as np
 import pytest
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.swarm.tables import Obstacle
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Mission
 from flockwire_analysis.phases import offsets
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.separation import surface_distance

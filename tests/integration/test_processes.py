@@ -16,8 +16,8 @@ from flockwire.runtime.session import Session
 from flockwire.runtime.shell import Shell, status_publisher
 from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.swarm.model import uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Message
 from flockwire.wire.status import Report
 from flockwire_analysis.reading import read_trace
 from waiting import wait_until

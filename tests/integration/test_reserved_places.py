@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 import zenoh
 from flockwire import clock
+from flockwire.domain.order import Stop
 from flockwire.loading import load_swarm
 from flockwire.runtime import configuration
 from flockwire.runtime.session import Session
@@ -17,7 +18,6 @@ from flockwire.runtime.subscriptions import Newest
 from flockwire.security.files import files_of
 from flockwire.security.pki import make_keys
 from flockwire.wire.keys import STOP
-from flockwire.wire.messages import Stop
 from flockwire.wire.plan import Plan
 from flockwire_probe.attackers import Attacker, attacker_configuration
 

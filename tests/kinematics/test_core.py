@@ -1,8 +1,9 @@
 import pytest
+from flockwire.domain.airframe import Command, FlightState
+from flockwire.domain.order import Stop
 from flockwire.domain.time import SECOND
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import STOP, Key
-from flockwire.wire.messages import Command, FlightState, Stop
 from flockwire_kinematics.core import KinematicsCore
 
 BEGAN = 1_790_000_000 * SECOND

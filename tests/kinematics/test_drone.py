@@ -3,12 +3,13 @@
 from math import hypot
 
 import pytest
+from flockwire.domain.airframe import Command, FlightState
+from flockwire.domain.order import Stop
 from flockwire.domain.time import SECOND
 from flockwire.process.driving import FROZEN, RETIREMENT, SETTLED, TOLERANCE
 from flockwire.swarm.drones import Airframe
 from flockwire.swarm.tables import Limits
 from flockwire.wire.keys import STOP, Key
-from flockwire.wire.messages import Command, FlightState, Stop
 from flockwire_kinematics.airframe import FirstOrderAirframe
 from flockwire_kinematics.core import KinematicsCore
 from flockwire_kinematics.drone import SimulatedDrone

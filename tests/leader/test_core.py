@@ -1,8 +1,8 @@
 from math import dist, hypot
 
 import pytest
+from flockwire.domain.airframe import FlightState
 from flockwire.domain.vector import add
-from flockwire.wire.messages import FlightState
 from flockwire.wire.phase import Phase
 
 STILL = (0.0, 0.0, 0.0)

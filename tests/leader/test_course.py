@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.vector import ZERO, Vector, add, scale, subtract
+from flockwire.parameters import course_parameters
 from flockwire.wire.phase import Phase
 from flockwire_leader.course import CATCH_UP, SLACK, Course
 from hypothesis import given
@@ -28,7 +29,7 @@ def test_while_nothing_hinders_its_time_is_exactly_mission_time(
     make_swarm: Callable[..., Any], t: float, error: Vector
 ) -> None:
     swarm = make_swarm({**FREE, "leader.trajectory": {"kind": "circle"}})
-    course, way = Course(swarm), swarm.leader.trajectory.build()
+    course, way = Course(course_parameters(swarm)), swarm.leader.trajectory.build()
     course.restart((1.0, 2.0, 1.0), 0.0)
     there = add((1.0, 2.0, 1.0), way.position(t))
     position = subtract(there, error)
@@ -51,7 +52,7 @@ def fly(make_swarm: Callable[..., Any]) -> Callable[..., dict[float, float]]:
 
     def run(changes: dict[str, Any], duration: float) -> dict[float, float]:
         swarm = make_swarm(changes)
-        frame, course = swarm.airframe(0), Course(swarm)
+        frame, course = swarm.airframe(0), Course(course_parameters(swarm))
         course.restart((0.0, 0.0, 1.0), 0.0)
         position, velocity, sent, reached = (0.0, 0.0, 1.0), ZERO, [ZERO] * 200, {}
         for k in range(round(100 * duration)):
@@ -83,7 +84,7 @@ def test_held_back_the_trajectory_waits_and_continues_without_a_jump(flying: Cal
 
 
 def test_the_goal_stops_within_reach_of_a_leader_that_is_stuck(make_swarm: Callable[..., Any]) -> None:
-    course = Course(make_swarm({**FREE, **leg()}))
+    course = Course(course_parameters(make_swarm({**FREE, **leg()})))
     course.restart((0.0, 0.0, 1.0), 0.0)
     steps, pace = [], 1.0
     for k in range(1, 1000):
@@ -96,7 +97,7 @@ def test_the_goal_stops_within_reach_of_a_leader_that_is_stuck(make_swarm: Calla
 
 
 def test_a_goal_that_lies_in_an_obstacle_continues_and_waits_behind_it(make_swarm: Callable[..., Any]) -> None:
-    course = Course(make_swarm({**FREE, **leg(9.0)}))
+    course = Course(course_parameters(make_swarm({**FREE, **leg(9.0)})))
     course.restart((0.0, 0.0, 1.0), 0.0)
     ahead = Body(BodyKind.OBSTACLE, (0.7, 0.0, 0.0), 0.3)  # 0.33 m round it nobody may be
     for k in range(1, 2000):

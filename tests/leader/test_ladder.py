@@ -3,8 +3,8 @@
 from math import hypot
 
 import pytest
+from flockwire.domain.order import Stop
 from flockwire.wire.keys import STOP
-from flockwire.wire.messages import Stop
 from flockwire.wire.phase import Phase
 
 STILL = (0.0, 0.0, 0.0)

@@ -3,9 +3,9 @@
 from math import hypot
 
 import pytest
+from flockwire.domain.airframe import Command
 from flockwire.domain.time import SECOND
 from flockwire.wire.keys import STEERING, Key
-from flockwire.wire.messages import Command
 from flockwire.wire.phase import Phase
 
 TELEOPERATED = {"leader": {"kind": "teleoperated", "speed": 0.5, "acceleration": 1.0}, "control.law": "extended"}

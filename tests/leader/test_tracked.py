@@ -1,8 +1,10 @@
 import pytest
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND
+from flockwire.parameters import tracked_parameters
 from flockwire.pilot.ladder import MISTAKEN
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import IdentityDoubt, Mission, Pose
 from flockwire_leader.tracked import TrackedLeader
 
 BEGAN = 1_790_000_000 * SECOND
@@ -12,7 +14,7 @@ TRACKED = {"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2], "drones.
 @pytest.fixture
 def leader(make_swarm):
     """Return a tracked leader that nothing has reached yet."""
-    return TrackedLeader(make_swarm(TRACKED))
+    return TrackedLeader(tracked_parameters(make_swarm(TRACKED)))
 
 
 def test_it_is_tracked_while_its_pose_comes_and_reports_since_when_it_is_lost(leader):

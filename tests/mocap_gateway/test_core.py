@@ -1,11 +1,12 @@
 from random import Random
 
 import pytest
-from flockwire.domain.body import Body, BodyKind
+from flockwire.domain.body import Body, BodyKind, Nearby
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Mission, Nearby, Pose
 from flockwire_mocap.core import GatewayCore
 from flockwire_mocap.simulated import SimulatedSource
 from flockwire_mocap.source import SourceState

@@ -2,11 +2,12 @@ from random import Random
 from statistics import fmean, pstdev
 
 import pytest
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.process.faults import NoiseBurst, TrackerLoss
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Mission, Pose
 from flockwire_mocap.simulated import SimulatedSource
 from flockwire_mocap.tracking import ReportedBody
 

@@ -1,10 +1,10 @@
 """What the gateway reports of a tracker that does not deliver, and what it gets from one that does: no sockets."""
 
 import pytest
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Pose
 from flockwire_mocap.core import make_core
 from flockwire_mocap.natnet.packets import Connect, Kind
 from flockwire_mocap.natnet.parsing import parse_request

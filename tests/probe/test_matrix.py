@@ -206,7 +206,11 @@ def test_every_single_difference_is_exactly_one_deviation(make_plan, data):
         assert found == []
     else:
         (only,) = found
-        assert (only.key, only.leak, only.verb) == (key_text(plan.swarm, key), key not in right.received, "received")
+        assert (only.key, only.leak, only.verb) == (
+            key_text(plan.swarm.name, key),
+            key not in right.received,
+            "received",
+        )
 
 
 def cells(lines, text):

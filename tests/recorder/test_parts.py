@@ -9,7 +9,8 @@ from datetime import timedelta
 
 import pytest
 from flockwire import clock
-from flockwire.wire.messages import Pose
+from flockwire.domain.pose import Pose
+from flockwire.wire.codec import encode
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.summary import summarise
 from flockwire_recorder.parts import SAME_FLIGHT, next_part, parts, same_flight
@@ -32,7 +33,7 @@ network = { security = "none", base_port = 17600 }
 def write(path, swarm, sequences, closed=True):
     writer = TraceWriter(path, describe(swarm, "", 0, T0))
     for k in sequences:
-        payload = Pose(T0 + k, "world", (0.0, 0.0, 1.0)).encode()
+        payload = encode(Pose(T0 + k, "world", (0.0, 0.0, 1.0)))
         writer.write("/paper/uav1/pose", POSE, b"p" * 16, k, T0 + k, T0 + k, payload)
     writer.close() if closed else writer.flush()
 

@@ -1,8 +1,8 @@
 """A flight without two of its drones: the process of one is dead, the other stands there ready."""
 
 import pytest
+from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND
-from flockwire.wire.messages import FlightState
 from flockwire_analysis.summary import summarise
 from flockwire_sim.recording import TraceInMemory
 from flockwire_sim.world import EPOCH, World

@@ -10,10 +10,10 @@ from random import Random
 from typing import Any
 
 import pytest
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, add
 from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import Pose
 from flockwire_sim.study.draws import random_starts
 from flockwire_sim.study.file import Starts
 

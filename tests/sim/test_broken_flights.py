@@ -11,6 +11,8 @@ from math import dist, hypot
 from typing import Any
 
 import pytest
+from flockwire.domain.airframe import FlightState
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import Vector
 from flockwire.ground.director import Director, Stage
@@ -19,7 +21,6 @@ from flockwire.ground.order import Order
 from flockwire.pilot.phases import SHUTDOWN
 from flockwire.process.cores import Core, Start, make_core
 from flockwire.swarm.model import uav
-from flockwire.wire.messages import FlightState, Mission
 from flockwire_sim.world import EPOCH, World
 
 Fly = Callable[..., Any]

@@ -6,12 +6,13 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.loading import parse_swarm
 from flockwire.process.cores import Core, Start, make_core
 from flockwire.process.faults import parse_faults
 from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import FlightState
+from flockwire.wire.codec import decode
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 from flockwire_sim.process import Published
@@ -41,7 +42,7 @@ class Clocks:
     def _tap(self, published: Published) -> None:
         if published.sample.row.message is not Status:
             return
-        status = self.statuses[published.key.owner] = Status.decode(published.sample.payload)
+        status = self.statuses[published.key.owner] = decode(Status, published.sample.payload)
         if published.at >= EPOCH + 11 * SECOND:
             off = abs(published.sent - self.world.processes["gateway"].clock.read(published.at)) / 1e6
             self.worst[status.identity] = max(off, self.worst.get(status.identity, 0.0))

@@ -8,11 +8,14 @@ from collections.abc import Callable
 from itertools import groupby
 
 import pytest
+from flockwire.domain.airframe import FlightState
+from flockwire.domain.motion import Estimate
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.law import Decision, LawSettings, Observation
 from flockwire.process.faults import Kill
 from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import Estimate, FlightState, Pose
+from flockwire.wire.codec import encode
 from flockwire.wire.plan import Plan
 from flockwire_agent.extended_law import ExtendedLaw
 from flockwire_sim.fault_injection import refusal
@@ -244,7 +247,7 @@ def test_what_is_received_is_what_was_published_bit_by_bit(fly: Fly) -> None:
     flown = fly(duration=4.0)
     for _, published, message in flown.published:
         if isinstance(message, Pose | Estimate):
-            assert message.encode() == published.sample.payload
+            assert encode(message) == published.sample.payload
 
 
 def test_drones_take_off_from_tables_of_any_height_and_climb_as_all_others(fly: Fly) -> None:

@@ -7,7 +7,7 @@ from itertools import combinations, pairwise
 from math import dist
 
 import pytest
-from flockwire.wire.messages import FlightState
+from flockwire.domain.airframe import FlightState
 
 Fly = Callable[..., object]
 MIXED = {"drones.1.airframe": "tello", "drones.3.airframe": "tello", "drones.3.heading": 2.0,

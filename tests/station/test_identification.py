@@ -9,9 +9,10 @@ from random import Random
 import numpy as np
 import pytest
 from flockwire.control.first_order_lag import lagged
+from flockwire.domain.body import Nearby
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Nearby, Pose
 from flockwire_station.excitation import MOST_INTERRUPTIONS, Axis, ExcitationCore, ExcitationStage
 from flockwire_station.identification import IdentificationError, Interval, StepResponse, combined, fit_axis
 from flockwire_station.identify import airframe_table, described, draw

@@ -1,9 +1,9 @@
 """The pre-flight check of a swarm that runs: each thing that may be wrong is a line with a remedy."""
 
 import pytest
+from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import add
-from flockwire.wire.messages import FlightState, Telemetry
 from flockwire.wire.status import Reason, Report, Status
 from flockwire_station.live_check import Seen, findings, table
 

@@ -5,11 +5,12 @@ from io import StringIO
 
 import pytest
 from flockwire import clock
+from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.time import SECOND
 from flockwire.ground.order import Order
+from flockwire.wire.codec import encode
 from flockwire.wire.inbox import Inbox, attachment
 from flockwire.wire.keys import MISSION, ROWS, STOP, Key
-from flockwire.wire.messages import FlightState, Telemetry
 from flockwire.wire.status import Report, Status
 from flockwire_station.operator import Operator
 from flockwire_station.terminal.table import Rates
@@ -36,7 +37,7 @@ class Wire:
 
     def put(self, owner, message, kind="status"):
         waiting = self.waiting[Key(kind, owner)]
-        waiting.append((message.encode(), attachment(len(waiting), clock.now(), b"p" * 16, Key(kind, owner))))
+        waiting.append((encode(message), attachment(len(waiting), clock.now(), b"p" * 16, Key(kind, owner))))
 
 
 class Source:

@@ -7,11 +7,13 @@ from math import cos, dist, inf, sin
 from random import Random
 
 import pytest
+from flockwire.domain.airframe import Command, FlightState
+from flockwire.domain.order import Stop
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.process.cores import Datagram
 from flockwire.process.driving import RETIREMENT
 from flockwire.wire.keys import STOP, Key
-from flockwire.wire.messages import Command, FlightState, Pose, Stop
 from flockwire_tello.driver import DriverCore, slowest_climb
 from flockwire_tello.flight_monitor import FlightMonitor
 from flockwire_tello.simulated.airframe import AirframeMotion

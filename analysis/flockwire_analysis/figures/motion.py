@@ -1,4 +1,4 @@
-"""What flew where and how fast, axis by axis, each curve against its reference."""
+"""Positions and velocities, axis by axis, each curve with its reference."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def _axes(
 
 
 def _roomy(axes: object, values: list[Floats]) -> None:
-    """Give an axis on which nothing moves a scale that does not show noise as motion."""
+    """Widen the scale of an axis without motion, so that it does not show noise as motion."""
     known = np.concatenate([one[np.isfinite(one)] for one in values])
     if not len(known):
         return

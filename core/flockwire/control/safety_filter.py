@@ -65,7 +65,7 @@ def _clip(goal: Vector, radius: float, ahead: bool) -> Vector:
 
 
 def _on_plane(goal: Vector, ahead: bool, planes: Sequence[HalfSpace], i: int, radius: float) -> Vector | None:
-    """Return the best point on plane i that satisfies the planes before it, None where there is none."""
+    """Return the best point on plane i that satisfies the planes before it, None if there is none."""
     nx, ny, nz, b = planes[i]
     square = radius * radius - b * b
     if square < 0.0:

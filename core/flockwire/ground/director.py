@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 
+from flockwire.domain.order import IN_FORMATION, Mission
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground.fleet import STALE, Fleet
 from flockwire.ground.lost import FLYING, Lost, how
@@ -15,7 +16,6 @@ from flockwire.ground.order import Order
 from flockwire.ground.preflight import Preflight
 from flockwire.ground.standing import Standing
 from flockwire.pilot.orders import rank
-from flockwire.wire.messages import IN_FORMATION, Mission
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 
@@ -23,7 +23,7 @@ POLL_PERIOD = 0.05  # s between two looks at the statuses
 
 LEAD_TIME = SECOND // 2  # ns from the order to start until the formation's time 0, so that all begin together
 STAGE_TIME = 30 * SECOND  # ns that a stage may take
-GRACE = SECOND  # ns that a pilot may seem lost: one restarted in flight, or all after this process stood still
+GRACE = SECOND  # ns that a pilot may seem lost: one restarted in flight, or all after this process was frozen
 REPEAT = SECOND // 10  # ns between two repetitions of an order that somebody has not confirmed
 
 
@@ -92,7 +92,7 @@ class Director:
         return None
 
     def resume(self, now: int) -> Mission | None:
-        """Return the order to fly the formation, None when nobody flies; the time of one that was started goes on.
+        """Return the order to fly the formation, None when nobody flies; the time of one that was started continues.
 
         During take-off, that to take off again: it brings in a pilot that was restarted on the ground.
         """
@@ -170,7 +170,7 @@ class Director:
         return self.order is None or not fleet.unconfirmed(self.order) or fleet.now - self._since >= STALE
 
     def _take_off(self, fleet: Fleet) -> Mission | None:
-        """Return the order that brings all into the air; who joins a formation that flies gets its start again."""
+        """Return the order that takes all off; a drone that joins a flying formation gets its restart."""
         now, running = fleet.now, fleet.flown()
         if self.ordered == "hold":
             return None
@@ -216,7 +216,7 @@ class Director:
         return self._go(self.stage, order._replace(stamp=fleet.now))
 
     def _go(self, stage: Stage, order: Mission) -> Mission:
-        """Give `order`, with which `stage` begins, or goes on."""
+        """Give `order`, with which `stage` begins, or continues."""
         order = self._standing.give(order)
         self.stage, self._since, self._sent = stage, order.stamp, 0
         return order

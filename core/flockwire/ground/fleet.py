@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.pilot.orders import came_down, rank
 from flockwire.swarm.model import uav
-from flockwire.wire.messages import FlightState, Mission, Telemetry
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 
@@ -95,7 +96,7 @@ class Fleet:
         return max(newest, key=_precedence, default=None)
 
     def flown(self) -> Mission | None:
-        """Return the order by which drones are in a formation, None where none is."""
+        """Return the order by which drones are in a formation, None if none is."""
         flown = [status.report.mission for status in self.fresh.values() if status.report.phase == Phase.FORMATION]
         return max((one for one in flown if one is not None and one.in_formation), key=_precedence, default=None)
 
@@ -131,7 +132,7 @@ class Fleet:
         return tuple(pilot for drone, pilot in self.pilots.items() if not self._obeys(drone, order))
 
     def overruled(self, order: Mission) -> Mission | None:
-        """Return an order that holds for a pilot and was made from `order`, which it ends; None where there is none."""
+        """Return an order that holds for a pilot and was made from `order`, which it ends; None if there is none."""
         missions = (status.report.mission for status in self.fresh.values())
         return next((one for one in missions if one is not None and order.version in one.knows), None)
 

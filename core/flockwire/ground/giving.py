@@ -9,6 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 from flockwire.control.graph import LEADER
+from flockwire.domain.order import Mission, Stop
 from flockwire.domain.time import SECOND
 from flockwire.ground.director import LEAD_TIME
 from flockwire.ground.fleet import Fleet
@@ -16,7 +17,6 @@ from flockwire.ground.order import Answer, Order, ToPlan, overtaken
 from flockwire.ground.standing import Standing
 from flockwire.pilot.orders import DOWN, rank
 from flockwire.swarm.model import uav
-from flockwire.wire.messages import Mission, Stop
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 
@@ -111,7 +111,7 @@ class DownGiving(Giving):
 
 
 class ChangeGiving(Giving):
-    """Changes to another formation, whose time goes on, in the air alone; refused where it cannot be flown."""
+    """Changes to another formation, whose time continues, in the air alone; refused where it cannot be flown."""
 
     _from: Mission | None = None  # the order that the change is made from
     _planned: Mission | None = None

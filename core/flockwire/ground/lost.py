@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from flockwire.domain.airframe import FlightState
 from flockwire.ground.fleet import IN_THE_AIR, Fleet
-from flockwire.wire.messages import FlightState
 from flockwire.wire.phase import Phase
 
 FLYING = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION})
@@ -19,7 +19,7 @@ class Lost:
         self._rose: set[int] = set()  # the drones that followed the order to take off
 
     def first(self, fleet: Fleet, taking_off: bool) -> int | None:
-        """Return a drone that is lost, None where there is none; while `taking_off` it waits for who has not risen."""
+        """Return a drone that is lost, None if there is none; while `taking_off` it waits for who has not risen."""
         return next((drone for drone in fleet.pilots if self._is_lost(fleet, drone, taking_off)), None)
 
     def _is_lost(self, fleet: Fleet, drone: int, taking_off: bool) -> bool:

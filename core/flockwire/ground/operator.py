@@ -8,14 +8,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
+from flockwire.domain.airframe import Telemetry
+from flockwire.domain.order import Stop
 from flockwire.ground.director import GRACE, Director, Stage
 from flockwire.ground.fleet import Fleet
 from flockwire.ground.giving import LOOK_TIME, ChangeGiving, DownGiving, Giving, StopGiving
 from flockwire.ground.order import ENDING, Answer, Order
 from flockwire.ground.starting import StartGiving
 from flockwire.swarm.model import uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, STOP, Key
-from flockwire.wire.messages import Message, Stop, Telemetry
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 
@@ -67,7 +69,7 @@ class OperatorCore:
             self.telemetry[self._drones[key.owner]] = message
 
     def correct(self, by: int) -> None:
-        """Take note that `now` goes on `by` ns ahead (behind when negative): so much has not passed."""
+        """Record that `now` jumps ahead by `by` ns (back if negative): this time has not passed."""
         for one in self._asked:
             if one.giving is None:
                 one.asked, one.since = one.asked + by, one.since + by

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from flockwire.domain.order import Mission
 from flockwire.domain.vector import Vector
-from flockwire.wire.messages import Mission
 
 ENDING = ("hold", "land", "stop")  # orders that end a start, or a change, that is under way
 
@@ -39,7 +39,7 @@ class Answer(NamedTuple):
 
     @property
     def failure(self) -> str:
-        """Why not all confirmed it, empty where they did."""
+        """Why not all confirmed it, empty if they did."""
         return self.refusal or (f"sent, but not confirmed by {', '.join(self.missing)}" if self.missing else "")
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.ground.fleet import Fleet
 from flockwire.ground.knowledge import Knowledge
 from flockwire.pilot.orders import rank
-from flockwire.wire.messages import Mission
 
 RIVALS = 4.0  # s by which an order may be older than one that crossed it on slow networks
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from flockwire.domain.order import Mission, Stop
 from flockwire.domain.time import SECOND
 from flockwire.ground.director import LEAD_TIME, Director, Stage
 from flockwire.ground.fleet import IN_THE_AIR, Fleet
 from flockwire.ground.giving import ANSWER_TIME, LOOK_TIME, ChangeGiving
 from flockwire.ground.order import ENDING, Answer, overtaken
 from flockwire.swarm.model import uav
-from flockwire.wire.messages import Mission, Stop
 from flockwire.wire.phase import Phase
 
 READY_TIME = 5 * SECOND  # ns in which all that are to start must be ready

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from flockwire.domain.pose import IdentityDoubt
 from flockwire.domain.time import SECOND
 from flockwire.pilot.phases import NEVER
 from flockwire.swarm.model import uav
 from flockwire.swarm.tables import Limits, Staleness
-from flockwire.wire.messages import IdentityDoubt
 
 DOUBT_LASTS = 300_000_000  # ns that a doubt holds after its last message; the gateway repeats it with each frame
 MISTAKEN = "the tracker confuses its body with another"

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 from flockwire.control.graph import LEADER
 from flockwire.domain.fields import from_fields
-from flockwire.domain.motion import LeaderMotion
+from flockwire.domain.motion import Estimate, LeaderMotion, Leading
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 from flockwire.law import NeighbourEstimate
 from flockwire.pilot.phases import IN_FLIGHT, NEVER, age
 from flockwire.swarm.tables import Staleness
-from flockwire.wire.messages import Estimate, Leading, Pose
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Status
 

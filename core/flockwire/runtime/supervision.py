@@ -70,7 +70,7 @@ def _connected(address: str) -> socket.socket | None:
 
 
 def _answering(identity: str, path: str) -> socket.socket | None:
-    """Return a socket at `path`, in place of that of a process that was killed; None where it cannot be made."""
+    """Return a socket at `path`, in place of that of a process that was killed; None if it cannot be made."""
     receiver = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
     try:
         with contextlib.suppress(FileNotFoundError):

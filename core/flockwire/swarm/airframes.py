@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 
 class ByItself(NamedTuple):
-    """What an airframe does by itself when an input has been missing for `after` s; inf: nothing, for ever."""
+    """What an airframe does by itself when an input has been missing for `after` s; inf: nothing, without end."""
 
     does: str
     after: float = inf

@@ -39,7 +39,7 @@ class WaypointsTrajectory(Model):
     kind: Literal["waypoints"]  # from point to point
     points: Annotated[tuple[Point, ...], Field(min_length=1)]  # m, relative to the start
     speed: Positive = 0.2  # m/s, between the points
-    loop: bool = False  # whether it starts again after the last one
+    loop: bool = False  # whether it restarts after the last one
 
     def build(self) -> Trajectory:
         """Return the trajectory."""

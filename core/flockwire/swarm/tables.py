@@ -46,7 +46,7 @@ class Model(BaseModel):
 
 
 class Parameters(Model):
-    """Base of the model of `[control.parameters]` that a law of one's own has as its attribute `Parameters`."""
+    """Base of the model of `[control.parameters]` that a law of your own has as its attribute `Parameters`."""
 
     @classmethod
     def of(cls, given: Mapping[str, object]) -> Self:
@@ -130,7 +130,7 @@ class Fence(Model):
         return (x, y, z if self.ceiling is None else self.ceiling)
 
     def _round(self, bound: Callable[[Iterable[float]], float], height: float) -> Point | None:
-        """Return a corner of the smallest box round the polygon, None where there is none."""
+        """Return a corner of the smallest box round the polygon, None if there is none."""
         if not self.polygon:
             return None
         return (bound(x for x, _ in self.polygon), bound(y for _, y in self.polygon), height)

@@ -98,7 +98,7 @@ class Writer:
 
 
 class Reader:
-    """Takes values from a CDR message; raises MessageError where it ends too soon or holds nonsense."""
+    """Takes values from a CDR message; raises MessageError if it ends too soon or holds nonsense."""
 
     def __init__(self, data: bytes) -> None:
         if data[:4] != HEADER:

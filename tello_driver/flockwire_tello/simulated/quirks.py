@@ -1,4 +1,4 @@
-"""What a real Tello does that no guide documents: each can be switched on and off in the simulated one."""
+"""Undocumented behaviour of real Tellos, which can be switched on and off in the simulated one."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class Quirk(StrEnum):
-    """One habit of real drones; `__doc__` of each describes it and names where it was seen."""
+    """One behaviour of real drones; its `__doc__` describes it and names the source."""
 
     def __new__(cls, name: str, doc: str) -> Quirk:
         """Make a member that is the string `name`."""

@@ -1,6 +1,8 @@
 from dataclasses import dataclass, field
 
 import pytest
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.ground.director import GRACE, LEAD_TIME, REPEAT, STAGE_TIME, Director, Stage
 from flockwire.ground.fleet import STALE, Fleet
@@ -8,7 +10,6 @@ from flockwire.ground.order import Order
 from flockwire.loading import parse_swarm
 from flockwire.pilot.orders import Orders
 from flockwire.pilot.phases import OUTDATED
-from flockwire.wire.messages import FlightState, Mission, Telemetry
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report, Status

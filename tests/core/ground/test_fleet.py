@@ -1,6 +1,7 @@
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.ground.fleet import STALE, Fleet
-from flockwire.wire.messages import FlightState, Mission, Telemetry
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 

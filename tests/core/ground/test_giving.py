@@ -1,10 +1,11 @@
 import pytest
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.ground.fleet import Fleet
 from flockwire.ground.giving import ChangeGiving
 from flockwire.ground.order import Answer, Order
 from flockwire.ground.starting import StartGiving
-from flockwire.wire.messages import FlightState, Mission, Telemetry
 from flockwire.wire.status import Report, Status
 
 NOW = 1_790_000_000 * SECOND

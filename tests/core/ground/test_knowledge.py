@@ -1,9 +1,9 @@
 import pytest
+from flockwire.domain.order import MOST_VERSIONS, Mission
 from flockwire.domain.time import SECOND
 from flockwire.ground.fleet import Fleet
 from flockwire.ground.knowledge import HISTORY, Knowledge
 from flockwire.pilot.orders import came_down
-from flockwire.wire.messages import MOST_VERSIONS, Mission
 from flockwire.wire.status import Report, Status
 
 NOW = 1_790_000_000 * SECOND

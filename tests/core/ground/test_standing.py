@@ -1,10 +1,10 @@
 """The order that stands for one giver: given, followed, and settled with a rival that crossed it."""
 
 import pytest
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.ground.fleet import Fleet
 from flockwire.ground.standing import RIVALS, Standing
-from flockwire.wire.messages import Mission
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 
@@ -54,7 +54,7 @@ def test_over_a_rival_with_a_smaller_number_the_own_order_is_given_again(standin
     assert set(standing.order.knows) == {first.version, rival.version}
 
 
-def test_what_a_pilot_obeyed_long_before_is_no_rival_whatever_its_number(standing):
+def test_what_a_pilot_obeyed_long_before_is_not_a_rival_whatever_its_number(standing):
     assert standing.settle(fleet(START._replace(giver=OURS + 1), age=RIVALS + 0.1))
     assert standing.is_own
 

@@ -1,9 +1,9 @@
 from itertools import permutations
 
 import pytest
+from flockwire.domain.order import MISSION_VERBS, Mission
 from flockwire.domain.time import SECOND
 from flockwire.pilot.orders import AHEAD, REMEMBERED, Orders, came_down, rank
-from flockwire.wire.messages import MISSION_VERBS, Mission
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -3,11 +3,11 @@
 from random import Random
 
 import pytest
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.process.cores import Ground, Start, Untimed, make_core
 from flockwire.process.timekeeping import patience
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Pose
 from flockwire_agent.core import AgentCore
 from flockwire_kinematics.core import KinematicsCore
 from flockwire_leader.core import FlyingLeader, VirtualLeader

@@ -3,8 +3,8 @@
 from io import StringIO
 
 import pytest
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
-from flockwire.wire.messages import Mission
 from flockwire.wire.status import Report, Status
 from flockwire_station.terminal.table import Rates, draw
 from rich.console import Console
