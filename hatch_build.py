@@ -11,9 +11,7 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-TRACKED = (
-    "completeness", "core", "identities", "jumps", "owners", "scene", "simulated", "tracking", "vicinity",
-)  # fmt: skip
+TRACKED = ("completeness", "core", "field_bodies", "identities", "jumps", "simulated", "tracking")
 COMPILED = (
     "core/flockwire/control",
     "core/flockwire/domain",

@@ -18,17 +18,15 @@ from flockwire.wire.messages import IdentityDoubt, Message, Mission, Nearby, Pos
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, counted
 
-from flockwire_mocap import simulated
 from flockwire_mocap.field_bodies import FieldBodies
-from flockwire_mocap.identities import Claim, Identities
-from flockwire_mocap.natnet import source as natnet
-from flockwire_mocap.owners import Owners
-from flockwire_mocap.qualisys import source as qualisys
-from flockwire_mocap.replay import source as replay
-from flockwire_mocap.source import Source
-from flockwire_mocap.tracking import ReportedBody
-from flockwire_mocap.vicon import source as vicon
-from flockwire_mocap.vrpn import source as vrpn
+from flockwire_mocap.identities import Claim, Identities, owner
+from flockwire_mocap.natnet.source import NatNetSource
+from flockwire_mocap.qualisys.source import QualisysSource
+from flockwire_mocap.replay.source import ReplaySource
+from flockwire_mocap.simulated import SimulatedSource
+from flockwire_mocap.tracking import ReportedBody, Source
+from flockwire_mocap.vicon.source import ViconSource
+from flockwire_mocap.vrpn.source import VrpnSource
 
 REPEAT = SECOND // 2  # ns between two repetitions of the newest order
 TOLERANCE = 0.1  # m by which a body may be elsewhere than where it can have flown
@@ -36,12 +34,12 @@ SPEED_MARGIN = 2.0  # times limits.speed: what falls is faster
 TAKE_OFF = ("prepare", "takeoff")  # the orders by which an operator says who is not on the field
 LATENCIES = 500  # poses of which the median is reported
 SOURCES: Mapping[str, Callable[[Start], Source]] = {  # by gateway.source
-    "simulated": simulated.make_source,
-    "natnet": natnet.make_source,
-    "vrpn": vrpn.make_source,
-    "qualisys": qualisys.make_source,
-    "vicon": vicon.make_source,
-    "replay": replay.make_source,
+    "simulated": SimulatedSource,
+    "natnet": NatNetSource,
+    "vrpn": VrpnSource,
+    "qualisys": QualisysSource,
+    "vicon": ViconSource,
+    "replay": ReplaySource,
 }
 
 
@@ -54,7 +52,7 @@ class GatewayCore:
         self.prompt = frozenset({MISSION})
         self.period = 1.0 / swarm.gateway.rate_hz
         self._swarm = swarm
-        self._owners = Owners(swarm)
+        self._drones = {swarm.body(i): i for i in swarm.tracked}
         self._seen: dict[int, int] = {}  # when each drone was seen last, Unix ns
         self._sensing = frozenset(swarm.flying) if swarm.avoidance.sensing == "nearby" else frozenset()
         self._nearby_keys = {i: Key("nearby", uav(i)) for i in swarm.flying}
@@ -149,7 +147,7 @@ class GatewayCore:
             for body in frame.bodies:
                 if not body.tracked:
                     continue
-                drone = self._owners.drone(body.identity, body.name)
+                drone = owner(self._drones, body.identity, body.name)
                 if drone is not None:
                     claims.append(Claim(frame.captured, drone, body.position, body.orientation))
                     self._field.forget_other(unnamed(body))

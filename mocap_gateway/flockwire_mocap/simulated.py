@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from math import hypot
 
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, add, scale
-from flockwire.process.cores import Randomness, Start
-from flockwire.process.faults import Fault, NameSwap, NoiseBurst, TrackerLoss, Visitor
-from flockwire.swarm.model import Swarm, uav
+from flockwire.process.cores import Start
+from flockwire.process.faults import NameSwap, NoiseBurst, TrackerLoss, Visitor
+from flockwire.swarm.model import uav
 from flockwire.wire.keys import Key
 from flockwire.wire.messages import Message, Mission, Pose
 
 from flockwire_mocap.completeness import Completeness
 from flockwire_mocap.quaternion import IDENTITY
-from flockwire_mocap.source import SourceState
-from flockwire_mocap.tracking import ReportedBody, TrackerFrame, framed
+from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, framed
 
 CameraFault = TrackerLoss | NoiseBurst | NameSwap | Visitor
 VISITORS = 10_000  # the number of the first body that is no drone's
@@ -24,15 +22,14 @@ Measured = tuple[int, ReportedBody]  # when it was there, Unix ns, and where
 
 
 class SimulatedSource:
-    """Measures the simulated airframes of `swarm`, with the `faults` that are a tracker's.
+    """Measures the simulated airframes of the swarm, with the faults that are a tracker's.
 
     A body is available at the first `take` that is the latency (s) or more after its stamp, so latency comes in whole
-    frames. Faults count from `took_off` (Unix ns), or without it from the order to take off.
+    frames. Faults count from `start.took_off` (Unix ns), or without it from the order to take off.
     """
 
-    def __init__(
-        self, swarm: Swarm, randomness: Randomness, faults: Iterable[Fault] = (), took_off: int | None = None
-    ) -> None:
+    def __init__(self, start: Start) -> None:
+        swarm = start.plan.swarm
         parameters = swarm.gateway
         self._drones = {Key("truth", uav(i)): i for i in swarm.tracked}
         self.triggers = frozenset(self._drones)
@@ -40,17 +37,15 @@ class SimulatedSource:
         self._frames = 0
         self._noise, self._dropout = parameters.noise, parameters.dropout
         self._latency = round(parameters.latency * SECOND)
-        self._randomness = randomness
-        self._faults = tuple(fault for fault in faults if isinstance(fault, CameraFault))
+        self._randomness = start.chance
+        self._faults = tuple(fault for fault in start.faults if isinstance(fault, CameraFault))
         visitors = dict.fromkeys(fault.body for fault in self._faults if isinstance(fault, Visitor))
         self._visitors = {body: VISITORS + k for k, body in enumerate(visitors)}
-        self._took_off = took_off
+        self._took_off = start.took_off
         self._completeness = Completeness(swarm.tracked, 1.0 / parameters.rate_hz)
         self._complete = False
         self._truths: dict[int, Pose] = {}  # the newest, of those not measured yet
-        self._order = (
-            swarm.tracked[-1:] + swarm.tracked[:-1]
-        )  # of random draws: another would change every seed's flight
+        self._order = swarm.tracked[-1:] + swarm.tracked[:-1]  # of random draws: another changes every seed's flight
         self._measured: list[Measured] = []
 
     def receive(self, key: Key, message: Message, now: int) -> None:
@@ -129,8 +124,3 @@ class SimulatedSource:
     def _noisy(self, position: Vector, noise: float) -> Vector:
         (x, y, z), gauss = position, self._randomness.gauss
         return (x + gauss(0.0, noise), y + gauss(0.0, noise), z + gauss(0.0, noise))
-
-
-def make_source(start: Start) -> SimulatedSource:
-    """Return the simulated source of the gateway that starts."""
-    return SimulatedSource(start.plan.swarm, start.chance, start.faults, start.took_off)

@@ -1,12 +1,15 @@
-"""What every tracking system reports, whatever its protocol: frames of bodies, stamped by the source's clock."""
+"""What every tracking system is to the gateway, whatever its protocol: a source of frames of bodies."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from math import isfinite
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from flockwire.domain.vector import Vector
+from flockwire.wire.keys import Key
+from flockwire.wire.messages import Message
+from flockwire.wire.status import Counts
 
 from flockwire_mocap.quaternion import IDENTITY, Quaternion
 
@@ -73,3 +76,37 @@ def is_pose(position: Vector, orientation: Quaternion) -> bool:
     x, y, z, w = orientation
     length = x * x + y * y + z * z + w * w  # NaN and infinity fail the comparison
     return abs(length - 1.0) < UNIT_TOLERANCE and isfinite(sum(position))
+
+
+class SourceState(NamedTuple):
+    """How a tracking system is connected: what it lacks, and what it has counted."""
+
+    trouble: str = ""  # why no frames come, and what to do; empty while they come
+    counts: Counts = ()  # of frames and packets that were not as they should be, by what was wrong
+
+
+class Source(Protocol):
+    """A tracking system; its units, axes, clock and faults are internal to it.
+
+    A source decides when a frame is complete: one that receives whole frames (NatNet, Qualisys, Vicon, a replay) with
+    each message, one that receives body by body (VRPN, the simulated one) by the rules of completeness.py.
+    """
+
+    @property
+    def triggers(self) -> frozenset[Key]:
+        """The keys whose messages may complete a frame."""
+
+    def receive(self, key: Key, message: Message, now: int) -> None:
+        """Take in any message that the gateway received at `now` (Unix ns); what it does not need it ignores."""
+
+    def complete(self) -> bool:
+        """Return whether what was just received completed a frame."""
+
+    def take(self, now: int) -> list[TrackerFrame]:
+        """Return what was measured since the last call and is available by `now` (Unix ns), complete or not.
+
+        Of each body only the newest measurement: on the field (ENU, m), stamped by the gateway's clock.
+        """
+
+    def state(self, now: int) -> SourceState:
+        """Return how it is connected at `now` (Unix ns)."""

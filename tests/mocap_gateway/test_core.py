@@ -3,13 +3,14 @@ from random import Random
 import pytest
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.time import SECOND
+from flockwire.process.cores import Start
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.messages import Mission, Nearby, Pose
+from flockwire.wire.plan import Plan
 from flockwire_mocap.core import GatewayCore
 from flockwire_mocap.simulated import SimulatedSource
-from flockwire_mocap.source import SourceState
-from flockwire_mocap.tracking import ReportedBody, TrackerFrame
+from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame
 
 BEGAN = 1_790_000_000 * SECOND
 FRAME = SECOND // 100
@@ -43,7 +44,7 @@ class ShownGateway:
 
     def __init__(self, swarm):
         self.now, self.places = BEGAN, dict(FAR)
-        self.core = GatewayCore(swarm, SimulatedSource(swarm, Random(1)))
+        self.core = GatewayCore(swarm, SimulatedSource(Start(Plan(swarm), "gateway", 0, Random(1))))
 
     def step(self, frames=1):
         """Show `frames` frames; returns what the last one made the gateway say."""

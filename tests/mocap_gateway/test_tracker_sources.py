@@ -12,7 +12,7 @@ from flockwire_mocap.natnet.twin import NatNetTwin, TwinOptions
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 from flockwire_mocap.twin.core import make_core as make_twin_core
 from flockwire_mocap.vrpn.connection import VrpnConnection
-from flockwire_mocap.vrpn.reports import SET_BACK
+from flockwire_mocap.vrpn.session import SET_BACK
 from flockwire_mocap.vrpn.wire import PoseBody
 
 NOW = 1_790_000_000 * SECOND
