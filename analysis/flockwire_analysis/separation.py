@@ -9,10 +9,10 @@ from flockwire.domain.time import SECOND
 from flockwire.swarm.tables import Obstacle
 from flockwire.wire.messages import FlightState
 
-from flockwire_analysis.phases import Span
+from flockwire_analysis.phases import Span, offsets
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Booleans, Floats, Integers, Series
-from flockwire_analysis.tracking import interpolated
+from flockwire_analysis.tracking import Errors, interpolated
 
 GRID = SECOND // 100  # ns between the instants at which distances are taken
 POLYGON_STEP = 0.1  # s between two looks at the walls of a fence's polygon
@@ -116,3 +116,31 @@ def _max_speed(trace: Trace, number: int, span: Span) -> float | None:
         return None
     moved = np.sqrt(np.sum((places[after[first]] - places[first]) ** 2, axis=1))
     return float((moved * SECOND / (stamps[after[first]] - stamps[first])).max())
+
+
+RECOVERY = 4 * SECOND  # ns after which a follower must be back at its place
+
+
+def undisturbed(trace: Trace, errors: dict[int, Errors]) -> dict[int, Errors]:
+    """Return `errors` without the samples of followers whose places obstacles had in reach.
+
+    A place is h_i + x_0, its reach the obstacles' influence radius; what follows within RECOVERY is left out too.
+    """
+    return {
+        number: Errors(error.stamps[free], error.values[free])
+        for number, error in errors.items()
+        for free in [~_disturbed(trace, number, error.stamps)]
+    }
+
+
+def _disturbed(trace: Trace, number: int, stamps: Integers) -> Booleans:
+    """Return at which of `stamps` (Unix ns, ascending) the place of follower `number` is in reach, or just was."""
+    if not trace.swarm.obstacles or not len(stamps):
+        return np.zeros(len(stamps), np.bool_)
+    places = offsets(trace, number, stamps) + interpolated(trace.positions(0), stamps)
+    reach = trace.swarm.avoidance.obstacle_influence_radius
+    near = np.min([surface_distance(places, obstacle) for obstacle in trace.swarm.obstacles], axis=0) < reach
+    if not near.any():
+        return np.asarray(near)
+    last = np.where(near, stamps, 0)
+    return np.asarray(stamps - np.maximum.accumulate(last) < RECOVERY)

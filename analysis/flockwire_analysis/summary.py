@@ -11,10 +11,10 @@ from flockwire.swarm.model import uav
 
 from flockwire_analysis import gaps, outcomes, separation, tracking
 from flockwire_analysis.checks import Check, Measured, checks, kept_within
-from flockwire_analysis.detours import undisturbed
 from flockwire_analysis.latency import HOPS, Percentiles, latencies, percentiles
 from flockwire_analysis.phases import FormationPhase, Span, airborne, formation_of, formation_phases
 from flockwire_analysis.recorded import Trace
+from flockwire_analysis.separation import undisturbed
 from flockwire_analysis.tracking import ErrorFigures
 
 LONG_ENOUGH = 5.0  # s of a formation phase in which followers can settle, and have settled for 2 s

@@ -34,7 +34,7 @@ def deploy(
     """Write what carries a swarm to where it flies, with the keys that each process needs: containers, or services."""
     from flockwire.security.pki import make_keys  # noqa: PLC0415
     from flockwire_deploy import targets  # noqa: PLC0415  (jinja2)
-    from flockwire_deploy.engine import obstacle  # noqa: PLC0415
+    from flockwire_deploy.compose import obstacle  # noqa: PLC0415
     from flockwire_deploy.files import DeployError, refuse_other_keys  # noqa: PLC0415
     from flockwire_deploy.networks import RangeError  # noqa: PLC0415
 

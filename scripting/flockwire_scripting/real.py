@@ -18,8 +18,7 @@ from flockwire_analysis.report import write_report
 from flockwire_station.folders import complete_keys
 from flockwire_station.operator import Operator
 from flockwire_station.planning import plan_off_loop
-from flockwire_station.processes import Children, PortInUseError, busy_endpoint
-from flockwire_station.restarting import Restarts
+from flockwire_station.processes import Children, PortInUseError, Restarts, busy_endpoint
 from flockwire_station.terminal.interrupts import Interrupts
 from flockwire_station.up import UpOptions, alone, open_session, start_processes
 

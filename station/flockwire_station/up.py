@@ -26,8 +26,7 @@ from flockwire_station.connecting import UNANSWERED, connected
 from flockwire_station.fault_injection import FaultInjector
 from flockwire_station.flown import flown, flown_by
 from flockwire_station.operator import Operator
-from flockwire_station.processes import Children, PortInUseError, busy_endpoint
-from flockwire_station.restarting import Restarts
+from flockwire_station.processes import Children, PortInUseError, Restarts, busy_endpoint
 from flockwire_station.terminal.display import Display
 from flockwire_station.terminal.interrupts import Interrupts, interrupts
 from flockwire_station.verdict import disk_full

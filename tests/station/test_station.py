@@ -16,8 +16,7 @@ from flockwire.wire.phase import Phase
 from flockwire_station import operator, up
 from flockwire_station.connecting import UNANSWERED
 from flockwire_station.operator import Operator
-from flockwire_station.processes import PortInUseError
-from flockwire_station.restarting import MOST_RESTARTS
+from flockwire_station.processes import MOST_RESTARTS, PortInUseError
 from flockwire_station.terminal.interrupts import Interrupts
 from flockwire_station.up import LEFT, Station, UpOptions
 from simulated_children import Processes
