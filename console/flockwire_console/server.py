@@ -8,8 +8,10 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import hmac
+import ipaddress
 import json
 import logging
+import re
 from collections.abc import AsyncIterator, Coroutine
 from pathlib import Path
 from typing import Any
@@ -22,8 +24,36 @@ from flockwire.wire.plan import Plan
 from flockwire.wire.processes import CONSOLE
 from flockwire_station.operator import Operator
 
-from flockwire_console.hosts import pinned
 from flockwire_console.picture import Scene, outline
+
+_HOST = re.compile(r"(?:\[(?P<v6>[^\]]*)\]|(?P<name>[^:]*))(?::\d+)?")
+
+
+def is_own(host: str, names: frozenset[str]) -> bool:
+    """Return whether `host`, a Host header, is an IP address or one of `names`; its port may be any."""
+    found = _HOST.fullmatch(host)
+    if found is None:
+        return False
+    try:
+        ipaddress.ip_address(found["v6"] or found["name"])
+    except ValueError:
+        return (found["name"] or "").lower() in names
+    return True
+
+
+def pinned(address: str) -> Any:  # noqa: ANN401  (aiohttp's)
+    """Return a middleware that answers 403 to what is asked of any host but an IP address, localhost or `address`."""
+    names = frozenset({"localhost", address.lower()})
+
+    @web.middleware
+    async def pin(request: web.Request, handler: Any) -> web.StreamResponse:  # noqa: ANN401
+        if not is_own(request.headers.get("Host", ""), names):
+            raise web.HTTPForbidden(text="the console is not asked by this name; open it by its IP address")
+        response: web.StreamResponse = await handler(request)
+        return response
+
+    return pin
+
 
 PAGE = Path(__file__).with_name("page")
 PERIOD = 0.1  # s between two pictures

@@ -1,4 +1,4 @@
-"""The network: each directed link between two processes has a delay, jitter, loss and reordering of its own.
+"""The network: each directed link between two processes has a delay, jitter, loss and reordering of its own; and UDP.
 
 What a process publishes to another in one step travels together and in order, as on the TCP link of a real flight. Loss
 takes single messages (an event, which a real link would send again, comes late instead); reordering holds single
@@ -12,12 +12,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from random import Random
 
-from flockwire.domain.time import SECOND
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.process.cores import Address, Datagram
 from flockwire.swarm.tables import Sim
 from flockwire.wire.keys import Delivery
 
 from flockwire_sim.sample import Parcel
-from flockwire_sim.scheduler import Scheduler
+from flockwire_sim.virtual_time import Scheduler
 
 HELD_BACK = 0.05  # s, at most, that reordering holds a message back
 AGAIN = 0.2  # s after which a lost event is sent again
@@ -114,3 +115,28 @@ class VirtualLink:
         while tries < TRIES and self._random.random() < loss:
             tries += 1
         return round(tries * AGAIN * SECOND)
+
+
+Receive = Callable[[Datagram], None]
+
+
+class DatagramNetwork:
+    """Carries datagrams under the conditions of the swarm file's [sim]; one to an address that nobody has is lost."""
+
+    def __init__(self, table: Sim, seed: int, scheduler: Scheduler) -> None:
+        self._table, self._scheduler = table, scheduler
+        self._random = Random(f"{seed} datagrams")  # noqa: S311  (not for secrets)
+        self._bound: dict[Address, Receive] = {}
+
+    def bind(self, address: Address, receive: Receive) -> None:
+        """Let `receive` take what comes to `address`."""
+        self._bound[address] = receive
+
+    def send(self, datagram: Datagram) -> None:
+        """Send; nothing keeps the order when the delay varies."""
+        table, chance = self._table, self._random.random
+        receive = self._bound.get(datagram.target)
+        if receive is None or (table.loss and chance() < table.loss):
+            return
+        delay = table.delay + (table.jitter * chance() if table.jitter else 0.0)
+        self._scheduler.at(self._scheduler.now + nanoseconds(delay), receive, datagram)

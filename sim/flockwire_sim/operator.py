@@ -1,18 +1,20 @@
-"""The operator in virtual time: drives its core, and plans changes of formation, which take no time here."""
+"""Operators in virtual time: one drives its core, and plans changes of formation, which take no time; one steers."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
 
+from flockwire.control.graph import LEADER
+from flockwire.domain.vector import Vector
 from flockwire.ground.director import POLL_PERIOD, Director, Stage
 from flockwire.ground.formation_planning import ChangeRefusedError, plan_in_time
 from flockwire.ground.giving import Answer, Order
 from flockwire.ground.operator import OperatorCore
 from flockwire.process.cores import Ground
-from flockwire.swarm.model import Swarm
-from flockwire.wire.keys import Key
-from flockwire.wire.messages import Message, Mission
+from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.keys import STEERING, Key
+from flockwire.wire.messages import Command, Message, Mission
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
@@ -71,3 +73,30 @@ class VirtualOperator(Ground):
                 given.planned(plan_in_time(self._swarm, running, formation, lambda: now, leader, duration))
             except ChangeRefusedError as error:
                 given.planned(None, str(error))
+
+
+Script = Callable[[int], Vector | None]  # the velocity to ask for at a time (Unix ns), m/s; None: nothing is sent
+
+
+class ScriptedSteering(Ground):
+    """Publishes what `script` says, twenty times a second."""
+
+    period = 0.05
+
+    def __init__(self, frame: str, script: Script) -> None:
+        super().__init__()
+        self._frame, self._script = frame, script
+
+    def step(self, now: int) -> list[tuple[Key, Message]]:
+        """Publish the velocity of the moment."""
+        velocity = self._script(now)
+        return [] if velocity is None else [(Key(STEERING, uav(LEADER)), Command(now, self._frame, velocity))]
+
+    def report(self, now: int) -> Report:
+        """Return that it steers."""
+        return Report(Phase.STEERING)
+
+
+def nobody(_: int) -> Vector | None:
+    """Steer not at all."""
+    return None

@@ -16,11 +16,9 @@ from flockwire.wire.inbox import ATTACHMENT, inbox_of, publisher_of
 from flockwire.wire.keys import ROWS, Key, KeyRow, key_text
 from flockwire.wire.messages import Message
 
-from flockwire_sim.datagrams import DatagramNetwork
-from flockwire_sim.local_clock import LocalClock
-from flockwire_sim.network import VirtualLink
+from flockwire_sim.network import DatagramNetwork, VirtualLink
 from flockwire_sim.sample import Parcel, Sample, Slot
-from flockwire_sim.scheduler import Scheduler
+from flockwire_sim.virtual_time import LocalClock, Scheduler
 
 UNREAD = 256  # datagrams that a socket keeps for a process that stands still
 POLL = SECOND // 50  # ns between two looks whether swarm time is known

@@ -1,10 +1,12 @@
-"""An event queue in place of a clock: time, in integer ns, jumps from one event to the next."""
+"""Time that jumps: an event queue in place of a clock, in integer ns, and what the clock of one process shows of it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from heapq import heappop, heappush
 from typing import Any
+
+from flockwire.domain.time import SECOND
 
 Action = Callable[[Any], None]
 
@@ -33,3 +35,28 @@ class Scheduler:
     def stop(self) -> None:
         """Let `run` return after the present event."""
         self._stopped = True
+
+
+class LocalClock:
+    """Shows local = true + offset + correction + drift (true - epoch), in ns; `drift` is in ns per s."""
+
+    def __init__(self, epoch: int, offset: int = 0, drift: int = 0) -> None:
+        self._epoch, self._offset, self._drift = epoch, offset, drift
+        self._correction = 0
+
+    def read(self, true: int) -> int:
+        """Return what it shows at the time `true` (Unix ns)."""
+        drift = self._drift
+        return true + self._offset + self._correction + (drift * (true - self._epoch) // SECOND if drift else 0)
+
+    def correct(self, correction: int) -> None:
+        """Add `correction` ns to what it would show: how far it is behind the swarm's."""
+        self._correction = correction
+
+    def step(self, by: int) -> None:
+        """Set it forward by `by` ns (back when negative)."""
+        self._offset += by
+
+    def true_length(self, local: int) -> int:
+        """Return how long, in true ns, `local` ns last on it."""
+        return local * SECOND // (SECOND + self._drift)
