@@ -1,4 +1,4 @@
-"""The report of a flight: summary.json, figures, and one HTML page that needs nothing else (templates/report.html)."""
+"""Writes the report of a trace: summary.json, figures and one HTML page without other files (templates/report.html)."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.summary import summarise
 
-SHARED = "flockwire_analysis"  # its templates may be used in those of any package
+SHARED = "flockwire_analysis"  # templates that those of any package may use
 
 
 def render(package: str, template: str, /, **values: object) -> str:
-    """Return a template from the folder templates/ of `package`, filled in with `values`.
+    """Render a template from the folder templates/ of `package` with `values`.
 
-    Raises jinja2.UndefinedError where the template needs a value that is not given.
+    Raises jinja2.UndefinedError if the template needs a value that is not given.
     """
     return _environment(package).get_template(template).render(values)
 
@@ -46,7 +46,7 @@ def _environment(package: str) -> Environment:
 
 
 def _data_uri(picture: Path) -> str:
-    """Return a PNG file as an address that holds the file itself."""
+    """Return a PNG file as a data URI."""
     return f"data:image/png;base64,{b64encode(picture.read_bytes()).decode()}"
 
 
@@ -54,7 +54,7 @@ UNKNOWN = "\N{EN DASH}"
 
 
 def page(trace: Trace, summary: Summary, pictures: Sequence[Picture], probe: dict[str, Any] | None) -> str:
-    """Return the page; figures are embedded, all text is escaped. `probe` is what probe.json holds."""
+    """Return the page; figures are embedded, all text is escaped. `probe` is the content of probe.json."""
     return render(
         "flockwire_analysis",
         "report.html",
@@ -138,7 +138,7 @@ def _process(vitals: ProcessRecord, rate: float | None) -> tuple[str, ...]:
 
 
 def _clock(status: Status) -> str:
-    """Return by how much the process's clock was corrected, and by how much that may be wrong."""
+    """Return the correction of the process's clock and its bound."""
     if status.clock_bound < 0.0:
         return "not known"
     return f"{1e3 * status.clock_offset:+.1f} \u00b1 {1e3 * status.clock_bound:.1f}" if status.clock_bound else "shared"
@@ -174,10 +174,10 @@ def length(value: float | None) -> str:
 
 
 def write_report(trace: Path, out: Path, vector: bool = False) -> Summary:
-    """Read `trace` with its further parts, and write its report as `write_files` does.
+    """Read `trace` with its other parts, and write its report as `write_files` does.
 
-    A trace that was cut off is read as far as it goes. Raises ValueError for a file that is no trace of a swarm,
-    OSError where one cannot be read or written.
+    A truncated trace is read up to its end. Raises ValueError for a file that is not a trace of a swarm, OSError if one
+    cannot be read or written.
     """
     read = read_trace(trace)
     summary = summarise(read)
@@ -190,7 +190,7 @@ def write_files(trace: Trace, summary: Summary, out: Path, vector: bool = False)
 
     Raises OSError.
 
-    What `flockwire probe` left in that folder, probe.json, becomes a part of the report.
+    The report includes probe.json of `flockwire probe`, if it is in that folder.
     """
     out.mkdir(parents=True, exist_ok=True)
     (out / "summary.json").write_text(json.dumps(summary.as_json(), indent=2, allow_nan=False) + "\n", encoding="utf-8")

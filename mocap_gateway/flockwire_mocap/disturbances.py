@@ -1,4 +1,4 @@
-"""What goes wrong between cameras and gateway, applied to frames: loss, repetition, reordering."""
+"""Faults between cameras and gateway, applied to frames: loss, repetition, reordering."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Disturbances:
         self._held: TrackerFrame | None = None
 
     def apply(self, frame: TrackerFrame) -> tuple[TrackerFrame, ...]:
-        """Return what arrives when `frame` is sent: nothing, it, it twice, or it and the one before it."""
+        """Return the frames that arrive when `frame` is sent: none, it, it twice, or it and the one before."""
         amounts, held = self._amounts, self._held
         self._held = None
         arriving: tuple[TrackerFrame, ...] = (frame,)

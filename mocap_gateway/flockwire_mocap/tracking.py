@@ -1,4 +1,4 @@
-"""What every tracking system is to the gateway, whatever its protocol: a source of frames of bodies."""
+"""The gateway's interface to a tracking system, simulated or real: frames of bodies, stamped by the source's clock."""
 
 from __future__ import annotations
 
@@ -7,25 +7,24 @@ from math import isfinite
 from typing import NamedTuple, Protocol
 
 from flockwire.domain.vector import Vector
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Message
 from flockwire.wire.status import Counts
 
 from flockwire_mocap.quaternion import IDENTITY, Quaternion
 
 UNIT_TOLERANCE = 0.02  # of the squared norm: single precision and a tracker's rounding stay far below
-LOST = (0.0, 0.0, 0.0)  # where a tracker says that a body is that it does not see
+LOST = (0.0, 0.0, 0.0)  # position of a body that the tracker does not see
 
 
 class ReportedBody(NamedTuple):
-    """One body of a frame, as the tracker has it.
+    """One body of a frame, in the tracker's terms.
 
     Attributes:
-        identity: the tracker's number of the body.
-        name: the tracker's name of it; None while the tracker has not sent it.
-        position: unit and axes of the source (the tracker's frame) until `Coordinates` has converted it.
-        orientation: unit quaternion x, y, z, w, body to the same frame.
-        tracked: False where the pose is not a measurement: the body is lost.
+        identity: the tracker's number of the body. name: the tracker's name of it; None while the tracker has not sent
+        it. position: unit and axes of the source (the tracker's frame) until `Coordinates` has converted it.
+        orientation: unit quaternion x, y, z, w, body to the same frame. tracked: False if the body is lost and the pose
+        not measured.
 
     """
 
@@ -42,12 +41,11 @@ def unseen(identity: int, name: str | None) -> ReportedBody:
 
 
 class TrackerFrame(NamedTuple):
-    """All bodies of one exposure, or of one report where a protocol reports each body alone.
+    """All bodies of one exposure, or of one report if a protocol reports single bodies.
 
     Attributes:
-        number: counts up by one from frame to frame.
-        captured: when the cameras saw it, ns of the source's clock.
-        transmitted: when the source sent it, ns of the same clock; `captured` where a protocol does not carry it.
+        number: counts up by one from frame to frame. captured: exposure time, ns of the source's clock. transmitted:
+        send time, ns of the same clock; `captured` if the protocol does not carry it.
         bodies: the bodies in the order of the source.
         set_back: whether the source's clock is known to have been set back since the frame before it.
 
@@ -61,9 +59,9 @@ class TrackerFrame(NamedTuple):
 
 
 def framed(measured: Iterable[tuple[int, ReportedBody]], first: int, now: int) -> list[TrackerFrame]:
-    """Return bodies as frames, a frame for each time (ns) at which some were captured, the earliest first.
+    """Return bodies as frames, one for each capture time (ns), the earliest first.
 
-    `first` is the number of the first frame, `now` when all of them count as transmitted (ns).
+    `first` is the number of the first frame, `now` the send time of all (ns).
     """
     frames: dict[int, list[ReportedBody]] = {}
     for captured, body in measured:
@@ -72,24 +70,24 @@ def framed(measured: Iterable[tuple[int, ReportedBody]], first: int, now: int) -
 
 
 def is_pose(position: Vector, orientation: Quaternion) -> bool:
-    """Return whether these can be a measured pose: finite numbers, a quaternion of unit length."""
+    """Return whether these are a valid pose: finite numbers, a quaternion of unit length."""
     x, y, z, w = orientation
     length = x * x + y * y + z * z + w * w  # NaN and infinity fail the comparison
     return abs(length - 1.0) < UNIT_TOLERANCE and isfinite(sum(position))
 
 
 class SourceState(NamedTuple):
-    """How a tracking system is connected: what it lacks, and what it has counted."""
+    """The state of a tracking system: its problem, and its counts."""
 
-    trouble: str = ""  # why no frames come, and what to do; empty while they come
-    counts: Counts = ()  # of frames and packets that were not as they should be, by what was wrong
+    trouble: str = ""  # why there are no frames, and the remedy; empty while they arrive
+    counts: Counts = ()  # of bad frames and packets, by kind
 
 
 class Source(Protocol):
     """A tracking system; its units, axes, clock and faults are internal to it.
 
-    A source decides when a frame is complete: one that receives whole frames (NatNet, Qualisys, Vicon, a replay) with
-    each message, one that receives body by body (VRPN, the simulated one) by the rules of completeness.py.
+    A source decides when a frame is complete: with each message if it receives whole frames (NatNet, Qualisys, Vicon,
+    replay), by the rules of completeness.py if it receives single bodies (VRPN, simulated).
     """
 
     @property
@@ -97,16 +95,16 @@ class Source(Protocol):
         """The keys whose messages may complete a frame."""
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take in any message that the gateway received at `now` (Unix ns); what it does not need it ignores."""
+        """Receive any message that the gateway received at `now` (Unix ns); ignores those that it does not need."""
 
     def complete(self) -> bool:
-        """Return whether what was just received completed a frame."""
+        """Return whether the last message completed a frame."""
 
     def take(self, now: int) -> list[TrackerFrame]:
-        """Return what was measured since the last call and is available by `now` (Unix ns), complete or not.
+        """Return the measurements since the last call that are available by `now` (Unix ns), complete or not.
 
-        Of each body only the newest measurement: on the field (ENU, m), stamped by the gateway's clock.
+        Only the newest measurement of each body: on the field (ENU, m), stamped by the gateway's clock.
         """
 
     def state(self, now: int) -> SourceState:
-        """Return how it is connected at `now` (Unix ns)."""
+        """Return its state at `now` (Unix ns)."""

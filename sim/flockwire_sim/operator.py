@@ -1,4 +1,4 @@
-"""Operators in virtual time: one drives its core, and plans changes of formation, which take no time; one steers."""
+"""Operators in virtual time: one runs its core and plans changes of formation, which take no time; one steers."""
 
 from __future__ import annotations
 
@@ -6,15 +6,17 @@ from collections.abc import Callable
 from functools import partial
 
 from flockwire.control.graph import LEADER
+from flockwire.domain.airframe import Command
+from flockwire.domain.order import Mission
 from flockwire.domain.vector import Vector
 from flockwire.ground.director import POLL_PERIOD, Director, Stage
 from flockwire.ground.formation_planning import ChangeRefusedError, plan_in_time
-from flockwire.ground.giving import Answer, Order
 from flockwire.ground.operator import OperatorCore
+from flockwire.ground.order import Answer, Order
 from flockwire.process.cores import Ground
 from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import STEERING, Key
-from flockwire.wire.messages import Command, Message, Mission
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
@@ -32,18 +34,18 @@ class VirtualOperator(Ground):
         self.answers: list[tuple[Order, Answer]] = []
         self._swarm, self._ordered, self._over = swarm, ordered, over
         self._asked: list[Order] = []
-        self._ended: Director | None = None  # whose flight is over
+        self._ended: Director | None = None  # the directors whose flight has ended
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take a status or telemetry in."""
+        """Receive a status or telemetry."""
         self.core.receive(key, message, now)
 
     def ask(self, order: Order) -> None:
-        """Give `order` from the next step on; its answer comes to `answers`."""
+        """Give `order` from the next step on; its answer is added to `answers`."""
         self._asked.append(order)
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
-        """Give the orders that are due."""
+        """Give the due orders."""
         asked, self._asked = self._asked, []
         for order in asked:
             self.core.ask(order, now, answered=partial(self._answered, order))
@@ -75,11 +77,11 @@ class VirtualOperator(Ground):
                 given.planned(None, str(error))
 
 
-Script = Callable[[int], Vector | None]  # the velocity to ask for at a time (Unix ns), m/s; None: nothing is sent
+Script = Callable[[int], Vector | None]  # the velocity to command at a time (Unix ns), m/s; None: nothing is sent
 
 
 class ScriptedSteering(Ground):
-    """Publishes what `script` says, twenty times a second."""
+    """Publishes the commands of `script`, twenty times a second."""
 
     period = 0.05
 
@@ -88,7 +90,7 @@ class ScriptedSteering(Ground):
         self._frame, self._script = frame, script
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
-        """Publish the velocity of the moment."""
+        """Publish the current velocity."""
         velocity = self._script(now)
         return [] if velocity is None else [(Key(STEERING, uav(LEADER)), Command(now, self._frame, velocity))]
 
@@ -98,5 +100,5 @@ class ScriptedSteering(Ground):
 
 
 def nobody(_: int) -> Vector | None:
-    """Steer not at all."""
+    """Do not steer."""
     return None

@@ -1,7 +1,7 @@
 """Replies of a Tello: cut out of datagrams, and distinguished.
 
 From public logs: numbers end in CR LF, the reply to `ap` in NUL; a reply may share a datagram with another; the first
-reply to `command` may be, or begin with, bytes that are not ASCII. Nothing here raises on what comes from the network.
+reply to `command` may be, or begin with, bytes that are not ASCII. Nothing here raises for data from the network.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ import re
 
 from flockwire_tello.commands import rule
 
-LONGEST = 2048  # bytes of a datagram, a longer one is no reply
-MOST = 16  # replies in a datagram, the rest is dropped
+LONGEST = 2048  # bytes of a datagram, a longer one is not a reply
+MOST = 16  # replies in a datagram, others are dropped
 REFUSALS = ("error", "out of range", "unknown command", "command error")
 
 _ENDS = re.compile(r"[\r\n\0]+")
@@ -19,7 +19,7 @@ _AFTER_JUNK = re.compile(r"[ -~]*\Z")
 
 
 def split_replies(datagram: bytes) -> list[str]:
-    """Return the replies in a datagram: printable ASCII without ends of line, what follows junk in each."""
+    """Return the replies in a datagram: printable ASCII after any invalid bytes, without ends of line."""
     if len(datagram) > LONGEST:
         return []
     pieces = _ENDS.split(datagram.decode("ascii", errors="replace"))
@@ -27,7 +27,7 @@ def split_replies(datagram: bytes) -> list[str]:
 
 
 def refused(reply: str) -> bool:
-    """Return whether a reply reports that the command was not done."""
+    """Return whether a reply is a refusal."""
     return reply.startswith(REFUSALS)
 
 

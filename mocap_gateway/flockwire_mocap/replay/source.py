@@ -9,18 +9,19 @@ from pathlib import Path
 from struct import error as StructError  # noqa: N812
 from typing import NamedTuple
 
+from flockwire.domain.pose import Pose
 from flockwire.domain.vector import Vector
 from flockwire.process.cores import Start
 from flockwire.wire.cdr import MessageError
+from flockwire.wire.codec import Message, decode
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Message, Pose
 
 from flockwire_mocap.quaternion import Quaternion
 from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, framed
 
 
 class RecordedPose(NamedTuple):
-    """Where a drone was: ns since the trace's first pose, the drone, m in the field's frame, x y z w."""
+    """A recorded pose: ns since the trace's first pose, the drone, m in the field's frame, x y z w."""
 
     elapsed: int
     drone: int
@@ -29,7 +30,7 @@ class RecordedPose(NamedTuple):
 
 
 class ReplaySource:
-    """Serves `poses`, in the order of time, `pace` times as fast as they were recorded, from the first `take` on."""
+    """Serves `poses` in order of time, `pace` times as fast as recorded, from the first `take` on."""
 
     triggers: frozenset[Key] = frozenset()
 
@@ -72,16 +73,16 @@ class ReplaySource:
         return ReportedBody(pose.drone, self._names[pose.drone], pose.position, pose.orientation, tracked=True)
 
     def state(self, now: int) -> SourceState:
-        """Return why no poses come."""
+        """Return why there are no poses."""
         over = self._poses and self._next >= len(self._poses)
-        return SourceState(f"{self.table.trace} is over" if over else "")
+        return SourceState(f"{self.table.trace} has ended" if over else "")
 
 
 _TOPIC = re.compile(r"/\w+/uav(\d+)/pose")
 
 
 def read_poses(path: Path) -> list[RecordedPose]:
-    """Return all poses of a trace in the order of their stamps; raises OSError where there are none."""
+    """Return all poses of a trace in the order of their stamps; raises OSError if there are none."""
     from mcap.exceptions import McapError  # noqa: PLC0415  (no other source needs them)
     from mcap.reader import NonSeekingReader  # noqa: PLC0415
 
@@ -91,11 +92,11 @@ def read_poses(path: Path) -> list[RecordedPose]:
             for _, channel, record in NonSeekingReader(file, validate_crcs=True).iter_messages(log_time_order=False):
                 drone = _TOPIC.fullmatch(channel.topic)
                 if drone is not None:
-                    pose = Pose.decode(record.data)
+                    pose = decode(Pose, record.data)
                     found.append((pose.stamp, int(drone[1]), pose))
         except (McapError, MessageError, StructError) as error:  # cut off: what was read until then is served
             if not found:
-                raise OSError(f"{path}: is no trace: {error}") from error
+                raise OSError(f"{path}: is not a trace: {error}") from error
     if not found:
         raise OSError(f"{path}: has no poses")
     found.sort(key=lambda row: row[:2])

@@ -18,7 +18,7 @@ class Conversation(Protocol):
     failed: str | None
 
     def receive(self, data: bytes) -> object:
-        """Take in bytes as they come, cut anywhere."""
+        """Receive bytes, split anywhere."""
 
     def publish(self, frame: TrackerFrame) -> None:
         """Have a frame sent, if the client wants it."""

@@ -24,7 +24,7 @@ def fixed_reply(text: str) -> Handler:
 
 
 def of_state(form: Callable[[TelloState], str]) -> Handler:
-    """Return the handler of a query for what is in the state too."""
+    """Return the handler of a query for a field of the state."""
     return lambda drone, texts, now: f"{form(drone.flight.state(now))}\r\n"
 
 
@@ -39,7 +39,7 @@ def motor_time(drone: CommandedTello, now: int) -> str:
 
 
 def answer(drone: CommandedTello, text: str, now: int) -> Reply:
-    """Do the command `text` at `now` (ns); return the reply, with its end of line where it has one."""
+    """Execute the command `text` at `now` (ns); return the reply, with its end of line if it has one."""
     since, handler = _COMMANDS.get(word(text), ("", None))
     if handler is None or since > drone.parameters.generation:
         return f"unknown command: {text[:64]}"
@@ -49,7 +49,7 @@ def answer(drone: CommandedTello, text: str, now: int) -> Reply:
         return str(refusal)
 
 
-_COMMANDS: Final[dict[str, tuple[str, Handler]]] = {  # the SDK that has it first, what it does
+_COMMANDS: Final[dict[str, tuple[str, Handler]]] = {  # first SDK with it, handler
     "command": ("1.3", fixed_reply(OK)),
     "takeoff": ("1.3", movements.take_off),
     "land": ("1.3", movements.land),
@@ -74,7 +74,7 @@ _COMMANDS: Final[dict[str, tuple[str, Handler]]] = {  # the SDK that has it firs
     "keepalive": ("2.0", fixed_reply(OK)),
     "motoron": ("3.0", settings.motors(True)),
     "motoroff": ("3.0", settings.motors(False)),
-    "throwfly": ("3.0", movements.take_off),  # as from the ground: nobody is there to throw it
+    "throwfly": ("3.0", movements.take_off),  # as from the ground; a throw is not simulated
     "reboot": ("3.0", settings.reboot),
     "port": ("3.0", settings.port),
     "wifisetchannel": ("3.0", settings.checked((1, 14))),

@@ -1,4 +1,4 @@
-"""What a Tello flies by itself: take-off, landing, waypoints, turns. Each is queried for a velocity until it is done.
+"""A Tello's manoeuvres: take-off, landing, waypoints, turns. Each returns a velocity until it is done.
 
 v_u = limit(K (target − position), speed),   omega_u = limit(K_yaw (heading − yaw), rate)
 """
@@ -32,7 +32,7 @@ HOVER = Setpoint(ZERO, 0.0)
 
 
 class Pause(NamedTuple):
-    """Does nothing until a time (ns): a flip, of which only the time is simulated."""
+    """Does nothing until a time (ns); a flip is simulated only by its time."""
 
     until: int
 
@@ -72,7 +72,7 @@ class Landing(NamedTuple):
 
 
 class Legs(NamedTuple):
-    """From point to point (m, world frame), at `speed` m/s; only at the last it stops. Those passed are taken out."""
+    """From point to point (m, world frame), at `speed` m/s; it stops only at the last. Passed points are removed."""
 
     points: list[Vector]
     speed: float

@@ -1,6 +1,6 @@
-"""The commands of a simulated Tello that fly it: ranges and refusals as the guides and users have them.
+"""The movement commands of a simulated Tello: ranges and refusals as in guides and user reports.
 
-Where no source documents what a real one does, the docstring marks it as an assumption.
+Behaviour that no source documents is marked as an assumption.
 """
 
 from __future__ import annotations
@@ -60,13 +60,13 @@ def emergency(drone: CommandedTello, texts: list[str], now: int) -> Reply:
 
 
 def stop(drone: CommandedTello, texts: list[str], now: int) -> Reply:
-    """End what it flies by itself and hover."""
+    """End the manoeuvre and hover."""
     drone.flight.stop()
     return OK
 
 
 def rc(drone: CommandedTello, texts: list[str], now: int) -> Reply:
-    """Set the sticks; without reply, whatever the values, and bad ones change nothing (assumption)."""
+    """Set the sticks, without a reply; bad values have no effect (assumption)."""
     sticks = parse_sticks(" ".join(["rc", *texts]))
     if sticks is not None:
         drone.flight.sticks(sticks, now)
@@ -99,7 +99,7 @@ def turn(sign: int) -> Handler:
 
 
 def flip(drone: CommandedTello, texts: list[str], now: int) -> Reply:
-    """Take the time of a flip; the flip itself is not simulated."""
+    """Wait for the time of a flip; the flip itself is not simulated."""
     if texts not in (["l"], ["r"], ["f"], ["b"]) or drone.flight.battery < FLIP_BATTERY:
         return ERROR
     _begin(drone)
@@ -134,7 +134,7 @@ def _through(drone: CommandedTello, texts: list[str], speeds: tuple[tuple[int, i
 
 
 def _begin(drone: CommandedTello) -> None:
-    """Begin a movement; raises RefusedError: a drone that is busy refuses, `error` (assumption)."""
+    """Start a movement; raises RefusedError. A busy drone refuses with `error` (assumption)."""
     if not drone.flight.flying:
         raise RefusedError("error Motor stop")
     if drone.flight.manoeuvre is not None:
@@ -147,7 +147,7 @@ def _begin(drone: CommandedTello) -> None:
 
 
 def _radius(a: Vector, b: Vector) -> float:
-    """Return the radius (m) of the circle through the origin, `a` and `b`; infinite where they are on a line.
+    """Return the radius (m) of the circle through the origin, `a` and `b`; infinite if they are on a line.
 
     R = |a| |b| |a − b| / (2 |a × b|)
     """
