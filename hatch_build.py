@@ -24,7 +24,7 @@ COMPILED = (
     *(f"mocap_gateway/flockwire_mocap/{name}.py" for name in TRACKED),
     *(f"kinematics/flockwire_kinematics/{name}.py" for name in ("airframe", "core", "drone")),
     "recorder/flockwire_recorder/chunked.py",
-    *(f"sim/flockwire_sim/{name}.py" for name in ("network", "process", "sample", "virtual_time")),
+    *(f"sim/flockwire_sim/{name}.py" for name in ("network", "process", "virtual_time")),
 )
 LEFT_ALONE = {  # of whole folders: no mathematics in floats, or a class that others may build on
     "__init__.py",

@@ -11,7 +11,7 @@ from flockwire.swarm.tables import Obstacle
 
 from flockwire_analysis.phases import Span, offsets
 from flockwire_analysis.recorded import Trace
-from flockwire_analysis.series import Booleans, Floats, Integers, Series
+from flockwire_analysis.series import Booleans, Floats, Integers
 from flockwire_analysis.tracking import Errors, interpolated
 
 GRID = SECOND // 100  # ns between the instants of distances
@@ -42,12 +42,8 @@ def obstacle_distances(trace: Trace, times: Integers) -> dict[int, Floats]:
 
 def mover_distances(trace: Trace, span: Span) -> dict[int, Floats]:
     """Return each airframe's published distances in m to the nearest moving body that is not a drone."""
-    return {number: _within(trace.of("nearby", number), span) for number in trace.flying}
-
-
-def _within(series: Series, span: Span) -> Floats:
-    found: Floats = series.values[span.holds(series.stamps), 0]
-    return found
+    nearby = {number: trace.of("nearby", number) for number in trace.flying}
+    return {number: series.values[span.holds(series.stamps), 0] for number, series in nearby.items()}
 
 
 def surface_distance(places: Floats, obstacle: Obstacle) -> Floats:

@@ -46,11 +46,11 @@ def deploy(
         within = _range(subnets)
         refuse_other_keys(plan, held)
         written(held, lambda: make_keys(plan, held, clock.utc()))
-        deployment = targets.Deployment(plan, swarm, held, folder)
+        places = (plan, swarm, held, folder)
         if target is Target.COMPOSE:
-            step = targets.write_compose(deployment, within)
+            step = targets.write_compose(*places, within)
         else:
-            step = targets.write_bundles(deployment, wheels, playbook=target is Target.ANSIBLE)
+            step = targets.write_bundles(*places, wheels, playbook=target is Target.ANSIBLE)
     except (DeployError, RangeError) as error:
         refuse(str(error))
     except OSError as error:

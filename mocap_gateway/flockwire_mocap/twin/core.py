@@ -98,8 +98,3 @@ class TwinCore(Ground):
 
     def _named(self, body: ReportedBody) -> ReportedBody:
         return body._replace(name=self._renamed.get(body.name or "", body.name))
-
-
-def make_core(start: Start) -> TwinCore:
-    """Return the core of the simulated tracker that starts."""
-    return TwinCore(start)
