@@ -173,15 +173,15 @@ def length(value: float | None) -> str:
     return f"{1000 * value:.1f} mm" if abs(value) < 0.1 else f"{value:.2f} m"
 
 
-def write_report(trace: Path, out: Path, vector: bool = False) -> Summary:
-    """Read `trace` with its other parts, and write its report as `write_files` does.
+def write_report(path: Path, out: Path, vector: bool = False) -> Summary:
+    """Read the trace `path` with its other parts, and write its report as `write_files` does.
 
     A truncated trace is read up to its end. Raises ValueError for a file that is not a trace of a swarm, OSError if one
     cannot be read or written.
     """
-    read = read_trace(trace)
-    summary = summarise(read)
-    write_files(read, summary, out, vector)
+    trace = read_trace(path)
+    summary = summarise(trace)
+    write_files(trace, summary, out, vector)
     return summary
 
 
