@@ -35,9 +35,10 @@ class Disturbance:
     """The strength of the faults.
 
     Attributes:
-        noise: standard deviation on each axis, in the unit of the frames' positions. loss: share of frames that never
-        arrive. repetition: share of frames that arrive twice. reordering: share of frames that arrive after the next
-        one.
+        noise: standard deviation on each axis, in the unit of the frames' positions.
+        loss: share of frames that never arrive.
+        repetition: share of frames that arrive twice.
+        reordering: share of frames that arrive after the next one.
         flicker: share of a body's frames in which it is not seen.
         occlusions: times in which a body is not seen.
 

@@ -1,4 +1,4 @@
-"""An airframe with first-order lag: its answer to a velocity command, and the feed-forward that leads it.
+"""An airframe with first-order lag: its response to a velocity command, and the feed-forward for it.
 
 lag v' + v = u(t − D),   x' = v        (lag = 0: v = u)
 """
@@ -23,7 +23,7 @@ def lagged(x: float, v: float, u: float, lag: float, dt: float) -> tuple[float, 
 
 
 def lead(rate_ahead: Vector, acceleration_ahead: Vector, lag: float) -> Vector:
-    """Return the command that has the airframe at the reference's velocity when the command takes effect.
+    """Return the command that gives the airframe the reference's velocity when the command takes effect.
 
         lag v' + v = u(t − D)   and   v = r'   give   u(t) = r'(t + D) + lag r''(t + D)        (ours)
 

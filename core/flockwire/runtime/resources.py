@@ -30,16 +30,16 @@ class ProcessResources:
         return share
 
     def resident(self) -> int:
-        """Return the most memory that was resident so far, in bytes, as of a second ago at most."""
+        """Return the peak resident memory in bytes, at most a second old."""
         self._look()
         return self._resident
 
     def refused(self) -> int:
-        """Return the connections refused so far."""
+        """Return the number of refused connections."""
         return self._refusals.count
 
     def links(self) -> tuple[str, ...]:
-        """Return who is linked, by authenticated identity, as of a second ago at most: to look takes a while."""
+        """Return the linked processes by authenticated identity, at most a second old, because the query is slow."""
         self._look()
         return self._links
 
@@ -50,9 +50,9 @@ class ProcessResources:
 
 
 def peak_memory() -> int:
-    """Return the most memory of this process that was resident so far, in bytes.
+    """Return the peak resident memory of this process, in bytes.
 
-    Linux has it in /proc: getrusage(2) there begins with what the parent had when it started this process.
+    On Linux it is read from /proc, because getrusage(2) starts with the parent's value.
     """
     try:
         status = Path("/proc/self/status").read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The newest sample of a key: read when a step wants it, or announced; all older ones are judged and counted too."""
+"""The newest sample of a key, read by a step or announced; all older ones are checked and counted too."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ class Ring(Protocol):
     """Buffered samples of one key: a Zenoh subscriber's, or `Rings`."""
 
     def try_recv(self) -> zenoh.Sample | None:
-        """Return the oldest sample that came, None when there is none."""
+        """Return the oldest received sample, None if there is none."""
 
 
 class Rings:
-    """The samples of one key that come by several sessions."""
+    """The samples of one key from several sessions."""
 
     def __init__(self, rings: Sequence[Ring]) -> None:
         self._rings = rings
 
     def try_recv(self) -> zenoh.Sample | None:
-        """Return a sample that came, None when there is none."""
+        """Return a received sample, None if there is none."""
         for ring in self._rings:
             sample = ring.try_recv()
             if sample is not None:
@@ -51,7 +51,7 @@ class Subscription(ABC):
         """Return the newest message that came since the last call and was accepted, None when there is none."""
 
     def message(self, now: int) -> Message | None:
-        """Return only the message of what `take` returns."""
+        """Return only the message of `take`."""
         received = self.take(now)
         return None if received is None else received.message
 
@@ -77,7 +77,7 @@ class Newest(Subscription):
 
 
 class Prompt(Subscription):
-    """The newest sample of a key, announced to `wakeup` as soon as it arrives; or each, where every message counts."""
+    """The newest sample of a key (or each, if every message counts), announced to `wakeup` at arrival."""
 
     def __init__(self, inbox: Inbox, wakeup: Wakeup) -> None:
         super().__init__(inbox)
@@ -103,7 +103,7 @@ class Prompt(Subscription):
 
 
 class Wakeup:
-    """Wakes the running loop once for all that arrives at a time, and calls `handle` for each key in order."""
+    """Wakes the running loop once for all pending samples, and calls `handle` for each key in order."""
 
     def __init__(self, handle: Callable[[Prompt], None]) -> None:
         self._handle = handle
@@ -112,7 +112,7 @@ class Wakeup:
         self._called = False
 
     def announce(self, prompt: Prompt) -> None:
-        """Have `handle` called with `prompt` in the loop. Called by Zenoh, in its thread."""
+        """Schedule `handle` with `prompt` in the loop. Called by Zenoh, in its thread."""
         self._ready.append(prompt)
         if not self._called:
             self._called = True

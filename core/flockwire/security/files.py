@@ -1,4 +1,4 @@
-"""Where the certificates of a process are."""
+"""The files of a process's certificates."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from pathlib import Path
 
 
 class CredentialsError(ValueError):
-    """Keys that cannot be used; the text is one line: the file, what is wrong, what to do."""
+    """Unusable keys; the text is one line: file, problem, remedy."""
 
 
 def default_folder(name: str, beside: Path = Path()) -> Path:
-    """Return where the keys of the swarm called `name` are unless the user says otherwise: `beside` its file."""
+    """Return the default folder of the keys of the swarm called `name`: `beside` its file."""
     return beside / ".flockwire" / name / "keys"
 
 
@@ -29,5 +29,5 @@ class Credentials:
 
 
 def files_of(folder: Path, identity: str) -> Credentials:
-    """Return the files of `identity` in `folder`, whether they are there or not."""
+    """Return the files of `identity` in `folder`, whether they exist or not."""
     return Credentials(folder / "ca.crt", folder / f"{identity}.crt", folder / f"{identity}.key")

@@ -1,7 +1,7 @@
-"""Whether keys are in use on this machine: every session holds those of its folder.
+"""Detects keys in use on this machine: every session locks those of its folder.
 
-Nobody may replace their authority then. It is a shared lock on the authority's certificate, which the system releases
-when the process ends.
+The authority of keys in use may not be replaced. The lock is a shared lock on the authority's certificate; the system
+releases it when the process ends.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ HELD = "ca.crt"
 
 
 def hold(folder: Path) -> BinaryIO | None:
-    """Hold the keys in `folder` until the file that is returned is closed.
+    """Lock the keys in `folder` until the returned file is closed.
 
-    None if the file system has no locks: no order waits for one.
+    Returns None if the file system has no locks: no order waits for one.
     """
     try:
         held = (folder / HELD).open("rb")
@@ -31,7 +31,7 @@ def hold(folder: Path) -> BinaryIO | None:
 
 
 def in_use(folder: Path) -> bool:
-    """Return whether a process of this machine, a container's too, holds the keys in `folder`."""
+    """Return whether a process of this machine, also in a container, has locked the keys in `folder`."""
     try:
         with (folder / HELD).open("rb") as held:
             fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
