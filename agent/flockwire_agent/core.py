@@ -7,6 +7,7 @@ from functools import partial
 from math import dist, isfinite
 from typing import Any
 
+from flockwire.domain.fields import from_fields
 from flockwire.domain.motion import Estimate, Leading
 from flockwire.domain.order import Mission
 from flockwire.domain.vector import add
@@ -73,16 +74,16 @@ class AgentCore:
         leader_down = neighbourhood.leading is Leading.IS_DOWN
         fault = self._law.fault.text if self._law.fault is not None else ""
         self._refer(pilot.observe(now, silence, missing, fault, neighbourhood.positions, leader_down))
-        observation = Observation(pilot.dt, pilot.stamp, pilot.motion, estimates, pilot.bodies, self._reference)
+        observation = from_fields(
+            Observation, (pilot.dt, pilot.stamp, pilot.motion, estimates, pilot.bodies, self._reference)
+        )
         decision = self._obey(observation, now)
         messages = pilot.command(decision.velocity, now)
         estimate = decision.estimate
         if estimate is None:
             return messages
-        own = Estimate(
-            decision.stamp or now, self._frame, estimate,
-            neighbourhood.origin, neighbourhood.hops, neighbourhood.leading,
-        )  # fmt: skip
+        told = (neighbourhood.origin, neighbourhood.hops, neighbourhood.leading)
+        own = from_fields(Estimate, (decision.stamp or now, self._frame, estimate, *told))
         messages.append((self._estimate_key, own))
         return messages
 

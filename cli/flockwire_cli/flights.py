@@ -82,6 +82,7 @@ def up(
 ) -> None:
     """Start all processes of this host, fly, land, report."""
     from flockwire_station.fault_injection import refusal  # noqa: PLC0415
+    from flockwire_station.hosting import Host  # noqa: PLC0415
     from flockwire_station.up import UpOptions, fly  # noqa: PLC0415
 
     from flockwire_cli.verdict import conclude  # noqa: PLC0415
@@ -99,7 +100,7 @@ def up(
     folder = out or Path("runs") / f"{loaded.name}-{clock.local():%Y%m%d-%H%M%S}"
     refuse_a_second_trace(folder)
     credentials = made_keys(swarm, plan, keys, here)
-    flight = UpOptions(plan, swarm, here, duration, folder, credentials, headless, wrong, faults, absent)
+    flight = UpOptions(Host(plan, swarm, here, folder, credentials, faults), duration, headless, wrong, absent)
     _predict(loaded, duration)
     try:
         with unblocked():
@@ -108,7 +109,7 @@ def up(
         refuse(str(error))
     except OSError as error:
         unwritable(folder, error)
-    raise typer.Exit(conclude(failure, folder, flight.conducts))
+    raise typer.Exit(conclude(failure, folder, flight.host.conducts))
 
 
 @app.command()

@@ -9,7 +9,7 @@ from pathlib import Path, PurePosixPath
 
 from cryptography import x509
 from flockwire.security.credentials import common_name
-from flockwire.security.holding import in_use
+from flockwire.security.files import in_use
 from flockwire.security.pki import authority_name
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import AUTHORITY, Plan

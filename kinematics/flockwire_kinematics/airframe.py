@@ -96,7 +96,8 @@ class FirstOrderAirframe:
                 self.state = FlightState.GROUNDED
 
     def _fly(self, dt: float) -> None:
-        lag, u, v, (x, y, z) = self._parameters.lag, self._input, self.velocity, self.position
+        lag, u, v = self._parameters.lag, self._input, self.velocity
+        x, y, z = self.position
         x, vx = lagged(x, v[0], u[0], lag, dt)
         y, vy = lagged(y, v[1], u[1], lag, dt)
         z, vz = lagged(z, v[2], u[2], lag, dt)

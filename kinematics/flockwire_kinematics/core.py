@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from typing import cast
 
 from flockwire.domain.airframe import Command
+from flockwire.domain.fields import from_fields
 from flockwire.domain.order import Mission, Stop
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
@@ -87,12 +88,13 @@ class KinematicsCore:
         messages: list[tuple[Key, Message]] = [
             (key, Pose(now, self._frame, person.advance(now))) for key, person in self._persons.items()
         ]
+        frame = self._frame
         for key, airframe in self._truths:
             airframe.advance(now)
             if airframe.in_the_air:
                 self._flew = now
                 self._begin = now if self._begin is None else self._begin
-            messages.append((key, Pose(now, self._frame, airframe.position, airframe.orientation)))
+            messages.append((key, from_fields(Pose, (now, frame, airframe.position, airframe.orientation))))
         if is_due(self._telemetry_deadline, now, TELEMETRY_PERIOD):
             self._telemetry_deadline = next_deadline(self._telemetry_deadline, now, TELEMETRY_PERIOD)
             for owner, commanded in self._commanded.items():

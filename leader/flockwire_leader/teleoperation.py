@@ -6,7 +6,8 @@ from flockwire.domain.airframe import Command
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, limit, norm, subtract
 from flockwire.parameters import TeleoperationParameters
-from flockwire.pilot.phases import age, keep_place
+from flockwire.pilot.phases import age
+from flockwire.pilot.place import keep_place
 
 STILL = 1e-6  # m/s below which the leader holds its position
 

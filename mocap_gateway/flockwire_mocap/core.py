@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from statistics import median
 
 from flockwire.domain.body import Nearby
+from flockwire.domain.fields import from_fields
 from flockwire.domain.order import Mission
 from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND
@@ -22,14 +23,13 @@ from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, counted
 
 from flockwire_mocap import simulated
-from flockwire_mocap.field_bodies import FieldBodies
+from flockwire_mocap.field_bodies import FieldBodies, unnamed
 from flockwire_mocap.identities import Claim, Identities
 from flockwire_mocap.natnet import source as natnet
 from flockwire_mocap.owners import Owners
 from flockwire_mocap.qualisys import source as qualisys
 from flockwire_mocap.replay import source as replay
 from flockwire_mocap.source import Source
-from flockwire_mocap.tracking import ReportedBody
 from flockwire_mocap.vicon import source as vicon
 from flockwire_mocap.vrpn import source as vrpn
 
@@ -99,8 +99,8 @@ class GatewayCore:
         for stamp, drone, position, orientation in tracked:
             if drone in self._sensing:
                 bodies = self._field.near(drone, position)
-                messages.append((self._nearby_keys[drone], Nearby(stamp, frame, bodies)))
-            messages.append((self._pose_keys[drone], Pose(stamp, frame, position, orientation)))
+                messages.append((self._nearby_keys[drone], from_fields(Nearby, (stamp, frame, bodies))))
+            messages.append((self._pose_keys[drone], from_fields(Pose, (stamp, frame, position, orientation))))
         if self._orders.mission is not None and now >= self._repeat_at:
             self._repeat_at = now + REPEAT
             messages.append((MISSION, self._orders.mission))
@@ -149,21 +149,18 @@ class GatewayCore:
         for frame in self.source.take(now):
             self._first_frame = self._first_frame or now
             self._last_frame = now
+            captured = frame.captured
             for body in frame.bodies:
-                if not body.tracked:
+                identity, name, position, orientation, tracked = body
+                if not tracked:
                     continue
-                drone = self._owners.drone(body.identity, body.name)
+                drone = self._owners.drone(identity, name)
                 if drone is not None:
-                    claims.append(Claim(frame.captured, drone, body.position, body.orientation))
-                    self._field.forget_other(unnamed(body))
+                    claims.append(from_fields(Claim, (captured, drone, position, orientation)))
+                    self._field.forget_unnamed(identity)
                 else:
-                    self._field.see_other(body.name or unnamed(body), frame.captured, body.position)
+                    self._field.see_other(name or unnamed(identity), captured, position)
         return sorted(claims)
-
-
-def unnamed(body: ReportedBody) -> str:
-    """Return a body's name until the tracker has sent its own, which may be a drone's."""
-    return f"number {body.identity}"
 
 
 def make_core(start: Start) -> GatewayCore:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from flockwire.domain.fields import from_fields
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, distance
 
@@ -46,20 +47,20 @@ class JumpFilter:
     def passes(self, identity: int, stamp: int, position: Vector) -> bool:
         """Return whether the body `identity` can be at `position` (m) at `stamp` (ns)."""
         seen, last = Sighting(stamp, position), self._last.get(identity)
-        if last is None or self._reaches(last, seen) or self._confirms(identity, seen):
+        if last is None or self._reaches(last, stamp, position) or self._confirms(identity, seen):
             self.accept(identity, stamp, position)
             return True
         return False
 
     def accept(self, identity: int, stamp: int, position: Vector) -> None:
         """Record that the body `identity` is at `position` (m) at `stamp` (ns)."""
-        self._last[identity] = Sighting(stamp, position)
+        self._last[identity] = from_fields(Sighting, (stamp, position))
         if self._candidates:
             self._candidates.pop(identity, None)
 
     def reaches(self, identity: int, stamp: int, position: Vector) -> bool:
         """Return whether the body `identity`, which was seen before, can have flown to `position` (m) by `stamp`."""
-        return self._reaches(self._last[identity], Sighting(stamp, position))
+        return self._reaches(self._last[identity], stamp, position)
 
     def last(self, identity: int) -> Sighting | None:
         """Return the last accepted sighting of the body `identity`, None before the first."""
@@ -81,7 +82,7 @@ class JumpFilter:
 
     def _confirms(self, identity: int, seen: Sighting) -> bool:
         candidate = self._candidates.get(identity)
-        if candidate is not None and self._reaches(candidate.seen, seen):
+        if candidate is not None and self._reaches(candidate.seen, *seen):
             candidate = Candidate(seen, candidate.frames + 1)
         else:
             self.jumps += 1
@@ -92,6 +93,7 @@ class JumpFilter:
         self.confirmed += 1
         return True
 
-    def _reaches(self, a: Sighting, b: Sighting) -> bool:
-        elapsed = max(0, b.stamp - a.stamp) / SECOND
-        return distance(a.position, b.position) <= self._max_speed * elapsed + self._tolerance
+    def _reaches(self, last: Sighting, stamp: int, position: Vector) -> bool:
+        before, place = last
+        elapsed = max(0, stamp - before) / SECOND
+        return distance(place, position) <= self._max_speed * elapsed + self._tolerance

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from math import hypot
 
+from flockwire.domain.fields import from_fields
 from flockwire.domain.order import Mission
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
@@ -100,18 +101,20 @@ class SimulatedSource:
         """Measure the position of `drone`, or fail to."""
         if self._dropout and self._randomness.random() < self._dropout:
             return
+        stamp, _, position, orientation = truth
         noise, called = self._noise, drone
-        for fault in self._active_faults(truth.stamp):
+        for fault in self._active_faults(stamp):
             if isinstance(fault, NoiseBurst):
                 noise = hypot(noise, fault.noise)
             elif isinstance(fault, NameSwap):
                 called = sum(fault.drones) - called if called in fault.drones else called
             elif isinstance(fault, TrackerLoss) and fault.drone == drone:
                 return
-        position = self._noisy(truth.position, noise) if noise else truth.position
+        if noise:
+            position = self._noisy(position, noise)
         name = self._names[called]
         number, text = (called, name) if isinstance(name, str) else (name, None)
-        self._measured.append((truth.stamp, ReportedBody(number, text, position, truth.orientation, tracked=True)))
+        self._measured.append((stamp, from_fields(ReportedBody, (number, text, position, orientation, True))))
 
     def _measure_visitors(self, stamp: int) -> None:
         """Measure the visitors on the field."""
@@ -129,7 +132,8 @@ class SimulatedSource:
         return [fault for fault in self._faults if 0.0 <= t - fault.at < fault.duration]
 
     def _noisy(self, position: Vector, noise: float) -> Vector:
-        (x, y, z), gauss = position, self._randomness.gauss
+        x, y, z = position
+        gauss = self._randomness.gauss
         return (x + gauss(0.0, noise), y + gauss(0.0, noise), z + gauss(0.0, noise))
 
 

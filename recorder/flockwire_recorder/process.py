@@ -7,11 +7,10 @@ from collections import Counter
 
 from flockwire import clock
 from flockwire.process.stepping import StepCounts
-from flockwire.runtime.detours import read_detours
 from flockwire.runtime.ending import Ending, finished, last_resort
-from flockwire.runtime.job import Job
+from flockwire.runtime.job import Job, connected
 from flockwire.runtime.refusals import Refusals
-from flockwire.runtime.session import Session, connect
+from flockwire.runtime.session import Session
 from flockwire.runtime.shell import status_publisher
 from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.runtime.ticker import Ticker
@@ -86,7 +85,7 @@ async def run(job: Job) -> None:
     plan, identity = job.plan, job.identity
     ending, refusals = Ending(), Refusals(identity)
     refusals.watch()
-    session = await connect(plan, identity, job.keys, ending.told, read_detours())
+    session = await connected(job, ending.told)
     if session is None:
         return
     with session:

@@ -14,11 +14,9 @@ from flockwire import clock
 from flockwire.wire.plan import Plan
 from flockwire_analysis.report import write_report
 from flockwire_station.folders import complete_keys
-from flockwire_station.operator import Operator
-from flockwire_station.processes import Children, PortInUseError, busy_endpoint
+from flockwire_station.hosting import Host, UnansweredError, running
 from flockwire_station.restarting import Restarts
 from flockwire_station.terminal.interrupts import Interrupts
-from flockwire_station.up import UpOptions, alone, open_session, start_processes
 
 from flockwire_scripting.flight import Flight, FlightError
 
@@ -32,32 +30,21 @@ class RealFlight(Flight):
     def __init__(self, plan: Plan, file: Path, out: Path) -> None:
         super().__init__(plan)
         host = next(iter(plan.swarm.hosts))
-        self._options = UpOptions(plan, file, host, 0.0, out, complete_keys(file, plan, None, host), headless=True)
+        self._host = Host(plan, file, host, out, complete_keys(file, plan, None, host))
         self._resources = AsyncExitStack()
 
     async def __aenter__(self) -> Self:
         """Start all processes; returns when they run."""
-        flight, stack = self._options, self._resources
-        stack.enter_context(alone(flight))
-        if busy := busy_endpoint(flight.plan, flight.plan.processes_on(flight.host)):
-            await stack.aclose()
-            raise PortInUseError(busy)
-        try:
-            children = Children(flight.plan, flight.swarm_file, flight.out, flight.keys)
-            stack.push_async_callback(children.end)
-            here, never = flight.plan.processes_on(flight.host), Interrupts()
-            session = await open_session(flight, children, here, never)
-            if session is None:
-                raise FlightError(children.died())
-            self._operator = Operator(flight.plan, stack.enter_context(session))
+        async with AsyncExitStack() as stack:
+            try:
+                children, self._operator = await stack.enter_async_context(running(self._host, Interrupts()))
+            except UnansweredError as error:
+                raise FlightError(str(error)) from None
             self._core = self._operator.core
-            await start_processes(flight, children, here, self._operator, never)
-            restarts = Restarts(flight.plan, children, lambda event: print(f"flockwire: {event}", file=sys.stderr))
+            restarts = Restarts(self._host.plan, children, lambda event: print(f"flockwire: {event}", file=sys.stderr))
             stack.push_async_callback(restarts.end)
             self._conducting = asyncio.create_task(self._operator.run(partial(self._look_after, restarts)))
-        except BaseException:
-            await stack.aclose()
-            raise
+            self._resources = stack.pop_all()
         return self
 
     async def __aexit__(self, _: object, failure: BaseException | None, __: object) -> None:
@@ -72,7 +59,7 @@ class RealFlight(Flight):
             with contextlib.suppress(asyncio.CancelledError):
                 await self._conducting
             await self._resources.aclose()
-        out = self._options.out
+        out = self._host.out
         try:
             self.summary = write_report(out / "trace.mcap", out)
         except (OSError, ValueError) as error:

@@ -11,9 +11,9 @@ from math import inf, sqrt
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from flockwire.control.convergence import convergence, smallest_observer_gain
+from flockwire.control.first_order_lag import critical_gain, smallest_smoothing
 from flockwire.control.graph import LEADER
 from flockwire.control.leader_track import leader_time_constant, motion_error, noise_gain
-from flockwire.control.stability import critical_gain, smallest_smoothing
 from flockwire.objects import load_object
 from flockwire.parameters import guard_parameters
 from flockwire.swarm.airframes import AIRFRAMES, ByItself

@@ -16,8 +16,8 @@ from flockwire.domain.pose import Pose, wrapped, yaw_of
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, scale, subtract
 from flockwire.parameters import pilot_parameters
-from flockwire.pilot.phases import keep_place
 from flockwire.pilot.pilot import Pilot
+from flockwire.pilot.place import keep_place
 from flockwire.swarm.model import Swarm
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key

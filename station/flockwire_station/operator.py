@@ -11,16 +11,15 @@ from flockwire import clock
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground.director import GRACE, POLL_PERIOD
 from flockwire.ground.fleet import Fleet
-from flockwire.ground.giving import Giving
 from flockwire.ground.operator import Answered, OperatorCore
-from flockwire.ground.order import Order, ToPlan
+from flockwire.ground.order import Order
 from flockwire.runtime.session import Session
 from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.wire.keys import TIME_REPLY
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 
-from flockwire_station.planning import PlanRefusedError, plan_off_loop
+from flockwire_station.planning import Planner
 
 GIVING_PERIOD = 0.02  # s between two steps while an order is being given
 
@@ -37,7 +36,7 @@ class Operator:
         self._clock = SwarmClock(plan, identity, session)
         self._clock.timekeeping.follow(self.core.correct)
         self._inputs = [session.newest(key) for key in plan.subscribes[identity] if key.kind != TIME_REPLY]
-        self._planning: dict[Giving, asyncio.Task[None]] = {}
+        self._planner = Planner()
         self.core.knows_time = self._clock.known()
 
     def poll(self) -> int:
@@ -75,7 +74,7 @@ class Operator:
     def publish(self) -> None:
         """Step the core, and publish its messages."""
         self._session.publish(self.core.step(clock.now()))
-        self._plan_changes()
+        self._planner.plan(self._plan.swarm, self.core.to_plan())
 
     async def run(self, turn: Callable[[int], Result | None], period: float | None = None) -> Result:
         """Poll, step and publish until `turn`, called with the time (Unix ns) before each step, returns something.
@@ -95,21 +94,6 @@ class Operator:
         """Receive messages for `seconds`, or until `seen` returns True."""
         deadline = clock.monotonic() + nanoseconds(seconds)
         await self.run(lambda _: seen() or clock.monotonic() >= deadline or None)
-
-    def _plan_changes(self) -> None:
-        """Plan each waiting change outside the loop; end a plan that is no longer needed."""
-        wanted = self.core.to_plan()
-        for given in [given for given in self._planning if given not in wanted]:
-            self._planning.pop(given).cancel()
-        for given in wanted:
-            if given.to_plan is not None and given not in self._planning:
-                self._planning[given] = asyncio.create_task(self._planned(given, given.to_plan))
-
-    async def _planned(self, given: Giving, change: ToPlan) -> None:
-        try:
-            given.planned(await plan_off_loop(self._plan.swarm, *change))
-        except (PlanRefusedError, OSError) as error:
-            given.planned(None, str(error))
 
 
 def _new_giver() -> int:

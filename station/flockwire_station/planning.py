@@ -9,15 +9,42 @@ from __future__ import annotations
 import asyncio
 import pickle
 import sys
+from collections.abc import Sequence
 
 from flockwire import clock
 from flockwire.domain.order import Mission
 from flockwire.domain.vector import Vector
+from flockwire.ground.giving import Giving
+from flockwire.ground.order import ToPlan
 from flockwire.swarm.model import Swarm
 
 
 class PlanRefusedError(ValueError):
     """A change of formation that cannot be flown or planned; the text says why."""
+
+
+class Planner:
+    """Plans changes of formation beside the loop that it is called in."""
+
+    def __init__(self) -> None:
+        self._tasks: dict[Giving, asyncio.Task[None]] = {}
+
+    def plan(self, swarm: Swarm, waiting: Sequence[Giving]) -> None:
+        """Plan the change of `swarm` for each that waits for one; a plan that none waits for any more ends."""
+        for given in [given for given in self._tasks if given not in waiting]:
+            self._tasks.pop(given).cancel()
+        for given in waiting:
+            if given.to_plan is not None and given not in self._tasks:
+                self._tasks[given] = asyncio.create_task(_planned(swarm, given, given.to_plan))
+
+
+async def _planned(swarm: Swarm, given: Giving, change: ToPlan) -> None:
+    try:
+        mission = await plan_off_loop(swarm, *change)
+    except (PlanRefusedError, OSError) as error:
+        given.planned(None, str(error))
+    else:
+        given.planned(mission)
 
 
 async def plan_off_loop(

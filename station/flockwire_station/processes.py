@@ -61,7 +61,7 @@ def busy_endpoint(plan: Plan, identities: Iterable[str]) -> str:
     listening = [
         (name, where[name]) for name in identities for where in (plan.endpoints, plan.reserved) if name in where
     ]
-    kind = socket.SOCK_DGRAM if plan.locator("").startswith("quic") else socket.SOCK_STREAM
+    kind = socket.SOCK_DGRAM if plan.over_quic else socket.SOCK_STREAM
     for identity, endpoint in listening:
         address, _, port = endpoint.rpartition(":")
         family = socket.AF_INET6 if address.startswith("[") else socket.AF_INET
@@ -106,10 +106,11 @@ class Children:
 
     def start(self, identity: str) -> None:
         """Start the process of `identity`."""
+        line = command(self._plan, identity, self._swarm_file, self._out, self._keys, self._faults, self.took_off)
         detours = detour_environment(self._detours.get(identity, {}))
         with self.log(identity).open("ab") as log:
             self._running[identity] = subprocess.Popen(  # noqa: S603  (the command is this package's own)
-                command(self._plan, identity, self._swarm_file, self._out, self._keys, self._faults, self.took_off),
+                line,
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,

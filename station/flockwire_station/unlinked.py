@@ -50,7 +50,7 @@ def _context(plan: Plan, folder: Path, identity: str) -> ssl.SSLContext | None:
 
 async def _cause(plan: Plan, endpoint: str, context: ssl.SSLContext | None) -> str:
     address, _, port = endpoint.rpartition(":")
-    host, quic = address.strip("[]"), plan.locator(endpoint).startswith("quic")
+    host, quic = address.strip("[]"), plan.over_quic
     try:
         async with asyncio.timeout(HANDSHAKE_TIME):
             await (_datagram(host, int(port)) if quic else _handshake(host, int(port), context))

@@ -19,7 +19,7 @@ from flockwire_cli.verdict import conclude
 from flockwire_recorder import process
 from flockwire_recorder.process import Recorder
 from flockwire_recorder.trace import TraceFullError, TraceWriter, describe
-from flockwire_station.up import disk_full
+from flockwire_station.conduct import disk_full
 
 
 class Refusals:
@@ -111,7 +111,7 @@ def test_the_trace_is_complete_before_the_process_is_ended_in_any_case(monkeypat
         return LinkedSession()
 
     monkeypatch.setattr(process, "Refusals", lambda _: Refusals())
-    monkeypatch.setattr(process, "connect", at_once)
+    monkeypatch.setattr(process, "connected", at_once)
     monkeypatch.setattr(process, "finished", at_once)
     monkeypatch.setattr(process, "last_resort", lambda *how: done.append(how))
     monkeypatch.setattr(TraceWriter, "close", close_trace)

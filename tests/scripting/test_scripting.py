@@ -9,7 +9,7 @@ from flockwire.domain.time import SECOND
 from flockwire.ground import director
 from flockwire.security.files import CredentialsError
 from flockwire_scripting import FlightError, open_swarm, real
-from flockwire_station import operator
+from flockwire_station import hosting, planning
 from simulated_children import Processes
 from simulated_pilots import SimulatedSwarm
 
@@ -111,17 +111,18 @@ def opened_without_trace(make_plan, children, tmp_path, monkeypatch):
     """Return what opens a real flight of processes and pilots that are simulated, and that nobody records."""
     plan = make_plan({"network.security": "none"})
 
-    async def open_session(*_):
+    async def connected(*_, **__):
         return SimulatedSwarm(plan)
 
     async def start_processes(*_):
         """All run."""
 
     monkeypatch.setattr(director, "LEAD_TIME", SECOND // 50)
-    monkeypatch.setattr(real, "Children", lambda *_: children)
-    monkeypatch.setattr(real, "busy_endpoint", lambda *_: "")
-    monkeypatch.setattr(real, "open_session", open_session)
-    monkeypatch.setattr(real, "start_processes", start_processes)
+    monkeypatch.setattr(hosting, "Children", lambda *_: children)
+    monkeypatch.setattr(hosting, "busy_endpoint", lambda *_: "")
+    monkeypatch.setattr(hosting, "connected", connected)
+    monkeypatch.setattr(hosting, "start_processes", start_processes)
+    (tmp_path / "mine.toml").touch()
     return lambda: real.RealFlight(plan, tmp_path / "mine.toml", tmp_path)
 
 
@@ -168,7 +169,7 @@ def test_a_change_that_was_planned_before_another_order_is_not_flown(opened, ver
                 await flight.sleep(0.3)
                 return running._replace(stamp=clock.now(), verb="formation")
 
-            monkeypatch.setattr(operator, "plan_off_loop", plan)
+            monkeypatch.setattr(planning, "plan_off_loop", plan)
             with pytest.raises(FlightError, match=rf"^formation '': {verb} was ordered meanwhile$"):
                 await flight.formation("")
             assert {drone.phase for drone in flight.drones.values()} == {"hold" if verb == "hold" else "ready"}

@@ -13,7 +13,8 @@ from flockwire.ground.order import Answer, Order
 from flockwire.runtime.session import RouterAbsentError
 from flockwire.wire.phase import Phase
 from flockwire_cli.orders import app
-from flockwire_station import giving, operator, planning
+from flockwire_station import giving, planning
+from flockwire_station.planning import plan_off_loop
 from simulated_pilots import SimulatedSwarm, started
 from typer.testing import CliRunner
 
@@ -40,7 +41,7 @@ def swarm(make_plan, monkeypatch):
         return found
 
     monkeypatch.setattr(giving, "Session", session)
-    monkeypatch.setattr(operator, "plan_off_loop", planned_here)
+    monkeypatch.setattr(planning, "plan_off_loop", planned_here)
     monkeypatch.setattr(clock, "uptime", lambda: 0.0)  # of the command, not of the tests
     monkeypatch.setattr(core, "ANSWER_TIME", 3 * SECOND // 10)
     monkeypatch.setattr(core, "LOOK_TIME", SECOND // 10)
@@ -202,7 +203,7 @@ def test_a_start_names_who_does_not_come_into_the_formation(swarm, monkeypatch):
 
 
 def test_a_change_of_formation_keeps_its_time(swarm, monkeypatch):
-    monkeypatch.setattr(operator, "plan_off_loop", planning.plan_off_loop)
+    monkeypatch.setattr(planning, "plan_off_loop", plan_off_loop)
     running = started()
     swarm.all(Phase.FORMATION, running)
     answer = give(swarm, "formation", "wide")
@@ -254,13 +255,13 @@ def test_an_order_that_comes_while_a_change_is_planned_is_not_undone_by_it(swarm
         swarm.all(Phase.FORMATION, running._replace(stamp=clock.now(), verb=verb))
         return running._replace(stamp=clock.now(), verb="formation", formation="wide")
 
-    monkeypatch.setattr(operator, "plan_off_loop", plan)
+    monkeypatch.setattr(planning, "plan_off_loop", plan)
     assert give(swarm, "formation", "wide").refusal == f"{verb} was ordered meanwhile"
     assert swarm.published == []
 
 
 def test_a_plan_that_fails_is_a_refusal_with_its_last_line(swarm, monkeypatch, tmp_path):
-    monkeypatch.setattr(operator, "plan_off_loop", planning.plan_off_loop)
+    monkeypatch.setattr(planning, "plan_off_loop", plan_off_loop)
     planner = tmp_path / "planner"
     planner.write_text("#!/bin/sh\necho Traceback >&2; echo 'MemoryError: too little' >&2; exit 1\n")
     planner.chmod(0o755)

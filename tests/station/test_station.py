@@ -3,6 +3,8 @@
 import asyncio
 import os
 import signal
+from contextlib import nullcontext
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -13,13 +15,15 @@ from flockwire.ground.director import Stage
 from flockwire.runtime import session as sessions
 from flockwire.runtime.session import RouterAbsentError
 from flockwire.wire.phase import Phase
-from flockwire_station import operator, up
+from flockwire_station import hosting, operator
+from flockwire_station.conduct import LEFT_TO_THEMSELVES, serve
 from flockwire_station.connecting import UNANSWERED
+from flockwire_station.hosting import Host, UnansweredError, alone
 from flockwire_station.operator import Operator
 from flockwire_station.processes import PortInUseError
 from flockwire_station.restarting import MOST_RESTARTS
-from flockwire_station.terminal.interrupts import Interrupts
-from flockwire_station.up import LEFT, Station, UpOptions
+from flockwire_station.terminal.display import Display
+from flockwire_station.terminal.interrupts import Interrupts, interrupts
 from simulated_children import Processes
 from simulated_pilots import SimulatedSwarm, started
 
@@ -32,11 +36,17 @@ class StationFlight:
     def __init__(self, plan, host="localhost", duration=0.2):
         self.swarm, self.children, self.interrupted = SimulatedSwarm(plan), Processes(), Interrupts()
         self.injected = []
-        options = UpOptions(plan, None, host, duration, None, None, True)
-        injector = SimpleNamespace(step=self.injected.append)
-        self.operator = Operator(plan, self.swarm)
-        self.station = Station(options, self.children, self.operator, injector)
+        self.host, self.operator = Host(plan, None, host, None, None), Operator(plan, self.swarm)
+        if self.host.conducts:
+            self.operator.conduct(duration)
         self.at = {}
+
+    async def serve(self):
+        async def end():
+            """Nothing is under way."""
+
+        injector = SimpleNamespace(step=self.injected.append, end=end)
+        return await serve(self.host, self.children, self.operator, injector, self.interrupted, headless=True)
 
     @property
     def director(self):
@@ -50,7 +60,7 @@ class StationFlight:
         """Fly; returns why the flight failed."""
 
         async def run():
-            task = asyncio.create_task(self.station.conduct(self.interrupted))
+            task = asyncio.create_task(self.serve())
             happens = asyncio.create_task(self._happens())
             async with asyncio.timeout(10):
                 failure = await task
@@ -108,7 +118,7 @@ def test_at_the_second_it_leaves_and_is_not_well(fly):
         interrupt(flight)()
 
     flight.at = {Stage.FLYING: interrupt_with_one_that_stays_up, Stage.LANDING: interrupt(flight)}
-    assert flight.conduct() == LEFT
+    assert flight.conduct() == LEFT_TO_THEMSELVES
 
 
 def test_a_dead_process_lands_the_others_and_is_the_failure(fly):
@@ -162,7 +172,7 @@ def test_it_is_over_only_when_telemetry_reports_it(fly, monkeypatch):
 def press(flight, *verbs):
     def act():
         for verb in verbs:
-            flight.operator.order(verb, flight.station._display.note)
+            flight.operator.order(verb, Display(flight.host.plan, (), headless=True).note)
 
     return act
 
@@ -295,17 +305,20 @@ def starting(make_plan, monkeypatch):
             return swarm
 
         async def run():
-            here, watching = plan.processes_on(options.host), Operator(plan, swarm)
-            await up.open_session(options, children, here, interrupted)
-            await up.start_processes(options, children, here, watching, interrupted)
+            async with hosting.running(host, interrupted):
+                pass
 
-        monkeypatch.setattr(up, "connected", connected)
-        options = UpOptions(plan, None, plan.hosts["recorder"], 1.0, None, None, True)
+        monkeypatch.setattr(hosting, "connected", connected)
+        monkeypatch.setattr(hosting, "Children", lambda *_: children)
+        monkeypatch.setattr(hosting, "busy_endpoint", lambda *_: "")
+        monkeypatch.setattr(hosting, "flown_by", lambda *_: None)
+        monkeypatch.setattr(hosting, "flown", lambda *_: nullcontext())
+        host = Host(plan, None, plan.hosts["recorder"], None, Path("none"))
         asyncio.run(run())
         return children.started
 
     monkeypatch.setattr(operator, "POLL_PERIOD", TICK)
-    monkeypatch.setattr(up, "START_TIME", 0.1)
+    monkeypatch.setattr(hosting, "START_TIME", 0.1)
     return start
 
 
@@ -335,11 +348,16 @@ def without_router(make_plan, monkeypatch):
             raise RouterAbsentError
 
         async def run():
-            options = UpOptions(plan, None, plan.hosts["recorder"], 1.0, None, None, True)
-            async with asyncio.timeout(10):
-                return await up._fly(options, SimpleNamespace(detours={}))
+            host = Host(plan, None, plan.hosts["recorder"], None, Path("none"))
+            with interrupts() as interrupted, pytest.raises(UnansweredError) as error:
+                async with asyncio.timeout(10), hosting.running(host, interrupted):
+                    pass
+            return str(error.value)
 
-        monkeypatch.setattr(up, "Children", lambda *_: children)
+        monkeypatch.setattr(hosting, "Children", lambda *_: children)
+        monkeypatch.setattr(hosting, "busy_endpoint", lambda *_: "")
+        monkeypatch.setattr(hosting, "flown_by", lambda *_: None)
+        monkeypatch.setattr(hosting, "flown", lambda *_: nullcontext())
         monkeypatch.setattr(sessions, "Session", unanswered)
         return asyncio.run(run()), children.started
 
@@ -358,15 +376,15 @@ def test_an_interrupt_ends_the_wait_for_the_router(without_router):
 def test_two_stations_of_one_swarm_exclude_each_other(make_plan, tmp_path):
     plan = make_plan()
     (tmp_path / f"{plan.started[0]}.key").touch()
-    options = UpOptions(plan, None, "local", 1.0, None, tmp_path, True)
+    host = Host(plan, None, "local", None, tmp_path)
     refused = pytest.raises(PortInUseError, match="another `flockwire up` flies with these keys")
-    with up.alone(options), refused, up.alone(options):
+    with alone(host), refused, alone(host):
         pass
-    with up.alone(options):  # the lock is gone with its holder
+    with alone(host):  # the lock is gone with its holder
         pass
 
 
 def test_without_a_folder_of_keys_there_is_no_lock(make_plan, tmp_path):
-    options = UpOptions(make_plan(), None, "localhost", 1.0, None, tmp_path / "none", True)
-    with up.alone(options), up.alone(options):
-        assert not options.keys.exists()
+    host = Host(make_plan(), None, "localhost", None, tmp_path / "none")
+    with alone(host), alone(host):
+        assert not host.keys.exists()

@@ -8,6 +8,7 @@ import logging
 import os
 import signal
 import threading
+from contextlib import AbstractContextManager, nullcontext
 
 from flockwire import clock
 from flockwire.process.cores import Core
@@ -18,6 +19,7 @@ LIFELINE = "FLOCKWIRE_LIFELINE"  # file descriptor whose end means that the pare
 LAST_RESORT = 1.8  # s for closing the session
 UNDONE = 70  # exit status of a process with unfinished work
 POLL = 0.05  # s between two checks whether a process may end
+NO_LOCK: AbstractContextManager[object] = nullcontext()
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
@@ -48,20 +50,31 @@ class Ending:
         self.told.set()
 
 
-async def finished(core: Core, plan: Plan, identity: str, session: Session, ending: Ending) -> None:
+async def finished(
+    core: Core,
+    plan: Plan,
+    identity: str,
+    session: Session,
+    ending: Ending,
+    lock: AbstractContextManager[object] = NO_LOCK,
+) -> None:
     """Wait until the process must end and may, because it has no drone in the air.
 
-    If the parent is gone, it also waits for all linked processes that end before it by the process table.
+    If the parent is gone, it also waits for all linked processes that end before it by the process table. `lock` is
+    held while the core is asked.
     """
     await ending.told.wait()
     log, rank = logging.getLogger(identity), plan.rows[identity].rank
-    core.retire(clock.now())
-    if not core.may_end(clock.now()):
+    with lock:
+        core.retire(clock.now())
+        flying = not core.may_end(clock.now())
+    if flying:
         log.info("shutdown: lands first (a second signal ends it at once)")
     while not ending.insisted:
         before = [other for other in session.linked() if other in plan.rows and plan.rows[other].rank < rank]
-        if core.may_end(clock.now()) and not (ending.orphaned and before):
-            break
+        with lock:
+            if core.may_end(clock.now()) and not (ending.orphaned and before):
+                break
         await asyncio.sleep(POLL)
 
 

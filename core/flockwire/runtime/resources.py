@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import resource
 import sys
 from pathlib import Path
@@ -13,14 +14,20 @@ from flockwire.runtime.session import Session
 
 
 class ProcessResources:
-    """What this process costs, and how it is connected."""
+    """What this process costs, and how it is connected.
 
-    def __init__(self, session: Session, refusals: Refusals) -> None:
-        self._session, self._refusals = session, refusals
+    A caller on Zenoh's thread names the `loop` that looks at the links: to look on that thread would hand all its work
+    over to another one.
+    """
+
+    def __init__(self, session: Session, refusals: Refusals, loop: asyncio.AbstractEventLoop | None = None) -> None:
+        self._session, self._refusals, self._loop = session, refusals, loop
         self._links: tuple[str, ...] = ()
         self._resident = 0
         self._look_at = 0
         self._at, self._used = clock.now(), clock.cpu_time()
+        if loop is not None:
+            self._look()
 
     def cpu_share(self, now: int) -> float:
         """Return the share of one core used since the last call."""
@@ -30,8 +37,8 @@ class ProcessResources:
         return share
 
     def resident(self) -> int:
-        """Return the peak resident memory in bytes, at most a second old."""
-        self._look()
+        """Return the most memory that was resident so far, in bytes, as of a second or so ago."""
+        self._look_again()
         return self._resident
 
     def refused(self) -> int:
@@ -39,14 +46,22 @@ class ProcessResources:
         return self._refusals.count
 
     def links(self) -> tuple[str, ...]:
-        """Return the linked processes by authenticated identity, at most a second old, because the query is slow."""
-        self._look()
+        """Return who is linked, by authenticated identity, as of a second or so ago: to look takes a while."""
+        self._look_again()
         return self._links
 
-    def _look(self) -> None:
+    def _look_again(self) -> None:
         now = clock.monotonic()
-        if now >= self._look_at:
-            self._look_at, self._links, self._resident = now + SECOND, self._session.linked(), peak_memory()
+        if now < self._look_at:
+            return
+        self._look_at = now + SECOND
+        if self._loop is None:
+            self._look()
+        else:
+            self._loop.call_soon_threadsafe(self._look)
+
+    def _look(self) -> None:
+        self._links, self._resident = self._session.linked(), peak_memory()
 
 
 def peak_memory() -> int:

@@ -22,8 +22,7 @@ from typing import TYPE_CHECKING
 from flockwire import clock
 from flockwire.runtime.configuration import NO_DETOURS, configuration, reserved_configuration
 from flockwire.runtime.linger import ignore_linger
-from flockwire.security.files import Credentials, default_folder, files_of
-from flockwire.security.holding import hold
+from flockwire.security.files import Credentials, default_folder, files_of, hold
 from flockwire.wire.codec import encode
 from flockwire.wire.inbox import ATTACHMENT, inbox_of, publisher_of
 from flockwire.wire.keys import ROWS, Delivery, Key
@@ -67,15 +66,18 @@ async def connect(
     ended: asyncio.Event,
     detours: Mapping[str, str] = NO_DETOURS,
     note: Callable[[str], None] | None = None,
+    verified: bool = True,
 ) -> Session | None:
     """Open the session of `identity`, in router mode when the router answers; None if `ended` is first.
 
-    `note` (default: the log) gets the reason of the wait. Raises CredentialsError, and EndpointInUseError.
+    What it waits for goes to `note`, the log without one; `verified` is as `Session` has it.
+
+    Raises CredentialsError, and EndpointInUseError.
     """
     waiting = False
     while not ended.is_set():
         try:
-            return await asyncio.to_thread(Session, plan, identity, keys, detours)
+            return await asyncio.to_thread(Session, plan, identity, keys, detours, verified)
         except RouterAbsentError:
             if not waiting:
                 router = ", ".join(plan.endpoints[router] for router in plan.routers)
@@ -97,7 +99,8 @@ class Session:
     ) -> None:
         """Open the session of `identity`; `keys` is the folder of the certificates, the default one without it.
 
-        A process in a hurry skips the check (`verified`): a peer then rejects bad ones silently.
+        A process that is in a hurry, or has verified them, does not have them `verified`: a peer then rejects a bad one
+        silently.
 
         Raises CredentialsError, EndpointInUseError, and in router mode RouterAbsentError.
         """

@@ -26,7 +26,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-from flockwire.security.holding import in_use
+from flockwire.security.files import in_use
 from flockwire.wire.plan import AUTHORITY, Plan
 
 LIFE = timedelta(days=90)

@@ -12,13 +12,14 @@ from typing import Any, Final, NamedTuple, Protocol, TypeVar
 
 from flockwire.domain.airframe import Command, FlightState, Telemetry
 from flockwire.domain.body import Body, BodyKind, Nearby
+from flockwire.domain.fields import from_fields
 from flockwire.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire.domain.order import Mission, Stop
 from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND, TimeReply, TimeRequest
 from flockwire.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer
 from flockwire.wire.orders import read_mission, read_stop, write_mission, write_stop
-from flockwire.wire.stamped import Layout, from_fields, peek_length, unpack
+from flockwire.wire.stamped import Layout, peek_length, unpack
 from flockwire.wire.status import Status, read_status, write_status
 
 
@@ -62,7 +63,8 @@ def _decode_pose(data: bytes) -> Pose:
 
 
 def _encode_estimate(estimate: Estimate) -> bytes:
-    stamp, frame, (position, velocity, acceleration), origin, hops, leading = estimate
+    stamp, frame, motion, origin, hops, leading = estimate
+    position, velocity, acceleration = motion
     pack, length, raw = _ESTIMATE.heads[frame]
     return pack(
         HEADER, stamp // SECOND, stamp % SECOND, length, raw, *position, *velocity, *acceleration,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from struct import Struct, error
-from typing import NamedTuple
+from typing import Final, NamedTuple
 from zlib import crc32
 
 from flockwire.domain.time import SECOND
@@ -12,7 +12,7 @@ from flockwire.wire.cdr import MessageError
 from flockwire.wire.codec import CODECS, Message
 from flockwire.wire.keys import ANY_TIME, ROWS, Key, KeyRow
 
-ATTACHMENT = Struct("<qqB16s")  # as rmw_zenoh: sequence number, source time in ns, 16, publisher id
+ATTACHMENT: Final = Struct("<qqB16s")  # as rmw_zenoh: sequence number, source time in ns, 16, publisher id
 CANARY = b"flockwire canary"  # what the conformance probe publishes in place of a message: dropped, and counted as such
 MISDIRECTED = "of another key"  # the reason under which a message is counted that was published on another key
 OVER_QUOTA = "over quota"  # the reason under which a message is counted that is too large, or one too many

@@ -1,5 +1,3 @@
-from math import hypot
-
 import pytest
 from flockwire.domain.order import Change, Mission
 from flockwire.domain.pose import Pose
@@ -12,9 +10,7 @@ from flockwire.pilot.phases import (
     FlightPhases,
     Situation,
     age,
-    climb,
     command_stamp,
-    keep_place,
 )
 from flockwire.wire.phase import Phase
 from hypothesis import given
@@ -22,8 +18,6 @@ from hypothesis import strategies as st
 
 BORN = 1_790_000_000 * SECOND
 LOW, HIGH = (-1.0, -2.0, 0.0), (1.0, 2.0, 3.0)
-coordinates = st.floats(-5.0, 5.0)
-vectors = st.tuples(coordinates, coordinates, coordinates)
 
 
 class Pilot:
@@ -227,21 +221,6 @@ def test_asked_to_end_another_reason_to_land_comes_first(flyer):
     flyer.flight.retire(flyer.now)
     assert flyer.update(land="battery at 9%") is Phase.LANDING
     assert flyer.flight.reason == "battery at 9%"
-
-
-@given(vectors, vectors, st.floats(0.1, 2.0))
-def test_keeping_a_place_leads_there_within_the_speed(position, place, speed):
-    velocity = keep_place(position, place, speed)
-    assert hypot(*velocity) <= speed * (1 + 1e-12)
-    assert sum(v * (b - a) for v, a, b in zip(velocity, position, place, strict=True)) >= 0.0
-
-
-@given(vectors, vectors, st.sampled_from([0.7, -0.7]))
-def test_a_climb_is_straight_above_its_place(position, place, vertical):
-    x, y, z = climb(position, place, vertical)
-    assert z == vertical
-    assert hypot(x, y) <= 0.7 * (1 + 1e-12)
-    assert climb((place[0], place[1], 9.0), place, vertical) == (0.0, 0.0, vertical)
 
 
 def test_what_never_came_is_infinitely_old():

@@ -9,8 +9,7 @@ import zenoh
 from flockwire import clock
 from flockwire.runtime.configuration import BURST, SPARE_SESSIONS, configuration, reserved_configuration
 from flockwire.runtime.session import Session
-from flockwire.security.files import Credentials, CredentialsError
-from flockwire.security.holding import in_use
+from flockwire.security.files import Credentials, CredentialsError, in_use
 from flockwire.security.pki import make_keys
 from flockwire.wire.access import access_control
 

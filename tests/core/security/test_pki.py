@@ -13,8 +13,7 @@ from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID
 from flockwire.security.credentials import common_name, load_credentials
-from flockwire.security.files import CredentialsError
-from flockwire.security.holding import hold
+from flockwire.security.files import CredentialsError, hold
 from flockwire.security.pki import (
     AUTHORITY_LIFE,
     BACKDATED,
