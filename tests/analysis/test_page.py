@@ -76,7 +76,7 @@ def test_missing_data_leaves_no_empty_table(trace):
     counts = replace(summary.messages, rejected_by_key={})
     read = Page(page(replace(trace, vitals=()), replace(summary, messages=counts), [], None))
     assert "No process published its status." in read.text
-    for absent in ("What the trace lacks", "key and reason", "Conformance probe", "Emergency stop"):
+    for absent in ("Missing in the trace", "key and reason", "Conformance probe", "Emergency stop"):
         assert absent not in read.text
 
 

@@ -60,7 +60,7 @@ def test_who_reports_nothing_is_named_beside_connected(make_plan, tmp_path, monk
                 pilot.silent = True
             swarm.message = lambda *_: None
             await page.until(
-                f"{STATE}.textContent === 'connected; nobody reports: the swarm has ended, or is out of reach'"
+                f"{STATE}.textContent === 'connected; no process reports: the swarm has ended, or cannot be reached'"
             )
 
     asyncio.run(look())
