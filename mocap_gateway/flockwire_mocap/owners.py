@@ -1,4 +1,4 @@
-"""Whose body is whose: a tracker knows a drone by the name or by the number that the swarm file gives its body."""
+"""Finds the drone of a tracker's body, by the name or number in the swarm file."""
 
 from __future__ import annotations
 
@@ -12,6 +12,6 @@ class Owners:
         self._drones = {swarm.body(i): i for i in swarm.tracked}
 
     def drone(self, identity: int, name: str | None) -> int | None:
-        """Return whose the body with this number and name is, the name first; None when it is no drone's."""
+        """Return the drone of the body with this number and name, the name first; None for other bodies."""
         drone = self._drones.get(name) if name is not None else None
         return self._drones.get(identity) if drone is None else drone

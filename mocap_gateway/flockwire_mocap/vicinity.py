@@ -1,4 +1,4 @@
-"""Who is near whom: a uniform grid, so that finding the bodies near one drone costs the same in a swarm of any size."""
+"""A uniform grid: finding the bodies near one drone costs the same in a swarm of any size."""
 
 from __future__ import annotations
 

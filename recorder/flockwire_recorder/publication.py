@@ -1,6 +1,6 @@
-"""What a publisher says of its message beside it, its time and its count, as far as that can be true.
+"""A publisher's claimed time and count of a message, limited to plausible values.
 
-An insider may publish under its own keys whatever it likes; figures of a flight are not to be nonsense for that.
+An insider may publish any values under its own keys; the figures of a flight must still make sense.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ FARTHEST = 10 * SECOND  # ns between publication and record: a receiver that was
 
 
 def published_at(claimed: int, received: int) -> int:
-    """Return when a message was published, Unix ns: as `claimed` where it was `received` about then, else that."""
+    """Return when a message was published, Unix ns: `claimed` if it is near `received`, else `received`."""
     return claimed if abs(received - claimed) <= FARTHEST else received
 
 
 def count_lost(sequences: Collection[int], rate: int, duration: int) -> int:
-    """Return how many messages are missing between those recorded within `duration` ns, by their `sequences`.
+    """Return the number of missing messages within `duration` ns, from the recorded `sequences`.
 
-    No more than `rate` per s can have been published in a gap: a wider one is no count of messages.
+    A gap counts only up to `rate` messages per s: a wider one is not a count of messages.
     """
     most, found = rate * (duration // SECOND + 1 + BURST), sorted(set(sequences))
     gaps = (later - earlier - 1 for earlier, later in pairwise(found))

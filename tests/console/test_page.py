@@ -38,7 +38,7 @@ def test_a_wrong_token_and_a_console_that_was_restarted_are_named(make_plan, tmp
                 await page.until(f"{STATE}.textContent === {REFUSED!r} && {STATE}.classList.contains('bad')")
                 await page.open(f"http://127.0.0.1:{port}/#{TOKEN}")
                 await page.until(f"{STATE}.textContent === 'connected'")
-                pages._token = "another"  # as a console has that was started again
+                pages._token = "another"  # as a console has that was restarted
                 await page.value("socket.close()")
                 await page.until(f"{STATE}.textContent === {REFUSED!r}")
             await page.until(f"{STATE}.textContent === 'not connected'")

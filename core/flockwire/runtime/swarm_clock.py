@@ -20,7 +20,7 @@ LONG = 1.0  # s
 class SwarmClock:
     """Corrects this process's clock, in the running loop; idle on the gateway's host.
 
-    `lock` is held while the clock is corrected, and by whoever runs a core while that does anything.
+    `lock` is held while the clock is corrected, and by the runner of a core during its calls.
     """
 
     def __init__(self, plan: Plan, identity: str, session: Session) -> None:

@@ -73,7 +73,7 @@ Who = Callable[[Roster, Owner], tuple[str, ...]]
 class KeyRow:
     """One kind of key. `owners` is a function of a swarm, `publishers` and `subscribers` of one owner in it.
 
-    `rate` (messages per s) and `largest` (bytes) are the quota of one key, over all its publishers: a multiple of the
+    `rate` (messages per s) and `largest` (bytes) are the quota of one key, shared by its publishers: a multiple of the
     need of the fastest swarm. Receivers drop and count messages beyond it.
     """
 

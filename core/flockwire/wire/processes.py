@@ -26,7 +26,7 @@ class Link(Enum):
 
     PEER = "listens at its own endpoint and dials those before it"
     ROUTER = "listens; all others dial it, and it passes on what they publish"
-    DIALS = "dials and is dialled by nobody; may be there any number of times"
+    DIALS = "dials and is not dialled; any number may exist"
     NONE = "has no link, and so neither keys nor a certificate"
 
 
