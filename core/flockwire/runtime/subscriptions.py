@@ -143,8 +143,12 @@ class Wakeup:
     def _wake(self) -> None:
         self._called = False
         while self._ready:
-            with self._lock:
-                self._handle(self._ready.popleft())
+            prompt = self._ready.popleft()
+            try:
+                with self._lock:
+                    self._handle(prompt)
+            except Exception as error:  # the keys behind it are handled all the same
+                self._call(_raise, error)
 
     def _call(self, function: Callable[..., None], *arguments: object) -> None:
         try:

@@ -112,6 +112,28 @@ def test_an_error_is_the_loops_to_report_and_the_lock_is_free_again():
     assert [str(error) for error in asyncio.run(reported())] == ["a bad core"] * 2
 
 
+def test_an_error_of_one_key_holds_up_no_other():
+    async def handled() -> None:
+        errors: list[object] = []
+        asyncio.get_running_loop().set_exception_handler(lambda _, context: errors.append(context["exception"]))
+        calls: list[Prompt] = []
+
+        def handle(prompt: Prompt) -> None:
+            calls.append(prompt)
+            if len(calls) == 1:
+                raise ValueError("a bad core")
+
+        wakeup = Wakeup(handle, threading.Lock())
+        first, second = Prompt(inbox_of(POSE), wakeup), Prompt(inbox_of(MISSION), wakeup)
+        first.arrived(SimpleNamespace())
+        second.arrived(SimpleNamespace())
+        await asyncio.sleep(0.01)
+        assert [str(error) for error in errors] == ["a bad core"]
+        assert calls == [first, second]
+
+    asyncio.run(handled())
+
+
 def test_of_a_key_of_which_each_message_counts_each_is_announced():
     async def announced() -> int:
         calls: list[Prompt] = []
