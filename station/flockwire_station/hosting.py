@@ -67,15 +67,20 @@ def alone(host: Host) -> Iterator[None]:
     lock = os.open(held, os.O_RDONLY) if held.exists() else -1
     try:
         if lock >= 0:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            _lock(lock, host.keys)
         if busy := busy_endpoint(host.plan, host.processes):
             raise PortInUseError(busy)
         yield
-    except BlockingIOError:
-        raise PortInUseError(f"{host.keys}: another `flockwire up` flies with these keys; end it first") from None
     finally:
         if lock >= 0:
             os.close(lock)
+
+
+def _lock(lock: int, keys: Path) -> None:
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise PortInUseError(f"{keys}: another `flockwire up` flies with these keys; end it first") from None
 
 
 @asynccontextmanager

@@ -383,6 +383,12 @@ def test_two_stations_of_one_swarm_exclude_each_other(make_plan, tmp_path):
         pass
 
 
+def test_a_terminal_that_takes_no_output_is_not_taken_for_another_station(make_plan, tmp_path):
+    host = Host(make_plan(), None, "local", None, tmp_path)
+    with pytest.raises(BlockingIOError), alone(host):
+        raise BlockingIOError
+
+
 def test_without_a_folder_of_keys_there_is_no_lock(make_plan, tmp_path):
     host = Host(make_plan(), None, "localhost", None, tmp_path / "none")
     with alone(host), alone(host):
