@@ -15,6 +15,7 @@ Disc = tuple[float, float, float]
 """(x, y, r): the points nearer to (x, y) than r, m."""
 
 SPARE = 0.1  # m beyond the safety distance: the tracker's noise must not occupy a chosen place again
+_FAR = 1e150  # wall lengths from a wall to a disc; the square of a larger number raises OverflowError
 _TOLERANCE = 1e-9  # m, tolerance of discs and the room for rounding
 
 
@@ -104,7 +105,10 @@ def _circle_meets(disc: Disc, wall: tuple[Corner, Corner]) -> Iterator[Corner]:
     if square == 0.0:
         return
     foot = ((cx - ax) * dx + (cy - ay) * dy) / square
-    beside = r * r / square - (((cx - ax) * dy - (cy - ay) * dx) / square) ** 2
+    aside = ((cx - ax) * dy - (cy - ay) * dx) / square
+    if abs(aside) > _FAR:
+        return
+    beside = r * r / square - aside**2
     if beside < 0.0:
         return
     for share in (foot - sqrt(beside), foot + sqrt(beside)):

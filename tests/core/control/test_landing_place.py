@@ -51,3 +51,10 @@ def test_an_obstacle_leaves_its_radius_and_more():
 
 def test_without_a_free_place_it_lands_straight_down():
     assert landing(HERE, HERE, (Body(BodyKind.OBSTACLE, (0.0, 0.0, -0.5), 50.0),)) == (HERE, True)
+
+
+def test_a_body_farther_than_any_room_is_not_in_its_way():
+    far = Body(BodyKind.OBSTACLE, (1e200, -1e200, -0.5), 1.0)
+    place, free = landing(HERE, HERE, (drone(-0.1, 0.0), far))
+    assert place == pytest.approx((0.9 + KEPT + SPARE, 0.5, 1.0))
+    assert not free
