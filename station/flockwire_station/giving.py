@@ -22,8 +22,9 @@ async def give(plan: Plan, keys: Path | None, order: Order) -> Answer:
         why = await why_unlinked(plan, keys, OPERATOR.kind, plan.routers)
         return Answer(refusal=f"the router at {plan.endpoints[plan.routers[0]]} does not answer: {why}")
     with session:
-        answer = await obey(Operator(plan, session), order, clock.uptime())
-        return await _explained(answer, plan, keys, session) if answer.failure else answer
+        operator = Operator(plan, session)
+        answer = await obey(operator, order, clock.uptime())
+        return await _explained(answer, plan, keys, session, bool(operator.statuses)) if answer.failure else answer
 
 
 async def obey(operator: Operator, order: Order, ago: float = 0.0) -> Answer:
@@ -33,12 +34,14 @@ async def obey(operator: Operator, order: Order, ago: float = 0.0) -> Answer:
     return await operator.run(lambda _: answers[0] if answers else None)
 
 
-async def _explained(answer: Answer, plan: Plan, keys: Path | None, session: Session) -> Answer:
-    """Return a bad answer with the causes of missing links."""
+async def _explained(answer: Answer, plan: Plan, keys: Path | None, session: Session, heard: bool) -> Answer:
+    """Return a bad answer with the causes of missing links; `heard`: a process was linked."""
     linked, dialled = session.linked(), plan.dials[OPERATOR.kind]
     absent = [other for other in dialled if other not in linked]
     if not absent or UNKNOWN in linked:
         return answer
+    if heard and len(absent) == len(dialled):
+        return answer._replace(refusal=f"{answer.failure}; no process is linked any more")
     why = await why_unlinked(plan, keys, OPERATOR.kind, absent)
     if len(absent) == len(dialled):
         return answer._replace(refusal=f"nothing was sent: no process is linked: {why}")

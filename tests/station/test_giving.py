@@ -70,6 +70,15 @@ def test_an_order_waits_for_no_process_and_is_repeated_for_who_has_not_confirmed
     assert swarm["leader"].mission.verb == verb  # it may well be obeyed by who cannot answer
 
 
+def test_processes_that_end_during_an_order_were_sent_it(swarm, monkeypatch):
+    swarm.all(Phase.FORMATION, started())
+    swarm["uav3"].silent = True
+    monkeypatch.setattr(swarm, "linked", tuple)  # a flight that lands ends
+    answer = give(swarm, "land")
+    assert answer.confirmed == ("leader", "uav1", "uav2", "uav4")
+    assert answer.failure == "sent, but not confirmed by uav3; no process is linked any more"
+
+
 def test_an_order_goes_out_before_anything_was_received(swarm):
     swarm.all(Phase.FORMATION, started())
     for pilot in swarm.pilots.values():
