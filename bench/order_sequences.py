@@ -35,9 +35,9 @@ from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report, Status
-from flockwire_sim.local_clock import LocalClock
 from flockwire_sim.network import Conditions
 from flockwire_sim.process import Published
+from flockwire_sim.virtual_time import LocalClock
 from flockwire_sim.world import EPOCH, World
 from order_pairs import ON_GROUND, swarm
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from math import dist
+from collections.abc import Iterable, Mapping
+from math import dist, floor
 from typing import NamedTuple
 
 from flockwire.control.graph import LEADER
@@ -15,7 +15,33 @@ from flockwire.domain.vector import ZERO, Vector, norm, subtract
 from flockwire.swarm.model import Swarm
 
 from flockwire_mocap.lost_body import STILL, LostBody, drone_spread, person_spread
-from flockwire_mocap.vicinity import Vicinity
+
+Cell = tuple[int, int]
+
+
+class Vicinity:
+    """The `places` (m, by any key), sorted into upright columns of `reach` x `reach` m: few drones share one."""
+
+    def __init__(self, places: Mapping[int, Vector], reach: float) -> None:
+        self._reach = reach
+        self._order = {key: rank for rank, key in enumerate(places)}
+        self._cells: dict[Cell, list[int]] = {}
+        for key, place in places.items():
+            self._cells.setdefault(self._cell(place), []).append(key)
+
+    def round(self, position: Vector) -> list[int]:
+        """Return the keys of all places that may be within reach of `position`, in the order of the mapping."""
+        cells, (a, b) = self._cells, self._cell(position)
+        found: list[int] = []
+        for i in (a - 1, a, a + 1):
+            for j in (b - 1, b, b + 1):
+                if (i, j) in cells:
+                    found += cells[i, j]
+        return sorted(found, key=self._order.__getitem__) if len(found) > 1 else found
+
+    def _cell(self, place: Vector) -> Cell:
+        return (floor(place[0] / self._reach), floor(place[1] / self._reach))
+
 
 FEW = 30  # bodies up to which each drone checks all others
 FORGET = SECOND  # ns unseen after which a velocity is dropped, and a held-back body is gone

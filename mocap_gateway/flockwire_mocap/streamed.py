@@ -12,9 +12,8 @@ from flockwire.wire.status import OTHERS, counted
 
 from flockwire_mocap.completeness import Completeness
 from flockwire_mocap.coordinates import Coordinates
-from flockwire_mocap.source import SourceState
 from flockwire_mocap.source_clock import SourceClock
-from flockwire_mocap.tracking import ReportedBody, TrackerFrame, framed
+from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, framed
 
 MOST_TWICE = 8  # duplicated bodies that the status names; the others are one sum
 

@@ -20,8 +20,7 @@ from flockwire_station.conduct import LEFT_TO_THEMSELVES, serve
 from flockwire_station.connecting import UNANSWERED
 from flockwire_station.hosting import Host, UnansweredError, alone
 from flockwire_station.operator import Operator
-from flockwire_station.processes import PortInUseError
-from flockwire_station.restarting import MOST_RESTARTS
+from flockwire_station.processes import MOST_RESTARTS, PortInUseError
 from flockwire_station.terminal.display import Display
 from flockwire_station.terminal.interrupts import Interrupts, interrupts
 from simulated_children import Processes

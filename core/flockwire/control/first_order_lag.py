@@ -22,6 +22,19 @@ def lagged(x: float, v: float, u: float, lag: float, dt: float) -> tuple[float, 
     return x + (u * dt + excess * (lag * (1.0 - decay))), u + excess * decay
 
 
+def lagged_motion(x: Vector, v: Vector, u: Vector, lag: float, dt: float) -> tuple[Vector, Vector]:
+    """Return x (m) and v (m/s) after `dt` s of the command `u` (m/s), each axis as `lagged`; `lag` in s."""
+    px, py, pz = x
+    ux, uy, uz = u
+    if not lag:
+        return (px + ux * dt, py + uy * dt, pz + uz * dt), u
+    decay = exp(-dt / lag)
+    drift = lag * (1.0 - decay)
+    ex, ey, ez = v[0] - ux, v[1] - uy, v[2] - uz
+    position = (px + (ux * dt + ex * drift), py + (uy * dt + ey * drift), pz + (uz * dt + ez * drift))
+    return position, (ux + ex * decay, uy + ey * decay, uz + ez * decay)
+
+
 def lead(rate_ahead: Vector, acceleration_ahead: Vector, lag: float) -> Vector:
     """Return the command that gives the airframe the reference's velocity when the command takes effect.
 

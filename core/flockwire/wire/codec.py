@@ -38,10 +38,23 @@ class Message(Protocol):
 M = TypeVar("M", bound=Message)
 MOST_LAYOUTS = 256  # of messages of nearby bodies, that are kept
 SMALLEST_BODY = 57  # least bytes of a nearby body
+
+
+class _Layouts(dict[int, Layout]):
+    """The layouts of messages of nearby bodies, by the number of bodies."""
+
+    def __missing__(self, count: int) -> Layout:
+        """Return the layout for another number."""
+        if len(self) >= MOST_LAYOUTS:
+            self.clear()
+        found = self[count] = Layout("I" + "Bddddddd" * count)
+        return found
+
+
 _POSE: Final = Layout("ddddddd")
 _ESTIMATE: Final = Layout("dddddddddiIBB")
 _COMMAND: Final = Layout("dddddd")
-_NEARBY: Final[dict[int, Layout]] = {}  # by the number of bodies
+_NEARBY: Final = _Layouts()
 _DOUBT: Final = Layout("iI")
 _TELEMETRY: Final = Layout("BdddB")
 _TIME_REQUEST: Final = Layout("")
@@ -97,7 +110,7 @@ def _encode_nearby(nearby: Nearby) -> bytes:
     values: list[object] = []
     for kind, relative_position, radius, velocity in bodies:
         values += (kind, *relative_position, radius, *velocity)
-    pack, length, raw = _bodies(len(bodies)).heads[frame]
+    pack, length, raw = _NEARBY[len(bodies)].heads[frame]
     return pack(HEADER, stamp // SECOND, stamp % SECOND, length, raw, len(bodies), *values)
 
 
@@ -105,7 +118,7 @@ def _decode_nearby(data: bytes) -> Nearby:
     count = peek_length(data)
     if count > LONGEST_SEQUENCE or count * SMALLEST_BODY > len(data):
         raise MessageError(f"{count} nearby bodies in {len(data)} bytes; the most is {LONGEST_SEQUENCE}")
-    stamp, frame, v = unpack(data, _bodies(count))
+    stamp, frame, v = unpack(data, _NEARBY[count])
     if not count:
         return from_fields(Nearby, (stamp, frame, ()))
     if min(v[5::8]) < 0.0:
@@ -117,16 +130,6 @@ def _decode_nearby(data: bytes) -> Nearby:
             raise MessageError(f"there is no body of kind {v[k]}")
         bodies.append(from_fields(Body, (kind, v[k + 1 : k + 4], v[k + 4], v[k + 5 : k + 8])))
     return from_fields(Nearby, (stamp, frame, tuple(bodies)))
-
-
-def _bodies(count: int) -> Layout:
-    """Return the layout of a message with `count` nearby bodies."""
-    found = _NEARBY.get(count)
-    if found is None:
-        if len(_NEARBY) >= MOST_LAYOUTS:
-            _NEARBY.clear()
-        found = _NEARBY[count] = Layout("I" + "Bddddddd" * count)
-    return found
 
 
 def _decode_telemetry(data: bytes) -> Telemetry:

@@ -145,27 +145,29 @@ class Inbox:
         if opened is None:
             return self._reject("malformed")
         message, sequence, sent, publisher = opened
-        known = publisher == self._publisher
+        stamp, missed = message.stamp, 0
         if self._newest > now + self._ahead:  # this machine's clock was set back
             self._newest = 0
-        if reason := self._against(message.stamp, sequence, publisher, now):
-            return self._reject(reason)
-        self.missed = min(sequence - self._sequence - 1, MOST_MISSED) if known else 0
-        self.sent, self._newest, self._publisher, self._sequence = sent, message.stamp, publisher, sequence
-        return message
-
-    def _against(self, stamp: int, sequence: int, publisher: bytes, now: int) -> str:
-        """Return why a message is rejected, empty if it is accepted."""
+        reason = ""
         if publisher == self._publisher:
-            if sequence <= self._sequence:
-                return "repeated"
+            missed = sequence - self._sequence - 1
+            if missed < 0:
+                reason = "repeated"
         elif not publisher.endswith(self._mark):
-            return MISDIRECTED
-        if stamp < self._newest and not self._any_time:  # its sequence number shows repetitions
-            return "older than the last"
-        if stamp > now + self._ahead:
-            return "ahead of time"
-        return "expired" if self._maximum_age is not None and stamp < now - self._maximum_age else ""
+            reason = MISDIRECTED
+        if reason:
+            pass
+        elif stamp < self._newest and not self._any_time:  # its sequence number shows repetitions
+            reason = "older than the last"
+        elif stamp > now + self._ahead:
+            reason = "ahead of time"
+        elif self._maximum_age is not None and stamp < now - self._maximum_age:
+            reason = "expired"
+        if reason:
+            return self._reject(reason)
+        self.missed = missed if missed < MOST_MISSED else MOST_MISSED
+        self.sent, self._newest, self._publisher, self._sequence = sent, stamp, publisher, sequence
+        return message
 
     def _reject(self, reason: str) -> Message | None:
         self.rejected[reason] += 1

@@ -106,7 +106,7 @@ TRACKER = Process(
     "tracker-sim",
     "Run the simulated tracker, which serves the simulated airframes in a real tracker's protocol.",
     lambda swarm: (Member("tracker-sim"),) if swarm.gateway.simulates_tracker else (),
-    "flockwire_mocap.twin.core:make_core",
+    "flockwire_mocap.twin.core:TwinCore",
     port=5,
     runner="flockwire_mocap.twin.process:run",
     rank=3,

@@ -8,8 +8,7 @@ from collections.abc import Callable
 
 from flockwire import clock
 
-from flockwire_mocap.keep_alive import keep_alive
-from flockwire_mocap.persistent import PersistentConnection
+from flockwire_mocap.persistent import PersistentConnection, keep_alive
 from flockwire_mocap.tracking import TrackerFrame
 from flockwire_mocap.vrpn.session import VrpnSession
 from flockwire_mocap.vrpn.wire import PORT
