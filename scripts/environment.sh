@@ -1,4 +1,4 @@
-# Sourced by the scripts beside it: makes ../.venv from uv.lock, at once when all is in place. Needs Python 3.11 or
+# Sourced by the scripts beside it: makes ../.venv from uv.lock, at once if it is up to date. Needs Python 3.11 or
 # newer and no root; uv comes from PyPI, into ../.uv, where the machine has none.
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 

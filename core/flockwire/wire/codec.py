@@ -1,8 +1,8 @@
-"""The wire: how each message stands in bytes; nothing else knows the layout of one.
+"""The codec of all messages; no other file knows their layout.
 
-The payloads are ROS 2 messages in CDR (schemas.py), so that a trace or a bridge needs no translation. Each begins with
-its stamp, Unix ns: the time for which the content holds, and the name of the world frame. The messages of the 100 Hz
-path are numbers from there on, one compiled struct each (stamped.py); the others hold texts and sequences.
+The payloads are ROS 2 messages in CDR (schemas.py), so that a trace or a bridge needs no translation. Each starts with
+its stamp, Unix ns (the time for which the content is valid), and the name of the world frame. The messages of the 100
+Hz path are numbers from there on, one compiled struct each (stamped.py); the others hold texts and sequences.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from flockwire.wire.status import Status, read_status, write_status
 
 
 class Message(Protocol):
-    """What all messages share."""
+    """The common part of all messages."""
 
     @property
     def stamp(self) -> int:
-        """Unix time in ns for which the content holds."""
+        """Unix time in ns for which the content is valid."""
 
     @property
     def frame(self) -> str:
@@ -158,14 +158,14 @@ def _decode_time_reply(data: bytes) -> TimeReply:
 
 
 def _times(v: tuple[int, ...]) -> list[int]:
-    """Return what are builtin_interfaces/Time, each two numbers, in ns."""
+    """Return builtin_interfaces/Time values, each two numbers, in ns."""
     if max(v[1::2]) >= SECOND:
         raise MessageError(f"{max(v[1::2])} ns are more than a second")
     return [seconds * SECOND + rest for seconds, rest in zip(v[::2], v[1::2], strict=True)]
 
 
 class Codec(NamedTuple):
-    """What writes one kind of message, and what reads it; the latter raises MessageError."""
+    """The writer and the reader of one kind of message; the reader raises MessageError."""
 
     encode: Callable[[Any], bytes]
     decode: Callable[[bytes], Any]
@@ -225,6 +225,6 @@ def encode(message: Message) -> bytes:
 
 
 def decode(kind: type[M], data: bytes) -> M:
-    """Return the message of that kind that `encode` made `data` of; raises MessageError."""
+    """Return the message of that kind in `data`; raises MessageError."""
     message: M = CODECS[kind].decode(data)
     return message

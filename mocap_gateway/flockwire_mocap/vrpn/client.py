@@ -8,8 +8,7 @@ from collections.abc import Callable
 
 from flockwire import clock
 
-from flockwire_mocap.keep_alive import keep_alive
-from flockwire_mocap.persistent import PersistentConnection
+from flockwire_mocap.persistent import PersistentConnection, keep_alive
 from flockwire_mocap.tracking import TrackerFrame
 from flockwire_mocap.vrpn.session import VrpnSession
 from flockwire_mocap.vrpn.wire import PORT
@@ -23,8 +22,10 @@ class VrpnClient(PersistentConnection):
     """Receives the pose reports of a VRPN server, and passes each on with the time of its arrival (Unix ns).
 
     Args:
-        host: name or address of the server. deliver: called in the event loop with each report that is newer than all
-        before of its body. port: of the server. session: the state of the server.
+        host: name or address of the server.
+        deliver: called in the event loop with each report that is newer than all before of its body.
+        port: of the server.
+        session: the state of the server.
         drained: called after all that had arrived was delivered.
 
     """
