@@ -111,7 +111,7 @@ class Carried:
         self.triggers = self._twin.triggers
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take in where an airframe is."""
+        """Receive where an airframe is."""
         self._twin.receive(key, message, now)
 
     def complete(self) -> bool:

@@ -102,7 +102,7 @@ class Seen:
     whole: list[int] = field(default_factory=list)
 
     def deliver(self, frame: TrackerFrame, received: int) -> None:
-        """Take in a frame."""
+        """Receive a frame."""
         now = clock.now()
         self.inside.append(now - received)
         self.whole.append(now - frame.transmitted)

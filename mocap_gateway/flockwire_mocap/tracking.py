@@ -21,10 +21,11 @@ class ReportedBody(NamedTuple):
     """One body of a frame, in the tracker's terms.
 
     Attributes:
-        identity: the tracker's number of the body. name: the tracker's name of it; None while the tracker has not sent
-        it. position: unit and axes of the source (the tracker's frame) until `Coordinates` has converted it.
-        orientation: unit quaternion x, y, z, w, body to the same frame. tracked: False if the body is lost and the pose
-        not measured.
+        identity: the tracker's number of the body.
+        name: the tracker's name of it; None while the tracker has not sent it.
+        position: unit and axes of the source (the tracker's frame) until `Coordinates` has converted it.
+        orientation: unit quaternion x, y, z, w, body to the same frame.
+        tracked: False if the body is lost and the pose not measured.
 
     """
 
@@ -44,8 +45,9 @@ class TrackerFrame(NamedTuple):
     """All bodies of one exposure, or of one report if a protocol reports single bodies.
 
     Attributes:
-        number: counts up by one from frame to frame. captured: exposure time, ns of the source's clock. transmitted:
-        send time, ns of the same clock; `captured` if the protocol does not carry it.
+        number: counts up by one from frame to frame.
+        captured: exposure time, ns of the source's clock.
+        transmitted: send time, ns of the same clock; `captured` if the protocol does not carry it.
         bodies: the bodies in the order of the source.
         set_back: whether the source's clock is known to have been set back since the frame before it.
 

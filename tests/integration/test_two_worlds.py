@@ -1,6 +1,6 @@
 """One swarm, flown for real and in virtual time: the same errors, the same messages; the same faults, the same end.
 
-The law of the first flight is the documented example of one's own; test_up.py compares the paper's.
+The law of the first flight is the documented example of your own; test_up.py compares the paper's.
 """
 
 from __future__ import annotations

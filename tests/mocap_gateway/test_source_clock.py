@@ -68,7 +68,7 @@ def test_a_stall_that_ends_makes_no_stale_frame_fresh():
 def test_a_source_that_restarts_is_followed(begin):
     clock = SourceClock()
     run(clock, seconds=20, begin=100 * SECOND, delay=lambda source: FLOOR)
-    shift = 100 * SECOND if begin == 0 else -380 * SECOND  # local time goes on while the source's clock jumps
+    shift = 100 * SECOND if begin == 0 else -380 * SECOND  # local time continues while the source's clock jumps
     results = run(clock, seconds=5, begin=begin, delay=lambda source: FLOOR + 20 * SECOND + shift)
     expected = FLOOR + 20 * SECOND + shift
     assert clock.steps == 1

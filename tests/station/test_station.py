@@ -182,7 +182,7 @@ def test_keys_give_orders_in_flight(fly):
     assert flight.conduct() == ""
     assert flight.swarm.orders == ["takeoff", "start", "hold", "start", "land"]
     starts = {order.start for order in flight.swarm.published if isinstance(order, Mission) and order.verb == "start"}
-    assert len(starts) == 1  # the formation's time goes on
+    assert len(starts) == 1  # the formation's time continues
 
 
 def test_a_stop_by_key_is_repeated_until_the_motors_are_off(fly):

@@ -30,7 +30,7 @@ HEADING = 2.0
 
 
 class Flight:
-    """A driver and its Tello; the pilot commands `velocity`, nothing where that is None."""
+    """A driver and its Tello; the pilot commands `velocity`, nothing if that is None."""
 
     def __init__(self, swarm, *quirks: str, chance: Callable[[], float] = lambda: 0.5, **parameters: object) -> None:
         self.swarm, self.now = swarm, BEGAN
@@ -481,7 +481,7 @@ def run_without_landing(found: Flight, seconds: float, reply: bytes = b"") -> No
 def test_a_landing_centres_the_sticks_first_and_beside_it(airborne):
     airborne.velocity = (1.0, 0.0, 0.0)
     airborne.run(1.0)
-    airborne.now += nanoseconds(1.5)  # its process stood still: the last sticks still hold
+    airborne.now += nanoseconds(1.5)  # its process was frozen: the last sticks still hold
     airborne.sent.clear()
     end = airborne.t
     airborne.velocity = None

@@ -62,11 +62,14 @@ class NatNetClient:
     """Receives the frames of a session's server, and passes each on with the time of its arrival (Unix ns).
 
     Args:
-        session: the state of the connection. deliver: called in the event loop with each frame that is newer than all
-        before. local: IPv4 address of the interface to send from and to join the group on. command_port: the server's.
+        session: the state of the connection.
+        deliver: called in the event loop with each frame that is newer than all before.
+        local: IPv4 address of the interface to send from and to join the group on.
+        command_port: the server's.
         group: (address, port) of the multicast group, if it differs from the announced one. For a server that does not
-        answer it is the protocol's default. The client leaves it when a group is announced, because another server of
-        the same host may stream to it. drained: called after all received frames were delivered.
+            answer it is the protocol's default. The client leaves it when a group is announced, because another server
+            of the same host may stream to it.
+        drained: called after all received frames were delivered.
 
     """
 

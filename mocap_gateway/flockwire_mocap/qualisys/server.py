@@ -137,5 +137,5 @@ class QtmServer(StreamServer):
 
     def _send(self, host: str, data: bytes, port: int) -> None:
         if self._datagrams is not None:
-            with contextlib.suppress(OSError):  # lost, as datagrams may be: nobody is there, or the frame is too long
+            with contextlib.suppress(OSError):  # lost: no client, or the frame is too long
                 self._datagrams.sendto(data, (host, port))

@@ -23,8 +23,8 @@ class QualisysSource(StreamedSource):
     """The bodies that a QTM server streams.
 
     Attributes:
-        names: of the bodies, in the order of the frames. failure: the problem and its remedy in one line; empty while
-        connected.
+        names: of the bodies, in the order of the frames.
+        failure: the problem and its remedy in one line; empty while connected.
 
     """
 

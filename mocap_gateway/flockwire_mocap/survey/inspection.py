@@ -20,10 +20,13 @@ class BodyFigures(NamedTuple):
     """The measured figures of one body.
 
     Attributes:
-        name: the tracker's, or its number as text if it has none. drone: the body's drone, None for other bodies. rate:
-        of frames with the body tracked, Hz. jitter: standard deviation of the time between two, s. latency: from
-        capture to arrival, s, median; the smallest delay of the network counts as none. lost: share of frames in which
-        it was not tracked. position: average, m; None if it was never tracked.
+        name: the tracker's, or its number as text if it has none.
+        drone: the body's drone, None for other bodies.
+        rate: of frames with the body tracked, Hz.
+        jitter: standard deviation of the time between two, s.
+        latency: from capture to arrival, s, median; the smallest delay of the network counts as none.
+        lost: share of frames in which it was not tracked.
+        position: average, m; None if it was never tracked.
         motion: standard deviation of its position, m.
 
     """

@@ -20,8 +20,8 @@ class ViconSource(StreamedSource):
     """The bodies that a Vicon server reports.
 
     Attributes:
-        failure: the problem and its remedy in one line; empty while frames arrive. child: the child's last line that is
-        not a frame: an error of the package.
+        failure: the problem and its remedy in one line; empty while frames arrive.
+        child: the child's last line that is not a frame: an error of the package.
 
     """
 

@@ -60,8 +60,9 @@ class VrpnSession:
     """The state of a server.
 
     Attributes:
-        connection: the newest connection, with what it has counted. reports: of all connections. trouble: the problem
-        and its remedy in one line; None while connected.
+        connection: the newest connection, with what it has counted.
+        reports: of all connections.
+        trouble: the problem and its remedy in one line; None while connected.
 
     """
 
