@@ -14,6 +14,7 @@ from flockwire.wire.messages import Mission, Stop
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 
+from flockwire_analysis.observed import Observed
 from flockwire_analysis.series import Columns, Series
 
 
@@ -43,11 +44,11 @@ class Trace:
     """What a trace holds.
 
     `series` holds what was recorded of each key, `missions` each mission once, by stamp; `vitals` one entry for each
-    publisher of a status, `states` by identity the changes of the phase that it reported, `failed_laws` a sentence
-    for whatever a law raised. `begin` and `end` are the first and the last log time (Unix ns). `lost` counts the gaps
-    in the sequences of messages that are not repeated, and the orders that pilots obeyed and the trace lacks;
-    `malformed` the messages that could not be decoded. A trace that was not `closed` was read up to its last whole
-    record, and `lost_bytes` are behind that.
+    publisher of a status, `states` by identity the changes of the phase that it reported, `histories` what pilots
+    reported of their orders with it, `failed_laws` a sentence for whatever a law raised. `begin` and `end` are the
+    first and the last log time (Unix ns). `lost` counts the gaps in the sequences of messages that are not repeated,
+    and the orders that pilots obeyed and the trace lacks; `malformed` the messages that could not be decoded. A trace
+    that was not `closed` was read up to its last whole record, and `lost_bytes` are behind that.
     """
 
     path: Path
@@ -58,6 +59,7 @@ class Trace:
     stops: tuple[Stop, ...]
     vitals: tuple[ProcessRecord, ...]
     states: dict[str, tuple[StateChange, ...]]
+    histories: dict[str, tuple[Observed, ...]]
     failed_laws: tuple[str, ...]
     begin: int
     end: int

@@ -1,8 +1,8 @@
 """The phases of a pilot as a table: transitions.csv, one row for each transition.
 
-The first row that names the phase, and whose conditions hold, gives the next phase; `!` means: does not hold. The table
-is the specification: a test compares the code with it (FlightPhases), the model checks it (model/), and analysis replays
-every flight through it.
+The first row that names the phase, and whose conditions hold, gives the next phase; `!` means: does not hold. The
+table is the specification: a test compares the code with it (FlightPhases), the model checks it (model/), and analysis
+replays every flight through it.
 """
 
 from __future__ import annotations
