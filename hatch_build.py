@@ -12,12 +12,12 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 TRACKED = (
-    "completeness", "core", "identities", "jumps", "owners", "scene", "simulated", "tracking", "vicinity",
+    "completeness", "core", "identities", "jumps", "owners", "field_bodies", "simulated", "tracking", "vicinity",
 )  # fmt: skip
 COMPILED = (
     "core/flockwire/control",
     "core/flockwire/domain",
-    *(f"core/flockwire/wire/{name}.py" for name in ("cdr", "inbox", "messages", "stamped", "status")),
+    *(f"core/flockwire/wire/{name}.py" for name in ("cdr", "codec", "inbox", "orders", "phase", "stamped", "status")),
     "core/flockwire/pilot",
     *(f"core/flockwire/process/{name}.py" for name in ("stepping", "timekeeping")),
     "core/flockwire/law.py",
@@ -63,6 +63,6 @@ class CustomBuildHook(BuildHookInterface[Any]):
 
 
 def _files(entry: Path) -> list[Path]:
-    if entry.is_file():
-        return [entry]
+    if not entry.is_dir():
+        return [entry]  # mypyc reports one that is not there
     return sorted(file for file in entry.glob("*.py") if file.name not in LEFT_ALONE)

@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 from flockwire.domain.time import SECOND
 from flockwire.loading import parse_swarm
+from flockwire.wire.codec import decode
 from flockwire.wire.status import Status
 from flockwire_analysis.summary import summarise
 from flockwire_sim.process import Published
@@ -55,7 +56,7 @@ def fly(seed: int, clocks: dict[str, float]) -> Flight:
         row = published.sample.row
         if row.message is not Status or published.at < EPOCH + KNOWN:
             return
-        status = Status.decode(published.sample.payload)
+        status = decode(Status, published.sample.payload)
         off = published.sent - world.processes[REFERENCE].clock.read(published.at)
         worst[0], worst[1] = max(worst[0], abs(off) / 1e6), max(worst[1], 1e3 * status.clock_bound)
 

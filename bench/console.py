@@ -32,10 +32,10 @@ from typing import Any
 import aiohttp
 import psutil
 from flockwire import clock
+from flockwire.domain.airframe import FlightState
 from flockwire.loading import load_swarm
 from flockwire.runtime.session import Session
 from flockwire.security.pki import make_keys
-from flockwire.wire.messages import FlightState
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import CONSOLE, KINEMATICS, OPERATOR
 from flockwire_station.operator import Operator

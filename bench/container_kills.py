@@ -34,7 +34,7 @@ from pathlib import Path
 
 from containers import Changes, Containers, containers, until
 from faults import COLLISION, IN_THE_AIR, SWARM, Outcome, messages
-from flockwire.wire.messages import Pose
+from flockwire.domain.pose import Pose
 
 CHANGES: dict[str, dict[str, object]] = {
     "control": {"law": "extended"},

@@ -33,7 +33,7 @@ SMALL, LARGE = 5, 10  # followers
 STARTING = 6.0  # s from the last process's start until all fly in formation
 MARGIN = 10.0  # s of a flight beside those that are measured
 VIRTUAL = 5.0  # s of the virtual flights that are timed
-CALLS = (4.0, 8.0)  # s of the two virtual flights between which calls are counted
+CALLS = (2.0, 4.0)  # s of the two virtual flights between which calls are counted
 SPEED = re.compile(r"trace (on|off): ([\d.]+) x real time")
 COUNTING = """import cProfile, contextlib, io, pstats, runpy, sys
 profile, sys.argv = cProfile.Profile(builtins=False), ["flockwire", *sys.argv[1:]]

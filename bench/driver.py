@@ -29,14 +29,14 @@ import psutil
 import tomli_w
 import zenoh
 from flockwire import clock
-from flockwire.ground.giving import Order
+from flockwire.domain.airframe import Command
+from flockwire.ground.order import Order
 from flockwire.loading import load_swarm
 from flockwire.runtime.session import Session
 from flockwire.security.files import files_of
 from flockwire.security.pki import make_keys
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Command
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import AGENT, DRIVER, LEADING, OPERATOR
 from flockwire_probe.attackers import Attacker, attacker_configuration

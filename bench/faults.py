@@ -31,8 +31,10 @@ from typing import Any
 
 import psutil
 import tomli_w
+from flockwire.domain.airframe import Telemetry
+from flockwire.domain.pose import Pose
 from flockwire.loading import load_swarm
-from flockwire.wire.messages import Pose, Telemetry
+from flockwire.wire.codec import decode
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 from traced import published
@@ -184,7 +186,7 @@ def messages(outcome: Outcome, traces: list[Path]) -> Iterator[tuple[str, Pose |
     for trace in traces:
         try:
             for owner, kind, record in published(trace, *JUDGED):
-                yield owner, JUDGED[kind].decode(record.data)
+                yield owner, decode(JUDGED[kind], record.data)
         except (OSError, ValueError):
             outcome.readable = False
             shutil.copy(trace, Path(tempfile.gettempdir()) / f"unreadable-{trace.stat().st_mtime_ns}.mcap")

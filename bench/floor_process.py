@@ -61,7 +61,7 @@ def main() -> None:
 
     held = [session.declare_subscriber(key, zenoh.handlers.RingChannel(1)) for key in task["subscribe"]]
     if task["trigger"]:
-        session.declare_subscriber(task["trigger"], zenoh.handlers.Callback(triggered, indirect=False))
+        answered = session.declare_subscriber(task["trigger"], zenoh.handlers.Callback(triggered, indirect=False))
     marks = []
     due = time.monotonic()
     for moment in (task["begin"], task["end"]):
@@ -77,6 +77,8 @@ def main() -> None:
     share = (after - before) / (task["end"] - task["begin"])
     (peak,) = (line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("VmHWM"))
     print(json.dumps({"cpu": share, "mb": int(peak.split()[1]) / 1024, "latencies": latencies[first:last]}))
+    if task["trigger"]:
+        answered.undeclare()
     session.close()  # type: ignore[no-untyped-call]
 
 

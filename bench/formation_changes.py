@@ -11,20 +11,24 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import dist, hypot, inf, pi
 from random import Random
 
 import numpy as np
+from flockwire.control.graph import LEADER
+from flockwire.domain.airframe import Command
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import Vector, distance
 from flockwire.ground.director import Director, Stage
+from flockwire.ground.fleet import Fleet
 from flockwire.ground.formation_planning import ChangeRefusedError, plan_change
+from flockwire.ground.order import Order
 from flockwire.loading import SwarmFileError, parse_swarm
 from flockwire.pilot.orders import flown_formation
 from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import Command, Mission, Pose, Telemetry
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 from flockwire_sim.process import Published
@@ -53,35 +57,32 @@ class ChangingDirector(Director):
     """Conducts a flight through the formations `names`, then lands."""
 
     def __init__(self, swarm: Swarm, names: list[str], found: Found) -> None:
-        plan = Plan(swarm)
-        super().__init__(plan.pilots, swarm.frame, 0.0, EPOCH)
-        self._swarm, self._names, self._found, self._leader = swarm, names, found, plan.pilot[0]
+        super().__init__(Plan(swarm), Order("start"), 0, EPOCH, EPOCH)
+        self._swarm, self._names, self._found = swarm, names, found
         self._due = 0
 
-    def step(self, statuses: Mapping[str, Status], telemetry: Mapping[int, Telemetry], now: int) -> Mission | None:
+    def step(self, fleet: Fleet) -> Mission | None:
         """Change to the next formation when the last one has been flown for a while."""
-        order = super().step(statuses, telemetry, now)
-        if order is not None or self.stage is not Stage.FLYING or self._started is None:
+        order, started = super().step(fleet), self._standing.started
+        if order is not None or self.stage is not Stage.FLYING or started is None:
             return order
-        self._due = self._due or self._started.start + 2 * SETTLE
-        if now < self._due:
+        self._due = self._due or started.start + 2 * SETTLE
+        if fleet.now < self._due:
             return None
-        return self._change(statuses, now) if self._names else self.land(now)
+        return self._change(fleet, started) if self._names else self.land(fleet.now)
 
-    def _change(self, statuses: Mapping[str, Status], now: int) -> Mission | None:
-        assert self._started is not None
+    def _change(self, fleet: Fleet, started: Mission) -> Mission | None:
+        leader = fleet.fresh[LEADER].report.position
         try:
-            order = plan_change(
-                self._swarm, self._started, self._names.pop(0), now, statuses[self._leader].report.position
-            )
+            order = plan_change(self._swarm, started, self._names.pop(0), fleet.now, leader)
         except ChangeRefusedError as refused:
             self._found.refusals.append(str(refused))
             return None
         assert order.change is not None
-        self._found.jump = max(self._found.jump, largest_jump(self._swarm, self._started, order))
+        self._found.jump = max(self._found.jump, largest_jump(self._swarm, started, order))
         self._found.durations.append(order.change.duration)
         self._due = order.change.begin + nanoseconds(order.change.duration) + SETTLE
-        return self.change(order, self._started)
+        return self._go(Stage.FLYING, order)
 
 
 class Judge:

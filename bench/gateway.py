@@ -18,6 +18,7 @@ from flockwire import clock
 from flockwire.domain.time import SECOND
 from flockwire.loading import parse_swarm
 from flockwire.process.cores import Start
+from flockwire.wire import codec
 from flockwire.wire.plan import Plan
 from flockwire_mocap.core import GatewayCore, make_core
 from flockwire_mocap.natnet.encoding import encode
@@ -79,7 +80,7 @@ def measure(drones: int, bodies: int, seconds: float) -> tuple[float, float, int
         arrived = source.session.receive(datagram, HOME, now)
         if arrived is not None:
             source.arrived(arrived, now)
-        messages = [message.encode() for _, message in core.step(now)]
+        messages = [codec.encode(message) for _, message in core.step(now)]
         used += clock.cpu_time() - before
         published = len(messages)
     return used / seconds, 1e6 * used / frames / bodies, published

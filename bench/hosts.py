@@ -31,11 +31,12 @@ from typing import Any
 import tomli_w
 from air import Air, Conditions, air
 from flockwire import clock
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
-from flockwire.ground.giving import Order
+from flockwire.ground.order import Order
 from flockwire.loading import load_swarm
 from flockwire.security.pki import make_keys
-from flockwire.wire.messages import Pose
+from flockwire.wire.codec import decode
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 from flockwire_station.giving import give
@@ -156,7 +157,7 @@ def partition(folder: Path, _: float) -> dict[str, Any]:
     settled: dict[str, float | None] = {}
     last: dict[str, int] = {}
     for _, _, record in published(folder / "out" / "trace.mcap", "status"):
-        message = Status.decode(record.data)
+        message = decode(Status, record.data)
         who, report = message.identity, message.report
         if who not in VICTIMS or message.stamp < parted:
             continue
@@ -203,7 +204,7 @@ def clock_error(plan: Plan, out: Path, shifted: bool) -> float:
     first: dict[str, int] = {}
     worst = 0.0
     for _, _, record in published(out / "trace.mcap", "status"):
-        status = Status.decode(record.data)
+        status = decode(Status, record.data)
         began = first.setdefault(status.identity, status.stamp)
         if status.stamp - began > 10 * SECOND:
             offset = SHIFTS.get(plan.hosts[status.identity], 0.0) if shifted else 0.0
@@ -216,7 +217,7 @@ def closest(out: Path) -> float:
     places: dict[str, Pose] = {}
     least = float("inf")
     for owner, _, record in published(out / "trace.mcap", "truth"):
-        places[owner] = Pose.decode(record.data)
+        places[owner] = decode(Pose, record.data)
         airborne = [p.position for p in places.values() if p.position[2] > IN_THE_AIR]
         least = min([least, *(dist(a, b) for a, b in combinations(airborne, 2))])
     return round(least, 3)

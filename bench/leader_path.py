@@ -19,10 +19,11 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.loading import load_table, parse_swarm
 from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import Mission, Pose
 from flockwire_sim.process import Published
 from flockwire_sim.world import World
 

@@ -19,12 +19,13 @@ from math import dist, inf
 from random import Random
 from typing import Any
 
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 from flockwire.loading import parse_swarm
 from flockwire.process.faults import parse_faults
 from flockwire.swarm.model import Swarm, uav
-from flockwire.wire.messages import Mission, Pose
 from flockwire.wire.plan import Plan
 from flockwire_sim.process import Published
 from flockwire_sim.world import World

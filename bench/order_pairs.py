@@ -20,11 +20,11 @@ from itertools import product
 from multiprocessing import Pool
 from random import Random
 
+from flockwire.domain.order import Mission, Version
 from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.ground.giving import Answer, Order
+from flockwire.ground.order import Answer, Order
 from flockwire.loading import parse_swarm
 from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import Mission, Version
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 from flockwire_sim.local_clock import LocalClock

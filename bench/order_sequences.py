@@ -19,14 +19,19 @@ from multiprocessing import Pool
 from random import Random
 from typing import NamedTuple
 
+from flockwire.domain.airframe import Telemetry
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground.director import POLL_PERIOD
+from flockwire.ground.fleet import Fleet
 from flockwire.ground.formation_planning import ChangeRefusedError, plan_in_time
-from flockwire.ground.giving import ENDING, Answer, Giving, Order, giving
+from flockwire.ground.giving import Giving
+from flockwire.ground.operator import GIVINGS
+from flockwire.ground.order import ENDING, Answer, Order
 from flockwire.process.cores import Ground
 from flockwire.swarm.model import uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Message, Mission, Telemetry
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report, Status
@@ -150,7 +155,7 @@ class Desk(Ground):
         page = given.giver == PAGE
         if page and given.order.verb in ENDING:
             self.under_way = [a for a in self.under_way if a.given.giver != PAGE or a.given.order.verb in ENDING]
-        made = giving(self._plan, given.order, number, now)
+        made = GIVINGS[given.order.verb](self._plan, given.order, number, now)
         self.under_way.append(Asked(given, made, now + nanoseconds(given.linked), self._page if page else None))
 
     def receive(self, key: Key, message: Message, now: int) -> None:
@@ -172,7 +177,9 @@ class Desk(Ground):
         for asked in self.under_way:
             if now < asked.begins or self._plans(asked, now):
                 continue
-            message = asked.giving.step(asked.received.statuses, asked.received.telemetry, now)
+            message = asked.giving.step(
+                Fleet(self._plan.pilots, asked.received.statuses, asked.received.telemetry, now)
+            )
             if isinstance(message, Mission):
                 messages.append((MISSION, message))
             if asked.giving.answer is not None:

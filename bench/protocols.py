@@ -24,8 +24,8 @@ from flockwire.loading import load_swarm
 from flockwire.process.cores import Start
 from flockwire.swarm.gateway import Gateway, Qualisys, Twin, Vrpn
 from flockwire.swarm.model import Swarm
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Message
 from flockwire.wire.plan import Plan
 from flockwire_analysis.summary import summarise
 from flockwire_mocap import core

@@ -12,11 +12,13 @@ from pathlib import Path
 from typing import Any
 
 from flockwire import clock
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.loading import load_swarm
 from flockwire.runtime.session import Session
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import FlightState, Message, Mission, Telemetry
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report, Status
 

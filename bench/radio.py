@@ -25,11 +25,12 @@ from itertools import accumulate
 from pathlib import Path
 
 from flockwire import clock
+from flockwire.domain.motion import Estimate
 from flockwire.domain.time import SECOND
-from flockwire.ground.giving import Order
+from flockwire.ground.order import Order
 from flockwire.loading import load_swarm
 from flockwire.security.pki import make_keys
-from flockwire.wire.messages import Estimate
+from flockwire.wire.codec import decode
 from flockwire.wire.plan import Plan
 from flockwire_station.giving import give
 from flockwire_station.processes import command
@@ -104,7 +105,7 @@ def ages(trace: Path) -> dict[str, float]:
     """Return median, 99th percentile and greatest age of the newest estimate of each follower, ms."""
     arrivals: dict[str, list[tuple[int, int]]] = defaultdict(list)
     for owner, _, record in published(trace, "estimate"):
-        arrivals[owner].append((record.log_time, Estimate.decode(record.data).stamp))
+        arrivals[owner].append((record.log_time, decode(Estimate, record.data).stamp))
     found: list[float] = []
     for listed in arrivals.values():
         times = [at for at, _ in sorted(listed)]

@@ -27,7 +27,7 @@ from pathlib import Path
 
 import zenoh
 from flockwire import clock
-from flockwire.ground.giving import Order
+from flockwire.ground.order import Order
 from flockwire.loading import load_swarm
 from flockwire.security.files import files_of
 from flockwire.security.pki import make_keys

@@ -26,12 +26,12 @@ from pathlib import Path
 import psutil
 import zenoh
 from flockwire import clock
-from flockwire.ground.giving import Order
+from flockwire.domain.airframe import FlightState
+from flockwire.ground.order import Order
 from flockwire.loading import load_swarm
 from flockwire.runtime.session import Session
 from flockwire.security.files import files_of
 from flockwire.security.pki import make_keys
-from flockwire.wire.messages import FlightState
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 from flockwire_probe.attackers import Attacker, attacker_configuration

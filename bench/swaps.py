@@ -18,12 +18,13 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 from flockwire.loading import load_swarm
 from flockwire.process.faults import parse_faults
 from flockwire.swarm.model import Swarm, uav
-from flockwire.wire.messages import Mission, Pose
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire_sim.process import Published

@@ -23,7 +23,7 @@ from pathlib import Path
 import psutil
 import zenoh
 from flockwire import clock
-from flockwire.domain.motion import LeaderMotion
+from flockwire.domain.motion import Estimate, LeaderMotion
 from flockwire.loading import parse_swarm
 from flockwire.runtime.configuration import configuration
 from flockwire.runtime.session import Session
@@ -31,14 +31,14 @@ from flockwire.runtime.subscriptions import Prompt, Wakeup
 from flockwire.security.files import files_of
 from flockwire.security.pki import make_keys
 from flockwire.swarm.model import uav
+from flockwire.wire.codec import encode
 from flockwire.wire.inbox import ATTACHMENT
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Estimate
 from flockwire.wire.plan import Plan
 
 HOME = "127.0.0.1"
 FRAME, MOTION = "world", LeaderMotion((1.0, 2.0, 3.0), (0.1, 0.2, 0.3), (0.0, 0.0, 0.0))
-SIZE = len(Estimate(0, FRAME, MOTION).encode()) + ATTACHMENT.size  # bytes, of every transport's message
+SIZE = len(encode(Estimate(0, FRAME, MOTION))) + ATTACHMENT.size  # bytes, of every transport's message
 BROKER = "mosquitto"
 
 

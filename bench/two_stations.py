@@ -26,7 +26,7 @@ from typing import Any
 
 from aiohttp import ClientSession
 from flockwire.ground.fleet import ON_GROUND
-from flockwire.ground.giving import Answer, Order
+from flockwire.ground.order import Answer, Order
 from flockwire.wire.phase import Phase
 from flockwire_station.giving import obey
 from stop import Bench, busy

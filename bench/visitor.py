@@ -15,12 +15,14 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 from flockwire.loading import load_swarm
 from flockwire.process.faults import parse_faults
 from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import FlightState, Mission, Pose, Telemetry
 from flockwire.wire.plan import Plan
 from flockwire_sim.process import Published
 from flockwire_sim.world import World

@@ -1,1 +1,1 @@
-"""A follower: it estimates the leader, flies its place in the formation and keeps clear."""
+"""A follower: it estimates the leader, flies its place in the formation and avoids bodies."""

@@ -2,7 +2,7 @@
 
     u_i = u_r − K (y − y_r),   r = h_i + eta_i,   u_r = r'(t + D) + lag r''(t + D),   y_r = r(t + D) + lag r'(t + D)
 
-y is the airframe's stopping point. What keeps the drones apart is the safety filter round the law, not a potential.
+y is the airframe's stopping point. The safety filter around the law, not a potential, keeps the drones apart.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
 from flockwire.law import Decision, LawSettings, NeighbourEstimate, Observation, Reference
 
-SIDE_SWITCH_TIME = 3.0  # s without progress after which a drone turns to the other side; each adds a share of its own
+SIDE_SWITCH_TIME = 3.0  # s without progress after which a drone changes the side; each drone adds its own share
 
 
 class ExtendedLaw:
@@ -30,7 +30,7 @@ class ExtendedLaw:
         self._observer = settings.observer
         self._track = LeaderTrack(settings.leader_time_constant)
         self._leader: LeaderMotion | None = None
-        self._epoch = 0  # Unix ns that the times of trackers count from
+        self._epoch = 0  # Unix ns, time 0 of the trackers
         switch_after = SIDE_SWITCH_TIME * (1.0 + (settings.number * 0.618) % 1.0)
         self._sidestep = Sidestep(settings.sidestep, switch_after)
 
@@ -73,7 +73,7 @@ class ExtendedLaw:
         there = leader.after(self._dead_time)
         goal = add(place.offset(ahead), there.position)
         error = subtract(observation.motion.stopping, stopping_reference(goal, add(before, there.velocity), self._lag))
-        # The command holds for one period, so it is that of the period's middle.
+        # The command lasts one period, so it is evaluated at the middle of the period.
         rate = add(scale(add(before, after), 0.5), leader.after(self._dead_time + 0.5 * self._hold).velocity)
         turn = add(scale(subtract(after, before), 1.0 / self._hold), there.acceleration)
         return lead(rate, turn, self._lag), error

@@ -1,4 +1,4 @@
-"""A law that may fail: it is then not called before the next order, and reports what it raised, with file and line."""
+"""Guards a law that may raise: it reports the error with file and line, and waits for the next order."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from flockwire.law import Decision, Law, Observation, check_decision
 from flockwire.wire.status import LAW_FAILED, Reason
 
 OWN = "flockwire_agent"  # this file's frames are not the law's
-MOST_FRAMES = 4  # of what is reported in one line
+MOST_FRAMES = 4  # characters of the reported line
 
 
 class GuardedLaw:
-    """The law that `make` makes, at once, for the drone called `name`; raises what `make` raises."""
+    """Calls `make` for the law of the drone `name`; raises its errors."""
 
     def __init__(self, make: Callable[[], Law], name: str) -> None:
         self._make, self._name = make, name
         self._law = make()
-        self.fault: Reason | None = None  # what the law raised, None while all is well
+        self.fault: Reason | None = None  # the law's error, None without one
 
     def step(self, observation: Observation, now: int) -> Decision | None:
-        """Return what the law decides; None when it failed."""
+        """Return the law's decision; None if it failed."""
         if self.fault is not None:
             return None
         try:
@@ -50,7 +50,7 @@ class GuardedLaw:
 
 
 def where(error: Exception) -> str:
-    """Return the places in files that `error` came through, the law's first, in one line."""
+    """Return the file positions of `error`, the law's first, in one line."""
     frames = [f for f in traceback.extract_tb(error.__traceback__) if f"{OWN}/guarded_law" not in f.filename]
     frames = [f for f in frames if "flockwire/law.py" not in f.filename and "flockwire/loading.py" not in f.filename]
     places = [f"{frame.filename.rsplit('/', maxsplit=1)[-1]}:{frame.lineno}" for frame in frames[-MOST_FRAMES:]]

@@ -1,4 +1,4 @@
-"""The paper's law: observer (8) and protocol (9), as they are printed."""
+"""The paper's law: observer (8) and protocol (9)."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class PaperLaw:
         return Decision(self._track(observation, leader), LeaderMotion(leader, self._velocity), self._observed)
 
     def _advance(self, observation: Observation) -> Vector | None:
-        """One step of (8); the first guess is the own position, for want of a better one."""
+        """One step of (8); the first guess is the drone's own position."""
         if self._leader is None:
             if observation.motion is None:
                 return None

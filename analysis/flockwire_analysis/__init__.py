@@ -1,1 +1,1 @@
-"""What is known of a flight from its trace: reading, checks, summary, figures, report, export, comparison."""
+"""Analysis of a trace: reading, checks, summary, figures, report, export, comparison."""

@@ -1,4 +1,4 @@
-"""What a flight must have kept to; docs/checks.md explains each check."""
+"""The checks of a flight; docs/checks.md explains each."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from flockwire_analysis.gaps import Gap
 from flockwire_analysis.outcomes import LandingFigures
 from flockwire_analysis.tracking import SETTLED_BELOW
 
-SPEED_TOLERANCE = 0.02  # share by which a speed measured from noisy positions may exceed its limit
+SPEED_TOLERANCE = 0.02  # share by which a speed from noisy positions may exceed its limit
 MOST_NAMED = 4  # drones that the sentence of a check names
-ABOUT_THE_RECORD = frozenset({"control rate", "recording", "lost messages"})  # not how the drones flew
+ABOUT_THE_RECORD = frozenset({"control rate", "recording", "lost messages"})  # they judge the recording, not the flight
 
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One check: `value` against `limit`, both in `unit`; `reason` is why there is no value, or what it is of."""
+    """One check: `value` against `limit`, both in `unit`; `reason` is why there is no value, or its origin."""
 
     name: str
     value: float | None
@@ -32,22 +32,22 @@ class Check:
         return {"name": self.name, "value": self.value, "limit": self.limit, "ok": self.ok}
 
     def found(self) -> str:
-        """Return what was found, as text."""
+        """Return the result as text."""
         if self.value is None:
             return self.reason
         value = f"{self.value:.4g} {self.unit}".strip()
         return f"{value} ({self.reason})" if self.reason else value
 
     def sentence(self) -> str:
-        """Return what this check found, and what it must be, as text."""
+        """Return the result and the rule as text."""
         return f"{self.name}: {self.found()}" + (f", must be {self.rule}" if self.value is not None else "")
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """What is checked: lengths in m, speed in m/s, times in s, share of the steps by agent, sentences on drones.
+    """The values to check: lengths in m, speed in m/s, times in s, share of the steps by agent, sentences on drones.
 
-    `no_places` and `no_formation` are why there are no distances, or is no formation; empty where there are.
+    `no_places` and `no_formation` are why there are no distances, or no formation; else empty.
     """
 
     no_places: str
@@ -60,7 +60,7 @@ class Measured:
     stops: tuple[str, ...]
     settled: float | None
     failed_laws: tuple[str, ...]
-    unsettled: str  # which phase did not settle
+    unsettled: str  # the phase that did not settle
     longest_off: float | None
     formation_tail: float | None
     observation_tail: float | None
@@ -75,16 +75,16 @@ class Measured:
 
 
 def kept_within(swarm: Swarm) -> float:
-    """Return how far a follower that keeps its place may be from it, m: what it may in the tail, or had settled by."""
+    """Return the largest distance, m, of a follower that counts as at its place."""
     return max(swarm.checks.formation_tail, SETTLED_BELOW)
 
 
 def checks(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
-    """Judge what was measured."""
+    """Judge the measured values."""
     found = [*_in_flight(swarm, measured), *_formation(swarm, measured), *_drones(swarm, measured)]
     alone = not swarm.obstacles and measured.min_distance_obstacle is None
     idle = {
-        "formation kept": measured.longest_off is None,  # nobody settled, which is judged
+        "formation kept": measured.longest_off is None,  # no follower settled: judged by another check
         "laws that failed": not measured.failed_laws,
         "obstacle clearance": alone,
         "separation": measured.drones < 2,
@@ -94,7 +94,7 @@ def checks(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
 
 def _in_flight(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
     safe, speed = swarm.avoidance, swarm.limits.speed
-    nowhere = measured.no_places or "no two drones were seen at one time"
+    nowhere = measured.no_places or "no two drones had poses at the same time"
     fast_enough = measured.max_speed is not None and measured.max_speed <= speed * (1.0 + SPEED_TOLERANCE)
     return (
         _at_least("separation", measured.min_distance_uav, safe.drone_safety_distance, "m", nowhere),
@@ -113,16 +113,16 @@ def _formation(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
     bounds, missing = swarm.checks, measured.no_formation
     unsettled = missing or measured.unsettled
     settled = None if unsettled else measured.settled
-    unknown = missing or "not every follower has errors there"
+    unknown = missing or "some followers have no errors in this period"
     return (
         _at_most("formation settled", settled, bounds.settle_within, "s", unsettled, "after the start of each"),
         _at_most(
             "formation kept", measured.longest_off, bounds.off_place, "s", "",
-            f"more than {kept_within(swarm):g} m off a place after all had settled, obstacles apart",
+            f"more than {kept_within(swarm):g} m off its place after all had settled, except near obstacles",
         ),
         _at_most(
             "formation tail", measured.formation_tail, bounds.formation_tail, "m", unknown,
-            "in the last 30 % of each phase, obstacles apart",
+            "in the last 30 % of each phase, except near obstacles",
         ),
         _at_most(
             "observation tail", measured.observation_tail, bounds.observation_tail, "m", unknown,
@@ -136,7 +136,7 @@ def _drones(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
     grounded = _none("on the ground in formation", measured.grounded)
     lost = _none("lost drones", measured.lost_drones)
     found = (grounded, lost, _none("conformance", measured.deviations))
-    if measured.stops:  # nothing came down at its place
+    if measured.stops:  # no landing to judge
         return found
     if landing.not_down or landing.distance is None:
         ok, reason = not landing.not_down, _listed(landing.not_down) or "no landing was recorded"
@@ -151,7 +151,7 @@ def _record(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
     where = measured.gap_place if gap.length > longest else ""
     return (
         _at_least("control rate", slowest, swarm.checks.control_rate, "of the steps", measured.no_formation),
-        _at_most("recording", gap.length, longest, "s", "", "without a record of what was published", where),
+        _at_most("recording", gap.length, longest, "s", "", "without recorded messages", where),
         Check("lost messages", float(measured.lost), 0.0, measured.lost == 0, "none"),
     )
 

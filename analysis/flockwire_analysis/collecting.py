@@ -1,4 +1,4 @@
-"""From messages, one by one, to what a trace holds of a flight."""
+"""Collects the messages of a trace into the data of a flight."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from collections.abc import Hashable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from flockwire.domain.order import Mission, Stop, Version
 from flockwire.swarm.model import Swarm
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import ROWS, Key
-from flockwire.wire.messages import Message, Mission, Stop, Version
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import LAW_FAILED, Status
 from flockwire_recorder.publication import count_lost, published_at
@@ -21,9 +22,9 @@ from flockwire_analysis.series import Columns
 
 @dataclass(slots=True)
 class _Publisher:
-    """One channel: what is published on a topic by one process, `repeated` until it is answered or not.
+    """One channel: the messages of one process on a topic, `repeated` until answered or not.
 
-    `rate` is the most messages of it, per s.
+    `rate` is its largest number of messages per s.
     """
 
     repeated: bool
@@ -36,7 +37,7 @@ class _Publisher:
     links: set[str] = field(default_factory=set)
 
     def lost(self) -> int:
-        """Return how many of its messages are missing between the first and the last that were recorded."""
+        """Return the number of missing messages between the first and the last recorded one."""
         return count_lost(self.sequences, self.rate, self.end - self.begin)
 
 
@@ -49,7 +50,7 @@ class Collector:
         self._publishers: dict[Hashable, _Publisher] = {}
         self._columns: dict[Key, Columns] = {}
         self._missions: dict[Version, Mission] = {}
-        self._obeyed: set[Version] = set()  # of the missions those that a process obeyed
+        self._obeyed: set[Version] = set()  # missions that a process obeyed
         self._stops: dict[int, Stop] = {}
         self._states: dict[str, list[StateChange]] = {}
         self._histories: dict[str, list[Observed]] = {identity: [] for identity in self.plan.pilots.values()}
@@ -60,10 +61,10 @@ class Collector:
     def add(
         self, channel: Hashable, key: Key | None, message: Message | None, sequence: int, published: int, logged: int
     ) -> None:
-        """Add a message of `key`; both are None where they cannot be read.
+        """Add a message of `key`; both are None if they cannot be read.
 
-        `channel` stands for a key of one publisher, `sequence` is its count, `published` and `logged` are Unix
-        times in ns; the former is the publisher's word.
+        `channel` identifies key and publisher, `sequence` is the publisher's count. `published` (claimed by the
+        publisher) and `logged` are Unix times in ns.
         """
         publisher = self._publishers.get(channel)
         if publisher is None:
@@ -82,7 +83,7 @@ class Collector:
                 self._missions[message.version] = message
             case Stop():
                 self._stops[message.stamp] = message
-            case Status() if message.identity != key.owner:  # a status of somebody else is forged
+            case Status() if message.identity != key.owner:  # a status of another process is forged
                 self._malformed += 1
                 return
             case Status():
@@ -105,7 +106,7 @@ class Collector:
         columns.add(message, published_at(published, logged), logged, sequence)
 
     def trace(self, path: Path, closed: bool = True, lost_bytes: int = 0) -> Trace:
-        """Return what was collected, which came from `path`."""
+        """Return the data collected from `path`."""
         return Trace(
             path, self.plan, self._metadata,
             {key: columns.series() for key, columns in self._columns.items()},
@@ -124,14 +125,14 @@ class Collector:
         )  # fmt: skip
 
     def _held(self) -> tuple[Mission, ...]:
-        """Return the orders that somebody obeyed, as far as that was recorded, by time: those rejected are none."""
+        """Return the orders that a pilot obeyed, as recorded, by time, without rejected ones."""
         missions = (mission for _, mission in sorted(self._missions.items()))
         return tuple(mission for mission in missions if not self._obeyed or mission.version in self._obeyed)
 
     def _lost(self) -> int:
-        """Return how many messages are missing, and how many orders that pilots obeyed.
+        """Return the number of missing messages, and of missing orders that pilots obeyed.
 
-        What is repeated until it is answered may find no link, after its process was stopped for a while.
+        A repeated message may have no link after its process was stopped for a while.
         """
         orders = {version for version in self._obeyed if version.stamp >= self._begin}.difference(self._missions)
         return len(orders) + sum(publisher.lost() for publisher in self._publishers.values() if not publisher.repeated)

@@ -11,11 +11,12 @@ from collections.abc import Iterable, Iterator
 from itertools import pairwise, product
 from typing import NamedTuple
 
+from flockwire.domain.airframe import FlightState
+from flockwire.domain.order import IN_FORMATION, Mission, Version
 from flockwire.domain.time import SECOND
 from flockwire.pilot.orders import Orders, came_down
 from flockwire.pilot.transitions import PHASES, Conditions, reachable
 from flockwire.swarm.model import uav
-from flockwire.wire.messages import IN_FORMATION, FlightState, Mission, Version
 from flockwire.wire.phase import Phase
 
 from flockwire_analysis.observed import Observed, version_of

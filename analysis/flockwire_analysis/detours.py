@@ -1,4 +1,4 @@
-"""When an obstacle stood where a follower should be: until it is past, the follower must not keep its place."""
+"""Finds times when an obstacle was at a follower's place, which the follower must then leave."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from flockwire_analysis.separation import surface_distance
 from flockwire_analysis.series import Booleans, Integers
 from flockwire_analysis.tracking import Errors, interpolated
 
-RECOVERY = 4 * SECOND  # ns after which a follower must be back at its place
+RECOVERY = 4 * SECOND  # ns for a follower to return to its place
 
 
 def undisturbed(trace: Trace, errors: dict[int, Errors]) -> dict[int, Errors]:
-    """Return `errors` without the samples of followers whose places obstacles had in reach.
+    """Return `errors` without the samples of followers whose places were near obstacles.
 
-    A place is h_i + x_0, its reach the obstacles' influence radius; what follows within RECOVERY is left out too.
+    A place is h_i + x_0; near means within the obstacles' influence radius. Samples within RECOVERY after it are left
+    out too.
     """
     return {
         number: Errors(error.stamps[free], error.values[free])
@@ -27,7 +28,7 @@ def undisturbed(trace: Trace, errors: dict[int, Errors]) -> dict[int, Errors]:
 
 
 def _disturbed(trace: Trace, number: int, stamps: Integers) -> Booleans:
-    """Return at which of `stamps` (Unix ns, ascending) the place of follower `number` is in reach, or just was."""
+    """Return at which of `stamps` (Unix ns, ascending) follower `number` is, or just was, near an obstacle."""
     if not trace.swarm.obstacles or not len(stamps):
         return np.zeros(len(stamps), np.bool_)
     places = offsets(trace, number, stamps) + interpolated(trace.positions(0), stamps)

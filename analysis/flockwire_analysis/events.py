@@ -1,4 +1,4 @@
-"""What happened in a flight, in the order of time: orders, stops and injected faults."""
+"""The events of a flight in order of time: orders, stops and injected faults."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from flockwire_recorder.trace import FAULTS
 
 from flockwire_analysis.recorded import Trace
 
-REPEATS = 3 * SECOND  # ns within which a stop is the same one, repeated
+REPEATS = 3 * SECOND  # ns in which a stop counts as a repetition
 
 
 class Event(NamedTuple):
-    """At `stamp` (Unix ns) something began, in a word or two."""
+    """An event at `stamp` (Unix ns), with a short name."""
 
     stamp: int
     text: str
 
 
 def events(trace: Trace) -> tuple[Event, ...]:
-    """Return what is to be marked in the figures of a flight."""
+    """Return the events to mark in the figures of a flight."""
     return tuple(sorted((*_orders(trace), *_stops(trace), *_faults(trace))))
 
 
@@ -35,7 +35,7 @@ def _orders(trace: Trace) -> list[Event]:
 
 
 def _faults(trace: Trace) -> list[Event]:
-    """Return what was injected; its time counts from the first order to take off."""
+    """Return the injected faults; their times count from the first take-off order."""
     took_off = next((mission.stamp for mission in trace.missions if mission.verb == "takeoff"), trace.begin)
     injected = json.loads(trace.metadata.get(FAULTS, "[]"))
     return [Event(took_off + nanoseconds(at), text) for at, text in injected]

@@ -1,4 +1,4 @@
-"""A trace as tables, for other programs: one for each kind of message, one for the errors, one for events."""
+"""Exports a trace as tables: one for each kind of message, one for the errors, one for events."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ Table = dict[str, Sequence[Any]]  # columns by name, all of one length
 
 
 class ExportError(ValueError):
-    """What keeps a trace from being exported."""
+    """A trace that cannot be exported."""
 
 
 def tables(trace: Trace) -> Iterator[tuple[str, Table]]:
     """Yield name and columns of each table that has rows.
 
-    `t_s` is mission time in s (time since the trace's begin where no formation was flown), `stamp_ns` Unix time. The
-    `phase` of an error is that of summary.json's phases in which it is, from 1 on, 0 outside all of them: after a hold,
-    in a landing. `tail` is 1 in the part by which the phase is judged, else 0.
+    `t_s` is mission time in s (time since the trace's start if no formation was flown), `stamp_ns` Unix time. The
+    `phase` of an error is the number of summary.json's phase, from 1 on; 0 outside all, as after a hold or in a
+    landing. `tail` is 1 in the judged part of the phase, else 0.
     """
     phases = [phase.span for phase in formation_phases(trace)]
     origin = phases[0].begin if phases else trace.begin

@@ -1,4 +1,4 @@
-"""What the recorder missed, distinguished from what was never published by the publishers' own counts."""
+"""Gaps of the recording, distinguished from missing publications by the publishers' counts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from flockwire_analysis.series import Floats, Series
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """The longest time, s, for which messages of a topic were published and none recorded; which `key`, and `begin`."""
+    """The longest time, s, in which messages of a topic were published but none recorded, with `key` and `begin`."""
 
     length: float = 0.0
     key: Key | None = None
@@ -29,10 +29,10 @@ def longest_gap(trace: Trace) -> Gap:
 
 
 def control_rate(trace: Trace, number: int, spans: list[Span]) -> float | None:
-    """Return the share of the steps due within `spans` that the pilot of drone `number` made, None without any due.
+    """Return the share of due steps within `spans` that the pilot of drone `number` made, None without any due.
 
-    Due is a step for each pose, no more than `control.rate_hz` asks for. Messages are counted by their sequence
-    numbers: those that only the recorder missed were published. A span's further steps make up for none of another's.
+    A step is due for each pose, at most `control.rate_hz` per s. Messages are counted by their sequence numbers, which
+    include unrecorded ones. Extra steps of a span do not count for another.
     """
     rate = trace.swarm.control.rate_hz
     poses, commands = trace.of("pose", number), trace.of("command", number)
@@ -44,9 +44,9 @@ def control_rate(trace: Trace, number: int, spans: list[Span]) -> float | None:
 
 
 def where(trace: Trace, gap: Gap) -> str:
-    """Return in which topic a gap is, and when, as text."""
+    """Return topic and time of a gap as text."""
     topic = f"/{trace.plan.text(gap.key)}" if gap.key is not None else "no topic"
-    return f"in {topic}, {(gap.begin - trace.begin) / SECOND:.1f} s after its begin"
+    return f"in {topic}, {(gap.begin - trace.begin) / SECOND:.1f} s after its start"
 
 
 def _longest(key: Key, series: Series) -> Gap:
@@ -59,7 +59,7 @@ def _longest(key: Key, series: Series) -> Gap:
 
 
 def _published(series: Series, rate: int, spans: list[Span]) -> Floats:
-    """Return how many messages were published within each of `spans`; a gap counts for no more than fit into it."""
+    """Return the number of messages published within each of `spans`; a gap counts at most as many as fit."""
     if not len(series):
         return np.zeros(len(spans))
     order = np.argsort(series.published, kind="stable")

@@ -1,6 +1,6 @@
 """The layout of the communication graph, for templates/graph.svg.
 
-The leader is on the left, every follower as many columns further as it is hops away.
+The leader is on the left, every follower in the column of its number of hops.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import NamedTuple
 from flockwire.control.graph import LEADER, Graph
 
 COLUMN, ROW, RADIUS, MARGIN = 120.0, 76.0, 21, 44.0
-ABOVE = 9.0  # how far above an edge its weight is written
+ABOVE = 9.0  # distance of a weight above its edge
 
 Point = tuple[float, float]
 
@@ -26,7 +26,7 @@ class Node(NamedTuple):
 
 
 class DrawnEdge(NamedTuple):
-    """An arrow from the publisher to the subscriber, a quadratic Bezier curve, and where its weight is written."""
+    """An arrow from publisher to subscriber, a quadratic Bezier curve, and the place of its weight."""
 
     tail: Point
     control: Point
@@ -45,7 +45,7 @@ class GraphPicture(NamedTuple):
 
 
 def graph_picture(graph: Graph) -> GraphPicture:
-    """Return where each node and edge is drawn: in pixels, rounded to a tenth, Y down."""
+    """Return the places of nodes and edges in pixels, rounded to a tenth, Y down."""
     places = _places(graph)
     bows = [_bow(places[source], places[target]) for source, target, _ in graph.edges]
     edges = tuple(
@@ -88,7 +88,7 @@ def _edge(start: Point, bow: Point, end: Point, weight: float) -> DrawnEdge:
 
 
 def _towards(node: Point, point: Point) -> Point:
-    """Return where the line from `node` to `point` leaves the node's circle."""
+    """Return the intersection of the line from `node` to `point` with the node's circle."""
     dx, dy = point[0] - node[0], point[1] - node[1]
     share = (RADIUS + 3.0) / max(hypot(dx, dy), 1e-9)
     return (node[0] + dx * share, node[1] + dy * share)

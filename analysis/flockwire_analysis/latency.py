@@ -1,4 +1,4 @@
-"""How long each hop took, measured by the publishers' own times: exact on one machine, else as good as their clocks."""
+"""The latency of each hop, by the publishers' times: exact on one machine, else as good as their clocks."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Floats, Series
 
-CAPTURE = "capture"  # when the cameras saw it: the stamp of a pose
+CAPTURE = "capture"  # exposure time: the stamp of a pose
 HOPS = (f"{CAPTURE}_to_pose", "pose_to_estimate", "pose_to_command")
 
 
 @dataclass(frozen=True, slots=True)
 class Percentiles:
-    """Median and 99th percentile, ms; None where nothing was measured."""
+    """Median and 99th percentile, ms; None if nothing was measured."""
 
     p50: float | None = None
     p99: float | None = None
@@ -24,8 +24,8 @@ class Percentiles:
 def latencies(trace: Trace, hop: str) -> Floats:
     """Return the delays of all drones over `hop` (of HOPS) in ms.
 
-    A delay runs from the publication of a message to that of the first answer with the same stamp; that of a pose from
-    the stamp itself, which is that of its exposure.
+    A delay lasts from the publication of a message to that of the first answer with the same stamp; for a pose it
+    starts at the stamp, its exposure time.
     """
     cause, answer = hop.split("_to_")
     if cause == CAPTURE:
@@ -40,7 +40,7 @@ def _ages(series: Series) -> Floats:
 
 
 def percentiles(delays: Floats) -> Percentiles:
-    """Return what `delays` amount to, in their unit."""
+    """Return the percentiles of `delays`, in their unit."""
     if not len(delays):
         return Percentiles()
     p50, p99 = np.percentile(delays, [50, 99])
@@ -48,7 +48,7 @@ def percentiles(delays: Floats) -> Percentiles:
 
 
 def _delays(causes: Series, answers: Series) -> Floats:
-    """Return ms from each cause to its answer; of several with one stamp the one published first counts."""
+    """Return ms from each cause to its answer; the first of several with one stamp counts."""
     begins, begun = _first_published(causes)
     ends, ended = _first_published(answers)
     _, i, j = np.intersect1d(begins, ends, assume_unique=True, return_indices=True)

@@ -1,4 +1,4 @@
-"""Where the drones were and how fast, at any instants, beside where they were to be."""
+"""Positions and velocities of the drones at any instants, and their references."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Booleans, Floats, Integers
 from flockwire_analysis.tracking import interpolated
 
-WINDOW = SECOND // 20  # ns over which a displacement becomes a velocity
+WINDOW = SECOND // 20  # ns, window of a velocity
 
 
 def places(trace: Trace, number: int, times: Integers) -> Floats:
-    """Return x_i in m, one row for each of `times` (Unix ns), NaN where it is unknown."""
+    """Return x_i in m, one row for each of `times` (Unix ns), NaN if it is unknown."""
     return interpolated(trace.positions(number), times)
 
 
@@ -41,7 +41,7 @@ def reference_velocities(trace: Trace, number: int, times: Integers) -> Floats:
 
 
 def in_formation(trace: Trace, times: Integers) -> Booleans:
-    """Return which of `times` lie in a formation phase; hovering and landing are no formation."""
+    """Return which of `times` are in a formation phase, not hovering or landing."""
     within = np.zeros(len(times), np.bool_)
     for phase in formation_phases(trace):
         within |= phase.span.holds(times)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Hashable
 from typing import NamedTuple
 
+from flockwire.domain.order import Mission, Version
 from flockwire.domain.time import SECOND
-from flockwire.wire.messages import Mission, Version
 from flockwire.wire.status import LAW_FAILED, Status
 
 

@@ -1,4 +1,4 @@
-"""What became of each drone: whether it was lost, stood on the ground in the formation, and came down at its place."""
+"""The outcome of each drone: lost, on the ground in the formation, landed at its place."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import FlightState
 from flockwire.wire.phase import Phase
 
 from flockwire_analysis.phases import FormationPhase
@@ -17,15 +17,15 @@ from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Series
 from flockwire_analysis.tracking import interpolated
 
-SILENCE = 2 * SECOND  # ns before the flight's end by which a drone's telemetry, or its pilot's status, may have ended
+SILENCE = 2 * SECOND  # ns before the flight's end at which telemetry or a pilot's status may end
 DOWN = (FlightState.GROUNDED, FlightState.STOPPED, FlightState.HELD)
 
 
 @dataclass(frozen=True, slots=True)
 class LandingFigures:
-    """How the flight ended: drones that are `not_down` (a sentence each), the largest landing distance, m, and whose.
+    """The landings: drones that are `not_down` (a sentence each), the largest landing distance, m, and its drone.
 
-    A landing distance is that on the ground plan between where a drone's landing began and where it ended.
+    A landing distance is the horizontal distance between begin and end of a drone's landing.
     """
 
     not_down: tuple[str, ...] = ()
@@ -36,7 +36,7 @@ class LandingFigures:
 def lost(trace: Trace) -> tuple[str, ...]:
     """Return a sentence for each drone whose messages ended, or whose motors stopped without an order.
 
-    What ended when all were down counts for nothing: containers and services end one after another.
+    An end after all were down is ignored: containers and services end one after another.
     """
     ends = [series.logged[-1] for i in trace.flying for _, series in _reports(trace, i) if len(series)]
     end = max(ends, default=trace.end)
@@ -57,7 +57,7 @@ def grounded(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[str, ...
 
 
 def landing(trace: Trace) -> LandingFigures:
-    """Return how the drones came down; after an emergency stop that is no measure."""
+    """Return the landings; after an emergency stop they are not judged."""
     silent = [uav(i) for i in trace.flying if not len(trace.of("telemetry", i))]
     up = tuple(sentence for i in trace.flying for sentence in _up(trace, i))
     if len(up) > 1 and not any(mission.verb == "land" for mission in trace.missions):
@@ -69,7 +69,7 @@ def landing(trace: Trace) -> LandingFigures:
 
 
 def _reports(trace: Trace, number: int) -> tuple[tuple[str, Series], ...]:
-    """Return what a drone and its pilot report of themselves, by name."""
+    """Return the reports of a drone and its pilot, by name."""
     pilot = trace.plan.pilot[number]
     return (
         (f"telemetry of {uav(number)}", trace.of("telemetry", number)),
@@ -78,7 +78,7 @@ def _reports(trace: Trace, number: int) -> tuple[tuple[str, Series], ...]:
 
 
 def _last_aloft(trace: Trace, number: int) -> int:
-    """Return when telemetry last had a drone elsewhere than on the ground, Unix ns."""
+    """Return when telemetry last reported a drone off the ground, Unix ns."""
     telemetry = trace.of("telemetry", number)
     airborne = telemetry.logged[~np.isin(telemetry.values[:, 0], DOWN)] if len(telemetry) else telemetry.logged
     return int(airborne[-1]) if len(airborne) else 0
@@ -90,7 +90,7 @@ def _losses(trace: Trace, number: int, end: int, down: int) -> Iterator[str]:
             yield f"no {name} was recorded"
         elif series.logged[-1] < end - SILENCE and series.logged[-1] <= down:
             before = (end - int(series.logged[-1])) / SECOND
-            yield f"the {name} ends {before:.1f} s before the flight does"
+            yield f"the {name} ends {before:.1f} s before the flight"
     telemetry = trace.of("telemetry", number)
     stopped = telemetry.stamps[telemetry.values[:, 0] == FlightState.STOPPED]
     if len(stopped) and not any(stop.stamp <= stopped[0] + SECOND for stop in trace.stops):
@@ -112,7 +112,7 @@ def _landing_distance(trace: Trace, number: int) -> float | None:
 
 
 def _landing_began(trace: Trace, number: int) -> int | None:
-    """Return when a drone's last landing began: when it was ordered, or when its pilot began it, if that was before."""
+    """Return when a drone's last landing began: at its order, or earlier by its pilot."""
     orders = [mission.stamp for mission in trace.missions if mission.verb == "land"]
     states = trace.states.get(trace.plan.pilot[number], ())
     own = [state.stamp for state in states if state.phase == Phase.LANDING]

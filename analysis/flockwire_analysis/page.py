@@ -1,4 +1,4 @@
-"""The report as one HTML page that needs nothing else: what templates/report.html shows, as text."""
+"""The report as one HTML page without other files; the values of templates/report.html."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ UNKNOWN = "\N{EN DASH}"
 
 
 def page(trace: Trace, summary: Summary, pictures: Sequence[Picture], probe: dict[str, Any] | None) -> str:
-    """Return the page; figures are embedded, all text is escaped. `probe` is what probe.json holds."""
+    """Return the page; figures are embedded, all text is escaped. `probe` is the content of probe.json."""
     return render(
         "flockwire_analysis",
         "report.html",
@@ -103,7 +103,7 @@ def _process(vitals: ProcessRecord, rate: float | None) -> tuple[str, ...]:
 
 
 def _clock(status: Status) -> str:
-    """Return by how much the process's clock was corrected, and by how much that may be wrong."""
+    """Return the correction of the process's clock and its bound."""
     if status.clock_bound < 0.0:
         return "not known"
     return f"{1e3 * status.clock_offset:+.1f} \u00b1 {1e3 * status.clock_bound:.1f}" if status.clock_bound else "shared"

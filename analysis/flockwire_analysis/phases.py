@@ -1,4 +1,4 @@
-"""When a flight did what: the span in the air, a phase for each formation ordered, and the formation in force."""
+"""The times of a flight: the span in the air, a phase for each ordered formation, the formation in force."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from itertools import zip_longest
 
 import numpy as np
 from flockwire.control.formation import Formation
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.pilot.orders import flown_formation, is_known
-from flockwire.wire.messages import Mission
 
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Booleans, Floats, Integers
 
-TAIL = 0.3  # share of the formation phase at its end by which tracking is judged
+TAIL = 0.3  # share of the formation phase, at its end, that judges tracking
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class Span:
         return (self.end - self.begin) / SECOND
 
     def tail(self) -> Span:
-        """Return the last part, by which tracking is judged."""
+        """Return the last part, which judges tracking."""
         return Span(self.end - int(TAIL * (self.end - self.begin)), self.end)
 
     def instants(self, count: int) -> Integers:
@@ -38,31 +38,32 @@ class Span:
         return np.linspace(self.begin, self.end, count).astype(np.int64)
 
     def holds(self, stamps: Integers) -> Booleans:
-        """Return which stamps (Unix ns) lie within."""
+        """Return which stamps (Unix ns) are within."""
         return np.asarray((stamps >= self.begin) & (stamps <= self.end))
 
 
 @dataclass(frozen=True, slots=True)
 class FormationPhase:
-    """What one order to start amounts to: its `formation` (the name in the order) and the `span` in which it held."""
+    """The phase of one start order: its `formation` (the name in the order) and the `span` in which it was in force."""
 
     formation: str
     span: Span
 
 
 def airborne(trace: Trace) -> Span:
-    """Return the span of the flights: from the first order (else the trace's begin) to the trace's end, or to a stop.
+    """Return the span of the flights: from the first order (else the trace's start) to the trace's end, or to a stop.
 
-    After an emergency stop drones fall, which is no measure of how they flew.
+    After an emergency stop drones fall, which is not judged.
     """
     begin = min((mission.stamp for mission in trace.missions if mission.verb != "land"), default=trace.begin)
     return Span(begin, _end(trace, begin))
 
 
 def formation_phases(trace: Trace) -> tuple[FormationPhase, ...]:
-    """Return a phase for each order to start, from the formation's time 0 (or the order, where that is later).
+    """Return a phase for each start order, from the formation's time 0 (or the order, if later).
 
-    It ends with the next order of any kind, with a stop, or with the trace. An order without a time left has none.
+    It ends with the next order of any kind, with a stop, or with the trace. An order without remaining time has no
+    phase.
     """
     found = []
     for mission, following in zip_longest(trace.missions, trace.missions[1:]):
@@ -82,14 +83,14 @@ def formation_phase(trace: Trace) -> Span | None:
 
 
 def _end(trace: Trace, begin: int) -> int:
-    """Return when what began at `begin` ends if no order ends it."""
+    """Return the end of a phase that began at `begin`, if no order ends it."""
     return min([trace.end, *(stop.stamp for stop in trace.stops if stop.stamp > begin)])
 
 
 def offsets(trace: Trace, number: int, stamps: Integers) -> Floats:
     """Return follower `number`'s offset h_i(t - start), m, one row for each of `stamps` (Unix ns), NaN before a start.
 
-    In force is the newest start; one whose time 0 lies in the past is in force from when it was published.
+    The newest start is in force; one with a past time 0 is in force from its publication.
     """
     index = trace.swarm.followers.index(number)
     result = np.full((len(stamps), 3), np.nan)
@@ -106,7 +107,7 @@ def offsets(trace: Trace, number: int, stamps: Integers) -> Floats:
 
 
 def formation_of(trace: Trace, mission: Mission) -> Formation | None:
-    """Return the formation that an order has flown, None when the swarm does not know it."""
+    """Return the formation of an order, None if the swarm does not have it."""
     named = {mission.formation} if mission.change is None else {mission.formation, mission.change.before}
     formations = {name: trace.swarm.build_formation(name) for name in named.intersection(trace.swarm.formation_names)}
     return flown_formation(formations, mission) if is_known(formations, mission) else None

@@ -1,4 +1,4 @@
-"""Reads a trace, closed or cut off, into numpy arrays."""
+"""Reads a trace, complete or truncated, into numpy arrays."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 from flockwire.loading import problems
 from flockwire.swarm.model import Swarm
 from flockwire.wire.cdr import MessageError
+from flockwire.wire.codec import decode
 from flockwire.wire.keys import ROWS, Key
 from flockwire_recorder.parts import parts
 from flockwire_recorder.records import WholeRecords
@@ -21,23 +22,23 @@ from flockwire_analysis.recorded import Trace
 
 
 def read_trace(path: Path) -> Trace:
-    """Read the trace `path` with its further parts; what is cut off or malformed is counted, not raised.
+    """Read the trace `path` with its other parts; truncated and malformed data is counted, not raised.
 
-    Raises ValueError for a file that is no MCAP or does not begin with a swarm, or a part that is of another swarm;
-    OSError where one cannot be read.
+    Raises ValueError for a file that is not MCAP or does not start with a swarm, or a part of another swarm; OSError if
+    one cannot be read.
     """
     collector: Collector | None = None
     files = [WholeRecords(part) for part in parts(path)]
     for records in files:
         collector = _read(records, collector)
     if collector is None:
-        raise ValueError(f"{path}: names no swarm: it is another program's file, or was cut off at its very beginning")
+        raise ValueError(f"{path}: has no swarm: it is from another program, or was truncated at its start")
     closed, lost_bytes = all(records.closed for records in files), sum(records.lost_bytes for records in files)
     return collector.trace(path, closed, lost_bytes)
 
 
 def _read(records: WholeRecords, collector: Collector | None) -> Collector | None:
-    """Read one part into `collector`, or into a new one; a part without a swarm holds nothing."""
+    """Read one part into `collector`, or into a new one; a part without a swarm is empty."""
     reader: _Reader | None = None
     for record in records:
         if reader is not None:
@@ -45,7 +46,7 @@ def _read(records: WholeRecords, collector: Collector | None) -> Collector | Non
         elif isinstance(record, Metadata) and record.name == METADATA:
             swarm = _swarm(records.path, record.metadata)
             if collector is not None and swarm != collector.plan.swarm:
-                raise ValueError(f"{records.path}: is of another swarm than the parts of the trace before it")
+                raise ValueError(f"{records.path}: is from another swarm than the earlier parts of the trace")
             reader = _Reader(collector or Collector(swarm, record.metadata))
     return reader.collector if reader is not None else collector
 
@@ -54,10 +55,10 @@ def _swarm(path: Path, metadata: dict[str, str]) -> Swarm:
     try:
         swarm = Swarm.model_validate_json(metadata["swarm"])
     except (KeyError, ValueError) as error:
-        raise ValueError(f"{path}: its swarm is of another version of flockwire: {error}") from error
+        raise ValueError(f"{path}: its swarm is from another version of flockwire: {error}") from error
     problem = next(problems(swarm, to_fly=False), None)
     if problem is not None:
-        raise ValueError(f"{path}: its swarm is of another version of flockwire: {problem}")
+        raise ValueError(f"{path}: its swarm is from another version of flockwire: {problem}")
     return swarm
 
 
@@ -71,13 +72,13 @@ class _Reader:
         self._channels: dict[int, tuple[Key | None, Hashable]] = {}
 
     def take(self, record: object) -> None:
-        """Take in the next record; one that is neither a channel nor a message is left out."""
+        """Receive the next record; other records than channels and messages are ignored."""
         match record:
             case Record() if record.channel_id in self._channels:
                 (key, publisher), message = self._channels[record.channel_id], None
                 if key is not None:
                     with contextlib.suppress(MessageError):
-                        message = ROWS[key.kind].message.decode(record.data)
+                        message = decode(ROWS[key.kind].message, record.data)
                 self.collector.add(publisher, key, message, record.sequence, record.publish_time, record.log_time)
             case Channel(metadata=metadata) if PUBLISHER in metadata:  # the same in every part
                 publisher = (record.topic, metadata[PUBLISHER])

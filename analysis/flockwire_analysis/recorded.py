@@ -1,4 +1,4 @@
-"""What a trace holds of a flight."""
+"""The data of a trace."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from flockwire.control.graph import LEADER
+from flockwire.domain.order import Mission, Stop
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import ROWS, TIME_REQUEST, Delivery, Key
-from flockwire.wire.messages import Mission, Stop
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 
@@ -19,13 +19,13 @@ from flockwire_analysis.series import Columns, Series
 
 
 def is_repeated(kind: str) -> bool:
-    """Return whether messages of a kind of key are repeated until they are answered: one may be missing."""
+    """Return whether messages of a kind of key are repeated until answered, so that one may be missing."""
     return kind == TIME_REQUEST or ROWS[kind].delivery is Delivery.EVENT
 
 
 @dataclass(frozen=True, slots=True)
 class ProcessRecord:
-    """How one publisher fared: its `last` status, its mean share of one core, and whom it was ever linked to."""
+    """The record of one publisher: its `last` status, its mean share of one core, and all its links."""
 
     last: Status
     cpu: float
@@ -41,14 +41,14 @@ class StateChange(NamedTuple):
 
 @dataclass(frozen=True)
 class Trace:
-    """What a trace holds.
+    """The data of a trace.
 
-    `series` holds what was recorded of each key, `missions` each mission once, by stamp; `vitals` one entry for each
-    publisher of a status, `states` by identity the changes of the phase that it reported, `histories` what pilots
-    reported of their orders with it, `failed_laws` a sentence for whatever a law raised. `begin` and `end` are the
-    first and the last log time (Unix ns). `lost` counts the gaps in the sequences of messages that are not repeated,
-    and the orders that pilots obeyed and the trace lacks; `malformed` the messages that could not be decoded. A trace
-    that was not `closed` was read up to its last whole record, and `lost_bytes` are behind that.
+    `series` has the messages of each key, `missions` each mission once, by stamp; `vitals` one entry for each publisher
+    of a status, `states` the changes of reported phases by identity, `histories` what pilots reported of phase and
+    orders, `failed_laws` a sentence for each error of a law. `begin` and `end` are the first and the last log time
+    (Unix ns). `lost` counts missing messages of topics that are not repeated, and missing orders that pilots obeyed;
+    `malformed` the messages that could not be decoded. A trace that was not `closed` was read up to its last complete
+    record; `lost_bytes` follow it.
     """
 
     path: Path
@@ -82,20 +82,20 @@ class Trace:
 
     @cached_property
     def flying(self) -> tuple[int, ...]:
-        """The drones that were to fly, ascending."""
+        """The drones that were not left out, ascending."""
         return tuple(number for number in self.swarm.flying if number not in self.left_out)
 
     @cached_property
     def followers(self) -> tuple[int, ...]:
-        """The followers that were to fly, ascending."""
+        """The followers that were not left out, ascending."""
         return tuple(number for number in self.swarm.followers if number not in self.left_out)
 
     def of(self, kind: str, number: int) -> Series:
-        """Return what was recorded of drone `number`'s key `kind`, possibly nothing."""
+        """Return the messages of drone `number`'s key `kind`, possibly none."""
         return self.series.get(Key(kind, uav(number))) or Columns(kind).series()
 
     def positions(self, number: int) -> Series:
-        """Return where drone `number` was: its truth where recorded, else its pose."""
+        """Return the positions of drone `number`: its truth if recorded, else its pose."""
         truth = self.of("truth", number)
         return truth if len(truth) else self.of("pose", number)
 

@@ -1,4 +1,4 @@
-"""How HTML pages are rendered: every value is escaped, a value that a template lacks is an error."""
+"""Renders HTML pages: every value is escaped, a missing value is an error."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from pathlib import Path
 
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
-SHARED = "flockwire_analysis"  # its templates may be used in those of any package
+SHARED = "flockwire_analysis"  # templates that those of any package may use
 
 
 def render(package: str, template: str, /, **values: object) -> str:
-    """Return a template from the folder templates/ of `package`, filled in with `values`.
+    """Render a template from the folder templates/ of `package` with `values`.
 
-    Raises jinja2.UndefinedError where the template needs a value that is not given.
+    Raises jinja2.UndefinedError if the template needs a value that is not given.
     """
     return _environment(package).get_template(template).render(values)
 
@@ -31,5 +31,5 @@ def _environment(package: str) -> Environment:
 
 
 def _data_uri(picture: Path) -> str:
-    """Return a PNG file as an address that holds the file itself."""
+    """Return a PNG file as a data URI."""
     return f"data:image/png;base64,{b64encode(picture.read_bytes()).decode()}"

@@ -1,4 +1,4 @@
-"""Turns a trace into what a person, and a script, want to know of a flight."""
+"""Writes the report of a trace: summary.json, figures and report.html."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from flockwire_analysis.summary import Summary, summarise
 
 
 def write_report(trace: Path, out: Path, vector: bool = False) -> Summary:
-    """Read `trace` with its further parts, and write its report as `write_files` does.
+    """Read `trace` with its other parts, and write its report as `write_files` does.
 
-    A trace that was cut off is read as far as it goes. Raises ValueError for a file that is no trace of a swarm,
-    OSError where one cannot be read or written.
+    A truncated trace is read up to its end. Raises ValueError for a file that is not a trace of a swarm, OSError if one
+    cannot be read or written.
     """
     read = read_trace(trace)
     summary = summarise(read)
@@ -28,7 +28,7 @@ def write_files(trace: Trace, summary: Summary, out: Path, vector: bool = False)
 
     Raises OSError.
 
-    What `flockwire probe` left in that folder, probe.json, becomes a part of the report.
+    The report includes probe.json of `flockwire probe`, if it is in that folder.
     """
     out.mkdir(parents=True, exist_ok=True)
     (out / "summary.json").write_text(json.dumps(summary.as_json(), indent=2, allow_nan=False) + "\n", encoding="utf-8")

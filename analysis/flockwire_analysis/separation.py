@@ -1,22 +1,22 @@
-"""How close the drones came to each other and to obstacles, how far they left the fence, and how fast they flew."""
+"""Distances between drones, to obstacles and outside the fence, and speeds."""
 
 from __future__ import annotations
 
 from itertools import combinations
 
 import numpy as np
+from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND
 from flockwire.swarm.tables import Obstacle
-from flockwire.wire.messages import FlightState
 
 from flockwire_analysis.phases import Span
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Booleans, Floats, Integers, Series
 from flockwire_analysis.tracking import interpolated
 
-GRID = SECOND // 100  # ns between the instants at which distances are taken
-POLYGON_STEP = 0.1  # s between two looks at the walls of a fence's polygon
-SPEED_WINDOW = SECOND // 20  # ns over which a displacement becomes a speed
+GRID = SECOND // 100  # ns between the instants of distances
+POLYGON_STEP = 0.1  # s between two checks of the walls of a fence's polygon
+SPEED_WINDOW = SECOND // 20  # ns, window of a speed
 
 
 def common_times(span: Span) -> Integers:
@@ -25,13 +25,13 @@ def common_times(span: Span) -> Integers:
 
 
 def pair_distances(trace: Trace, times: Integers) -> dict[tuple[int, int], Floats]:
-    """Return |x_i - x_j| in m of any two airframes at `times` (Unix ns), NaN where one is unknown."""
+    """Return |x_i - x_j| in m of any two airframes at `times` (Unix ns), NaN if one is unknown."""
     places = {number: interpolated(trace.positions(number), times) for number in trace.flying}
     return {(i, j): np.sqrt(np.sum((places[i] - places[j]) ** 2, axis=1)) for i, j in combinations(trace.flying, 2)}
 
 
 def obstacle_distances(trace: Trace, times: Integers) -> dict[int, Floats]:
-    """Return each airframe's distance in m to the nearest obstacle's surface at `times`, NaN where it is unknown."""
+    """Return each airframe's distance in m to the nearest obstacle's surface at `times`, NaN if it is unknown."""
     result = {}
     for number in trace.flying:
         places = interpolated(trace.positions(number), times)
@@ -41,7 +41,7 @@ def obstacle_distances(trace: Trace, times: Integers) -> dict[int, Floats]:
 
 
 def mover_distances(trace: Trace, span: Span) -> dict[int, Floats]:
-    """Return each airframe's distances in m to the nearest body that moves and is no drone, as it was published."""
+    """Return each airframe's published distances in m to the nearest moving body that is not a drone."""
     return {number: _within(trace.of("nearby", number), span) for number in trace.flying}
 
 
@@ -53,7 +53,7 @@ def _within(series: Series, span: Span) -> Floats:
 def surface_distance(places: Floats, obstacle: Obstacle) -> Floats:
     """Return the distance in m from `places` (m, shape n x 3) to an obstacle's surface, negative inside.
 
-    The cylinder stands on the ground (z = 0); without a height it is endless and only the horizontal distance counts.
+    The cylinder is on the ground (z = 0); without a height only the horizontal distance counts.
     """
     x, y, _ = obstacle.center
     aside: Floats = np.hypot(places[:, 0] - x, places[:, 1] - y) - obstacle.radius
@@ -65,9 +65,9 @@ def surface_distance(places: Floats, obstacle: Obstacle) -> Floats:
 
 
 def max_outside(trace: Trace, span: Span) -> float | None:
-    """Return how far outside `limits.fence` any airframe was within `span`, m (0 inside); on the ground it may be.
+    """Return the largest distance of a flying airframe outside `limits.fence` within `span`, m (0 inside).
 
-    The walls of a polygon are looked at ten times a second.
+    The walls of a polygon are checked ten times a second.
     """
     room = trace.swarm.limits.fence.room()
     found = []
@@ -97,7 +97,7 @@ def smallest(distances: list[Floats]) -> float | None:
 
 
 def _in_the_air(trace: Trace, number: int, stamps: Integers) -> Booleans:
-    """Return at which of `stamps` (Unix ns) the newest telemetry of an airframe did not have it on the ground."""
+    """Return at which of `stamps` (Unix ns) the newest telemetry reported an airframe off the ground."""
     telemetry = trace.of("telemetry", number)
     if not len(telemetry):
         return np.ones(len(stamps), np.bool_)
@@ -111,7 +111,7 @@ def _max_speed(trace: Trace, number: int, span: Span) -> float | None:
     stamps, places = series.stamps[within], series.values[within]
     after = np.searchsorted(stamps, stamps + SPEED_WINDOW)
     first = np.flatnonzero(after < len(stamps))
-    first = first[stamps[after[first]] - stamps[first] < 4 * SPEED_WINDOW]  # across a gap nobody knows
+    first = first[stamps[after[first]] - stamps[first] < 4 * SPEED_WINDOW]  # unknown across a gap
     if not len(first):
         return None
     moved = np.sqrt(np.sum((places[after[first]] - places[first]) ** 2, axis=1))

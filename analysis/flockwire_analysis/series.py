@@ -1,4 +1,4 @@
-"""What a trace holds of one topic, as numpy arrays: a row for each message."""
+"""The messages of one topic, as numpy arrays: a row for each message."""
 
 from __future__ import annotations
 
@@ -7,9 +7,12 @@ from dataclasses import dataclass
 from math import hypot, inf
 
 import numpy as np
-from flockwire.domain.body import BodyKind
+from flockwire.domain.airframe import Command, Telemetry
+from flockwire.domain.body import BodyKind, Nearby
+from flockwire.domain.motion import Estimate
+from flockwire.domain.pose import Pose
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import ROWS
-from flockwire.wire.messages import Command, Estimate, Message, Nearby, Pose, Telemetry
 from numpy.typing import NDArray
 
 Integers = NDArray[np.int64]
@@ -19,17 +22,17 @@ Booleans = NDArray[np.bool_]
 _WIDTHS: dict[type[Message], int] = {Pose: 3, Estimate: 6, Command: 3, Telemetry: 4, Nearby: 1}  # columns
 
 
-NOWHERE = 1e9  # m, m/s: what is further off is put there, whose square, and picture, is still one
+NOWHERE = 1e9  # m, m/s: larger values are limited to this, whose square is finite
 
 
 @dataclass(frozen=True, slots=True)
 class Series:
     """The messages of one topic in the order of their stamps, one row each.
 
-    `stamps` (for which the content holds), `published` and `logged` are Unix times in ns, `sequences` the publishers'
-    counts. Columns of `values`, in m, m/s and s: pose and truth x y z; estimate x y z vx vy vz; command vx vy vz;
-    telemetry flight state, battery (share of full), height, command age; nearby the distance to the surface of the
-    nearest mover, infinite without one; none for the others. Finite ones are at most NOWHERE.
+    `stamps` (for which the content is valid), `published` and `logged` are Unix times in ns, `sequences` the
+    publishers' counts. Columns of `values`, in m, m/s and s: pose and truth x y z; estimate x y z vx vy vz; command vx
+    vy vz; telemetry flight state, battery (share of full), height, command age; nearby the distance to the surface of
+    the nearest mover, infinite without one; none for the others. Finite ones are at most NOWHERE.
     """
 
     stamps: Integers
@@ -51,7 +54,7 @@ class Columns:
         self._width = _WIDTHS.get(ROWS[kind].message, 0)
 
     def add(self, message: Message, published: int, logged: int, sequence: int) -> None:
-        """Add a message, with when it was published and logged (Unix ns), and its publisher's count."""
+        """Add a message, with its times of publication and logging (Unix ns), and its publisher's count."""
         self._times.extend((message.stamp, published, logged, sequence))
         match message:
             case Pose():
@@ -67,7 +70,7 @@ class Columns:
                 self._values.append(min(gaps, default=inf))
 
     def series(self) -> Series:
-        """Return what was added, in the order of its stamps."""
+        """Return the added messages, in the order of their stamps."""
         times = np.array(self._times, np.int64).reshape(-1, 4)
         values = np.array(self._values, np.float64).reshape(len(times), self._width)
         order = np.argsort(times[:, 0], kind="stable")

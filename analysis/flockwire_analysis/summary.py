@@ -18,7 +18,7 @@ from flockwire_analysis.phases import FormationPhase, Span, airborne, formation_
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.tracking import ErrorFigures
 
-LONG_ENOUGH = 5.0  # s of a formation phase in which followers can settle, and have settled for 2 s
+LONG_ENOUGH = 5.0  # s, shortest formation phase in which followers can settle for 2 s
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +45,8 @@ class Messages:
 class PhaseFigures:
     """One formation phase: the formation's name in the order, its begin, s from mission_start_ns, and its length, s.
 
-    `judged_tail_m` is the largest formation error in the tail, detours round obstacles apart, None where it is unknown;
-    `longest_off_s` the longest time, s, for which a follower was off its place after all had settled, likewise.
+    `judged_tail_m` is the largest formation error in the tail, except for detours around obstacles; `longest_off_s` the
+    longest time, s, that a follower was off its place after all had settled, with the same exception. None if unknown.
     """
 
     formation: str
@@ -60,11 +60,11 @@ class PhaseFigures:
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """What summary.json holds; lengths in m, speeds in m/s, None for what cannot be known.
+    """The content of summary.json; lengths in m, speeds in m/s, None if unknown.
 
-    Of several formation phases, the errors are those of the worst. `rate` is each agent's share of the steps that the
-    control rate asks for in all of them; `tracker` counts what was not as it should be of the tracker's frames;
-    `left_out` are the drones that stayed on the ground by order; `missing` has a sentence for whatever the trace lacks.
+    The errors are those of the worst formation phase. `rate` is each agent's share of the due steps in all phases;
+    `tracker` counts bad frames of the tracker; `left_out` are the drones that stayed on the ground by order; `missing`
+    has a sentence for all missing data.
     """
 
     duration_s: float
@@ -102,7 +102,7 @@ class Summary:
 
 
 def summarise(trace: Trace) -> Summary:
-    """Compute all figures of a flight; what cannot be computed is None, named in `missing`, and fails its check."""
+    """Compute all figures of a flight; an unknown one is None, named in `missing`, and fails its check."""
     phases = formation_phases(trace)
     lacking = _Lacking(trace, phases)
     figures = _figures(trace, phases)
@@ -164,7 +164,7 @@ def _figures(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[PhaseFig
 
 
 def _unsettled(phases: Sequence[PhaseFigures]) -> str:
-    """Return which phase did not settle, empty when all did."""
+    """Return the phase that did not settle, empty if all did."""
     for phase in phases:
         if phase.formation_error_m.settled_s is None:
             name = f"formation {phase.formation!r}" if phase.formation else "the formation"
@@ -197,7 +197,7 @@ def _distances(trace: Trace) -> _Distances:
 
 
 class _Lacking:
-    """What the trace lacks: `sentences`, and the reasons why positions or the formation cannot be judged."""
+    """The missing data: `sentences`, and the reasons why positions or the formation cannot be judged."""
 
     def __init__(self, trace: Trace, phases: tuple[FormationPhase, ...]) -> None:
         flying = trace.flying

@@ -1,4 +1,4 @@
-"""How well the followers knew their leader, and kept their places round it."""
+"""Observation and formation errors of the followers."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class ErrorFigures:
 def interpolated(series: Series, stamps: Integers) -> Floats:
     """Return the first three columns of `series`, linear between its stamps, at `stamps` (Unix ns).
 
-    NaN outside, and where nothing was recorded for SILENCE: nobody knows what was between.
+    NaN outside, and in gaps longer than SILENCE.
     """
     if not len(series):
         return np.full((len(stamps), 3), np.nan)
@@ -76,7 +76,7 @@ def formation_errors(trace: Trace) -> dict[int, Errors]:
 
 
 def figures(errors: dict[int, Errors], phase: Span) -> ErrorFigures:
-    """Judge the errors of all followers within `phase`; None for what a follower without samples leaves open."""
+    """Judge the errors of all followers within `phase`; None if a follower has no samples."""
     tail = phase.tail()
     tails = [error.values[tail.holds(error.stamps)] for error in errors.values()]
     settled = settling_time(errors, phase)
@@ -87,7 +87,7 @@ def figures(errors: dict[int, Errors], phase: Span) -> ErrorFigures:
 
 
 def worst(figures_of_phases: Sequence[ErrorFigures]) -> ErrorFigures:
-    """Return the worst of several phases, each figure by itself; None where one of them is None, or there is none."""
+    """Return the worst of several phases, each figure by itself; None if one of them is None, or there is none."""
     return ErrorFigures(
         largest([figures.max_tail for figures in figures_of_phases]),
         largest([figures.rms_tail for figures in figures_of_phases]),
@@ -96,7 +96,7 @@ def worst(figures_of_phases: Sequence[ErrorFigures]) -> ErrorFigures:
 
 
 def largest(values: Sequence[float | None]) -> float | None:
-    """Return the largest of `values`, None where one of them is None, or there is none."""
+    """Return the largest of `values`, None if one of them is None, or there is none."""
     known = [value for value in values if value is not None]
     return max(known) if known and len(known) == len(values) else None
 
@@ -104,7 +104,7 @@ def largest(values: Sequence[float | None]) -> float | None:
 def largest_tail(errors: dict[int, Errors], steady: dict[int, Errors], phase: Span) -> float | None:
     """Return the largest error in the tail of `phase`, m, by the samples in `steady`; None as in `figures`.
 
-    A follower that has none there is judged by all of its samples.
+    A follower without such samples is judged by all of its samples.
     """
     tail = phase.tail()
     found = []
@@ -117,7 +117,7 @@ def largest_tail(errors: dict[int, Errors], steady: dict[int, Errors], phase: Sp
 def longest_off(errors: dict[int, Errors], steady: dict[int, Errors], span: Span, limit: float) -> float:
     """Return the longest time in `span`, s, for which a follower was more than `limit` (m) off its place.
 
-    At samples that are not in `steady` it may be.
+    Samples that are not in `steady` are ignored.
     """
     longest = 0
     for number, error in errors.items():
@@ -131,9 +131,9 @@ def longest_off(errors: dict[int, Errors], steady: dict[int, Errors], span: Span
 
 
 def settling_time(errors: dict[int, Errors], phase: Span) -> float | None:
-    """Return the begin, in s after that of `phase`, of the first stretch in which all errors are below the threshold.
+    """Return the start, s after that of `phase`, of the first stretch in which all errors are below the threshold.
 
-    The stretch is SETTLED_FOR long at least; a follower without samples for SILENCE does not count as settled.
+    The stretch lasts at least SETTLED_FOR; a follower without samples for SILENCE does not count as settled.
     """
     blocked = [_unsettled(error, phase) for error in errors.values()]
     bad = np.unique(np.concatenate([*blocked, [phase.end]]))

@@ -1,4 +1,4 @@
-"""Commands about single drones: `identify` measures an airframe; rows of the airframe table add commands of theirs."""
+"""Commands for single drones: `identify` measures an airframe; rows of the airframe table add other commands."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def identify(
     number: Number,
     out: Annotated[Path | None, typer.Option(help="Folder for figure and logs [runs/NAME-identify-ID-TIME].")] = None,
     body: Annotated[
-        bool, typer.Option("--body", help="Only prove that the tracker's body is the drone's: rise, turn, land.")
+        bool, typer.Option("--body", help="Only prove that the tracker's body is the drone's: climb, turn, land.")
     ] = False,
     keys: Keys = None,
 ) -> None:
@@ -67,7 +67,7 @@ def identify(
 
 
 def _refusing(run: Callable[..., None]) -> Callable[..., None]:
-    """Return the command `run`, whose ValueError refuses what it was given."""
+    """Return the command `run`, whose ValueError refuses its arguments."""
 
     @wraps(run)
     def refusing(*given: object, **named: object) -> None:

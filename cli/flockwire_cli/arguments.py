@@ -1,4 +1,4 @@
-"""The arguments that several commands share, and a command line without commands."""
+"""Arguments of several commands, and an empty command line."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ Keys = Annotated[
     Path | None,
     typer.Option(envvar="FLOCKWIRE_KEYS", help="Folder of the certificates [.flockwire/NAME/keys beside SWARM]."),
 ]
-FaultsFile = Annotated[Path | None, typer.Option(help="What is to go wrong, and when (TOML).")]
+FaultsFile = Annotated[Path | None, typer.Option(help="The faults to inject (TOML).")]
 Without = Annotated[
-    list[int] | None, typer.Option(metavar="ID", help="A drone to leave on the ground; may be given again.")
+    list[int] | None, typer.Option(metavar="ID", help="A drone to leave on the ground; may be repeated.")
 ]
 Number = Annotated[int, typer.Argument(metavar="ID", help="The drone's id.")]
 
@@ -35,7 +35,7 @@ def application() -> typer.Typer:
 
 
 def left_out(plan: Plan, without: list[int] | None) -> tuple[int, ...]:
-    """Return the drones to leave on the ground and print what that changes, or refuse what the graph does not allow."""
+    """Return the drones to leave on the ground and print the consequences, or refuse if the graph does not allow it."""
     from flockwire.ground.absence import consequences, refusal  # noqa: PLC0415  (numpy)
 
     absent = tuple(sorted(set(without or ())))

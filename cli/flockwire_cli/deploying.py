@@ -1,4 +1,4 @@
-"""The command `deploy`: writes what carries a swarm to where it flies, from the same plan as `up`."""
+"""The command `deploy`: writes containers or services of a swarm, from the same plan as `up`."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ app = typer.Typer()
 @app.command()
 def deploy(
     swarm: SwarmFile,
-    target: Annotated[Target, typer.Option(help="What starts the processes.")] = Target.COMPOSE,
+    target: Annotated[Target, typer.Option(help="The system that starts the processes.")] = Target.COMPOSE,
     out: Annotated[Path | None, typer.Option(help="The folder to write [deploy/NAME].")] = None,
     keys: Keys = None,
     wheels: Annotated[
-        Path, typer.Option(help="What hosts install from: scripts/wheels makes it (systemd, ansible).")
+        Path, typer.Option(help="The wheels for the hosts, made by scripts/wheels (systemd, ansible).")
     ] = Path("dist/wheels"),
     subnets: Annotated[
-        str, typer.Option(metavar="A.B.C.D/N", help="Where the networks of containers get their addresses (compose).")
+        str, typer.Option(metavar="A.B.C.D/N", help="The address range for the containers' networks (compose).")
     ] = "",
 ) -> None:
-    """Write what carries a swarm to where it flies, with the keys that each process needs: containers, or services."""
+    """Write containers or services of a swarm, with the keys of each process."""
     from flockwire.security.pki import make_keys  # noqa: PLC0415
     from flockwire_deploy import targets  # noqa: PLC0415  (jinja2)
     from flockwire_deploy.engine import obstacle  # noqa: PLC0415
@@ -40,7 +40,7 @@ def deploy(
 
     plan = load(swarm)
     if plan.swarm.network.security == "none":
-        refuse("network.security = 'none': is for measurements on one machine, with `up`; leave it out to deploy")
+        refuse("network.security = 'none': is only for measurements on one machine, with `up`; remove it to deploy")
     folder, held = out or Path("deploy") / plan.swarm.name, keys_folder(swarm, plan, keys)
     try:
         within = _range(subnets)

@@ -1,7 +1,7 @@
-"""Where the `flockwire` command begins: who is urgent does not wait for what only other commands need.
+"""The entry of the `flockwire` command: urgent commands do not import packages of other commands.
 
-Urgent are orders in flight, and the processes of a swarm: one that is started again is missing until it is there. All
-else is imported where an interrupt, or a lack of memory, is answered in one line.
+Orders in flight and the processes of a swarm are urgent: a process is missing while it restarts. Other imports run
+where an interrupt, or a lack of memory, gives one line.
 """
 
 from __future__ import annotations

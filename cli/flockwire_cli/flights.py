@@ -1,4 +1,4 @@
-"""Commands that fly, or look at what would: `check`, `up`, `conduct`, `sim`, `study`, `probe`."""
+"""Commands for flights: `check`, `up`, `conduct`, `sim`, `study`, `probe`."""
 
 from __future__ import annotations
 
@@ -35,13 +35,11 @@ app = typer.Typer()
 @app.command()
 def check(
     swarm: SwarmFile,
-    duration: Annotated[float, typer.Option(min=0.0, help="Seconds of flight to look ahead; 0: it has no end.")] = 40.0,
-    live: Annotated[
-        bool, typer.Option("--live", help="Instead: look at the running swarm, whether it may take off.")
-    ] = False,
+    duration: Annotated[float, typer.Option(min=0.0, help="Seconds of flight to predict; 0: no end.")] = 40.0,
+    live: Annotated[bool, typer.Option("--live", help="Check instead whether the running swarm may take off.")] = False,
     keys: Keys = None,
 ) -> None:
-    """Validate a swarm file; print its graph, observer bounds, formations, links, and what will go wrong in flight."""
+    """Validate a swarm file; print its graph, observer bounds, formations, links, and predicted problems in flight."""
     from flockwire.security.pki import expiring  # noqa: PLC0415
     from flockwire_station.check import describe  # noqa: PLC0415  (numpy)
 
@@ -54,7 +52,7 @@ def check(
 
 
 def _check_live(plan: Plan, keys: Path) -> int:
-    """Print how the running swarm is; returns the exit status."""
+    """Print the state of the running swarm; returns the exit status."""
     from flockwire.runtime.session import RouterAbsentError  # noqa: PLC0415  (zenoh)
     from flockwire_station.live_check import findings, look, table  # noqa: PLC0415
 
@@ -78,14 +76,16 @@ def up(
     out: Annotated[Path | None, typer.Option(help="Folder for trace, report and logs [runs/NAME-TIME].")] = None,
     headless: Annotated[bool, typer.Option("--headless", help="No live table.")] = False,
     keys: Keys = None,
-    host: Annotated[str | None, typer.Option(help="Which of [hosts] this is [the first].")] = None,
+    host: Annotated[str | None, typer.Option(help="This host's name in [hosts] [the first].")] = None,
     faults: FaultsFile = None,
     without: Without = None,
 ) -> None:
     """Start all processes of this host, fly, land, report."""
     from flockwire_station.fault_injection import refusal  # noqa: PLC0415
+    from flockwire_station.hosting import Host  # noqa: PLC0415
     from flockwire_station.up import UpOptions, fly  # noqa: PLC0415
-    from flockwire_station.verdict import conclude  # noqa: PLC0415
+
+    from flockwire_cli.verdict import conclude  # noqa: PLC0415
 
     refuse_endless(duration)
     plan = load(swarm)
@@ -95,12 +95,12 @@ def up(
     if cannot := refusal(wrong, plan, here):
         refuse(f"{faults}: {cannot}")
     if without and not plan.conducts(here):
-        refuse(f"--without: host {here!r} gives no orders; name it where the recorder runs")
+        refuse(f"--without: host {here!r} gives no orders; use it on the recorder's host")
     absent = left_out(plan, without)
     folder = out or Path("runs") / f"{loaded.name}-{clock.local():%Y%m%d-%H%M%S}"
     refuse_a_second_trace(folder)
     credentials = made_keys(swarm, plan, keys, here)
-    flight = UpOptions(plan, swarm, here, duration, folder, credentials, headless, wrong, faults, absent)
+    flight = UpOptions(Host(plan, swarm, here, folder, credentials, faults), duration, headless, wrong, absent)
     _predict(loaded, duration)
     try:
         with unblocked():
@@ -109,7 +109,7 @@ def up(
         refuse(str(error))
     except OSError as error:
         unwritable(folder, error)
-    raise typer.Exit(conclude(failure, folder, flight.conducts))
+    raise typer.Exit(conclude(failure, folder, flight.host.conducts))
 
 
 @app.command()
@@ -117,15 +117,16 @@ def conduct(
     swarm: SwarmFile,
     duration: Annotated[float, typer.Option(min=0.0, help="Seconds from take-off to landing; 0: until Ctrl-C.")] = 40.0,
     out: Annotated[
-        Path | None, typer.Option(help="Where the recorder has its dated folders: the newest gets the report.")
+        Path | None, typer.Option(help="The folder of the recorder's dated folders; the newest gets the report.")
     ] = None,
     headless: Annotated[bool, typer.Option("--headless", help="No live table.")] = False,
     keys: Keys = None,
 ) -> None:
-    """Fly a swarm whose processes run already (containers, services): take off, formation, land, report."""
+    """Fly a swarm whose processes already run (containers, services): take off, formation, land, report."""
     from flockwire_recorder.parts import newest_folder  # noqa: PLC0415
     from flockwire_station.conduct import conduct as fly  # noqa: PLC0415
-    from flockwire_station.verdict import conclude, verdict  # noqa: PLC0415
+
+    from flockwire_cli.verdict import conclude, verdict  # noqa: PLC0415
 
     refuse_endless(duration)
     plan = load(swarm)
@@ -144,15 +145,16 @@ def conduct(
 @app.command()
 def sim(
     swarm: SwarmFile,
-    seed: Annotated[int, typer.Option(min=0, help="Of all that is left to chance; equal seeds, equal flights.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Random seed; equal seeds give equal flights.")] = 0,
     duration: Annotated[float, typer.Option(min=1.0, help="Seconds from take-off to landing.")] = 40.0,
     out: Annotated[Path | None, typer.Option(help="Folder for trace and report [runs/NAME-sim-SEED-TIME].")] = None,
     faults: FaultsFile = None,
-    no_trace: Annotated[bool, typer.Option("--no-trace", help="Write nothing, only print the figures.")] = False,
+    no_trace: Annotated[bool, typer.Option("--no-trace", help="Print the figures only; write no files.")] = False,
     without: Without = None,
 ) -> None:
     """Fly the same swarm in virtual time, many times faster; report."""
     from flockwire_sim.fault_injection import refusal  # noqa: PLC0415
+    from flockwire_sim.flight import Flight  # noqa: PLC0415
 
     from flockwire_cli.sim import simulate, simulate_in_memory  # noqa: PLC0415
 
@@ -163,15 +165,15 @@ def sim(
         refuse(f"{faults}: {cannot}")
     absent = left_out(plan, without)
     _predict(loaded, duration)
+    flight = Flight(loaded, seed, duration, wrong, absent)
     if no_trace:
         if out is not None:
             refuse(f"--out = {out}: with --no-trace nothing is written")
-        raise typer.Exit(simulate_in_memory(loaded, seed, duration, wrong, absent))
+        raise typer.Exit(simulate_in_memory(flight))
     folder = out or Path("runs") / f"{loaded.name}-sim-{seed}-{clock.local():%Y%m%d-%H%M%S}"
     refuse_a_second_trace(folder)
     try:
-        toml = swarm.read_text(encoding="utf-8")
-        status = simulate(loaded, toml, seed, duration, wrong, folder, absent)
+        status = simulate(flight, swarm.read_text(encoding="utf-8"), folder)
     except OSError as error:
         unwritable(folder, error)
     raise typer.Exit(status)
@@ -180,18 +182,20 @@ def sim(
 @app.command()
 def study(
     swarm: SwarmFile,
-    file: Annotated[Path | None, typer.Argument(metavar="STUDY", help="What is varied (TOML).")] = None,
+    file: Annotated[Path | None, typer.Argument(metavar="STUDY", help="The variations (TOML).")] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder; a second call goes on in it [runs/NAME-study-TIME].")
+        Path | None, typer.Option(help="Folder; a second call continues in it [runs/NAME-study-TIME].")
     ] = None,
     runs: Annotated[int | None, typer.Option(min=1, help="Flights at each grid point [100].")] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Of the whole study [0].")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the whole study [0].")] = None,
     duration: Annotated[float | None, typer.Option(min=1.0, help="Seconds of each flight [20].")] = None,
-    random_starts: Annotated[str | None, typer.Option(metavar="WxD", help="Start anywhere in a box, like 6x6.")] = None,
-    jobs: Annotated[int, typer.Option(min=0, help="Processes of this machine; 0: one for each core.")] = 0,
-    scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="Of a Dask cluster, which flies instead.")] = "",
+    random_starts: Annotated[
+        str | None, typer.Option(metavar="WxD", help="Random starts in a box in m, like 6x6.")
+    ] = None,
+    jobs: Annotated[int, typer.Option(min=0, help="Number of processes; 0: one for each core.")] = 0,
+    scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="Address of a Dask cluster to use instead.")] = "",
 ) -> None:
-    """Fly the swarm many times in virtual time, each time a little different; report how often all goes well."""
+    """Fly the swarm many times in virtual time with variations; report the success rate."""
     from flockwire_sim.study.file import StudyError  # noqa: PLC0415
 
     from flockwire_cli import study as studies  # noqa: PLC0415  (numpy)
@@ -214,13 +218,13 @@ def probe(
     out: Annotated[Path, typer.Option(help="Folder for probe.json.")] = Path("runs/probe"),
     keys: Keys = None,
 ) -> None:
-    """Attack the swarm with every identity, key and link mode; name each leak and each thing blocked."""
+    """Attack the swarm with every identity, key and link mode; name each leak and each blocked key."""
     from flockwire.runtime.session import RouterAbsentError  # noqa: PLC0415  (zenoh)
     from flockwire_probe.probe import run  # noqa: PLC0415
 
     plan = load(swarm)
     if plan.swarm.network.security == "none":
-        refuse("network.security = 'none': there is nothing to prove; anybody who reaches a port reads and writes all")
+        refuse("network.security = 'none': nothing to probe; any process that reaches a port can read and write all")
     try:
         found = asyncio.run(run(plan, swarm, made_keys(swarm, plan, keys, next(iter(plan.swarm.hosts))), out))
     except (RouterAbsentError, CredentialsError) as error:
@@ -228,12 +232,12 @@ def probe(
     except OSError as error:
         unwritable(out, error)
     if found:
-        print(f"flockwire: the wire does not conform to the graph: {found[0].sentence()}", file=sys.stderr)
+        print(f"flockwire: the links do not conform to the graph: {found[0].sentence()}", file=sys.stderr)
         raise typer.Exit(1)
 
 
 def _predict(swarm: Swarm, duration: float) -> None:
-    """Print what will go wrong in a flight of `duration` s, as far as that can be known (0: it has no end)."""
+    """Print the predicted problems of a flight of `duration` s (0: without an end)."""
     from flockwire_station.prediction import predicted  # noqa: PLC0415
 
     for line in predicted(swarm, duration):

@@ -1,6 +1,6 @@
-"""A container's health check, `python -m flockwire_cli.health`: asks the process itself how it is.
+"""A container's health check, `python -m flockwire_cli.health`: asks the process.
 
-It imports nothing of the project: the engine runs it again and again beside drones that fly.
+It imports nothing of the project, because the engine runs it repeatedly during flights.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ OLDEST_STEP = 2.0  # s
 
 
 def ask(path: str) -> tuple[bool, str]:
-    """Return whether the process that answers at the Unix socket `path` is well, and a line about it."""
+    """Return whether the process at the Unix socket `path` is healthy, and a line about it."""
     with tempfile.TemporaryDirectory() as folder, socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as asker:
         asker.settimeout(PATIENCE)
         asker.bind(os.path.join(folder, "asker"))  # noqa: PTH118  (pathlib takes longer to import than all the rest)
@@ -24,9 +24,9 @@ def ask(path: str) -> tuple[bool, str]:
             asker.sendto(b"?", path)
             told = json.loads(asker.recv(4096))
         except TimeoutError:
-            return False, f"no answer within {PATIENCE:g} s: its loop stands still"
+            return False, f"no answer within {PATIENCE:g} s: its loop is frozen"
         except OSError as error:
-            return False, f"{path}: nobody answers: {error.strerror}"
+            return False, f"{path}: no process answers: {error.strerror}"
     age = told["step_age_s"]
     line = f"{told['identity']}: {told['phase']} {told['detail']}".rstrip()
     if age is None or age > OLDEST_STEP:
@@ -35,7 +35,7 @@ def ask(path: str) -> tuple[bool, str]:
 
 
 def main(path: str) -> int:
-    """Print how the process is; return 0 when it is well, else 1."""
+    """Print the state of the process; return 0 if it is healthy, else 1."""
     well, line = ask(path)
     print(line)
     return 0 if well else 1

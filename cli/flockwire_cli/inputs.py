@@ -1,4 +1,4 @@
-"""What commands are given: swarm files, faults, folders, keys; what is wrong with one ends in a line, exit status 2."""
+"""Inputs of commands: swarm files, faults, folders, keys. A bad one gives a line and exit status 2."""
 
 from __future__ import annotations
 
@@ -20,35 +20,35 @@ from flockwire_station.folders import check_no_trace, complete_keys, keys_folder
 if TYPE_CHECKING:
     from flockwire.process.faults import Fault
 
-ADDRESSES = "FLOCKWIRE_BY_NAME"  # set where each process has a host, or container, of its own that has its name
+ADDRESSES = "FLOCKWIRE_BY_NAME"  # set if each process has its own host, or container, of its name
 
 
 def refuse(reason: str) -> NoReturn:
-    """End with exit status 2; each line of `reason` names what is wrong."""
+    """End with exit status 2; each line of `reason` names a problem."""
     print("\n".join(f"flockwire: {line}" for line in reason.split("\n")), file=sys.stderr)
     raise SystemExit(2)
 
 
 def unwritable(out: Path, error: OSError) -> NoReturn:
-    """Refuse the folder `out`; an error that is not of the system (a port in use) has a sentence of its own."""
+    """Refuse the folder `out`; an error that is not the system's (a port in use) has its own sentence."""
     refuse(f"--out = {out}: cannot write there: {error.strerror}" if error.strerror else str(error))
 
 
 def this_host(swarm: Swarm, host: str | None) -> str:
-    """Return which of [hosts] this machine is, the first unless --host names one; refuses a name that is not there."""
+    """Return this machine's name in [hosts], the first unless --host names one; refuses an unknown name."""
     if host is not None and host not in swarm.hosts:
         refuse(f"--host = {host!r}: must be one of {sorted(swarm.hosts)} ([hosts]){meant(host, swarm.hosts)}")
     return host or next(iter(swarm.hosts))
 
 
 def refuse_endless(duration: float) -> None:
-    """Refuse a --duration that is no number of seconds."""
+    """Refuse a --duration that is not a number of seconds."""
     if not isfinite(duration):
         refuse(f"--duration = {duration}: must be a number of seconds; 0 flies until Ctrl-C")
 
 
 def refuse_a_second_trace(out: Path) -> None:
-    """Refuse a folder that has a flight's trace already."""
+    """Refuse a folder that already has a trace."""
     try:
         check_no_trace(out)
     except FileExistsError as error:
@@ -56,9 +56,9 @@ def refuse_a_second_trace(out: Path) -> None:
 
 
 def load(path: Path, checked: bool = True) -> Plan:
-    """Return the plan of a file's swarm, or refuse the file; an order does not wait for the rules to be `checked`."""
+    """Return the plan of a file's swarm, or refuse the file; for an order the rules are not `checked`."""
     if (flying := as_flown(path)) is not None:
-        clock.share(flying.epoch)  # this host's clock may have been set since
+        clock.share(flying.epoch)  # this host's clock may have been set since then
     try:
         return planned(load_swarm(path) if checked else read_swarm(path))
     except SwarmFileError as error:
@@ -66,9 +66,9 @@ def load(path: Path, checked: bool = True) -> Plan:
 
 
 def load_flying(file: Path, keys: Path | None) -> tuple[Plan, Path]:
-    """Return the plan of the swarm that flies by `file`, and its keys: as it took off, whatever the file says now.
+    """Return the plan and keys of the swarm that flies by `file`, as it took off.
 
-    Where nothing flies by it on this machine, what the file says; refuses one that cannot be read.
+    If nothing flies by it on this machine, it reads the file, or refuses it.
     """
     flying = as_flown(file)
     if flying is None:
@@ -81,7 +81,7 @@ def load_flying(file: Path, keys: Path | None) -> tuple[Plan, Path]:
 
 
 def _changed(file: Path, flying: Flown) -> str:
-    """Return how `file` differs from what flies, empty when it does not."""
+    """Return how `file` differs from the flying swarm, empty if it does not."""
     try:
         return "" if read_swarm(file) == flying.swarm else "has changed since take-off"
     except SwarmFileError:
@@ -94,7 +94,7 @@ def planned(swarm: Swarm) -> Plan:
 
 
 def faults_of(path: Path | None, plan: Plan) -> tuple[Fault, ...]:
-    """Return the faults of a file, none without one; or refuse it."""
+    """Return the faults of a file, empty without one; or refuse it."""
     from flockwire.process.faults import FaultFileError, load_faults  # noqa: PLC0415
 
     try:
@@ -112,7 +112,7 @@ def made_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
 
 
 def written(folder: Path, work: Any) -> Any:  # noqa: ANN401  (it passes through whatever `work` returns)
-    """Do `work` on the keys in `folder`; refuse when that cannot be done."""
+    """Do `work` on the keys in `folder`; refuse if it fails."""
     try:
         return write_keys(folder, work)
     except CredentialsError as error:

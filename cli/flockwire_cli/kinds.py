@@ -1,6 +1,6 @@
 """Commands that run one process of a swarm, as systemd and compose start them: one for each kind of process.
 
-Their arguments are read by the standard library's argparse: the host of a drone has no other package for that.
+The standard library's argparse reads their arguments: a drone's host has no other package for it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ KINDS = {row.kind: row for row in PROCESSES if row.started}
 
 
 class _Help(RawDescriptionHelpFormatter):
-    """Begins with "Usage:", as the help of all other commands does."""
+    """Starts with "Usage:", like the help of all other commands."""
 
     def add_usage(self, usage, actions, groups, prefix=None) -> None:  # type: ignore[no-untyped-def]  # noqa: ANN001
         super().add_usage(usage, actions, groups, prefix or "Usage: ")
@@ -36,7 +36,7 @@ def run(kind: str, arguments: Sequence[str]) -> int:
 
 
 def _parser(row: Process) -> ArgumentParser:
-    """Return what reads the arguments that one kind of process takes."""
+    """Return the argument parser of one kind of process."""
     parser = ArgumentParser(f"flockwire {row.kind}", description=row.help, formatter_class=_Help, allow_abbrev=False)
     parser.set_defaults(id=None, out=Path(), dated=False, protocol=None, faults=None, took_off=None)
     parser.add_argument("swarm", metavar="SWARM", type=Path, help="The swarm file (TOML).")
@@ -54,17 +54,17 @@ def _parser(row: Process) -> ArgumentParser:
         parser.add_argument(
             "--dated",
             action="store_true",
-            help="A folder named by the time below OUT; one that a crash cut off goes on.",
+            help="Use a folder named by the time below OUT; continue one that a crash interrupted.",
         )
     if row.alone:
         parser.add_argument(
             "--protocol",
             metavar="P",
-            help="Of a tracker: natnet, vrpn, qualisys. Without the swarm: bodies stand at the starts.",
+            help="The protocol: natnet, vrpn, qualisys. Without the swarm: bodies are at the starts.",
         )
-    if row.faults or row.records:  # who records them marks them in the trace
-        parser.add_argument("--faults", type=Path, help="What is to go wrong, and when (TOML).")
-        parser.add_argument("--took-off", type=int, help=SUPPRESS)  # faults count from then, Unix ns
+    if row.faults or row.records:  # the recorder marks them in the trace
+        parser.add_argument("--faults", type=Path, help="The faults to inject (TOML).")
+        parser.add_argument("--took-off", type=int, help=SUPPRESS)  # time 0 of faults, Unix ns
     return parser
 
 
@@ -73,7 +73,7 @@ def _serve(row: Process, given: Namespace) -> int:
     from flockwire.runtime.job import Job, serve  # noqa: PLC0415  (zenoh)
 
     swarm, out = given.swarm, given.out
-    child = LIFELINE in os.environ  # one of `up` flies, also restarted, what took off
+    child = LIFELINE in os.environ  # a child of `up`, also after a restart, flies the swarm that took off
     flying = as_flown(swarm) if child else None
     plan = load(swarm) if flying is None else planned(flying.swarm)
     if given.protocol is not None:
@@ -81,7 +81,7 @@ def _serve(row: Process, given: Namespace) -> int:
     identity = _identity(plan, row, given.id)
     if given.dated:
         out = _dated(out, plan)
-    elif row.records and not child:  # a child that is restarted goes on in the same flight
+    elif row.records and not child:  # a restarted child continues in the same flight
         from flockwire_recorder.parts import same_flight  # noqa: PLC0415  (the trace's format)
 
         if not same_flight(out, plan.swarm, clock.utc()):
@@ -89,7 +89,7 @@ def _serve(row: Process, given: Namespace) -> int:
     folder, wrong = keys_folder(swarm, plan, given.keys), faults_of(given.faults, plan)
     what = flying or flown_by(plan.swarm, swarm, folder)
     with ExitStack() as stack:
-        with suppress(OtherFlightError):  # it was changed in flight, and a process begun by hand
+        with suppress(OtherFlightError):  # the file was changed in flight, and this process was started by hand
             stack.enter_context(flown(swarm, what))
         return serve(Job(plan, identity, folder, what.toml, out, wrong, given.took_off))
 
@@ -100,7 +100,7 @@ def _dated(out: Path, plan: Plan) -> Path:
     try:
         return dated_folder(out, plan.swarm, clock.local())
     except OSError as error:
-        refuse(f"--out = {out}: cannot look there: {error.strerror}")
+        refuse(f"--out = {out}: cannot read it: {error.strerror}")
 
 
 def _alone(row: Process, plan: Plan, protocol: str) -> int:

@@ -1,6 +1,6 @@
 """The `flockwire` command: the contract between the project and its users' scripts.
 
-Exit status: 0 all well; 1 a flight failed, its reason on the last line; 2 bad usage or a bad swarm file.
+Exit status: 0 success; 1 a flight failed, with the reason on the last line; 2 bad usage or a bad swarm file.
 """
 
 from __future__ import annotations
@@ -39,4 +39,4 @@ def options(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
-    """Take what stands before the command."""
+    """Read the options before the command."""

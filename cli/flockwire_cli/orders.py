@@ -1,4 +1,4 @@
-"""Commands that are the operator's: orders in flight, and the certificates."""
+"""Commands of the operator: orders in flight, and certificates."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 from flockwire import clock
-from flockwire.ground.giving import Order
+from flockwire.ground.order import Order
 from flockwire.security.files import CredentialsError
 from flockwire.swarm.wording import meant
 from flockwire.wire.plan import Plan
@@ -29,7 +29,7 @@ def start(
     without: Without = None,
     keys: Keys = None,
 ) -> None:
-    """Take off where need be, and fly the formation."""
+    """Take off if necessary, and fly the formation."""
     plan = load(swarm)
     _known(plan, "--formation", formation)
     absent = left_out(plan, without)
@@ -38,7 +38,7 @@ def start(
 
 @app.command()
 def hold(swarm: SwarmFile, keys: Keys = None) -> None:
-    """Leave the formation and hover on the spot."""
+    """Leave the formation and hover."""
     _give(*load_flying(swarm, keys), Order("hold"))
 
 
@@ -50,7 +50,7 @@ def land(swarm: SwarmFile, keys: Keys = None) -> None:
 
 @app.command()
 def stop(swarm: SwarmFile, keys: Keys = None) -> None:
-    """Emergency: motors off, at once; what flies falls."""
+    """Emergency: motors off at once; flying drones fall."""
     _give(*load_flying(swarm, keys), Order("stop"))
 
 
@@ -59,11 +59,11 @@ def formation(
     swarm: SwarmFile,
     name: Annotated[str, typer.Argument(metavar="NAME", help="A name from [formations]; '' is the first formation.")],
     duration: Annotated[
-        float | None, typer.Option(help="Seconds that the change takes [the fewest that keep to all limits].")
+        float | None, typer.Option(help="Seconds of the change [the fewest within all limits].")
     ] = None,
     keys: Keys = None,
 ) -> None:
-    """Change to the formation NAME in flight; its time goes on."""
+    """Change to the formation NAME in flight; its time continues."""
     plan = load(swarm)
     _known(plan, "NAME", name)
     _give(plan, keys_folder(swarm, plan, keys), Order("formation", name, duration))
@@ -72,10 +72,10 @@ def formation(
 @app.command()
 def status(
     swarm: SwarmFile,
-    once: Annotated[bool, typer.Option("--once", help="Print it once; status 1 where a process has none.")] = False,
+    once: Annotated[bool, typer.Option("--once", help="Print it once; exit status 1 if a process has none.")] = False,
     keys: Keys = None,
 ) -> None:
-    """Show every drone and process of a swarm that runs: phase, position, battery, errors."""
+    """Show every drone and process of a running swarm: phase, position, battery, errors."""
     from flockwire_station.watching import watch  # noqa: PLC0415
 
     plan, folder = load_flying(swarm, keys)
@@ -90,7 +90,7 @@ def status(
 
 @app.command()
 def teleop(swarm: SwarmFile, keys: Keys = None) -> None:
-    """Steer a teleoperated leader by a gamepad that is plugged in, and by the keys of this terminal."""
+    """Steer a teleoperated leader by a gamepad, or by the keys of this terminal."""
     from flockwire_station.teleop import steer  # noqa: PLC0415  (zenoh)
     from flockwire_station.terminal.gamepad import plugged_in  # noqa: PLC0415
 
@@ -101,7 +101,7 @@ def teleop(swarm: SwarmFile, keys: Keys = None) -> None:
     if note:
         print(f"flockwire: {note}", file=sys.stderr)
     if gamepad is None and not sys.stdin.isatty():
-        refuse("there is no terminal to take keys from, and no gamepad")
+        refuse("there is no terminal to read keys from, and no gamepad")
     warn_of(plan.swarm)
     try:
         steered = asyncio.run(steer(plan, keys_folder(swarm, plan, keys), gamepad))
@@ -114,7 +114,7 @@ def teleop(swarm: SwarmFile, keys: Keys = None) -> None:
 def console(
     swarm: SwarmFile,
     address: Annotated[
-        str, typer.Option(help="IP address to listen at; any but loopback shows the page to others.")
+        str, typer.Option(help="IP address to listen at; any but loopback shows the page to other hosts.")
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=1, max=65535, help="Port to listen at.")] = 8420,
     foxglove: Annotated[
@@ -128,7 +128,7 @@ def console(
     ] = None,
     keys: Keys = None,
 ) -> None:
-    """Serve a live page of a swarm that runs: map, table, orders, stop. The printed link holds the token for orders."""
+    """Serve a live page of a running swarm: map, table, orders, stop. Orders need the token in the printed link."""
     from flockwire_console.command import serve  # noqa: PLC0415  (aiohttp)
     from flockwire_console.foxglove_server import FoxgloveError  # noqa: PLC0415
 
@@ -150,10 +150,10 @@ def keys(
         Path | None, typer.Option(help="Folder of the certificates [.flockwire/NAME/keys beside SWARM].")
     ] = None,
     rotate: Annotated[
-        bool, typer.Option("--rotate", help="A new authority: all keys made before are rejected.")
+        bool, typer.Option("--rotate", help="Make a new authority: all earlier keys are rejected.")
     ] = False,
 ) -> None:
-    """Make the swarm's certificates, and renew what is about to expire."""
+    """Make the swarm's certificates, and renew those that expire soon."""
     from flockwire.security.pki import make_keys  # noqa: PLC0415
 
     plan = load(swarm)
@@ -165,7 +165,7 @@ def keys(
 
 
 def _refuse_in_flight(plan: Plan, folder: Path) -> None:
-    """Refuse to replace keys with which drones fly on other hosts: on this one, who makes keys sees it."""
+    """Refuse to replace keys with which drones fly on other hosts; on this host, making keys checks it."""
     from flockwire_station.rotating import flying  # noqa: PLC0415  (zenoh)
 
     if names := asyncio.run(flying(plan, folder)):
@@ -192,7 +192,6 @@ def _give(plan: Plan, keys: Path, order: Order) -> None:
     if answer.confirmed:
         note = f"; {answer.note}" if answer.note else ""
         print(f"flockwire: {order.verb}: confirmed by {', '.join(answer.confirmed)}{note}")
-    if answer.refusal or answer.missing:
-        reason = answer.refusal or f"sent, but not confirmed by {', '.join(answer.missing)}"
-        print(f"flockwire: {order.verb} failed: {reason}", file=sys.stderr)
+    if answer.failure:
+        print(f"flockwire: {order.verb} failed: {answer.failure}", file=sys.stderr)
         raise typer.Exit(1)

@@ -24,7 +24,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table as RichTable
 
-NO_CHANCE = "nothing is left to chance, so all runs of a grid point are equal, and an interval over them says nothing"
+NO_CHANCE = "nothing is random, so all runs of a grid point are equal and their interval has no meaning"
 
 
 def options_of(runs: int | None, seed: int | None, duration: float | None, starts: str | None) -> dict[str, object]:
@@ -38,9 +38,9 @@ def options_of(runs: int | None, seed: int | None, duration: float | None, start
 
 
 def study(swarm: Path, file: Path | None, options: dict[str, object], out: Path, jobs: int, scheduler: str) -> int:
-    """Fly what is still to be flown, write and print what came of it; returns the exit status.
+    """Fly the remaining runs, write and print the results; returns the exit status.
 
-    Raises StudyError and SwarmFileError for bad input, before anything is written; OSError where `out` fails.
+    Raises StudyError and SwarmFileError for bad input, before anything is written; OSError if `out` fails.
     """
     table = swarm_table(swarm)
     checked = parse_swarm(table, str(swarm))
@@ -63,7 +63,7 @@ def study(swarm: Path, file: Path | None, options: dict[str, object], out: Path,
 
 
 def _fly(plan: Study, ledger: Ledger, workers: Workers) -> str:
-    """Fly what the ledger lacks; returns why it was not done to its end, or nothing."""
+    """Fly the runs that the ledger lacks; returns why it stopped early, or nothing."""
     tasks, runs = ledger.missing(), plan.runs * len(plan.points)
     failures = sum(not r.ok for r in ledger.results if r.run < plan.runs)
     columns = (BarColumn(None), MofNCompleteColumn(), TextColumn("{task.description}"), TimeElapsedColumn(),
@@ -84,7 +84,7 @@ def _fly(plan: Study, ledger: Ledger, workers: Workers) -> str:
 
 @contextmanager
 def _terminable() -> Iterator[None]:
-    """Let SIGTERM end the study as Ctrl-C does, with what was flown kept."""
+    """Let SIGTERM end the study like Ctrl-C, with all finished runs kept."""
 
     def end(_: int, __: FrameType | None) -> NoReturn:
         raise KeyboardInterrupt
@@ -102,7 +102,7 @@ def _print(findings: Findings, out: Path) -> None:
     for heading in ("", "figure", "50 %", "95 %", "99 %", "worst", "its seed"):
         table.add_column(heading, justify="left" if heading in ("", "figure") else "right")
     for row in findings.rows:
-        interval = f"95 % sure: {100 * row.low:.2f} to {100 * row.high:.2f} %"
+        interval = f"95 % interval: {100 * row.low:.2f} to {100 * row.high:.2f} %"
         table.add_row(label(row.point), f"success {row.successes} of {row.runs} = {100 * row.rate:.2f} %; {interval}")
         for name, count in row.failed.items():
             table.add_row("", f"  {count} failed: {name}")
@@ -118,13 +118,13 @@ def _print(findings: Findings, out: Path) -> None:
         verdict = result.reason or f"ok, {result.margin:.2f} x the safety distance"
         print(f"  {result.seed}  {label(dict(findings.plan.points[result.point]))}: {verdict}")
     if command := findings.again(findings.worst[0]).get("command"):
-        print(f"  the worst again: {command.replace('worst/', f'{out}/worst/')}")
+        print(f"  to repeat the worst: {command.replace('worst/', f'{out}/worst/')}")
     print(f"  study: {out / 'study.html'}")
 
 
 def _verdict(findings: Findings, stopped: str) -> int:
     if stopped:
-        print(f"flockwire: {stopped}; the same call goes on from here", file=sys.stderr)
+        print(f"flockwire: {stopped}; the same command continues", file=sys.stderr)
         return 1
     if findings.failures:
         print(f"flockwire: {findings.failures} of {len(findings.results)} runs failed", file=sys.stderr)

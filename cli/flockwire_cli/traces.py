@@ -16,7 +16,7 @@ app = typer.Typer()
 
 
 class Form(StrEnum):
-    """What tables are written as."""
+    """The formats of tables."""
 
     CSV = "csv"
     PARQUET = "parquet"
@@ -30,12 +30,14 @@ def report(
 ) -> None:
     """Draw the figures of a trace; write report.html and summary.json."""
     from flockwire_analysis.report import write_report  # noqa: PLC0415
-    from flockwire_station.verdict import print_summary  # noqa: PLC0415
+
+    from flockwire_cli.verdict import print_figures, print_place  # noqa: PLC0415
 
     folder = out or trace.parent
     with progress("reads the trace, draws its figures"):
         summary = _trace(lambda: write_report(trace, folder, pdf))
-    failures = print_summary(summary, folder)
+    failures = print_figures(summary)
+    print_place(folder)
     if failures:
         print(f"flockwire: {'; '.join(failures)}", file=sys.stderr)
         raise typer.Exit(1)
@@ -43,10 +45,10 @@ def report(
 
 @app.command()
 def recover(
-    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="A trace that was cut off.")],
-    out: Annotated[Path | None, typer.Option(help="The whole trace to write [TRACE-recovered.mcap].")] = None,
+    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="A truncated trace.")],
+    out: Annotated[Path | None, typer.Option(help="The complete trace to write [TRACE-recovered.mcap].")] = None,
 ) -> None:
-    """Make a trace whole that was cut off by a crash."""
+    """Repair a trace that was truncated by a crash."""
     from flockwire_recorder.recover import recover as make_whole  # noqa: PLC0415
 
     target = out or trace.with_name(f"{trace.stem}-recovered.mcap")
@@ -77,15 +79,15 @@ def compare(
     second: Annotated[Path, typer.Argument(metavar="TRACE", help="Another one.")],
     out: Annotated[Path, typer.Option(help="Folder for the figures.")] = Path("runs/comparison"),
 ) -> None:
-    """Draw two flights over each other, and print their figures side by side."""
+    """Overlay two flights in figures, and print their key figures side by side."""
     from flockwire_analysis.figures.comparison import compare as draw  # noqa: PLC0415  (matplotlib)
+    from flockwire_analysis.key_figures import beside  # noqa: PLC0415
     from flockwire_analysis.reading import read_trace  # noqa: PLC0415
     from flockwire_analysis.summary import summarise  # noqa: PLC0415
-    from flockwire_station.verdict import beside  # noqa: PLC0415
 
     traces = _trace(lambda: (read_trace(first), read_trace(second)))
     names = _names(first, second)
-    print(beside(names, tuple(summarise(trace) for trace in traces)))
+    print("\n".join(beside(names, [summarise(trace) for trace in traces])))
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -95,13 +97,13 @@ def compare(
 
 
 def _names(first: Path, second: Path) -> tuple[str, str]:
-    """Return what distinguishes two traces: the folders that they lie in, or else their own names."""
+    """Return distinct names of two traces: their folders, or else their file names."""
     folders = first.resolve().parent.name, second.resolve().parent.name
     return folders if folders[0] != folders[1] else (first.stem, second.stem)
 
 
 def _trace(work: Any) -> Any:  # noqa: ANN401  (it passes through whatever `work` returns)
-    """Do `work` on a trace; what is wrong with the trace ends the program."""
+    """Do `work` on a trace; a bad trace ends the program."""
     try:
         return work()
     except (OSError, ValueError) as error:

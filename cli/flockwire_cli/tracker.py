@@ -1,4 +1,4 @@
-"""The commands `tracker` and `align`: what a swarm's tracker delivers, and how its frame lies on the field."""
+"""The commands `tracker` and `align`: a tracker's data quality, and its frame on the field."""
 
 from __future__ import annotations
 
@@ -18,14 +18,13 @@ if TYPE_CHECKING:
     from flockwire_mocap.survey.inspection import BodyFigures, Inspection
 
 Seconds = Annotated[float, typer.Option(min=0.5, max=60.0, help="Seconds to listen.")]
-BAD_RESIDUAL = 0.05  # m
 
 app = typer.Typer()
 
 
 @app.command()
 def tracker(swarm: SwarmFile, seconds: Seconds = 1.5) -> None:
-    """Listen to the tracker: list its bodies with rate, jitter, latency, loss; say what to mend before a flight."""
+    """List the tracker's bodies with rate, jitter, latency, loss, and the problems to correct before a flight."""
     plan = load(swarm)
     inspection, state = _listen(plan, seconds)
     rows, troubles = inspection.figures(), [state.trouble] if state.trouble else []
@@ -40,7 +39,7 @@ def tracker(swarm: SwarmFile, seconds: Seconds = 1.5) -> None:
         print(f"flockwire: {problem}", file=sys.stderr)
     if problems:
         raise typer.Exit(1)
-    print("all drones' bodies are there, tracked, still, and at their starts")
+    print("all drones' bodies are present, tracked, still, and at their starts")
 
 
 @app.command()
@@ -48,34 +47,28 @@ def align(
     swarm: SwarmFile,
     at: Annotated[
         list[str] | None,
-        typer.Option(metavar="BODY=X,Y,Z", help="A body on a known place, m [each drone's at its start]."),
+        typer.Option(metavar="BODY=X,Y,Z", help="A body at a known place, m [each drone's at its start]."),
     ] = None,
     seconds: Seconds = 1.5,
 ) -> None:
-    """Find rotation and offset from the tracker's frame to the field's, from bodies on known places."""
-    from flockwire_mocap.survey.alignment import AlignmentError  # noqa: PLC0415
-    from flockwire_mocap.survey.alignment import align as fitted  # noqa: PLC0415
+    """Find rotation and offset from the tracker's frame to the field's, from bodies at known places."""
+    from flockwire_mocap.survey.alignment import AlignmentError, align_bodies  # noqa: PLC0415
 
     plan = load(swarm)
     known = _places(plan, at or [])
     inspection, state = _listen(Plan(plan.swarm.unaligned()), seconds)
-    seen = {row.name: row.position for row in inspection.figures() if row.position is not None}
-    missing = [name for name in known if name not in seen]
+    seen = inspection.places()
     if state.trouble and not seen:
         refuse(state.trouble)
-    if missing:
-        refuse(f"the tracker does not see {', '.join(missing)}; it sees {', '.join(seen) or 'nothing'}")
     try:
-        found = fitted([seen[name] for name in known], list(known.values()))
+        found = align_bodies(seen, known)
     except AlignmentError as error:
         refuse(str(error))
     for name, residual in zip(known, found.residuals, strict=True):
         print(f"{name:20} {1000 * residual:7.1f} mm left")
-    if max(found.residuals) > BAD_RESIDUAL:
-        print("flockwire: warning: a body is not where it should be, or two are exchanged", file=sys.stderr)
-    print("\n[gateway]")
-    print(f"rotation = [{', '.join(f'{part:.6f}' for part in found.rotation)}]")
-    print(f"offset = [{', '.join(f'{part:.4f}' for part in found.offset)}]")
+    if found.doubtful:
+        print("flockwire: warning: a body is at a wrong place, or two are exchanged", file=sys.stderr)
+    print("", *found.table(), sep="\n")
 
 
 def _listen(plan: Plan, seconds: float) -> tuple[Inspection, SourceState]:

@@ -1,1 +1,1 @@
-"""`flockwire console`: a page that shows a swarm as it flies, and gives orders."""
+"""`flockwire console`: a page that shows a flying swarm and gives orders."""

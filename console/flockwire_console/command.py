@@ -1,4 +1,4 @@
-"""Serves the page, and Foxglove where it is asked for, until it is interrupted."""
+"""Serves the page, and Foxglove if requested, until it is interrupted."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ POLL = 0.1  # s
 async def serve(plan: Plan, keys: Path, address: str, port: int, foxglove: int | None = None) -> bool:
     """Serve the pages of a swarm at `address`, and Foxglove at the port `foxglove` of it, None: not at all.
 
-    Returns whether it could, False when interrupted before the router answered. Raises OSError where it cannot be
-    listened at, CredentialsError, FoxgloveError.
+    Returns False if it was interrupted before the router answered. Raises OSError if the port cannot be opened,
+    CredentialsError, FoxgloveError.
     """
     token = secrets.token_urlsafe(16)
     with interrupts() as interrupted, ExitStack() as stack:

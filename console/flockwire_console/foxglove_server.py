@@ -1,6 +1,6 @@
-"""Serves Foxglove and Lichtblick what the page's session receives: payloads as they came, with their ROS 2 schemas.
+"""Serves the page's messages to Foxglove and Lichtblick: unchanged payloads with their ROS 2 schemas.
 
-foxglove-sdk speaks their protocol (foxglove.sdk.v1) in threads of its own. Its clients can only look.
+foxglove-sdk implements their protocol (foxglove.sdk.v1) in its own threads. Its clients are read-only.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from flockwire.wire.schemas import schema_text
 
 
 class FoxgloveError(Exception):
-    """Foxglove cannot be served: its package is not installed, or its address cannot be listened at."""
+    """Foxglove cannot be served: its package is not installed, or its port cannot be opened."""
 
 
 class FoxgloveServer:
     """Serves at `address` and `port` the topics to which `identity` subscribes on `session`.
 
-    Port 0 takes any free one: `port` is the one that was taken. The constructor raises FoxgloveError.
+    Port 0 means any free port: `port` is the actual one. The constructor raises FoxgloveError.
     """
 
     def __init__(self, plan: Plan, identity: str, session: Session, address: str, port: int) -> None:
@@ -30,7 +30,7 @@ class FoxgloveServer:
         except ImportError as error:
             line = f"--foxglove = {port}: needs the package foxglove-sdk: {remedy('foxglove')}"
             raise FoxgloveError(f"{line} ({error})") from None
-        self._context = context = foxglove.Context()  # kept: without it the channels lead nowhere
+        self._context = context = foxglove.Context()  # kept, because the channels need it
         try:
             self._server = foxglove.start_server(name=plan.swarm.name, host=address, port=port, context=context)
         except RuntimeError as error:
@@ -52,10 +52,10 @@ class FoxgloveServer:
         }
 
     def forward(self, now: int) -> None:
-        """Pass on what has come by `now` (Unix ns) to who subscribes to it; to be called ten times a second or more."""
+        """Pass on the messages received by `now` (Unix ns); call it at least ten times a second."""
         for sent, topic, _, _, payload in in_order(self._topics, now, self._rejected):
             self._channels[topic].log(payload, log_time=max(0, sent))
 
     def close(self) -> None:
-        """Serve no more."""
+        """Stop serving."""
         self._server.stop()

@@ -1,4 +1,4 @@
-"""By which names the console may be asked: one that somebody else owns may lead here too (DNS rebinding)."""
+"""The host names that the console accepts: a foreign name may lead here too (DNS rebinding)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _HOST = re.compile(r"(?:\[(?P<v6>[^\]]*)\]|(?P<name>[^:]*))(?::\d+)?")
 
 
 def is_own(host: str, names: frozenset[str]) -> bool:
-    """Return whether `host`, a Host header, is an IP address or one of `names`; its port may be any."""
+    """Return whether `host`, a Host header, is an IP address or one of `names`, with any port."""
     found = _HOST.fullmatch(host)
     if found is None:
         return False
@@ -24,13 +24,13 @@ def is_own(host: str, names: frozenset[str]) -> bool:
 
 
 def pinned(address: str) -> Any:  # noqa: ANN401  (aiohttp's)
-    """Return a middleware that answers 403 to what is asked of any host but an IP address, localhost or `address`."""
+    """Return a middleware that answers 403 unless the host is an IP address, localhost or `address`."""
     names = frozenset({"localhost", address.lower()})
 
     @web.middleware
     async def pin(request: web.Request, handler: Any) -> web.StreamResponse:  # noqa: ANN401
         if not is_own(request.headers.get("Host", ""), names):
-            raise web.HTTPForbidden(text="the console is not asked by this name; open it by its IP address")
+            raise web.HTTPForbidden(text="the console does not accept this host name; open it by its IP address")
         response: web.StreamResponse = await handler(request)
         return response
 

@@ -1,4 +1,4 @@
-"""What the page is told: once what the swarm file says, then ten times a second how everybody is."""
+"""The data of the page: once the swarm file's content, then all states ten times a second."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ from collections.abc import Mapping
 from typing import Any
 
 from flockwire.control.graph import LEADER
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.ground.fleet import STALE
 from flockwire.pilot.off_place import shown_phase
 from flockwire.pilot.orders import flown_formation, is_known
-from flockwire.wire.messages import Mission
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 
 
 def outline(plan: Plan) -> dict[str, Any]:
-    """Return what does not change in flight: fence, obstacles, graph, formations (m, world frame)."""
+    """Return the constant data of a flight: fence, obstacles, graph, formations (m, world frame)."""
     swarm, fence = plan.swarm, plan.swarm.limits.fence
     (left, lower, _), (right, upper, _) = fence.low, fence.high
     corners = fence.polygon or ((left, lower), (right, lower), (right, upper), (left, upper))
@@ -33,14 +33,14 @@ def outline(plan: Plan) -> dict[str, Any]:
 
 
 class Scene:
-    """Puts statuses together for the page."""
+    """Combines statuses for the page."""
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
         self._formations = {name: plan.swarm.build_formation(name) for name in plan.swarm.formation_names}
 
     def snapshot(self, statuses: Mapping[str, Status], now: int) -> dict[str, Any]:
-        """Return how everybody is at `now` (Unix ns)."""
+        """Return all states at `now` (Unix ns)."""
         leader = statuses.get(self._plan.pilot[LEADER])
         drones = {}
         for number, pilot in self._plan.pilot.items():
@@ -56,7 +56,7 @@ class Scene:
         return {"drones": drones, "others": others}
 
     def _place(self, number: int, mission: Mission | None, leader: Status | None, now: int) -> list[float] | None:
-        """Return the place of a follower in the formation that it was ordered to fly, None where it has none."""
+        """Return the place of a follower in the formation that it was ordered to fly, None if it has none."""
         if number == LEADER or leader is None or leader.report.position is None or mission is None:
             return None
         if not mission.in_formation or not is_known(self._formations, mission):

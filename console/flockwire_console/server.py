@@ -1,6 +1,6 @@
-"""The page's server: files, one websocket for each page, orders from those that know the token.
+"""The page's server: files, one websocket for each page, orders from pages with the token.
 
-The session to the swarm is opened once and kept, so a stop leaves at once.
+The session to the swarm stays open, so a stop is sent at once.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any
 from aiohttp import WSMsgType, web
 from flockwire import clock
 from flockwire.domain.time import nanoseconds
-from flockwire.ground.giving import Answer, Order
+from flockwire.ground.order import Answer, Order
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import CONSOLE
 from flockwire_station.operator import Operator
@@ -30,27 +30,25 @@ PERIOD = 0.1  # s between two pictures
 ORDERS = ("start", "formation", "hold", "land", "stop")
 LONGEST_ORDER = 4096  # bytes
 MOST_PAGES = 32
-LONGEST_SEND = 1.0  # s that a page may take to take a picture
-HEARTBEAT = (
-    20.0  # s: with less, a station that is busy for seconds would part with a page that is about to order a stop
-)
-OTHER_LINK = "this link's token is not this console's; open the link that the console printed when it was started last"
+LONGEST_SEND = 1.0  # s for a page to accept a picture
+HEARTBEAT = 20.0  # s: with less, a busy station could disconnect a page that is about to order a stop
+OTHER_LINK = "this link has the token of another console; open the link that the console printed at its last start"
 POLICY = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
 
 
 class Pages:
-    """Serves the pages of one swarm, to who asks by the `address` that it listens at, or by another IP address."""
+    """Serves the pages of one swarm, requested by its `address` or by an IP address."""
 
     def __init__(self, plan: Plan, operator: Operator, token: str, address: str = "localhost") -> None:
         self._plan, self._operator, self._token, self._address = plan, operator, token, address
         self._scene = Scene(plan)
-        self._due, self._failed = 0, ""  # before when there is no next picture, monotonic ns; what failed last
+        self._due, self._failed = 0, ""  # next picture, monotonic ns; last failure
         self._sockets: dict[web.WebSocketResponse, asyncio.Transport] = {}
-        self._sending: set[web.WebSocketResponse] = set()  # pages that have not taken the last picture yet
+        self._sending: set[web.WebSocketResponse] = set()  # pages that have not accepted the last picture yet
         self._tasks: set[asyncio.Task[None]] = set()
 
     def application(self) -> web.Application:
-        """Return what a web server runs."""
+        """Return the ASGI application."""
         app = web.Application(middlewares=[_guarded, pinned(self._address)])
         app.router.add_get("/", self._file)
         app.router.add_get("/{name:app\\.js|style\\.css}", self._file)
@@ -62,7 +60,7 @@ class Pages:
         return web.FileResponse(PAGE / request.match_info.get("name", "index.html"))
 
     async def _live(self, request: web.Request) -> web.StreamResponse:
-        """Show the flight to a page; one with the token may give orders, a wrong one is refused."""
+        """Show the flight to a page; a page with the token may give orders, a wrong token is refused."""
         given = request.query.get("token", "")
         if given and not hmac.compare_digest(given.encode(), self._token.encode()):
             raise web.HTTPForbidden(text=OTHER_LINK)
@@ -86,7 +84,7 @@ class Pages:
         return socket
 
     def _order(self, socket: web.WebSocketResponse, text: str) -> None:
-        """Give the order of a page; a stop leaves before anything else is looked at."""
+        """Give the order of a page; a stop is sent first."""
         try:
             asked: dict[str, Any] = json.loads(text)
             order = Order(asked["order"], str(asked.get("formation", "")), reason="the order of a page")
@@ -112,16 +110,16 @@ class Pages:
         task.cancel()
 
     async def _operate(self) -> None:
-        """Run the operator; what fails is logged, once, and the next turn comes all the same."""
+        """Run the operator; log a failure once, and continue with the next turn."""
         while True:
             try:
                 await self._operator.run(self._turn, PERIOD)
             except Exception as error:
-                self._log(error, "cannot go on with an order")
+                self._log(error, "cannot continue an order")
                 await asyncio.sleep(PERIOD)
 
     def _turn(self, now: int) -> bool | None:
-        """Send a picture, but not at every turn while an order is being given; pages report when none comes."""
+        """Send a picture, but not at every turn while an order is being given; pages report missing pictures."""
         if clock.monotonic() >= self._due:
             self._due = clock.monotonic() + nanoseconds(PERIOD) // 2
             try:
@@ -137,7 +135,7 @@ class Pages:
             logging.getLogger(CONSOLE.kind).exception(what)
 
     def _show(self, now: int) -> None:
-        """Send how everybody is to the pages that have taken the last picture."""
+        """Send all states to the pages that have accepted the last picture."""
         ready = [socket for socket in self._sockets if socket not in self._sending]
         if ready:
             picture = json.dumps(self._scene.snapshot(self._operator.statuses, now), separators=(",", ":"))
@@ -146,7 +144,7 @@ class Pages:
                 self._begin(self._send(socket, self._sockets[socket], picture))
 
     async def _send(self, socket: web.WebSocketResponse, transport: asyncio.Transport, picture: str) -> None:
-        """Send to a page; the connection of one that takes nothing for a while ends, without waiting for it."""
+        """Send to a page; disconnect it without waiting if it accepts nothing for a while."""
         try:
             await asyncio.wait_for(socket.send_str(picture), LONGEST_SEND)
         except (TimeoutError, ConnectionError):

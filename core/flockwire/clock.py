@@ -13,7 +13,7 @@ FIRST_SETTING = 60_000_000_000  # ns: a larger step forward is that of a clock t
 
 
 class SteadyClock:
-    """Unix time in ns that goes on at the monotonic clock's pace, whatever the wall clock is set to meanwhile.
+    """Unix time in ns that continues at the monotonic clock's pace, whatever the wall clock is set to meanwhile.
 
     Else a step of the wall clock would make all that was received before look older or younger. A process that has no
     message yet follows a step forward, when it is larger than FIRST_SETTING: a host without a battery for its clock

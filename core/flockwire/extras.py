@@ -27,7 +27,7 @@ def remedy(extra: str) -> str:
 
 
 def lacking(error: ModuleNotFoundError) -> str:
-    """Return a line that names the extra which a failed import lacks, with `remedy`; empty where no extra has it."""
+    """Return a line that names the extra which a failed import lacks, with `remedy`; empty if no extra has it."""
     module = (error.name or "").partition(".")[0]
     extras = (line["extra"] for line in _requirements() if line["package"].replace("-", "_").lower() == module)
     extra = next(extras, None)

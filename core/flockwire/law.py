@@ -1,4 +1,4 @@
-"""The interface of a control law; a law of one's own needs no other module of flockwire's (docs/own_law.md).
+"""The interface of a control law; a law of your own needs no other module of flockwire's (docs/own_law.md).
 
 A law is pure: an observation and the time go in, a velocity and an estimate come out. It reads no clock, does no input
 or output and draws no random numbers; it may keep state from step to step. `[control] law = "package.module:ClassName"`
@@ -8,7 +8,7 @@ flies any class of this form. Positions are m, velocities m/s, world frame (ENU)
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import isfinite
+from math import inf
 from typing import NamedTuple, Protocol
 
 from flockwire.control.formation import Formation
@@ -104,8 +104,18 @@ class Law(Protocol):
 
 def check_decision(decision: Decision) -> None:
     """Raise ValueError for a decision that cannot be flown."""
-    vectors = (decision.velocity, *(decision.estimate or ()))
-    if any(len(vector) != 3 for vector in vectors) or not isinstance(decision.stamp, int):
-        raise ValueError(f"a vector must have three numbers, the stamp must be an int, in ns: {decision}")
-    if not isfinite(sum([number for vector in vectors for number in vector])):
+    velocity, estimate, stamp = decision
+    vectors: tuple[Vector, ...] = (velocity,) if estimate is None else (velocity, *estimate)
+    total = 0.0
+    for vector in vectors:
+        if len(vector) != 3:
+            raise _malformed(decision)
+        total += vector[0] + vector[1] + vector[2]
+    if not isinstance(stamp, int):
+        raise _malformed(decision)
+    if not -inf < total < inf:
         raise ValueError(f"{decision}: holds a number that is not finite")
+
+
+def _malformed(decision: Decision) -> ValueError:
+    return ValueError(f"a vector must have three numbers, the stamp must be an int, in ns: {decision}")

@@ -13,7 +13,7 @@ from typing import cast
 
 from pydantic import ValidationError
 
-from flockwire.law import Law
+from flockwire.law import Law, LawSettings
 from flockwire.objects import load_object
 from flockwire.parameters import law_settings
 from flockwire.swarm import airframe_rules, formation_rules, gateway_rules, rules
@@ -49,7 +49,7 @@ def load_swarm(path: Path) -> Swarm:
 def read_swarm(path: Path) -> Swarm:
     """Read a swarm file without applying its rules: for orders to a swarm that flies by it already.
 
-    Raises SwarmFileError where it is no swarm file.
+    Raises SwarmFileError if it is no swarm file.
     """
     try:
         return validated(load_table(path))
@@ -58,7 +58,7 @@ def read_swarm(path: Path) -> Swarm:
 
 
 def load_table(path: Path) -> dict[str, object]:
-    """Read a swarm file, with the key frames it names, as it is; raises SwarmFileError where that cannot be done."""
+    """Read a swarm file, with the key frames it names, as it is; raises SwarmFileError if that cannot be done."""
     table = read_toml(path, "swarm file", SwarmFileError)
     for name, formation in [("formation", table.get("formation")), *_tables(table, "formations")]:
         if isinstance(formation, dict) and formation.get("kind") == "key_frames" and "file" in formation:
@@ -105,9 +105,9 @@ def load_law(name: str) -> type[Law]:
     return cast("type[Law]", found)
 
 
-def make_law(swarm: Swarm, number: int) -> Law:
-    """Return the law of follower `number`, its parameters checked; raises LawError, and what its constructor raises."""
-    return load_law(swarm.control.law)(law_settings(swarm, number))
+def make_law(name: str, settings: LawSettings) -> Law:
+    """Return the law that `[control] law` names, made from `settings`; raises LawError, and what its class raises."""
+    return load_law(name)(settings)
 
 
 @needs("control.law", "control.parameters")
@@ -130,7 +130,7 @@ def _law_constructor(swarm: Swarm) -> Iterator[str]:
         return
     for number in swarm.followers:
         try:
-            make_law(swarm, number)
+            make_law(swarm.control.law, law_settings(swarm, number))
         except Exception as error:  # a user's class may raise anything
             frame = traceback.extract_tb(error.__traceback__)[-1]
             raised = f"{type(error).__name__}: {error} ({frame.filename}:{frame.lineno})"

@@ -1,22 +1,32 @@
-"""From the swarm to the frozen parameters of what flies one drone: the only place that makes them."""
+"""From the swarm to the frozen parameters of its cores: the only place that makes them.
+
+A core of an agent or of a leader knows its parameters, not the swarm. Lengths are m, times s, the world frame is ENU.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import inf
 from typing import NamedTuple
 
 from flockwire.control.fence import Room
+from flockwire.control.formation import Formation
+from flockwire.control.graph import LEADER
 from flockwire.control.guard import GuardParameters
 from flockwire.control.leader_track import leader_time_constant
 from flockwire.control.observer import ObserverParameters
 from flockwire.control.potential import PotentialParameters
 from flockwire.control.protocol import ProtocolParameters
 from flockwire.control.sidestep import SidestepParameters
+from flockwire.control.trajectory import Trajectory
 from flockwire.domain.body import Separation
+from flockwire.domain.vector import Vector
 from flockwire.law import LawSettings
 from flockwire.swarm.model import Swarm
 from flockwire.swarm.tables import Checks, Limits, Obstacle
 from flockwire.wire.processes import Roster
+
+REACTION_PERIODS = 3.0  # of control, from a leader's command to the pose that shows it
 
 
 class PilotParameters(NamedTuple):
@@ -24,6 +34,7 @@ class PilotParameters(NamedTuple):
 
     number: int
     frame: str  # the name of the world frame
+    period: float  # s, between two steps
     driver: str  # the processes that drive its airframe, for people
     lag: float  # s, of its airframe
     dead_time: float  # s, likewise
@@ -31,11 +42,69 @@ class PilotParameters(NamedTuple):
     checks: Checks
     room: Room
     separation: Separation  # m, to keep where it comes down
-    guard: GuardParameters | None  # None where no safety filter is round the commands
+    guard: GuardParameters | None  # None if no safety filter is round the commands
     sensing: bool  # whether it is served what is near; else it knows its neighbours and `obstacles`
     obstacles: tuple[Obstacle, ...]
     potentials: PotentialParameters  # which push it while it holds without a safety filter
     formation_gain: float  # 1/s, of that push
+
+
+class AgentParameters(NamedTuple):
+    """What a follower's agent flies by."""
+
+    pilot: PilotParameters
+    law: str  # a built-in one or `package.module:ClassName`
+    settings: LawSettings
+    rank: int  # of its place in a formation
+    formations: Mapping[str, Formation]  # by the name that an order has
+    neighbours: dict[int, float]  # whom it receives from: w_ij by id j
+    leader_kind: str
+
+
+class CourseParameters(NamedTuple):
+    """What a leader flies its trajectory by."""
+
+    trajectory: Trajectory
+    gain: float  # 1/s, of the position loop
+    filtered: bool  # whether a safety filter is round its commands
+    delay: float  # s, from a command to the pose that shows its effect
+    braking: float  # m/s^2
+    separation: Separation
+    sidestep: SidestepParameters
+
+
+class TeleoperationParameters(NamedTuple):
+    """What a teleoperated leader keeps to."""
+
+    speed: float  # m/s, at most
+    acceleration: float  # m/s^2, at most
+    vertical_speed: float  # m/s, at most, while it keeps its place
+    stale: float  # s after which a steering command is none
+
+
+class LeaderParameters(NamedTuple):
+    """What a leader that has an airframe flies by."""
+
+    pilot: PilotParameters
+    course: CourseParameters
+    teleoperation: TeleoperationParameters | None  # None: no steering command it, it flies its course
+
+
+class TrackedParameters(NamedTuple):
+    """What a leader whom a person carries is watched by."""
+
+    period: float  # s, between two steps
+    body: str | int  # what the tracker calls it
+    stale: float  # s after which its pose is lost
+
+
+class VirtualParameters(NamedTuple):
+    """What a virtual leader moves by."""
+
+    frame: str  # the name of the world frame
+    period: float  # s, between two steps
+    trajectory: Trajectory
+    start: Vector  # m, world frame
 
 
 def pilot_parameters(swarm: Swarm, number: int) -> PilotParameters:
@@ -44,6 +113,7 @@ def pilot_parameters(swarm: Swarm, number: int) -> PilotParameters:
     return PilotParameters(
         number=number,
         frame=swarm.frame,
+        period=1.0 / swarm.control.rate_hz,
         driver=", ".join(Roster(swarm).drivers(number)),
         lag=airframe.lag,
         dead_time=airframe.dead_time,
@@ -57,6 +127,62 @@ def pilot_parameters(swarm: Swarm, number: int) -> PilotParameters:
         potentials=potential_parameters(swarm),
         formation_gain=swarm.control.formation_gain,
     )
+
+
+def agent_parameters(swarm: Swarm, number: int) -> AgentParameters:
+    """Return what the agent of follower `number` of `swarm` flies by."""
+    return AgentParameters(
+        pilot=pilot_parameters(swarm, number),
+        law=swarm.control.law,
+        settings=law_settings(swarm, number),
+        rank=swarm.followers.index(number),
+        formations={name: swarm.build_formation(name) for name in swarm.formation_names},
+        neighbours=swarm.topology.neighbours(number),
+        leader_kind=swarm.leader.kind,
+    )
+
+
+def leader_parameters(swarm: Swarm) -> LeaderParameters:
+    """Return what the leader of `swarm` flies by, where it has an airframe."""
+    steered = swarm.leader.kind == "teleoperated"
+    return LeaderParameters(
+        pilot=pilot_parameters(swarm, LEADER),
+        course=course_parameters(swarm),
+        teleoperation=teleoperation_parameters(swarm) if steered else None,
+    )
+
+
+def course_parameters(swarm: Swarm) -> CourseParameters:
+    """Return what the leader of `swarm` flies its trajectory by."""
+    airframe = swarm.airframe(LEADER)
+    return CourseParameters(
+        trajectory=swarm.leader.trajectory.build(),
+        gain=swarm.leader.tracking_gain,
+        filtered=swarm.control.filtered,
+        delay=airframe.lag + airframe.dead_time + REACTION_PERIODS / swarm.control.rate_hz,
+        braking=swarm.limits.acceleration,
+        separation=swarm.avoidance.kept,
+        sidestep=sidestep_parameters(swarm),
+    )
+
+
+def teleoperation_parameters(swarm: Swarm) -> TeleoperationParameters:
+    """Return what the leader of `swarm` keeps to while a person steers it."""
+    leader, limits = swarm.leader, swarm.limits
+    return TeleoperationParameters(
+        leader.speed, leader.acceleration, limits.vertical_speed, limits.staleness.steering_stop
+    )
+
+
+def tracked_parameters(swarm: Swarm) -> TrackedParameters:
+    """Return what the leader of `swarm` is watched by, where a person carries it."""
+    return TrackedParameters(1.0 / swarm.control.rate_hz, swarm.body(LEADER), swarm.limits.staleness.pose_zero)
+
+
+def virtual_parameters(swarm: Swarm) -> VirtualParameters:
+    """Return what the leader of `swarm` moves by, where it is a point."""
+    leader = swarm.leader
+    return VirtualParameters(swarm.frame, 1.0 / swarm.control.rate_hz, leader.trajectory.build(), leader.start)
 
 
 def guard_parameters(swarm: Swarm, number: int) -> GuardParameters:

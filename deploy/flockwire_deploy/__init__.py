@@ -1,1 +1,1 @@
-"""What carries a swarm to where it flies: containers on one machine, services on several hosts."""
+"""Deploys a swarm: containers on one machine, services on several hosts."""

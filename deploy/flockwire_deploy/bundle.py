@@ -1,4 +1,4 @@
-"""`--target systemd`: a folder for each host, with all that it needs and nothing of another's; no internet needed."""
+"""`--target systemd`: a folder for each host with all its files and no others; installed without internet."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SUMS = "SHA256SUMS"
 
 @dataclass(frozen=True, slots=True)
 class Bundler:
-    """Writes the bundles of a swarm's hosts: its plan, its file, its keys, the wheels to install from."""
+    """Writes the bundles of a swarm's hosts, from its plan, file, keys and wheels."""
 
     plan: Plan
     swarm_file: Path
@@ -32,11 +32,11 @@ class Bundler:
         """Write `out`/HOST for each host; returns the hosts. Raises DeployError, OSError."""
         law, hosts = self.plan.swarm.control.law, tuple(self.plan.swarm.hosts)
         if law not in BUILT_IN and not self.wheels.install(law.partition(":")[0]):
-            raise DeployError(f"control.law = {law!r}: no wheel in --wheels has it; build one of it into that folder")
+            raise DeployError(f"control.law = {law!r}: no wheel in --wheels contains it; build one into that folder")
         for host in hosts:
             if not self.plan.processes_on(host):
                 raise DeployError(
-                    f"hosts.{host}: runs nothing; name it at a drone or give it processes, or take it out"
+                    f"hosts.{host}: runs nothing; name it as a drone's host, give it processes, or remove it"
                 )
         for host in hosts:
             self._write_host(host, out / host)
@@ -47,7 +47,9 @@ class Bundler:
         """Remove the bundles, with their keys, of hosts that the swarm no longer has."""
         for unit in list(out.glob(f"*/units/{target_name(self.plan)}")):
             folder = unit.parents[1]
-            copied = f" on {folder.name}\n" not in unit.read_text(encoding="utf-8")  # by the user, under another name
+            copied = f" on {folder.name}\n" not in unit.read_text(
+                encoding="utf-8"
+            )  # made by the user under another name
             if folder.name not in hosts and not copied:
                 shutil.rmtree(folder)
                 packed(folder).unlink(missing_ok=True)
@@ -74,9 +76,9 @@ class Bundler:
 
 
 def write_playbook(plan: Plan, out: Path) -> None:
-    """Write what `--target ansible` brings the bundles out with: inventory.yaml and playbook.yaml.
+    """Write the files of `--target ansible`: inventory.yaml and playbook.yaml.
 
-    They stand beside the bundles in `out`, each of which becomes one file to copy.
+    They are beside the bundles in `out`, each of which becomes one file to copy.
     """
     hosts = {name: host.address for name, host in plan.swarm.hosts.items()}
     for host in hosts:
@@ -86,13 +88,13 @@ def write_playbook(plan: Plan, out: Path) -> None:
 
 
 def packed(folder: Path) -> Path:
-    """Return the file that a bundle is packed into."""
+    """Return the tar file of a bundle."""
     return folder.with_name(f"{folder.name}.tar")
 
 
 def _pack(folder: Path, file: Path) -> None:
-    """Put what is in `folder` into `file`, which has private keys and so is its owner's alone."""
-    file.unlink(missing_ok=True)  # an older one may be open to others
+    """Pack `folder` into `file`, which only its owner may read, because it has private keys."""
+    file.unlink(missing_ok=True)  # others may be able to read an older one
     descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
     with os.fdopen(descriptor, "wb") as stream, tarfile.open(fileobj=stream, mode="w") as archive:
         archive.add(folder, arcname=".")

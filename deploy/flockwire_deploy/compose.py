@@ -19,14 +19,14 @@ CONDUCTED = ("--duration", "${DURATION:-40}", "--out", PATHS.out)
 
 
 class Service(NamedTuple):
-    """One container: its process, its command, those that start before it and end after it, its networks."""
+    """One container: its process, command, predecessors (they start before it and end after it) and networks."""
 
     identity: str
     command: tuple[str, ...]
     after: tuple[str, ...]
     networks: tuple[str, ...]
-    writes: bool  # into the folder of runs
-    operator: bool  # gives the orders, and leaves when the flight is over
+    writes: bool  # writes into the folder of runs
+    operator: bool  # gives the orders, and ends with the flight
 
 
 def services(plan: Plan, within: IPv4Network | None = None) -> tuple[Service, ...]:
@@ -46,15 +46,15 @@ def services(plan: Plan, within: IPv4Network | None = None) -> tuple[Service, ..
 
 
 def outside(swarm: Swarm) -> str:
-    """Return a line about what the swarm's containers, on private networks, would lack; empty when nothing."""
+    """Return a line about an input that containers on private networks cannot have; empty without one."""
     remedy = "deploy with --target systemd, or fly it with `flockwire up`"
     if swarm.control.law not in BUILT_IN:
         return f"control.law = {swarm.control.law!r}: the image has only {sorted(BUILT_IN)}; {remedy}"
     if swarm.gateway.source != "simulated":
-        return f"gateway.source = {swarm.gateway.source!r}: no container reaches a tracker; {remedy}"
+        return f"gateway.source = {swarm.gateway.source!r}: containers cannot reach a tracker; {remedy}"
     if swarm.driven:
         first = swarm.driven[0]
-        which = f"{swarm.drone(first).airframe!r}: no container reaches such a drone, or a simulated one"
+        which = f"{swarm.drone(first).airframe!r}: containers cannot reach such a drone, even if it is simulated"
         return f"drones.{first}.airframe = {which}; {remedy}"
     return ""
 
@@ -78,9 +78,9 @@ def _command(plan: Plan, identity: str) -> tuple[str, ...]:
 
 
 def _after(plan: Plan, identity: str) -> tuple[str, ...]:
-    """Return whom an engine is to end after `identity`, and so starts before it: the next higher rank.
+    """Return the processes that end after `identity` and start before it: the next higher rank.
 
-    An operator is ended first of all: that lands the drones.
+    The operator ends first: that lands the drones.
     """
     ranks = {other: -1 if other == OPERATOR.kind else plan.rows[other].rank for other in aboard(plan)}
     higher = min((rank for rank in ranks.values() if rank > ranks[identity]), default=None)

@@ -1,16 +1,16 @@
-"""Looks at the container engine of this machine: whether it can run what was written."""
+"""Checks whether this machine's container engine can run the swarm."""
 
 from __future__ import annotations
 
 import shutil
 import subprocess
 
-IMAGES = ("flockwire", "flockwire-operator")  # of processes, of who conducts them
+IMAGES = ("flockwire", "flockwire-operator")  # of processes, of the operator
 PATIENCE = 10.0  # s for an answer
 
 
 def obstacle() -> str:
-    """Return a line about why this machine's engine cannot run a swarm, with the remedy; empty when it can."""
+    """Return why this machine's engine cannot run a swarm, with the remedy; empty if it can."""
     if shutil.which("docker") is None:
         return "there is no docker on this machine; install Docker Engine to fly the swarm here"
     engine = _ask("version", "--format", "{{.Server.Arch}}")
@@ -29,7 +29,7 @@ def obstacle() -> str:
 
 
 def _ask(*arguments: str) -> str:
-    """Return what docker answers, empty when it does not or fails."""
+    """Return docker's answer, empty if it fails."""
     try:
         told = subprocess.run(["docker", *arguments], capture_output=True, text=True, timeout=PATIENCE, check=False)  # noqa: S603, S607
     except subprocess.TimeoutExpired:

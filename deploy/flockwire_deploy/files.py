@@ -1,4 +1,4 @@
-"""What every target writes: pages made of templates, the swarm file with what it names, the keys of a place alone."""
+"""Files of every target: pages from templates, the swarm file with files that it names, the needed keys."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path, PurePosixPath
 
 from cryptography import x509
 from flockwire.security.credentials import common_name
-from flockwire.security.holding import in_use
+from flockwire.security.files import in_use
 from flockwire.security.pki import authority_name
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import AUTHORITY, Plan
@@ -20,12 +20,12 @@ SWARM_FILE = "swarm.toml"
 
 
 class DeployError(ValueError):
-    """Something that cannot be deployed; the text is one line: the key or file, what is wrong, what to do."""
+    """The swarm cannot be deployed; the text is one line: key or file, problem, remedy."""
 
 
 def template(name: str) -> Template:
-    """Return the template called `name`; what it needs and is not given raises jinja2.UndefinedError."""
-    # Nothing of it is shown in a browser.
+    """Return the template called `name`; a missing variable raises jinja2.UndefinedError."""
+    # No browser shows it.
     pages = Environment(  # noqa: S701
         loader=PackageLoader("flockwire_deploy"), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
         keep_trailing_newline=True,
@@ -34,7 +34,7 @@ def template(name: str) -> Template:
 
 
 def write_swarm(swarm: Swarm, file: Path, folder: Path) -> None:
-    """Copy the swarm file into `folder`, and what it names beside it. Raises DeployError."""
+    """Copy the swarm file, and the files that it names, into `folder`. Raises DeployError."""
     named = dict(_named(swarm))
     for key, name in named.items():
         path = PurePosixPath(name)
@@ -46,9 +46,9 @@ def write_swarm(swarm: Swarm, file: Path, folder: Path) -> None:
 
 
 def write_keys(plan: Plan, keys: Path, identities: Iterable[str], folder: Path, owner: Owner | None = None) -> None:
-    """Copy the keys of `identities`, and the authorities' certificates, from `keys` into `folder`, which has no others.
+    """Copy the keys of `identities`, and the authorities' certificates, from `keys` into `folder`; remove others.
 
-    They then belong to `owner`, where one is given and may be. Raises DeployError where one is missing.
+    They then belong to `owner`, if given and permitted. Raises DeployError if one is missing.
     """
     names = {f"{name}.crt" for name in plan.authorities}
     names |= {f"{identity}.{ending}" for identity in identities for ending in ("crt", "key")}
@@ -71,7 +71,7 @@ def write_keys(plan: Plan, keys: Path, identities: Iterable[str], folder: Path, 
 
 
 def remove_other_keys(folder: Path, identities: Iterable[str]) -> None:
-    """Remove from `folder` the folders of keys of all but `identities`: each is called as its identity."""
+    """Remove the folders of keys in `folder` of all identities but `identities`."""
     kept = set(identities)
     for held in folder.iterdir():
         if held.name not in kept and (held / f"{held.name}.key").exists():
@@ -79,7 +79,7 @@ def remove_other_keys(folder: Path, identities: Iterable[str]) -> None:
 
 
 def refuse_other_keys(plan: Plan, keys: Path) -> None:
-    """Raise DeployError where the folder `keys` is another swarm's."""
+    """Raise DeployError if the folder `keys` is another swarm's."""
     path = keys / f"{AUTHORITY}.crt"
     if not path.exists():
         return
@@ -89,12 +89,12 @@ def refuse_other_keys(plan: Plan, keys: Path) -> None:
         raise DeployError(f"--keys = {keys}: its {path.name} cannot be read: {error}") from None
     if name != authority_name(plan.swarm.name):
         raise DeployError(
-            f"--keys = {keys}: are of {name!r}, this swarm is {plan.swarm.name!r}; name its own, or leave --keys out"
+            f"--keys = {keys}: are of {name!r}, this swarm is {plan.swarm.name!r}; name this swarm's, or omit --keys"
         )
 
 
 def refuse_keys_in_use(keys: Path, folder: Path) -> None:
-    """Raise DeployError where processes of this machine run with the keys in `folder`, those in `keys` being new ones.
+    """Raise DeployError if processes of this machine run with the keys in `folder`, and those in `keys` are new.
 
     Keys of the same authority may be replaced.
     """

@@ -1,7 +1,7 @@
-"""The private networks of a swarm of containers: who shares one is who is linked, as far as bridges can say it.
+"""The private networks of a swarm of containers: as far as bridges allow, linked processes share one.
 
-Two processes that serve drones share a network of their own: an edge of the graph, or a drone's agent and driver. Every
-other process has one that all linked to it are on.
+Two drones' processes (an edge of the graph, or a drone's agent and driver) share their own network. Every other process
+has one network with all processes linked to it.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from typing import NamedTuple
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 
-POOL = 30  # networks that an engine's own pools of addresses are good for
-RANGE = IPv4Network("10.224.0.0/12")  # where more than that get theirs, unless the user names another
-SPARE = 4  # addresses of a network that no container gets: its own, broadcast, the engine's, one that comes back
+POOL = 30  # networks that fit in an engine's default address pools
+RANGE = IPv4Network("10.224.0.0/12")  # subnets of more networks, unless the user names another range
+SPARE = 4  # reserved addresses of a network: its own, broadcast, the engine's, one for a restarted container
 
 
 class RangeError(ValueError):
@@ -22,7 +22,7 @@ class RangeError(ValueError):
 
 
 class ContainerNetwork(NamedTuple):
-    """One network: its name, who is on it, and its addresses where the engine is not to choose them."""
+    """One network: its name, members, and addresses unless the engine chooses them."""
 
     name: str
     members: tuple[str, ...]
@@ -30,14 +30,14 @@ class ContainerNetwork(NamedTuple):
 
 
 def aboard(plan: Plan) -> tuple[str, ...]:
-    """Return whom containers run, in the order of the process table: all that `up` starts, and who conducts."""
+    """Return the processes of containers, in the order of the process table: all that `up` starts, and the operator."""
     return tuple(identity for identity in plan.certified if identity in plan.started or identity == OPERATOR.kind)
 
 
 def networks(plan: Plan, within: IPv4Network | None = None) -> tuple[ContainerNetwork, ...]:
-    """Return the networks of those aboard, with subnets of `within`, or where they are many.
+    """Return the networks of all containers, with subnets of `within` if given, or if they are many.
 
-    Raises RangeError where they do not fit.
+    Raises RangeError if they do not fit.
     """
     members = _members(plan)
     if within is None and len(members) <= POOL:
@@ -62,6 +62,6 @@ def _members(plan: Plan) -> dict[str, tuple[str, ...]]:
 
 
 def _name(plan: Plan, one: str, other: str) -> str:
-    """Return the network of the link between two processes, the first of which stands before the other in the table."""
+    """Return the network of the link between two processes, given in the order of the table."""
     shared = next((name for name in (one, other) if plan.members[name].drone is None), None)
     return shared if shared is not None else f"{one}-{other}"

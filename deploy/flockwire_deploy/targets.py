@@ -1,4 +1,4 @@
-"""What `flockwire deploy` writes for each target."""
+"""The output of `flockwire deploy` for each target."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from flockwire_deploy.files import (
 from flockwire_deploy.networks import aboard
 from flockwire_deploy.wheels import read_wheels
 
-NOT_ROOT = (10001, 10001)  # whom root's containers run as: the image's own user
+NOT_ROOT = (10001, 10001)  # the user of root's containers: the image's own
 
 
 class Target(StrEnum):
@@ -36,7 +36,7 @@ class Target(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Deployment:
-    """What is deployed: the swarm's plan, its file, its keys; into which folder."""
+    """The input of a deployment: the swarm's plan, file, keys, and the output folder."""
 
     plan: Plan
     swarm_file: Path
@@ -62,7 +62,7 @@ def write_compose(deployment: Deployment, within: IPv4Network | None) -> str:
     (out / "runs").mkdir(exist_ok=True)
     if owner != caller:
         os.chown(out / "runs", *owner)
-    # A project's name may have no capitals, and this file is the one place that both compose versions read it from.
+    # A project's name may not have capitals, and both compose versions read it only from this file.
     write(out / ".env", f"COMPOSE_PROJECT_NAME={plan.swarm.name.lower()}\nFLOCKWIRE_USER={owner[0]}:{owner[1]}\n")
     return f"docker compose -f {out / 'compose.yaml'} up"
 

@@ -1,4 +1,4 @@
-"""The systemd units of one host: a service for each of its processes, from the plan that `up` has."""
+"""The systemd units of one host: a service for each of its processes, from the same plan as `up`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ CREDENTIALS = "%d"  # systemd's word for the folder of a unit's own keys
 
 
 class Folders(NamedTuple):
-    """Where a swarm's files are on its hosts: apart from any other swarm's, the installed program too."""
+    """The folders of a swarm on its hosts, separate from other swarms', also for the program."""
 
     program: str
     configuration: str
@@ -21,12 +21,12 @@ class Folders(NamedTuple):
 
     @property
     def paths(self) -> FilePaths:
-        """Where a process finds its own."""
+        """The file paths of a process."""
         return FilePaths(f"{self.configuration}/swarm/swarm.toml", CREDENTIALS, f"/var/lib/{self.state}")
 
 
 def folders(plan: Plan) -> Folders:
-    """Return where the files of the swarm are on its hosts."""
+    """Return the folders of the swarm on its hosts."""
     return Folders(
         f"/opt/flockwire/{plan.swarm.name}", f"/etc/flockwire/{plan.swarm.name}", f"flockwire/{plan.swarm.name}"
     )
@@ -38,12 +38,12 @@ def unit_name(plan: Plan, identity: str) -> str:
 
 
 def target_name(plan: Plan) -> str:
-    """Return the name of the unit that starts and ends all of a host."""
+    """Return the name of the unit that starts and ends all processes of a host."""
     return f"flockwire-{plan.swarm.name}.target"
 
 
 def units(plan: Plan, host: str, program: str = "") -> dict[str, str]:
-    """Return the text of each unit of `host`, by its name; `program` is where flockwire is installed elsewhere."""
+    """Return the text of each unit of `host`, by its name; `program` is the folder of another installation."""
     here, where = plan.processes_on(host), folders(plan)
     names = {identity: unit_name(plan, identity) for identity in here}
     service, target = template("process.service.j2"), template("swarm.target.j2")
@@ -64,12 +64,12 @@ def units(plan: Plan, host: str, program: str = "") -> dict[str, str]:
 
 
 def _outlasts(plan: Plan, one: str, other: str) -> bool:
-    """Return whether `one` ends after `other`, and so starts before it; all others wait for a router."""
+    """Return whether `one` ends after `other` and starts before it; all wait for a router."""
     if {one, other}.intersection(plan.routers):
         return one in plan.routers and other not in plan.routers
     return plan.rows[one].rank > plan.rows[other].rank
 
 
 def key_files(plan: Plan, identity: str) -> tuple[str, ...]:
-    """Return the names of the files that `identity` needs of the keys."""
+    """Return the names of the key files that `identity` needs."""
     return (*(f"{name}.crt" for name in plan.authorities), f"{identity}.crt", f"{identity}.key")

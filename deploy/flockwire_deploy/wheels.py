@@ -1,4 +1,4 @@
-"""The wheels of a host without internet: which there are, their digests, and the machines that they are for."""
+"""The wheels for a host without internet: names, digests and machines."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ _NAME = re.compile(
 
 
 class Wheel(NamedTuple):
-    """One wheel: what its name says, its file and its SHA-256."""
+    """One wheel: the parts of its name, its file and its SHA-256."""
 
     name: str
     version: str
-    pythons: frozenset[str]  # tags that it is bound to, like cp311, or ANY
+    pythons: frozenset[str]  # its tags, like cp311, or ANY
     architectures: frozenset[str]
     file: Path
     digest: str
@@ -41,7 +41,7 @@ class Wheels(NamedTuple):
 
     @property
     def machines(self) -> tuple[str, ...]:
-        """The machines for which every package is here: architecture and Python as x86_64/3.11, or x86_64/* for any."""
+        """The machines with a wheel of every package: architecture and Python as x86_64/3.11, or x86_64/* for any."""
         bound = {tag for wheel in self.wheels for tag in wheel.pythons} - {ANY} or {ANY}
         return tuple(
             f"{arch}/{tag if tag == ANY else f'{tag[2]}.{tag[3:]}'}"
@@ -51,7 +51,7 @@ class Wheels(NamedTuple):
         )
 
     def requirements(self) -> str:
-        """Return what pip installs with --require-hashes: each package at its version, with its wheels' digests."""
+        """Return the requirements for pip --require-hashes: each package's version and digests."""
         digests: dict[tuple[str, str], list[str]] = {}
         for wheel in self.wheels:
             if wheel.name != INSTALLER:
@@ -60,7 +60,7 @@ class Wheels(NamedTuple):
         return "".join(f"{line}\n" for line in lines)
 
     def copy(self, folder: Path) -> None:
-        """Copy the wheels into `folder`, which then has no others."""
+        """Copy the wheels into `folder` and remove others."""
         folder.mkdir(parents=True, exist_ok=True)
         names = {wheel.file.name for wheel in self.wheels}
         for old in folder.glob("*.whl"):
@@ -70,7 +70,7 @@ class Wheels(NamedTuple):
             shutil.copyfile(wheel.file, folder / wheel.file.name)
 
     def install(self, module: str) -> bool:
-        """Return whether one of them has the package, or file, of `module`. Raises DeployError."""
+        """Return whether a wheel contains the package or file of `module`. Raises DeployError."""
         top = module.partition(".")[0]
         names = (name for wheel in self.wheels for name in _archive(wheel.file).namelist())
         return any(name.partition("/")[0] in (top, f"{top}.py") for name in names)
@@ -86,7 +86,7 @@ class Wheels(NamedTuple):
 
 
 def read_wheels(folder: Path) -> Wheels:
-    """Return the wheels in `folder`; raises DeployError where this flockwire cannot be installed from them."""
+    """Return the wheels in `folder`; raises DeployError if this flockwire cannot be installed from them."""
     found = Wheels(tuple(_wheel(file) for file in sorted(folder.glob("*.whl"))))
     versions: dict[str, set[str]] = {}
     for wheel in found.wheels:
@@ -99,12 +99,12 @@ def read_wheels(folder: Path) -> Wheels:
     if several is not None:
         raise DeployError(f"--wheels = {folder}: has several versions of {several}; empty it, then {MAKE_THEM}")
     if mine not in versions["flockwire"]:
-        raise DeployError(f"--wheels = {folder}: its flockwire is not {mine}, which this is; {MAKE_THEM}")
+        raise DeployError(f"--wheels = {folder}: its flockwire is not {mine}, the running version; {MAKE_THEM}")
     for wheel in found.wheels:
         if wheel.name == "flockwire" and (name := _differing(wheel.file)):
-            raise DeployError(f"--wheels = {folder}: the code of its flockwire is another, {name} differs; {MAKE_THEM}")
+            raise DeployError(f"--wheels = {folder}: its flockwire has other code, {name} differs; {MAKE_THEM}")
     if not found.machines:
-        raise DeployError(f"--wheels = {folder}: there is no machine that all of them are for; {MAKE_THEM}")
+        raise DeployError(f"--wheels = {folder}: no machine matches all of them; {MAKE_THEM}")
     return found
 
 
@@ -114,7 +114,7 @@ def sums(folder: Path, names: Iterable[str]) -> str:
 
 
 def _differing(wheel: Path) -> str:
-    """Return the first file in a wheel of flockwire whose content is another here, empty where there is none."""
+    """Return the first file in a flockwire wheel that differs from the running version, empty if there is none."""
     with _archive(wheel) as archive:
         for name in archive.namelist():
             package, _, path = name.partition("/")
@@ -125,7 +125,7 @@ def _differing(wheel: Path) -> str:
 
 
 def _here(package: str, path: str) -> bytes | None:
-    """Return the content of a file of an installed package, None where it has none."""
+    """Return the content of a file of an installed package, None if it has none."""
     try:
         return files(package).joinpath(path).read_bytes()
     except (OSError, ModuleNotFoundError):
@@ -136,13 +136,13 @@ def _archive(wheel: Path) -> zipfile.ZipFile:
     try:
         return zipfile.ZipFile(wheel)
     except zipfile.BadZipFile:
-        raise DeployError(f"{wheel}: is no wheel but in name; {MAKE_THEM}") from None
+        raise DeployError(f"{wheel}: is not a valid wheel; {MAKE_THEM}") from None
 
 
 def _wheel(file: Path) -> Wheel:
     parts = _NAME.fullmatch(file.name)
     if parts is None:
-        raise DeployError(f"{file}: is not named as a wheel is; {MAKE_THEM}")
+        raise DeployError(f"{file}: does not have a wheel's name; {MAKE_THEM}")
     platform, abi = parts["platform"], parts["abi"]
     named = frozenset(arch for arch in ARCHITECTURES if arch in platform)
     bound = frozenset(parts["python"].split(".") if abi.startswith("cp") else [ANY])

@@ -1,1 +1,1 @@
-"""The simulated airframes of a swarm, and the drivers of those without one of their own."""
+"""The simulated airframes of a swarm, with drivers for those that have no driver process."""

@@ -1,9 +1,8 @@
-"""A simulated airframe: it answers a velocity command with a first-order lag behind a dead time.
+"""A simulated airframe: it responds to a velocity command with a dead time and a first-order lag.
 
     lag v' + v = gain u(t - dead_time),   x' = v        (lag = 0: v = gain u; then (2) of the paper, x' = u)
 
-Both are solved exactly between two moments at which the command changes, so the answer does not depend on how often
-the state is looked at.
+Both are solved exactly between two changes of the command, so the motion does not depend on the rate of calls.
 """
 
 from __future__ import annotations
@@ -11,18 +10,18 @@ from __future__ import annotations
 from collections import deque
 
 from flockwire.control.first_order_lag import lagged
+from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, scale
 from flockwire.process.driving import CONTACT, GRAVITY
 from flockwire.swarm.drones import Airframe
-from flockwire.wire.messages import FlightState
 
 
 class FirstOrderAirframe:
     """One airframe at `position` (m, world frame) at `now` (Unix ns).
 
-    It flies when that is above the `ground` (m, world z), unless it is `standing` there: on a table, say, which is gone
-    once it has taken off.
+    It flies if that is above the `ground` (m, world z), unless it is `standing` there, as on a table; the table is gone
+    after take-off.
     """
 
     def __init__(
@@ -36,20 +35,20 @@ class FirstOrderAirframe:
         self._parameters = parameters
         self._now = now
         self._input = ZERO
-        self._coming: deque[tuple[int, Vector]] = deque()  # when it takes effect, command
+        self._coming: deque[tuple[int, Vector]] = deque()  # effective time, command
 
     def command(self, velocity: Vector, now: int) -> None:
-        """Command a velocity, m/s, world frame, at `now`; a command to rise takes off."""
+        """Command a velocity, m/s, world frame, at `now`; a climb command takes off."""
         self._coming.append((now + round(self._parameters.dead_time * SECOND), velocity))
         if self.state is FlightState.GROUNDED and velocity[2] > 0.0:
             self.state = FlightState.FLYING
 
     def respond(self, lag: float, dead_time: float) -> None:
-        """Answer from now on with this lag and this dead time, s."""
+        """Set lag and dead time, s."""
         self._parameters = self._parameters.model_copy(update={"lag": lag, "dead_time": dead_time})
 
     def stop(self) -> None:
-        """Motors off, for good: in flight it falls."""
+        """Stop the motors permanently: in flight it falls."""
         self.state = FlightState.STOPPED
 
     @property
@@ -63,13 +62,13 @@ class FirstOrderAirframe:
         return self.position[2] - self._ground
 
     def skip(self, pause: int) -> None:
-        """Stand still for `pause` ns, during which nobody simulated it; what was commanded before is not flown."""
+        """Freeze for `pause` ns without simulation; earlier commands are dropped."""
         self._now += pause
         self._coming.clear()
         self._input = ZERO
 
     def advance(self, now: int) -> None:
-        """Move on to `now` (Unix ns)."""
+        """Advance to `now` (Unix ns)."""
         while self._coming and self._coming[0][0] <= now:
             moment, velocity = self._coming.popleft()
             if moment > self._now:
@@ -81,7 +80,7 @@ class FirstOrderAirframe:
             self._now = now
 
     def _move(self, dt: float) -> None:
-        """Fly, fall or stand for `dt` s under the present input."""
+        """Fly, fall or stand for `dt` s with the current input."""
         if self.state is FlightState.GROUNDED:
             return
         if self.state is FlightState.STOPPED:
@@ -97,7 +96,8 @@ class FirstOrderAirframe:
                 self.state = FlightState.GROUNDED
 
     def _fly(self, dt: float) -> None:
-        lag, u, v, (x, y, z) = self._parameters.lag, self._input, self.velocity, self.position
+        lag, u, v = self._parameters.lag, self._input, self.velocity
+        x, y, z = self.position
         x, vx = lagged(x, v[0], u[0], lag, dt)
         y, vy = lagged(y, v[1], u[1], lag, dt)
         z, vz = lagged(z, v[2], u[2], lag, dt)

@@ -1,4 +1,4 @@
-"""The airframes of all simulated drones, of any row of the airframe table, without clock, input or output."""
+"""The core of all simulated airframes, of any row of the airframe table."""
 
 from __future__ import annotations
 
@@ -6,6 +6,10 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from typing import cast
 
+from flockwire.domain.airframe import Command
+from flockwire.domain.fields import from_fields
+from flockwire.domain.order import Mission, Stop
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.objects import load_object
 from flockwire.pilot.moving_point import MovingPoint
@@ -14,20 +18,20 @@ from flockwire.process.driving import RETIREMENT, SETTLED, TELEMETRY_PERIOD, Com
 from flockwire.process.faults import AirframeFailure, AirframeLag, Fault
 from flockwire.process.stepping import is_due, next_deadline
 from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, STOP, Key
-from flockwire.wire.messages import Command, Message, Mission, Pose, Stop
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
-SETTLED_SERVED = 4 * SECOND  # as SETTLED, where drivers must see it too: by a state that stays the same
+SETTLED_SERVED = 4 * SECOND  # as SETTLED, with time for drivers to detect it by a constant state
 
 
 class KinematicsCore:
     """All simulated drones of `swarm`, started at `now` (Unix ns), with the `faults` of their airframes.
 
-    A person who carries the leader walks its trajectory from the order to start on. Airframes with a driver of their
-    own are served at addresses of their own; `chance` draws what is random of them. Faults count from `took_off` (Unix
-    ns), or without it from the first command to rise.
+    A person who carries the leader walks its trajectory after a start order. Airframes with their own driver are served
+    at their own addresses; `chance` draws their random values. Faults count from `took_off` (Unix ns), or without it
+    from the first climb command.
     """
 
     def __init__(
@@ -54,12 +58,12 @@ class KinematicsCore:
         self._truths = tuple((Key("truth", owner), airframe) for owner, airframe in self._airframes.items())
         self._settled = SETTLED if not served else SETTLED_SERVED
         self._telemetry_deadline = now
-        self._flew = 0  # when the last drone was in the air, Unix ns
+        self._flew = 0  # last time with a drone in the air, Unix ns
         self._faults = deque(fault for fault in faults if isinstance(fault, AirframeLag | AirframeFailure))
-        self._begin = took_off  # of the time that faults count in: the first take-off
+        self._begin = took_off  # time 0 of faults: the first take-off
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take in a message."""
+        """Receive a message."""
         match message:
             case Command():
                 if self._begin is None and message.velocity[2] > 0.0:
@@ -71,25 +75,26 @@ class KinematicsCore:
             case Stop():
                 for airframe in self._commanded.values():
                     airframe.stop()
-                self._telemetry_deadline = 0  # the operator waits for a report that the motors are off
+                self._telemetry_deadline = 0  # the operator waits for the report that the motors are off
 
     def due(self, key: Key) -> bool:
-        """Return False: the airframes move at a rate of their own."""
+        """Return False: the airframes move at their own rate."""
         return False
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
-        """Move all drones on to `now` and publish where they are."""
+        """Advance all drones to `now` and publish their positions."""
         if self._faults and self._begin is not None:
             self._inject((now - self._begin) / SECOND)
         messages: list[tuple[Key, Message]] = [
             (key, Pose(now, self._frame, person.advance(now))) for key, person in self._persons.items()
         ]
+        frame = self._frame
         for key, airframe in self._truths:
             airframe.advance(now)
             if airframe.in_the_air:
                 self._flew = now
                 self._begin = now if self._begin is None else self._begin
-            messages.append((key, Pose(now, self._frame, airframe.position, airframe.orientation)))
+            messages.append((key, from_fields(Pose, (now, frame, airframe.position, airframe.orientation))))
         if is_due(self._telemetry_deadline, now, TELEMETRY_PERIOD):
             self._telemetry_deadline = next_deadline(self._telemetry_deadline, now, TELEMETRY_PERIOD)
             for owner, commanded in self._commanded.items():
@@ -97,31 +102,31 @@ class KinematicsCore:
         return messages
 
     def retire(self, now: int) -> None:
-        """Land what still flies in RETIREMENT s: the process is to end."""
+        """Land drones that still fly after RETIREMENT s, because the process must end."""
         for airframe in self._commanded.values():
             airframe.land_at = now + RETIREMENT
 
     @property
     def sockets(self) -> tuple[Address, ...]:
-        """The addresses to bind: those of the airframes that are served."""
+        """The addresses to bind: those of the served airframes."""
         return tuple(self._served)
 
     def datagram(self, data: bytes, sender: Address, at: Address, now: int) -> None:
-        """Take in a datagram that came to the airframe at the address `at`."""
+        """Receive a datagram for the airframe at the address `at`."""
         self._served[at].datagram(data, sender, now)
 
     def outgoing(self, now: int) -> list[Datagram]:
-        """Return what the airframes send that are served."""
+        """Return the datagrams of the served airframes."""
         return [datagram for airframe in self._served.values() for datagram in airframe.outgoing(now)]
 
     def may_end(self, now: int) -> bool:
         """Return whether every drone has stood on the ground for a second."""
-        # Looked at now: this process may have stood still since its last step.
+        # Checked now: this process may have been frozen since its last step.
         flying = any(airframe.in_the_air for airframe in self._airframes.values())
         return not flying and now - self._flew >= self._settled
 
     def report(self, now: int) -> Report:
-        """Return how the drones are."""
+        """Return the status of the drones."""
         flying = sum(airframe.in_the_air for airframe in self._airframes.values())
         clipped = sum(airframe.clipped for airframe in self._commanded.values())
         details = (

@@ -1,20 +1,20 @@
 """One simulated drone: its airframe and the driver's rungs of the staleness ladder.
 
-The driver overrides the agent. Without commands it hovers, then lands; it flies no faster than the swarm's limit,
-whatever its agent commands; when the process is to end, it lands what its pilot has not landed. As with any driver a
-landing that it began is not taken back, and nobody who still commands to climb takes off again after it.
+The driver overrides the agent. Without commands it hovers, then lands. It flies no faster than the swarm's limit,
+whatever its agent commands. If the process must end, it lands a drone that its pilot has not landed. As with any
+driver, a landing that it began is not cancelled, and a climb command that continues does not take off again.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
+from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.vector import ZERO, Vector, limit, norm
 from flockwire.pilot.phases import age
 from flockwire.process.driving import FROZEN, TOLERANCE
 from flockwire.swarm.model import Swarm
 from flockwire.swarm.tables import Limits
-from flockwire.wire.messages import FlightState, Telemetry
 
 from flockwire_kinematics.airframe import FirstOrderAirframe
 
@@ -26,12 +26,12 @@ class SimulatedDrone:
 
     def __init__(self, airframe: FirstOrderAirframe, limits: Limits) -> None:
         self.airframe = airframe
-        self.land_at: int | None = None  # when it lands by itself, Unix ns
+        self.land_at: int | None = None  # time of its own landing, Unix ns
         self.clipped = 0  # commands that were too fast
         self._zero, self._land = limits.staleness.command_zero, limits.staleness.command_land
         self._speed, self._sink = limits.speed, limits.vertical_speed
         self._commanded = self._advanced = self._resumed = 0
-        self._set_down = False  # it lands, or has landed, by itself; until its pilot, on the ground, stops climbing
+        self._set_down = False  # it lands, or has landed, by its own decision, until its pilot stops climbing
 
     @property
     def in_the_air(self) -> bool:
@@ -40,7 +40,7 @@ class SimulatedDrone:
         return state in (FlightState.FLYING, FlightState.LANDING) or self.airframe.falling
 
     def command(self, velocity: Vector, now: int) -> None:
-        """Pass the agent's command on, no faster than the limit; not while the driver lands it by itself."""
+        """Pass the agent's command on, limited in speed; ignored while the driver lands the drone."""
         if self.land_at is not None and now >= self.land_at:
             return
         self._commanded = now
@@ -54,7 +54,7 @@ class SimulatedDrone:
         self.airframe.command(velocity, now)
 
     def advance(self, now: int) -> None:
-        """Move on to `now`; hover or land when the agent has been silent for too long."""
+        """Advance to `now`; hover or land if the agent has been silent for too long."""
         if now - self._advanced > FROZEN:
             if self._advanced:
                 self.airframe.skip(now - self._advanced)
@@ -63,7 +63,7 @@ class SimulatedDrone:
         retired = self.land_at is not None and now >= self.land_at
         silent = age(self._commanded, now) > self._zero
         if (silent or retired or self._set_down) and self.airframe.state in (FlightState.FLYING, FlightState.LANDING):
-            # In a pause of the process nobody could be heard: its agent has as long again.
+            # During a pause the process received nothing: the agent's time limit restarts.
             if retired or age(max(self._commanded, self._resumed), now) > self._land:
                 self._set_down = True
                 self.airframe.state = FlightState.LANDING
@@ -72,24 +72,24 @@ class SimulatedDrone:
 
     @property
     def position(self) -> Vector:
-        """Where it is, m, world frame."""
+        """Its position, m, world frame."""
         return self.airframe.position
 
     @property
     def orientation(self) -> tuple[float, float, float, float]:
-        """How it is turned, a quaternion (x, y, z, w): it never turns."""
+        """Its orientation, a quaternion (x, y, z, w): constant."""
         return LEVEL
 
     def stop(self) -> None:
-        """Motors off, for good: in flight it falls."""
+        """Stop the motors permanently: in flight it falls."""
         self.airframe.stop()
 
     def respond(self, lag: float, dead_time: float) -> None:
-        """Answer from now on with this lag and this dead time, s."""
+        """Set lag and dead time, s."""
         self.airframe.respond(lag, dead_time)
 
     def telemetry(self, now: int, frame: str) -> Telemetry:
-        """Return how it is, in the world frame `frame`."""
+        """Return its telemetry, in the world frame `frame`."""
         silence = age(self._commanded, now) if self._commanded else -1.0
         state = self.airframe.state
         stopped = state is FlightState.STOPPED
@@ -97,7 +97,7 @@ class SimulatedDrone:
 
 
 def standing(swarm: Swarm, number: int, now: int, _: Callable[[], float]) -> SimulatedDrone:
-    """Return drone `number` of `swarm`, which stands at its start; nothing is random of it."""
+    """Return drone `number` of `swarm` at its start; it has no random values."""
     start = swarm.drone(number).start
     airframe = FirstOrderAirframe(swarm.airframe(number), start, now, swarm.ground, standing=True)
     return SimulatedDrone(airframe, swarm.limits)

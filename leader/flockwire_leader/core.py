@@ -1,16 +1,21 @@
-"""The leader without clock, input or output: it flies uav0, on its trajectory or as steered, where it flies."""
+"""The flying leader's core: it flies uav0 on its trajectory or as steered."""
 
 from __future__ import annotations
 
-from flockwire.control.graph import LEADER
+from flockwire.domain.airframe import Command
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector
-from flockwire.parameters import pilot_parameters
+from flockwire.parameters import (
+    LeaderParameters,
+    leader_parameters,
+    tracked_parameters,
+    virtual_parameters,
+)
 from flockwire.pilot.pilot import Pilot
 from flockwire.process.cores import Start
-from flockwire.swarm.model import Swarm
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Command, Message, Mission
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
@@ -19,23 +24,24 @@ from flockwire_leader.teleoperation import Teleoperation
 from flockwire_leader.tracked import TrackedLeader
 from flockwire_leader.virtual import VirtualLeader
 
-SILENCE = 0.0  # s: the leader has no in-neighbours that it could miss
+SILENCE = 0.0  # s: the leader has no in-neighbours
 
 
 class FlyingLeader:
     """Flies drone 0 along the trajectory, or as a person steers it; started at `now` (Unix ns)."""
 
-    def __init__(self, swarm: Swarm, now: int) -> None:
-        self._pilot = Pilot(pilot_parameters(swarm, LEADER), now)
+    def __init__(self, parameters: LeaderParameters, now: int) -> None:
+        pilot, course, teleoperation = parameters
+        self._pilot = Pilot(pilot, now)
         self.triggers = frozenset({self._pilot.pose_key})
         self.prompt = frozenset({MISSION})
-        self.period = 1.0 / swarm.control.rate_hz
-        self._course = Course(swarm)
-        self._teleoperation = Teleoperation(swarm) if swarm.leader.kind == "teleoperated" else None
-        self._flown: Mission | None = None  # the order that the course is of
+        self.period = pilot.period
+        self._course = Course(course)
+        self._teleoperation = None if teleoperation is None else Teleoperation(teleoperation)
+        self._flown: Mission | None = None  # the order of the course
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take in a message."""
+        """Receive a message."""
         if isinstance(message, Mission):
             self._pilot.flight.order(message, now)
             return
@@ -47,7 +53,7 @@ class FlyingLeader:
             take(message)
 
     def due(self, key: Key) -> bool:
-        """Return True: each own pose calls for a step."""
+        """Return True: each pose triggers a step."""
         return True
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
@@ -59,7 +65,7 @@ class FlyingLeader:
         return pilot.command(wanted, now)
 
     def retire(self, now: int) -> None:
-        """Hold, then land: the process is to end."""
+        """Hold, then land, because the process must end."""
         self._pilot.retire(now)
 
     def may_end(self, now: int) -> bool:
@@ -67,14 +73,14 @@ class FlyingLeader:
         return self._pilot.may_end(now)
 
     def report(self, now: int) -> Report:
-        """Return how the leader is."""
+        """Return the leader's status."""
         report = self._pilot.report(now)
         if self._teleoperation is not None and not report.line and report.phase == Phase.FORMATION:
             report = report._replace(detail=self._teleoperation.described(now))
         return report
 
     def _wanted(self, was: Phase, now: int) -> Vector:
-        """Return the velocity along the course, which restarts with a new order and goes on after a hold."""
+        """Return the velocity along the course, which restarts with a new order and continues after a hold."""
         pilot, course = self._pilot, self._course
         mission, motion = pilot.flight.mission, pilot.motion
         if mission is None or motion is None:
@@ -83,7 +89,7 @@ class FlyingLeader:
             if was is not Phase.FORMATION:
                 self._teleoperation.rest()
             return self._teleoperation.velocity(motion.position, now, pilot.dt)
-        if self._flown is None or mission.start != self._flown.start:  # an order again does not restart the course
+        if self._flown is None or mission.start != self._flown.start:  # a repeated order does not restart the course
             self._flown = mission
             course.restart(motion.position, (now - mission.start) / SECOND)
         elif was is not Phase.FORMATION:
@@ -95,6 +101,10 @@ class FlyingLeader:
 def make_core(start: Start) -> FlyingLeader | TrackedLeader | VirtualLeader:
     """Return the core of the leader that the swarm has."""
     swarm = start.plan.swarm
-    if swarm.leader.kind == "tracked":
-        return TrackedLeader(swarm)
-    return VirtualLeader(swarm, start.now) if swarm.leader.kind == "virtual" else FlyingLeader(swarm, start.now)
+    match swarm.leader.kind:
+        case "tracked":
+            return TrackedLeader(tracked_parameters(swarm))
+        case "virtual":
+            return VirtualLeader(virtual_parameters(swarm), start.now)
+        case _:
+            return FlyingLeader(leader_parameters(swarm), start.now)

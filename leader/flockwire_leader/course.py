@@ -2,9 +2,9 @@
 
     u_0 = p x_d'(s) + K (x_d(s) − x_0),     ds/dt = p = max(p_error, p_place)        (ours)
 
-p_error falls from 1 to 0 as the leader falls behind the goal x_d(s). p_place is 1 where the goal lies too near to a
-body to be flown to: there it goes on, and waits on the other side. With the safety filter the correction is turned
-round what is in its way; without it (law "paper") there is neither guard nor sidestep, and no trajectory waits.
+p_error falls from 1 to 0 as the leader falls behind the goal x_d(s). p_place is 1 where the goal is too near to a body:
+there the goal continues, and waits on the other side. With the safety filter the correction is rotated around
+obstacles; without it (law "paper") there is no guard and no sidestep, and the trajectory does not wait.
 """
 
 from __future__ import annotations
@@ -12,59 +12,53 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import hypot, inf
 
-from flockwire.control.graph import LEADER
 from flockwire.control.sidestep import Sidestep
 from flockwire.control.trajectory_time import LONGEST_STEP, TrajectoryTime, falling, free_error
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
-from flockwire.parameters import sidestep_parameters
-from flockwire.swarm.model import Swarm
+from flockwire.parameters import CourseParameters
 
-SLACK = 0.3  # m beyond the free error within which the trajectory comes to a halt
-CLEAR = 0.2  # m beyond the safety distance from where on a place can be waited for
-CATCH_UP = 0.5  # m/s at most of the correction, unless the trajectory itself is faster
-SIDE_SWITCH_TIME = 10.0  # s without progress: half round an obstacle is a long way at that speed
+SLACK = 0.3  # m beyond the free error at which the trajectory stops
+CLEAR = 0.2  # m beyond the safety distance from which on a goal may wait
+CATCH_UP = 0.5  # m/s, largest correction, unless the trajectory itself is faster
+SIDE_SWITCH_TIME = 10.0  # s without progress: half around an obstacle takes long at that speed
 
 
 class Course:
-    """The trajectory of the leader of `swarm`, from where it is when it begins."""
+    """The leader's trajectory, from where it is when it begins."""
 
-    def __init__(self, swarm: Swarm) -> None:
-        airframe = swarm.airframe(LEADER)
-        self._trajectory, self._gain = swarm.leader.trajectory.build(), swarm.leader.tracking_gain
-        self._filtered = swarm.control.filtered
+    def __init__(self, parameters: CourseParameters) -> None:
+        self._trajectory, self._gain, self._filtered = parameters.trajectory, parameters.gain, parameters.filtered
         self._time = TrajectoryTime(LONGEST_STEP if self._filtered else inf)
-        self._delay = airframe.lag + airframe.dead_time + 3.0 / swarm.control.rate_hz
-        self._braking = swarm.limits.acceleration
-        self._separation = swarm.avoidance.kept
-        self._sidestep = Sidestep(sidestep_parameters(swarm), SIDE_SWITCH_TIME)
-        self._origin = ZERO  # where the trajectory begins, m
+        self._delay, self._braking, self._separation = parameters.delay, parameters.braking, parameters.separation
+        self._sidestep = Sidestep(parameters.sidestep, SIDE_SWITCH_TIME)
+        self._origin = ZERO  # start of the trajectory, m
         self._passed = 0.0  # m along the trajectory
         self._s = 0.0  # the trajectory's own time
-        self._fastest = 0.0  # m/s, the highest rate so far: what has just ended or turned still counts
+        self._fastest = 0.0  # m/s, the highest rate so far
 
     @property
     def pace(self) -> float:
-        """How fast the trajectory's own time goes by, from 0 (it waits) to 1."""
+        """The rate of the trajectory's own time, from 0 (it waits) to 1."""
         return self._time.pace
 
     @property
     def waited(self) -> float:
-        """For how long the trajectory has waited so far, s."""
+        """The total wait of the trajectory, s."""
         return self._time.waited
 
     def restart(self, position: Vector, t: float) -> None:
-        """Fly the trajectory from mission time `t`, s, its place of that time being `position`, m."""
+        """Fly the trajectory from mission time `t`, s, shifted so that it starts at `position`, m."""
         self._time.restart(t)
         self._place(position, t)
 
     def resume(self, position: Vector, t: float) -> None:
-        """Go on at mission time `t` where the trajectory was left, its place there being `position`."""
+        """Continue the interrupted trajectory at mission time `t`, shifted so that it starts at `position`."""
         self._time.resume(t)
         self._place(position, self._time.at(t))
 
     def velocity(self, position: Vector, bodies: Sequence[Body], t: float, now: float) -> Vector:
-        """Return the velocity to want, m/s, at `position` (m) and mission time `t`; `now` counts from anywhere (s)."""
+        """Return the desired velocity, m/s, at `position` (m) and mission time `t`; `now` has any origin (s)."""
         s = self._time.at(t)
         error, rate = self._seen_from(position, s)
         s = self._time.advance(t, self._wanted_pace(error, norm(rate), bodies) if self._filtered else 1.0)
@@ -74,7 +68,7 @@ class Course:
         self._passed += speed * (s - self._s)
         self._s = s
         if self._filtered:
-            to_go = norm(error) - self._passed  # a goal that moves on is no lack of progress
+            to_go = norm(error) - self._passed  # a moving goal is not a lack of progress
             correction = limit(correction, max(speed, CATCH_UP))
             correction = self._sidestep.turned(correction, bodies, to_go, now)
         return add(scale(rate, self._time.pace), correction)
@@ -96,9 +90,9 @@ class Course:
         return max(falling(behind, free, SLACK), falling(gap, 0.0, CLEAR))
 
     def _gap(self, goal: Vector, body: Body) -> float:
-        """Return how far beyond the safety distance of a body `goal` is, m; both relative to the leader."""
+        """Return the distance of `goal` beyond a body's safety distance, m; both relative to the leader."""
         x, y, z = body.relative_position
         drone = body.kind is BodyKind.DRONE
-        rise = z - goal[2] if drone or z else 0.0  # along an upright cylinder nothing changes
+        rise = z - goal[2] if drone or z else 0.0  # the axis of an upright cylinder does not matter
         distance = hypot(x - goal[0], y - goal[1], rise) - body.radius
         return distance - (self._separation.drone if drone else self._separation.obstacle)

@@ -1,56 +1,55 @@
-"""The velocity of a teleoperated leader: what a person asks for, bounded; without fresh commands it keeps its place."""
+"""The velocity of a teleoperated leader: the limited steering command; without fresh commands it stops."""
 
 from __future__ import annotations
 
+from flockwire.domain.airframe import Command
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, limit, norm, subtract
-from flockwire.pilot.phases import age, keep_place
-from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import Command
+from flockwire.parameters import TeleoperationParameters
+from flockwire.pilot.phases import age
+from flockwire.pilot.place import keep_place
 
-STILL = 1e-6  # m/s below which the leader keeps its place
+STILL = 1e-6  # m/s below which the leader holds its position
 
 
 class Teleoperation:
-    """Follows the newest steering command of `swarm`'s leader.
+    """Follows the leader's newest steering command within its speed and acceleration.
 
-    Speed and acceleration are those of [leader]. A command older than `limits.staleness.steering_stop` is none: the
-    leader stops at once.
+    A command older than `parameters.stale` is none: the leader stops at once.
     """
 
-    def __init__(self, swarm: Swarm) -> None:
-        self._leader, self._rise = swarm.leader, swarm.limits.vertical_speed
-        self._stale = swarm.limits.staleness.steering_stop
+    def __init__(self, parameters: TeleoperationParameters) -> None:
+        self._parameters = parameters
         self._newest: Command | None = None
         self._velocity: Vector = ZERO
-        self._place: Vector | None = None  # which it keeps while it is not steered
+        self._place: Vector | None = None  # held while it is not steered
 
     def take(self, command: Command) -> None:
-        """Take the newest command: a velocity in m/s, world frame."""
+        """Receive the newest command: a velocity in m/s, world frame."""
         self._newest = command
 
     def rest(self) -> None:
-        """Start again from rest: the leader does something else."""
+        """Reset to rest: the leader is not steered."""
         self._velocity, self._place = ZERO, None
 
     def velocity(self, position: Vector, now: int, dt: float) -> Vector:
-        """Return the velocity to want, m/s, at `position` (m) and `now` (Unix ns), `dt` s after the last one."""
-        newest = self._newest
-        if newest is None or age(newest.stamp, now) > self._stale:
+        """Return the desired velocity, m/s, at `position` (m) and `now` (Unix ns), `dt` s after the last one."""
+        newest, (speed, acceleration, vertical_speed, stale) = self._newest, self._parameters
+        if newest is None or age(newest.stamp, now) > stale:
             self._velocity = ZERO
         else:
-            wanted = limit(newest.velocity, self._leader.speed)
-            change = limit(subtract(wanted, self._velocity), self._leader.acceleration * dt)
+            wanted = limit(newest.velocity, speed)
+            change = limit(subtract(wanted, self._velocity), acceleration * dt)
             self._velocity = add(self._velocity, change)
         if norm(self._velocity) > STILL:
             self._place = None
             return self._velocity
         self._place = self._place or position
-        return keep_place(position, self._place, self._rise)
+        return keep_place(position, self._place, vertical_speed)
 
     def described(self, now: int) -> str:
-        """Return what is to be known of the link, empty when commands come."""
+        """Return the problem of the link, empty while commands arrive."""
         if self._newest is None:
-            return "nobody steers"
+            return "no steering command"
         silence = (now - self._newest.stamp) / SECOND
-        return f"nobody has steered for {silence:.1f} s" if silence > self._stale else ""
+        return f"no steering command for {silence:.1f} s" if silence > self._parameters.stale else ""

@@ -1,36 +1,37 @@
-"""The tracked leader without clock, input or output: a body that a person carries. It commands nothing, it watches."""
+"""The tracked leader's core: it watches a body that a person carries, and commands nothing."""
 
 from __future__ import annotations
 
 from flockwire.control.graph import LEADER
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND
+from flockwire.parameters import TrackedParameters
 from flockwire.pilot.ladder import MISTAKEN, doubted
 from flockwire.pilot.orders import Orders
 from flockwire.pilot.phases import NEVER, age
 from flockwire.process.cores import Ground
-from flockwire.swarm.model import Swarm, uav
+from flockwire.swarm.model import uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import IdentityDoubt, Message, Mission, Pose
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
 
 class TrackedLeader(Ground):
-    """Reports whether the tracker sees the body; the gateway itself serves its pose to the followers."""
+    """Reports whether the tracker sees the body; the gateway publishes its pose to the followers."""
 
-    def __init__(self, swarm: Swarm) -> None:
+    def __init__(self, parameters: TrackedParameters) -> None:
         super().__init__()
-        self.period = 1.0 / swarm.control.rate_hz
+        self.period, self._body, self._limit = parameters
         self._pose_key = Key("pose", uav(LEADER))
-        self._limit = swarm.limits.staleness.pose_zero
-        self._body = swarm.body(LEADER)
         self._pose: Pose | None = None
         self._doubt: IdentityDoubt | None = None
         self._orders = Orders()
         self.prompt = frozenset({MISSION})
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take in a message."""
+        """Receive a message."""
         match message:
             case Pose() if key == self._pose_key:
                 self._pose = message
@@ -40,7 +41,7 @@ class TrackedLeader(Ground):
                 self._orders.take(message, now)
 
     def report(self, now: int) -> Report:
-        """Return how the leader is."""
+        """Return the leader's status."""
         pose = self._pose
         silence = age(pose.stamp, now) if pose is not None else NEVER
         phase = Phase.TRACKED if silence <= self._limit else Phase.POSE_LOST

@@ -1,28 +1,30 @@
-"""The virtual leader without clock, input or output: a point on the trajectory, which nothing holds back."""
+"""The virtual leader's core: a point on the trajectory."""
 
 from __future__ import annotations
 
 from flockwire.control.graph import LEADER
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
+from flockwire.parameters import VirtualParameters
 from flockwire.pilot.moving_point import MovingPoint
-from flockwire.swarm.model import Swarm, uav
+from flockwire.swarm.model import uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Message, Mission, Pose
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
 
 class VirtualLeader:
-    """A point that moves along the trajectory while the order is to start, and stands still otherwise."""
+    """A point that moves along the trajectory after a start order, and rests after any other."""
 
-    def __init__(self, swarm: Swarm, now: int) -> None:
+    def __init__(self, parameters: VirtualParameters, now: int) -> None:
         self.triggers: frozenset[Key] = frozenset()
         self.prompt = frozenset({MISSION})
-        self.period = 1.0 / swarm.control.rate_hz
-        self._frame = swarm.frame
-        self._point = MovingPoint(swarm.leader.trajectory.build(), swarm.leader.start, now)
+        self._frame, self.period, trajectory, start = parameters
+        self._point = MovingPoint(trajectory, start, now)
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take in a message."""
+        """Receive a message."""
         if isinstance(message, Mission):
             self._point.order(message, now)
 
@@ -31,18 +33,18 @@ class VirtualLeader:
         return False
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
-        """Publish where the point is at `now`."""
+        """Publish the point's position at `now`."""
         return [(Key("pose", uav(LEADER)), Pose(now, self._frame, self._point.advance(now)))]
 
     def retire(self, now: int) -> None:
-        """Do nothing: a point flies nothing."""
+        """Do nothing: a point does not fly."""
 
     def may_end(self, now: int) -> bool:
         """Return True."""
         return True
 
     def report(self, now: int) -> Report:
-        """Return how the leader is."""
+        """Return the leader's status."""
         point = self._point
         phase = Phase.FORMATION if point.moves(now) else Phase.READY
         orders = point.orders

@@ -1,1 +1,1 @@
-"""The gateway: from a tracking system to the poses that each drone may know."""
+"""The gateway: converts a tracking system's data to the poses that each drone may receive."""

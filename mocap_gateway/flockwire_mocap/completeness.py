@@ -1,4 +1,4 @@
-"""When a frame is complete whose bodies are reported one by one, by one process or by several, in whatever order.
+"""Completes frames whose bodies are reported one by one, by one or several processes, in any order.
 
 A report completes the frame when
 
@@ -8,9 +8,9 @@ A report completes the frame when
 
 A body that is missing from `MISSED_FRAMES` frames in a row, or in case 3, is not waited for until it reports again.
 
-The age in rule 1 keeps together what is reported together: otherwise a frame could go on ending between two reports of
-one process, and hold some that are a period old. n bodies that report once a period leave a gap of at least 1/n period
-between two reports, so a maximum age of 1 - 1/(2n) periods can always be kept, with jitter of 1/(2n) periods.
+The age in rule 1 keeps the reports of one process together: otherwise a frame could end between two of them and contain
+some that are a period old. n bodies that report once a period leave a gap of at least 1/n period between two reports,
+so a maximum age of 1 - 1/(2n) periods can always be kept, with jitter of 1/(2n) periods.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ MISSED_FRAMES = 3
 
 
 class Completeness:
-    """Decides on frames of `bodies`, each of which reports once in `period` (s).
+    """Completes frames of `bodies`, each of which reports once per `period` (s).
 
-    At first all are waited for, and taken to come in their order.
+    At first it waits for all, and expects them in their order.
     """
 
     def __init__(self, bodies: Sequence[int], period: float) -> None:
         self._awaited = set(bodies)
-        self._missing = set(self._awaited)  # of those awaited, who has not reported since the last frame
+        self._missing = set(self._awaited)  # expected bodies that have not reported since the last frame
         self._maximum_age = round(period * (1.0 - 0.5 / len(self._awaited)) * SECOND)
         self._times: dict[int, int] = {}  # of the newest report since the last frame
         self._counts: dict[int, int] = {}  # of reports since the last frame
         self._missed: dict[int, int] = {}  # frames in a row, by body
-        self._last = bodies[-1]  # who completed the last frame
+        self._last = bodies[-1]  # the body that completed the last frame
 
     def report(self, body: int, now: int) -> bool:
         """Return whether the report of `body` that arrived at `now` (ns) completes a frame; the next begins another."""

@@ -1,4 +1,4 @@
-"""From the tracker's coordinates to the field's: up axis, unit, rotation and offset, once, at the gateway's input."""
+"""Converts the tracker's coordinates to the field's: up axis, unit, rotation and offset."""
 
 from __future__ import annotations
 
@@ -15,16 +15,15 @@ METRES = {"m": 1.0, "mm": 0.001}
 
 @dataclass(frozen=True, slots=True)
 class Coordinates:
-    """How a tracker's coordinates map to the field's (ENU, metres).
+    """The map from a tracker's coordinates to the field's (ENU, metres).
 
     A point p of the tracker is R · s · A(p) + o on the field, and an orientation q is r ⊗ A(q), where A turns the
     tracker's up axis into z, s is its unit in metres, R the rotation `rotation` (the quaternion r) and o the `offset`.
 
     Attributes:
-        up_axis: the tracker's axis that points up; "y" is turned so that (x, y, z) becomes (x, −z, y).
-        unit: the tracker's unit of length.
-        rotation: unit quaternion x, y, z, w: from the tracker's axes, z already up, to the field's.
-        offset: m, where the tracker's origin lies on the field.
+        up_axis: the tracker's axis that points up; "y" is turned so that (x, y, z) becomes (x, −z, y). unit: the
+        tracker's unit of length. rotation: unit quaternion x, y, z, w: from the tracker's axes, with z up, to the
+        field's. offset: m, of the tracker's origin on the field.
 
     """
 
@@ -42,7 +41,7 @@ class Coordinates:
         return add(rotate(self.rotation, (x * metres, y * metres, z * metres)), self.offset)
 
     def orientation(self, q: Quaternion) -> Quaternion:
-        """Return a tracker's orientation on the field: the vector part turns like a point, the angle stays."""
+        """Return a tracker's orientation on the field: the vector part rotates like a point, the angle is unchanged."""
         x, y, z, w = q
         if self.up_axis == "y":
             y, z = -z, y
@@ -54,7 +53,7 @@ class Coordinates:
         return ReportedBody(identity, name, self.position(position), self.orientation(orientation), tracked)
 
     def to_tracker(self, body: ReportedBody) -> ReportedBody:
-        """Return a body on the field as the tracker has it: the inverse of `body`."""
+        """Return a body on the field in the tracker's frame: the inverse of `body`."""
         back: Quaternion = (-self.rotation[0], -self.rotation[1], -self.rotation[2], self.rotation[3])
         x, y, z = rotate(back, subtract(body.position, self.offset))
         qx, qy, qz, qw = product(back, body.orientation)

@@ -1,6 +1,6 @@
-"""The gateway without clock, input or output: it serves each drone its pose and what is near it.
+"""The gateway's core: it publishes each drone's pose and nearby bodies.
 
-It also repeats the operator's newest order twice a second, unchanged, for those who join late.
+It also repeats the operator's newest order twice a second, unchanged, for late joiners.
 """
 
 from __future__ import annotations
@@ -9,32 +9,35 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from statistics import median
 
+from flockwire.domain.body import Nearby
+from flockwire.domain.fields import from_fields
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND
 from flockwire.pilot.orders import Orders
 from flockwire.process.cores import Start
 from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import IdentityDoubt, Message, Mission, Nearby, Pose
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, counted
 
 from flockwire_mocap import simulated
-from flockwire_mocap.field_bodies import FieldBodies
+from flockwire_mocap.field_bodies import FieldBodies, unnamed
 from flockwire_mocap.identities import Claim, Identities
 from flockwire_mocap.natnet import source as natnet
 from flockwire_mocap.owners import Owners
 from flockwire_mocap.qualisys import source as qualisys
 from flockwire_mocap.replay import source as replay
 from flockwire_mocap.source import Source
-from flockwire_mocap.tracking import ReportedBody
 from flockwire_mocap.vicon import source as vicon
 from flockwire_mocap.vrpn import source as vrpn
 
 REPEAT = SECOND // 2  # ns between two repetitions of the newest order
-TOLERANCE = 0.1  # m by which a body may be elsewhere than where it can have flown
-SPEED_MARGIN = 2.0  # times limits.speed: what falls is faster
-TAKE_OFF = ("prepare", "takeoff")  # the orders by which an operator says who is not on the field
-LATENCIES = 500  # poses of which the median is reported
+TOLERANCE = 0.1  # m between a body and the nearest place that it can have reached
+SPEED_MARGIN = 2.0  # times limits.speed: a falling drone is faster
+TAKE_OFF = ("prepare", "takeoff")  # the orders that name drones which are not on the field
+LATENCIES = 500  # poses in the reported median
 SOURCES: Mapping[str, Callable[[Start], Source]] = {  # by gateway.source
     "simulated": simulated.make_source,
     "natnet": natnet.make_source,
@@ -68,7 +71,7 @@ class GatewayCore:
         self._first_frame = self._last_frame = 0  # Unix ns
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take in a message."""
+        """Receive a message."""
         self.source.receive(key, message, now)
         if isinstance(message, Mission) and self._orders.take(message, now):
             self._repeat_at = now + REPEAT
@@ -89,33 +92,33 @@ class GatewayCore:
             self._latencies.append(now - stamp)
         for drone, doubt in self._identities.doubts.items():  # before the pose that makes the pilot step
             messages.append((self._doubt_keys[drone], IdentityDoubt(now, frame, doubt.since)))
-        for stamp, drone, position, _ in held:  # whosever it is, it is there
+        for stamp, drone, position, _ in held:  # it is on the field, whichever drone it is
             self._field.see_held(drone, stamp, position)
         if tracked and self._sensing:
             self._field.arrange(tracked[-1].stamp)
         for stamp, drone, position, orientation in tracked:
             if drone in self._sensing:
                 bodies = self._field.near(drone, position)
-                messages.append((self._nearby_keys[drone], Nearby(stamp, frame, bodies)))
-            messages.append((self._pose_keys[drone], Pose(stamp, frame, position, orientation)))
+                messages.append((self._nearby_keys[drone], from_fields(Nearby, (stamp, frame, bodies))))
+            messages.append((self._pose_keys[drone], from_fields(Pose, (stamp, frame, position, orientation))))
         if self._orders.mission is not None and now >= self._repeat_at:
             self._repeat_at = now + REPEAT
             messages.append((MISSION, self._orders.mission))
         return messages
 
     def retire(self, now: int) -> None:
-        """Do nothing: poses are served to the end."""
+        """Do nothing: poses are published to the end."""
 
     def may_end(self, now: int) -> bool:
-        """Return True: nothing of its own is in the air."""
+        """Return True: the gateway flies nothing."""
         return True
 
     def report(self, now: int) -> Report:
-        """Return how the gateway is: what is wrong first, then what it does not see."""
+        """Return the gateway's status: problems first, then bodies that it does not see."""
         state = self.source.state(now)
         lost = [i for i in self._swarm.tracked if now - self._seen.get(i, 0) > SECOND]
         if now - self._last_frame > SECOND:
-            phase, detail = Phase.WAITING, state.trouble or "no frames come any more: is the tracker still streaming?"
+            phase, detail = Phase.WAITING, state.trouble or "no frames arrive: does the tracker still stream?"
         else:
             phase = Phase.TRACKING if len(lost) < len(self._swarm.tracked) else Phase.WAITING
             detail = self._unseen(lost, now)
@@ -136,31 +139,28 @@ class GatewayCore:
         doubted = ", ".join(map(uav, self._identities.doubts))
         lines = (
             f"does not see {', '.join(map(uav, lost))}" if lost else "",
-            f"the tracker has mixed up {doubted}: land, name the bodies right" if doubted else "",
+            f"the tracker has confused {doubted}: land, correct the bodies' names" if doubted else "",
         )
         return "; ".join(filter(None, lines))
 
     def _claims(self, now: int) -> list[Claim]:
-        """Return what the source has seen since the last call that bears a drone's name, in the order of time."""
+        """Return the bodies with a drone's name that the source has seen since the last call, in order of time."""
         claims = []
         for frame in self.source.take(now):
             self._first_frame = self._first_frame or now
             self._last_frame = now
+            captured = frame.captured
             for body in frame.bodies:
-                if not body.tracked:
+                identity, name, position, orientation, tracked = body
+                if not tracked:
                     continue
-                drone = self._owners.drone(body.identity, body.name)
+                drone = self._owners.drone(identity, name)
                 if drone is not None:
-                    claims.append(Claim(frame.captured, drone, body.position, body.orientation))
-                    self._field.forget_other(unnamed(body))
+                    claims.append(from_fields(Claim, (captured, drone, position, orientation)))
+                    self._field.forget_unnamed(identity)
                 else:
-                    self._field.see_other(body.name or unnamed(body), frame.captured, body.position)
+                    self._field.see_other(name or unnamed(identity), captured, position)
         return sorted(claims)
-
-
-def unnamed(body: ReportedBody) -> str:
-    """Return what a body is called until the tracker has sent its name: it may turn out to be a drone's."""
-    return f"number {body.identity}"
 
 
 def make_core(start: Start) -> GatewayCore:

@@ -1,4 +1,4 @@
-"""What goes wrong between cameras and gateway, applied to frames: noise, occlusion, loss, repetition, reordering."""
+"""Faults between cameras and gateway, applied to frames: noise, occlusion, loss, repetition, reordering."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 
 
 class Chance(Protocol):
-    """Where chance comes from: a seeded random.Random."""
+    """A source of random numbers: a seeded random.Random."""
 
     def gauss(self, mu: float, sigma: float) -> float:
         """Return a normally distributed number."""
@@ -32,13 +32,12 @@ class Occlusion:
 
 @dataclass(frozen=True, slots=True)
 class Disturbance:
-    """How much goes wrong.
+    """The strength of the faults.
 
     Attributes:
-        noise: standard deviation on each axis, in the unit of the frames' positions.
-        loss: share of frames that never arrive.
-        repetition: share of frames that arrive twice.
-        reordering: share of frames that arrive after the one behind them.
+        noise: standard deviation on each axis, in the unit of the frames' positions. loss: share of frames that never
+        arrive. repetition: share of frames that arrive twice. reordering: share of frames that arrive after the next
+        one.
         flicker: share of a body's frames in which it is not seen.
         occlusions: times in which a body is not seen.
 
@@ -61,7 +60,7 @@ class Disturbances:
         self._held: TrackerFrame | None = None
 
     def apply(self, frame: TrackerFrame) -> tuple[TrackerFrame, ...]:
-        """Return what arrives when `frame` is sent: nothing, it, it twice, or it and the one before it."""
+        """Return the frames that arrive when `frame` is sent: none, it, it twice, or it and the one before."""
         if self._first is None:
             self._first = frame.captured
         amounts, held = self._disturbance, self._held

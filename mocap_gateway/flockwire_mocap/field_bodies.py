@@ -9,8 +9,9 @@ from typing import NamedTuple
 from flockwire.control.graph import LEADER
 from flockwire.control.tracker import VelocityTracker
 from flockwire.domain.body import Body, BodyKind, to_axis
+from flockwire.domain.fields import from_fields
 from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.domain.vector import Vector, norm, subtract
+from flockwire.domain.vector import ZERO, Vector, norm, subtract
 from flockwire.swarm.model import Swarm
 
 from flockwire_mocap.lost_body import STILL, LostBody, drone_spread, person_spread
@@ -41,6 +42,11 @@ class Cylinder(NamedTuple):
     height: float | None = None
 
 
+def unnamed(identity: int) -> str:
+    """Return what a body is called until the tracker has sent its name: it may turn out to be a drone's."""
+    return f"number {identity}"
+
+
 class Mover:
     """A body that moves and is no drone's: where it was seen last, how fast it moves, how large it is."""
 
@@ -61,7 +67,7 @@ class Mover:
         self._tracker.update(position, (stamp - self._epoch) / SECOND)
 
     def near(self, position: Vector, reach: float) -> Body | None:
-        """Return it as seen from `position` (m), None where its surface is `reach` m away or more."""
+        """Return it as seen from `position` (m), None if its surface is `reach` m away or more."""
         relative = to_axis(position, self.position, self._height)
         if norm(relative) - self.radius >= reach:
             return None
@@ -113,10 +119,10 @@ class FieldBodies:
         elif mover is not None or len(self._movers) < MOST_MOVERS:
             self._movers[name] = Mover(self._shapes.get(name, self._usual), position, stamp)
 
-    def forget_other(self, name: str) -> None:
-        """Take it that this body has turned out to be a drone's."""
+    def forget_unnamed(self, identity: int) -> None:
+        """Take it that the body with the tracker's number `identity` has turned out to be a drone's."""
         if self._movers:
-            self._movers.pop(name, None)
+            self._movers.pop(unnamed(identity), None)
 
     def forget_drones(self, drones: Iterable[int]) -> None:
         """Take it that those of `drones` that are not seen are gone from the field."""
@@ -149,7 +155,7 @@ class FieldBodies:
         places, reach = self._places, self._reach
         keys = self._vicinity.round(position) if self._vicinity is not None else places
         bodies = [
-            Body(BodyKind.DRONE, subtract(place, position), 0.0)
+            from_fields(Body, (BodyKind.DRONE, subtract(place, position), 0.0, ZERO))
             for key in keys
             if key >= 0 and key != drone and dist(place := places[key], position) < reach
         ]

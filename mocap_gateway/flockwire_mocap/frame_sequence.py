@@ -1,4 +1,4 @@
-"""What frame numbers show of a stream: frames that are missing, repeated or late; a stream that restarts."""
+"""Finds missing, repeated and late frames, and restarts of a stream, from frame numbers."""
 
 from __future__ import annotations
 
@@ -7,13 +7,11 @@ from enum import Enum, auto
 
 from flockwire.wire.status import Counts
 
-WINDOW = (
-    32  # frames that one may come late: networks reorder by few; a recording that is played in a loop jumps by more
-)
+WINDOW = 32  # frames that one may be late: networks reorder by few; a recording played in a loop jumps by more
 
 
 class Arrival(Enum):
-    """How a frame fits into the sequence."""
+    """The place of a frame in the sequence."""
 
     NEXT = auto()
     REPEATED = auto()
@@ -23,8 +21,8 @@ class Arrival(Enum):
 class FrameSequence:
     """Counts `missing`, `repeated`, `late` frames and `restarts` of a stream whose numbers count up by one.
 
-    A frame that comes late was counted as missing before and no longer is. Numbers further behind than WINDOW are those
-    of a stream that has restarted once a second one follows the first; the first alone is late.
+    A late frame was counted as missing before and no longer is. A number further behind than WINDOW is late; if a
+    second one follows it, the stream has restarted.
     """
 
     def __init__(self) -> None:
@@ -35,7 +33,7 @@ class FrameSequence:
 
     @property
     def counts(self) -> Counts:
-        """What it has counted, by name."""
+        """The counts, by name."""
         return (
             ("frames missing", self.missing),
             ("frames repeated", self.repeated),

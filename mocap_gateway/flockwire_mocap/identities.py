@@ -1,8 +1,8 @@
-"""Whose body is whose: names of a tracker, checked against where each drone can have flown.
+"""Assigns bodies to drones: checks a tracker's names against the places that each drone can have reached.
 
-Motion is continuous, names are not: a body that is called uav2 where uav3 was a moment ago is uav3's. Two drones whose
-names have changed places are in doubt, each keeps the pose of the body that it had, and both are reported. A name that
-jumps to where no drone was is held back until further frames confirm it (jumps.py).
+Motion is continuous, but names may jump: a body named uav2 at the last place of uav3 belongs to uav3. Two drones whose
+names were exchanged are in doubt: each keeps the pose of its previous body, and both are reported. A name that jumps to
+a place where no drone was is held back until further frames confirm it (jumps.py).
 """
 
 from __future__ import annotations
@@ -16,15 +16,17 @@ from flockwire.domain.vector import Vector, distance
 from flockwire_mocap.jumps import JumpFilter
 from flockwire_mocap.quaternion import Quaternion
 
-FRESH = SECOND  # ns for which a sighting still shows whose a body is
-GAP = SECOND // 20  # ns without a drone after which its name alone does not show whose a body is
-RESTORED = SECOND  # ns for which names must be right again until the doubt is over
-BLACKOUT = 2 * SECOND // 5  # ns without any body after which motion shows nothing: the next frame counts as the first
-FORGOTTEN = 3 * SECOND  # ns without any body after which a doubt is over: the next frame counts as the first
+FRESH = SECOND  # ns for which a sighting identifies a body
+GAP = SECOND // 20  # ns without a drone after which its name alone does not identify a body
+RESTORED = SECOND  # ns for which names must be right until the doubt ends
+BLACKOUT = (
+    2 * SECOND // 5
+)  # ns without any body after which motion identifies nothing: the next frame counts as the first
+FORGOTTEN = 3 * SECOND  # ns without any body after which a doubt ends: the next frame counts as the first
 
 
 class Claim(NamedTuple):
-    """A body that the tracker calls by a drone's name: stamp in ns, m, orientation x y z w."""
+    """A body with a drone's name at the tracker: stamp in ns, m, orientation x y z w."""
 
     stamp: int
     drone: int
@@ -33,14 +35,14 @@ class Claim(NamedTuple):
 
 
 class Doubt(NamedTuple):
-    """Since when the tracker has a drone's name on another's body, and since when not any more (0: still); ns."""
+    """Begin and end (0: not ended) of a drone's name on another body, ns."""
 
     since: int
     restored: int = 0
 
 
 class Identities:
-    """Passes claims that can be true; counts `swaps`, and in `jumps` what `JumpFilter` does.
+    """Passes plausible claims; counts `swaps`, and in `jumps` those of `JumpFilter`.
 
     Attributes:
         doubts: the drones in doubt.
@@ -54,7 +56,7 @@ class Identities:
         self.doubts: dict[int, Doubt] = {}
 
     def judge(self, claims: list[Claim]) -> tuple[list[Claim], list[Claim]]:
-        """Return the claims that are believed, each with the drone whose body it is, and those that are held back."""
+        """Return the accepted claims, each with its drone, and those that are held back."""
         self._forget_blackout(claims)
         suspects = [claim for claim in claims if not self._plausible(claim, claims)]
         if not suspects and not self.doubts:
@@ -67,7 +69,7 @@ class Identities:
         return self._sorted_out(claims)
 
     def _plausible(self, claim: Claim, claims: list[Claim]) -> bool:
-        """Return whether the drone can be there; after a gap also whether no other is, or is likelier to be."""
+        """Return whether the drone can be there; after a gap also whether no other drone is there or is more likely."""
         stamp, drone, position, _ = claim
         last = self.jumps.last(drone)
         if last is None:
@@ -83,7 +85,7 @@ class Identities:
         return nearest == drone or self._distance(nearest, position) > distance(last.position, position)
 
     def _suspect(self, claim: Claim, believable: set[int]) -> None:
-        """Doubt the claim's drone and the one that was there, if another was."""
+        """Put the claim's drone in doubt, and the drone that was at this place, if any."""
         fresh = (i for i in self._fresh(claim.stamp) if i not in believable)
         for other in self._others(claim, fresh):
             new = [drone for drone in (claim.drone, other) if drone not in self.doubts]
@@ -119,14 +121,14 @@ class Identities:
         return self.jumps.passes(claim.drone, claim.stamp, claim.position)
 
     def _on_another(self, claim: Claim, claims: list[Claim]) -> bool:
-        """Return whether another drone is seen where the claim is: no two are in one place."""
+        """Return whether another drone is seen at the claim's place: two cannot be in one place."""
         return any(
             other.drone != claim.drone and distance(other.position, claim.position) < self._tolerance
             for other in claims
         )
 
     def _continued(self, pool: list[Claim]) -> dict[int, int]:
-        """Return whose body each name of the pool has: the nearest that can have flown there, each one's once."""
+        """Return the drone of each name's body: the nearest that can have flown there, each drone once."""
         pairs = sorted(
             (self._distance(owner, claim.position), owner, claim.drone)
             for claim in pool
@@ -140,7 +142,7 @@ class Identities:
         return owners
 
     def _forget_blackout(self, claims: list[Claim]) -> None:
-        """Begin again after a time in which no drone was seen at all, unless names were mixed up before it."""
+        """Restart after a time in which no drone was seen at all, unless names were mixed up before it."""
         known = tuple(self.jumps.known())
         if not claims or not known or self.doubts:
             return
@@ -165,7 +167,7 @@ class Identities:
         return [i for i in self.jumps.known() if stamp - self.jumps.stamp(i) < FRESH]
 
     def _others(self, claim: Claim, drones: Iterable[int]) -> list[int]:
-        """Return which of `drones` can have flown to where the claim is, the nearest first."""
+        """Return those of `drones` that can have flown to the claim's place, the nearest first."""
         found = [i for i in drones if i != claim.drone and self.jumps.reaches(i, claim.stamp, claim.position)]
         return sorted(found, key=lambda i: self._distance(i, claim.position))
 

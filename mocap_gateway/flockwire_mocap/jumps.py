@@ -5,19 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from flockwire.domain.fields import from_fields
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, distance
 
 
 class Sighting(NamedTuple):
-    """Where a body was seen: `stamp` in ns, `position` in m."""
+    """The sighting of a body: `stamp` in ns, `position` in m."""
 
     stamp: int
     position: Vector
 
 
 class Candidate(NamedTuple):
-    """A place that a body seems to have jumped to: the newest sight of it there, and how many frames agree."""
+    """A place that a body seems to have jumped to: its newest sighting there, and the number of frames that agree."""
 
     seen: Sighting
     frames: int
@@ -27,8 +28,8 @@ class JumpFilter:
     """Passes positions of bodies that could have flown there; counts `jumps` and how many were `confirmed`.
 
     A position within max_speed · dt + tolerance of the last one that passed passes at once. Any other is held back; it
-    passes once `confirmations` frames in a row are within reach of each other there: the body was carried, or was
-    mistaken before. Until then the body has no position, which lets its age show.
+    passes when `confirmations` frames in a row agree: the body was carried, or was confused before. Until then the body
+    has no position, so its age grows.
 
     Args:
         max_speed: m/s, above what any airframe of the swarm reaches.
@@ -44,44 +45,44 @@ class JumpFilter:
         self._candidates: dict[int, Candidate] = {}
 
     def passes(self, identity: int, stamp: int, position: Vector) -> bool:
-        """Return whether the body `identity` can be believed to be at `position` (m) at `stamp` (ns)."""
+        """Return whether the body `identity` can be at `position` (m) at `stamp` (ns)."""
         seen, last = Sighting(stamp, position), self._last.get(identity)
-        if last is None or self._reaches(last, seen) or self._confirms(identity, seen):
+        if last is None or self._reaches(last, stamp, position) or self._confirms(identity, seen):
             self.accept(identity, stamp, position)
             return True
         return False
 
     def accept(self, identity: int, stamp: int, position: Vector) -> None:
-        """Believe the body `identity` to be at `position` (m) at `stamp` (ns)."""
-        self._last[identity] = Sighting(stamp, position)
+        """Record that the body `identity` is at `position` (m) at `stamp` (ns)."""
+        self._last[identity] = from_fields(Sighting, (stamp, position))
         if self._candidates:
             self._candidates.pop(identity, None)
 
     def reaches(self, identity: int, stamp: int, position: Vector) -> bool:
         """Return whether the body `identity`, which was seen before, can have flown to `position` (m) by `stamp`."""
-        return self._reaches(self._last[identity], Sighting(stamp, position))
+        return self._reaches(self._last[identity], stamp, position)
 
     def last(self, identity: int) -> Sighting | None:
-        """Return where the body `identity` was believed to be last, None before the first time."""
+        """Return the last accepted sighting of the body `identity`, None before the first."""
         return self._last.get(identity)
 
     def stamp(self, identity: int) -> int:
-        """Return when the body `identity` was last believed to be somewhere, ns; 0 before the first time."""
+        """Return the stamp of the last accepted sighting of the body `identity`, ns; 0 before the first."""
         last = self._last.get(identity)
         return last.stamp if last is not None else 0
 
     def known(self) -> Iterable[int]:
-        """Return the bodies that were believed to be somewhere."""
+        """Return the bodies with an accepted sighting."""
         return self._last
 
     def forget(self, identity: int) -> None:
-        """Take the next position of the body `identity` as it comes."""
+        """Accept the next position of the body `identity` at any place."""
         self._last.pop(identity, None)
         self._candidates.pop(identity, None)
 
     def _confirms(self, identity: int, seen: Sighting) -> bool:
         candidate = self._candidates.get(identity)
-        if candidate is not None and self._reaches(candidate.seen, seen):
+        if candidate is not None and self._reaches(candidate.seen, *seen):
             candidate = Candidate(seen, candidate.frames + 1)
         else:
             self.jumps += 1
@@ -92,6 +93,7 @@ class JumpFilter:
         self.confirmed += 1
         return True
 
-    def _reaches(self, a: Sighting, b: Sighting) -> bool:
-        elapsed = max(0, b.stamp - a.stamp) / SECOND
-        return distance(a.position, b.position) <= self._max_speed * elapsed + self._tolerance
+    def _reaches(self, last: Sighting, stamp: int, position: Vector) -> bool:
+        before, place = last
+        elapsed = max(0, stamp - before) / SECOND
+        return distance(place, position) <= self._max_speed * elapsed + self._tolerance

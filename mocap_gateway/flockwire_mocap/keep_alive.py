@@ -1,4 +1,4 @@
-"""Notices that the other end of a TCP connection is gone without a word: a host without power, a pulled cable."""
+"""Notices that the other end of a TCP connection is gone without notice: a host without power, a pulled cable."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a body may be that the tracker has lost: an upright cylinder round its last place, which grows with its age."""
+"""The space where a lost body may be: an upright cylinder around its last place, which grows with its age."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from flockwire.domain.body import Body, BodyKind, to_axis
 from flockwire.domain.vector import ZERO, Vector, norm, scale
 from flockwire.swarm.model import Swarm
 
-DRIFT = 0.1  # m/s by which an airframe that hovers or lands by sensors of its own may leave its place
-STANDS = 0.1  # m above the ground below which a drone stands there
-WALK = 0.5  # m/s at least of a person who is not seen
-WAY = 1.0  # m that a person is taken to walk unseen; more would clear half the field for a hidden marker
+DRIFT = 0.1  # m/s of drift of an airframe that hovers or lands by its own sensors
+STANDS = 0.1  # m above the ground; a drone below it is on the ground
+WALK = 0.5  # m/s, least speed of a person who is not seen
+WAY = 1.0  # m, largest assumed way of an unseen person; more would block half the field for a hidden marker
 
 
 class Spread(NamedTuple):
-    """How far a body may have come since it was seen: m/s for some s, then at another speed for some s more."""
+    """The distance that a body may have moved since it was seen: at one speed (m/s) for some s, then at another."""
 
     speed: float = 0.0
     coasting: float = 0.0
@@ -23,12 +23,12 @@ class Spread(NamedTuple):
     drifting: float = 0.0
 
     def reach(self, age: float) -> float:
-        """Return how far, m, it may be from where it was seen `age` s ago."""
+        """Return its largest distance, m, from the place where it was seen `age` s ago."""
         drifted = min(max(age - self.coasting, 0.0), self.drifting)
         return self.speed * min(age, self.coasting) + self.drift * drifted
 
     def growth(self, age: float) -> float:
-        """Return how fast, m/s, that becomes more."""
+        """Return the growth of this distance, m/s."""
         if age < self.coasting:
             return self.speed
         return self.drift if age - self.coasting < self.drifting else 0.0
@@ -38,12 +38,12 @@ STILL = Spread()
 
 
 def drone_spread(swarm: Swarm, drone: int, height: float) -> Spread:
-    """Return how far a drone may come without poses that was seen `height` m above the ground.
+    """Return the spread of a drone without poses that was seen `height` m above the ground.
 
         r(t) = v_max min(t, t_1) + v_drift min(max(t − t_1, 0), t_2 − t_1)
         t_1 = pose_zero + D + lag,   t_2 = pose_land + D + lag + height / v_z        (ours)
 
-    Its pilot stops it after pose_zero and lands it straight down after pose_land; once it is down it goes nowhere.
+    Its pilot stops it after pose_zero and lands it straight down after pose_land; on the ground it does not move.
     """
     if height <= STANDS:
         return STILL
@@ -55,7 +55,7 @@ def drone_spread(swarm: Swarm, drone: int, height: float) -> Spread:
 
 
 def person_spread(speed: float) -> Spread:
-    """Return how far a person may come who was seen walking at `speed`, m/s: on, back, or aside, WAY at most."""
+    """Return the spread of a person who was seen walking at `speed`, m/s: in any direction, WAY at most."""
     speed = max(speed, WALK)
     return Spread(speed, WAY / speed)
 
@@ -63,7 +63,7 @@ def person_spread(speed: float) -> Spread:
 class LostBody(NamedTuple):
     """The cylinder at the present moment: from the ground to `height` m (endless without), `growth` in m/s.
 
-    It is an obstacle: nobody gives way in it. A mover it is not: the distance to that is one to a body, and is judged.
+    It is an obstacle, because the body does not give way. It is not a mover: checks judge the distance to a mover.
     """
 
     position: Vector
@@ -72,9 +72,9 @@ class LostBody(NamedTuple):
     growth: float
 
     def near(self, position: Vector, reach: float) -> Body | None:
-        """Return it as seen from `position` (m), None where its surface is `reach` m away or more.
+        """Return it as seen from `position` (m), None if its surface is `reach` m away or more.
 
-        Wherever it is seen from outside, its surface comes nearer at the speed at which it grows.
+        From any place outside, its surface approaches at its rate of growth.
         """
         relative = to_axis(position, self.position, self.height)
         distance = norm(relative)

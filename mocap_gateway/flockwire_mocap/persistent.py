@@ -1,4 +1,4 @@
-"""A connection that is kept: made again whenever it is lost, until it is closed."""
+"""A connection that reconnects after each loss, until it is closed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from flockwire.wire.processes import GATEWAY
 
 
 class PersistentConnection(ABC):
-    """Connects, and `PAUSE` s after each end again, whatever ended it."""
+    """Connects, and reconnects `PAUSE` s after each end, for any reason."""
 
     PAUSE: ClassVar[float] = 1.0
 
@@ -19,7 +19,7 @@ class PersistentConnection(ABC):
         self._task: asyncio.Task[None] | None = None
 
     def open(self) -> None:
-        """Begin to connect, and keep at it until `close`."""
+        """Start to connect and reconnect, until `close`."""
         self._task = asyncio.get_running_loop().create_task(self._keep_connected())
 
     async def close(self) -> None:
@@ -30,11 +30,11 @@ class PersistentConnection(ABC):
 
     @abstractmethod
     async def connected(self) -> str:
-        """Connect, and return when the connection is lost, or there is none: why, and what to do, in one line."""
+        """Connect, and return when the connection fails or is lost: reason and remedy in one line."""
 
     @abstractmethod
     def failed(self, why: str) -> None:
-        """Take note of why there is no connection."""
+        """Record the reason of the failure."""
 
     async def _keep_connected(self) -> None:
         logged = ""

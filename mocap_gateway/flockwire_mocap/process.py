@@ -1,4 +1,4 @@
-"""The process of the gateway: the shell round its core, and the connection of its source, where that has its own."""
+"""The gateway's process: the shell around its core, and the connection of its source, if it has one."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ async def _replay(source: ReplaySource) -> AsyncIterator[None]:
 
 
 def feed(core: Core, step: Callable[[], None]) -> AbstractAsyncContextManager[None] | None:
-    """Return the connection of the core's source, which has `step` called when a frame is complete."""
+    """Return the connection of the core's source; it calls `step` when a frame is complete."""
     source = cast("GatewayCore", core).source
 
     def drained() -> None:
@@ -94,5 +94,5 @@ def feed(core: Core, step: Callable[[], None]) -> AbstractAsyncContextManager[No
 
 
 async def run(job: Job) -> None:
-    """Run the gateway until it is to end; raises OSError where its source cannot be opened."""
+    """Run the gateway until it must end; raises OSError if its source cannot be opened."""
     await run_core(job, feed)

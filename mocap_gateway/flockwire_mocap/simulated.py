@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable
 from math import hypot
 
+from flockwire.domain.fields import from_fields
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, add, scale
 from flockwire.process.cores import Randomness, Start
 from flockwire.process.faults import Fault, NameSwap, NoiseBurst, TrackerLoss, Visitor
 from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Message, Mission, Pose
 
 from flockwire_mocap.completeness import Completeness
 from flockwire_mocap.quaternion import IDENTITY
@@ -19,15 +22,15 @@ from flockwire_mocap.source import SourceState
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, framed
 
 CameraFault = TrackerLoss | NoiseBurst | NameSwap | Visitor
-VISITORS = 10_000  # the number of the first body that is no drone's
-Measured = tuple[int, ReportedBody]  # when it was there, Unix ns, and where
+VISITORS = 10_000  # the number of the first body that is not a drone
+Measured = tuple[int, ReportedBody]  # stamp, Unix ns, and position
 
 
 class SimulatedSource:
-    """Measures the simulated airframes of `swarm`, with the `faults` that are a tracker's.
+    """Measures the simulated airframes of `swarm`, with the tracker's `faults`.
 
-    A body is available at the first `take` that is the latency (s) or more after its stamp, so latency comes in whole
-    frames. Faults count from `took_off` (Unix ns), or without it from the order to take off.
+    A body is available at the first `take` at least the latency (s) after its stamp, so latency is a multiple of the
+    frame period. Faults count from `took_off` (Unix ns), or without it from the order to take off.
     """
 
     def __init__(
@@ -54,7 +57,7 @@ class SimulatedSource:
         self._measured: list[Measured] = []
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take in a truth, or the order to take off."""
+        """Receive a truth, or the order to take off."""
         match message:
             case Pose():
                 drone = self._drones[key]
@@ -69,7 +72,7 @@ class SimulatedSource:
 
     @property
     def visitors(self) -> tuple[tuple[int, str], ...]:
-        """Number and name of the bodies that are no drone's."""
+        """Number and name of the bodies that are not drones."""
         return tuple((number, name) for name, number in self._visitors.items())
 
     def complete(self) -> bool:
@@ -77,7 +80,7 @@ class SimulatedSource:
         return self._complete
 
     def take(self, now: int) -> list[TrackerFrame]:
-        """Measure what was received since the last call; return what is available by `now` (Unix ns)."""
+        """Measure the truths received since the last call; return the measurements available by `now` (Unix ns)."""
         truths, self._truths = self._truths, {}
         for drone in self._order:
             if drone in truths:
@@ -91,28 +94,30 @@ class SimulatedSource:
         return frames
 
     def state(self, now: int) -> SourceState:
-        """Return what is missing when no frames come."""
+        """Return the missing input if there are no frames."""
         return SourceState("waits for the kinematics' truth")
 
     def _measure(self, drone: int, truth: Pose) -> None:
         """Measure the position of `drone`, or fail to."""
         if self._dropout and self._randomness.random() < self._dropout:
             return
+        stamp, _, position, orientation = truth
         noise, called = self._noise, drone
-        for fault in self._active_faults(truth.stamp):
+        for fault in self._active_faults(stamp):
             if isinstance(fault, NoiseBurst):
                 noise = hypot(noise, fault.noise)
             elif isinstance(fault, NameSwap):
                 called = sum(fault.drones) - called if called in fault.drones else called
             elif isinstance(fault, TrackerLoss) and fault.drone == drone:
                 return
-        position = self._noisy(truth.position, noise) if noise else truth.position
+        if noise:
+            position = self._noisy(position, noise)
         name = self._names[called]
         number, text = (called, name) if isinstance(name, str) else (name, None)
-        self._measured.append((truth.stamp, ReportedBody(number, text, position, truth.orientation, tracked=True)))
+        self._measured.append((stamp, from_fields(ReportedBody, (number, text, position, orientation, True))))
 
     def _measure_visitors(self, stamp: int) -> None:
-        """Measure what moves through the field beside the drones."""
+        """Measure the visitors on the field."""
         for fault in self._active_faults(stamp):
             if isinstance(fault, Visitor):
                 t = (stamp - (self._took_off or 0)) / SECOND - fault.at
@@ -127,7 +132,8 @@ class SimulatedSource:
         return [fault for fault in self._faults if 0.0 <= t - fault.at < fault.duration]
 
     def _noisy(self, position: Vector, noise: float) -> Vector:
-        (x, y, z), gauss = position, self._randomness.gauss
+        x, y, z = position
+        gauss = self._randomness.gauss
         return (x + gauss(0.0, noise), y + gauss(0.0, noise), z + gauss(0.0, noise))
 
 

@@ -1,4 +1,4 @@
-"""A source's clock on the local one: the smallest delay counts as none, the drift between both is followed.
+"""Maps a source's clock to the local clock: the smallest delay counts as zero, and the drift is followed.
 
 Network and queues only ever delay, so the smallest differences between arrival and stamp lie on a line whose slope is
 the drift: the lower convex hull of all differences, as in S. Moon, P. Skelly, D. Towsley, "Estimation and removal of
@@ -14,20 +14,20 @@ from flockwire.domain.time import SECOND
 
 DelayPoint = tuple[int, int]  # source time, local minus source time; ns
 
-BLOCK = SECOND  # ns of the source's clock of which one point is kept
-BLOCKS = 60  # blocks that the line is laid under
-SLOPE_BLOCKS = 10  # blocks from which on the slope is believed; a level line before
-DRIFT_LIMIT = 500e-6  # no quartz is worse
+BLOCK = SECOND  # ns of the source's clock for each kept point
+BLOCKS = 60  # blocks under the line
+SLOPE_BLOCKS = 10  # blocks from which on the slope is used; before, the line is level
+DRIFT_LIMIT = 500e-6  # above any quartz
 STEP = SECOND  # ns; a source whose clock jumps by more has been restarted
-STEP_PATIENCE = SECOND  # ns for which a step back must last; what comes out of a full queue is soon over
-AGREEMENT = SECOND // 100  # ns; a clock that is known to have been set back is followed if it is further off than that
+STEP_PATIENCE = SECOND  # ns for which a step back must last; a full queue empties sooner
+AGREEMENT = SECOND // 100  # ns; a clock that was set back is followed if it is off by more than this
 
 
 class SourceClock:
     """Maps stamps of one source to local time; `steps` counts how often its clock has jumped.
 
-    No stamp is mapped to a local time after its arrival. The smallest delay that ever occurs, and half of any lasting
-    change of route, cannot be seen from one side and stays in the result.
+    No stamp is mapped to a local time after its arrival. The smallest delay, and half of any lasting change of route,
+    cannot be observed from one side and remains in the result.
     """
 
     def __init__(self) -> None:
@@ -38,10 +38,10 @@ class SourceClock:
         self._behind_since: int | None = None
 
     def update(self, source_time: int, local_now: int, set_back: bool = False) -> int:
-        """Take in that a message stamped `source_time` came at `local_now`, ns; return its stamp in local time, ns.
+        """Record that a message stamped `source_time` arrived at `local_now`, ns; return its stamp in local time, ns.
 
         With `set_back` the source's clock is known to have been set back: without it a step of less than STEP cannot be
-        told from a longer delay, and what is old must not pass for new.
+        distinguished from a longer delay, and old data must not look new.
         """
         difference = local_now - source_time
         if self._base is None:
@@ -62,7 +62,7 @@ class SourceClock:
 
     @property
     def drift(self) -> float:
-        """How much faster the local clock runs than the source's, as a share of its speed."""
+        """Relative speed of the local clock to the source's, minus 1."""
         return self._slope
 
     def _begin(self, source_time: int, difference: int) -> None:
@@ -71,7 +71,7 @@ class SourceClock:
         self._base, self._slope, self._behind_since = (source_time, difference), 0.0, None
 
     def _stepped(self, source_time: int, difference: int, local_now: int, set_back: bool) -> bool:
-        """Return whether the source's clock has jumped: ahead, which no delay does, or behind and stays there."""
+        """Return whether the source's clock has jumped: ahead, which no delay causes, or back for STEP_LASTS."""
         excess = difference - (self.local(source_time) - source_time)
         if set_back and excess > AGREEMENT:
             return True
@@ -94,7 +94,7 @@ class SourceClock:
             self._base = (self._base[0], self._base[1] - below)
 
     def _lay_line(self) -> None:
-        """Lay the line under the points along the edge of their lower hull over the middle of their time."""
+        """Fit the line to the edge of the points' lower hull at the middle of their time."""
         hull = lower_hull(self._points)
         middle = (self._points[0][0] + self._points[-1][0]) / 2
         edge = next((pair for pair in pairwise(hull) if pair[1][0] >= middle), None)

@@ -1,4 +1,4 @@
-"""A tracking system whose frames come over a connection of its own: its clock and axes are converted here, once."""
+"""A tracking system with its own connection: its clock and axes are converted here, once."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 
 from flockwire.swarm.gateway import Gateway
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Message
 from flockwire.wire.status import OTHERS, counted
 
 from flockwire_mocap.completeness import Completeness
@@ -16,25 +16,24 @@ from flockwire_mocap.source import SourceState
 from flockwire_mocap.source_clock import SourceClock
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, framed
 
-MOST_TWICE = 8  # bodies that were in a frame twice, of which the status has the names; the rest in one sum
+MOST_TWICE = 8  # duplicated bodies that the status names; the others are one sum
 
 
 class StreamedSource:
-    """Takes a tracker's frames in as they arrive, and holds the newest measurement of each body until it is taken.
+    """Takes a tracker's frames, and keeps the newest measurement of each body.
 
-    What arrives faster than it is taken is replaced, never queued. The stamp of a frame is mapped to the gateway's
-    clock by when it was sent; what the tracker says it took from exposure to sending is then subtracted.
+    A newer measurement replaces the older one; there is no queue. The send time of a frame is mapped to the gateway's
+    clock; then the tracker's delay from exposure to sending is subtracted.
 
     Args:
-        coordinates: how the tracker's axes lie on the field.
-        state: returns how the connection is at a time, Unix ns.
-        latency: ns from exposure to the stamp, where the tracker's stamps do not have it.
-        awaited: the drones by body, where the protocol reports body by body; None where frames are whole.
+        coordinates: the map from the tracker's axes to the field. state: returns the state of the connection at a time,
+        Unix ns. latency: ns from exposure to the stamp, if the tracker's stamps do not include it. awaited: the drones
+        by body, if the protocol reports single bodies; None if frames are whole.
         period: s between two frames of such a protocol.
 
     """
 
-    triggers = frozenset({MISSION})  # frames come from elsewhere; beside them the gateway steps only when none come
+    triggers = frozenset({MISSION})  # frames trigger steps; the gateway steps otherwise only without frames
 
     def __init__(
         self,
@@ -51,17 +50,17 @@ class StreamedSource:
         self._clock = SourceClock()
         self._complete = False
         self._frames = 0
-        self._newest: dict[int, tuple[int, ReportedBody]] = {}  # by the tracker's number: when captured, what
+        self._newest: dict[int, tuple[int, ReportedBody]] = {}  # by the tracker's number: capture time, body
 
     def arrived(self, frame: TrackerFrame, now: int) -> None:
-        """Take in a frame that arrived at `now` (Unix ns), newer than all before."""
+        """Receive a frame that arrived at `now` (Unix ns), newer than all before."""
         sent = self._clock.update(frame.transmitted, now, frame.set_back)
         captured = sent - (frame.transmitted - frame.captured) - self._latency
         self._hold(captured, frame.bodies)
         self._complete = self._complete or self._completes(frame.bodies, now)
 
     def _hold(self, captured: int, bodies: tuple[ReportedBody, ...]) -> None:
-        """Hold the newest of each body; one that is in the frame twice is where it is only by one of both: by none."""
+        """Keep the newest of each body; a body that is in the frame twice is dropped, because one of both is wrong."""
         here: dict[int, ReportedBody] = {}
         for body in bodies:
             if body.identity in here:
@@ -83,10 +82,10 @@ class StreamedSource:
         return complete
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Ignore it: nothing of a real tracker comes over the swarm's network."""
+        """Ignore it: a real tracker sends nothing over the swarm's network."""
 
     def complete(self) -> bool:
-        """Return whether what arrived since the last call to `take` completed a frame."""
+        """Return whether the data since the last call to `take` completed a frame."""
         return self._complete
 
     def take(self, now: int) -> list[TrackerFrame]:
@@ -99,7 +98,7 @@ class StreamedSource:
         return frames
 
     def state(self, now: int) -> SourceState:
-        """Return how it is connected at `now` (Unix ns)."""
+        """Return its state at `now` (Unix ns)."""
         found = self._state(now)
         twice = [(f"{who} twice in a frame", count) for who, count in self._twice.items()]
         own = counted(("steps of its clock", self._clock.steps), *twice)
@@ -107,6 +106,6 @@ class StreamedSource:
 
 
 def coordinates_of(gateway: Gateway) -> Coordinates:
-    """Return how the frame of the tracker that `gateway` names lies on the field."""
+    """Return the map from the frame of the tracker in `gateway` to the field."""
     table = gateway.table
     return Coordinates(table.up_axis, table.unit, gateway.rotation, gateway.offset)

@@ -1,4 +1,4 @@
-"""What every tracking system reports, whatever its protocol: frames of bodies, stamped by the source's clock."""
+"""The data of every tracking system: frames of bodies, stamped by the source's clock."""
 
 from __future__ import annotations
 
@@ -11,18 +11,17 @@ from flockwire.domain.vector import Vector
 from flockwire_mocap.quaternion import IDENTITY, Quaternion
 
 UNIT_TOLERANCE = 0.02  # of the squared norm: single precision and a tracker's rounding stay far below
-LOST = (0.0, 0.0, 0.0)  # where a tracker says that a body is that it does not see
+LOST = (0.0, 0.0, 0.0)  # position of a body that the tracker does not see
 
 
 class ReportedBody(NamedTuple):
-    """One body of a frame, as the tracker has it.
+    """One body of a frame, in the tracker's terms.
 
     Attributes:
-        identity: the tracker's number of the body.
-        name: the tracker's name of it; None while the tracker has not sent it.
-        position: unit and axes of the source (the tracker's frame) until `Coordinates` has converted it.
-        orientation: unit quaternion x, y, z, w, body to the same frame.
-        tracked: False where the pose is not a measurement: the body is lost.
+        identity: the tracker's number of the body. name: the tracker's name of it; None while the tracker has not sent
+        it. position: unit and axes of the source (the tracker's frame) until `Coordinates` has converted it.
+        orientation: unit quaternion x, y, z, w, body to the same frame. tracked: False if the body is lost and the pose
+        not measured.
 
     """
 
@@ -39,12 +38,11 @@ def unseen(identity: int, name: str | None) -> ReportedBody:
 
 
 class TrackerFrame(NamedTuple):
-    """All bodies of one exposure, or of one report where a protocol reports each body alone.
+    """All bodies of one exposure, or of one report if a protocol reports single bodies.
 
     Attributes:
-        number: counts up by one from frame to frame.
-        captured: when the cameras saw it, ns of the source's clock.
-        transmitted: when the source sent it, ns of the same clock; `captured` where a protocol does not carry it.
+        number: counts up by one from frame to frame. captured: exposure time, ns of the source's clock. transmitted:
+        send time, ns of the same clock; `captured` if the protocol does not carry it.
         bodies: the bodies in the order of the source.
         set_back: whether the source's clock is known to have been set back since the frame before it.
 
@@ -58,9 +56,9 @@ class TrackerFrame(NamedTuple):
 
 
 def framed(measured: Iterable[tuple[int, ReportedBody]], first: int, now: int) -> list[TrackerFrame]:
-    """Return bodies as frames, a frame for each time (ns) at which some were captured, the earliest first.
+    """Return bodies as frames, one for each capture time (ns), the earliest first.
 
-    `first` is the number of the first frame, `now` when all of them count as transmitted (ns).
+    `first` is the number of the first frame, `now` the send time of all (ns).
     """
     frames: dict[int, list[ReportedBody]] = {}
     for captured, body in measured:
@@ -69,7 +67,7 @@ def framed(measured: Iterable[tuple[int, ReportedBody]], first: int, now: int) -
 
 
 def is_pose(position: Vector, orientation: Quaternion) -> bool:
-    """Return whether these can be a measured pose: finite numbers, a quaternion of unit length."""
+    """Return whether these are a valid pose: finite numbers, a quaternion of unit length."""
     x, y, z, w = orientation
     length = x * x + y * y + z * z + w * w  # NaN and infinity fail the comparison
     return abs(length - 1.0) < UNIT_TOLERANCE and isfinite(sum(position))

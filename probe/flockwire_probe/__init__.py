@@ -1,1 +1,1 @@
-"""Proves on a running swarm that the wire refuses whatever key table and graph do not allow."""
+"""Proves on a running swarm that everything that key table and graph do not allow is refused."""

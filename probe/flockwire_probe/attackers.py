@@ -1,6 +1,6 @@
 """Attackers on the wire: sessions with any certificate, as peer, client or router, that dial every endpoint.
 
-They follow no rule: no access control of their own, every key tried, by every verb that Zenoh has.
+They have no access control and try every key by every verb of Zenoh.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from flockwire.wire.keys import Key
 from flockwire.wire.plan import Plan
 
 MODES = ("peer", "client", "router")
-LINK_TIME = 0.8  # s that an attacker gives the swarm to accept it
+LINK_TIME = 0.8  # s for the swarm to accept an attacker
 POLL = 0.02  # s
 TRIES = 4  # canaries on each key
 QUERY_TIMEOUT = 0.2  # s
@@ -31,7 +31,7 @@ _PUBLISHER = b"flockwire probe\0"
 
 @dataclass(frozen=True, slots=True)
 class Attacker:
-    """Whose certificate it shows (`identity` names it in the results; no certificate at all: None), and its mode."""
+    """Its certificate (`identity` names it in the results; None without one) and its mode."""
 
     identity: str
     credentials: Credentials | None
@@ -41,7 +41,7 @@ class Attacker:
 class Attack:
     """One attacker's sessions: one that dials all endpoints, as client one for each. Use it as a context manager.
 
-    It gives the swarm `patience` times LINK_TIME.
+    It waits for the swarm for `patience` times LINK_TIME.
     """
 
     def __init__(self, plan: Plan, attacker: Attacker, authority: str, patience: int = 1) -> None:
@@ -53,7 +53,7 @@ class Attack:
         self._numbers = count()
         wanted = open_to(plan, attacker.identity).values()
         everywhere = [*plan.endpoints.values(), *plan.reserved.values()]
-        # A client waits long for each that refuses it; who may link does not depend on the mode, the peer tries all.
+        # A client waits long for each refusal. The right to link does not depend on the mode: the peer tries all.
         groups = [[endpoint] for endpoint in wanted] if attacker.mode == "client" else [everywhere]
         self._links_wanted, self._link_time = len(wanted), patience * LINK_TIME
         self._sessions: list[zenoh.Session] = []
@@ -67,11 +67,11 @@ class Attack:
 
     def __exit__(self, *_: object) -> None:
         for session in self._sessions:
-            with contextlib.suppress(zenoh.ZError):  # one that is slow to close shows nothing
+            with contextlib.suppress(zenoh.ZError):  # a slow close proves nothing
                 session.close()  # type: ignore[no-untyped-call]
 
     def link(self) -> int:
-        """Wait until as many endpoints have accepted a link as are to, or its time is over; returns how many have."""
+        """Wait until all expected endpoints have accepted a link, or for the time limit; returns their number."""
         deadline = clock.monotonic() + nanoseconds(self._link_time)
         while (linked := self._linked()) < self._links_wanted and clock.monotonic() < deadline:
             time.sleep(POLL)
@@ -93,7 +93,7 @@ class Attack:
                 liveliness.get(pattern, _direct(self._answer), timeout=QUERY_TIMEOUT)
 
     def forge(self) -> None:
-        """Publish a canary on every key, delete every key, and offer to answer for all of them."""
+        """Publish a canary on every key, delete every key, and declare a queryable for all of them."""
         for session in self._sessions:
             self._hold(session.declare_queryable(f"{self._plan.swarm.name}/**", _direct(lambda _: None)))
             self._hold(session.liveliness().declare_token(f"{self._plan.swarm.name}/alive"))
@@ -109,7 +109,7 @@ class Attack:
             time.sleep(POLL)
 
     def keys_received(self) -> set[Key]:
-        """Return the swarm's keys on which something of others arrived, by sample or by answer."""
+        """Return the swarm's keys on which data of others arrived, by sample or by answer."""
         return {self._keys[text] for text in self.received | self.answered if text in self._keys}
 
     def _hold(self, declared: object) -> None:
@@ -119,7 +119,7 @@ class Attack:
         return sum(len(session.info.links()) for session in self._sessions)
 
     def _receive(self, sample: zenoh.Sample) -> None:
-        """Note a sample, unless it is this attacker's own that came back."""
+        """Record a sample, unless it is this attacker's own."""
         if not sample.payload.to_bytes().startswith(CANARY + self._attacker.identity.encode()):
             self.received.add(str(sample.key_expr))
 
@@ -133,7 +133,7 @@ def _direct(callback: Callable[..., None]) -> zenoh.handlers.Callback[Any]:
 
 
 def open_to(plan: Plan, identity: str) -> Mapping[str, str]:
-    """Return the endpoints that accept links with the certificate of `identity`, by whose they are."""
+    """Return the endpoints that accept links with the certificate of `identity`, by their process."""
     return plan.reserved if plan.reserved and identity in plan.operators else plan.endpoints
 
 

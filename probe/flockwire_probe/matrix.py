@@ -1,4 +1,4 @@
-"""What the probe found against what key table and graph allow: identity x key, in each link mode."""
+"""Compares the probe's results with key table and graph: identity x key, in each link mode."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ OUTSIDERS = ("no certificate", "foreign certificate", "expired certificate")
 
 @dataclass(frozen=True, slots=True)
 class AttackResult:
-    """What one attacker achieved: keys received, (key, receiver) of what it published and was accepted, links."""
+    """One attacker's results: keys received, (key, receiver) of accepted messages, links."""
 
     identity: str
     mode: str
@@ -22,29 +22,29 @@ class AttackResult:
     links: int
 
     def __or__(self, other: AttackResult) -> AttackResult:
-        """Return what the attacker achieved in one of two attacks."""
+        """Return the results of two attacks together."""
         received, published = self.received | other.received, self.published | other.published
         return AttackResult(self.identity, self.mode, received, published, max(self.links, other.links))
 
 
 @dataclass(frozen=True, slots=True)
 class Deviation:
-    """One difference between what is allowed and what was seen."""
+    """One difference between allowed and observed."""
 
     identity: str
     mode: str
     verb: str  # "received", "published", "linked" (an outsider), "silent" (a process that does not answer)
     key: str
-    receiver: str  # who accepted it, where it was published
+    receiver: str  # the process that accepted a published message
     leak: bool  # else: allowed, and blocked
 
     def sentence(self) -> str:
         """Return it as text."""
         whom = f" and {self.receiver} accepted it" if self.receiver else ""
         if self.verb == "linked":
-            return f"leak: {self.identity} as {self.mode} was accepted by somebody; it must not get a link"
+            return f"leak: {self.identity} as {self.mode} was accepted by a process; it must not get a link"
         if self.verb == "silent":
-            return f"blocked: {self.identity} does not answer; nothing about it could be shown"
+            return f"blocked: {self.identity} does not answer; nothing could be tested"
         if self.leak:
             return f"leak: {self.identity} as {self.mode} {self.verb} {self.key}{whom}; it must not"
         if self.receiver:
@@ -53,17 +53,17 @@ class Deviation:
 
 
 def receivable(plan: Plan, identity: str) -> frozenset[Key]:
-    """Return the keys that an attacker with the certificate of `identity` is served where it dials."""
+    """Return the keys that an attacker with the certificate of `identity` may receive."""
     if identity not in _insiders(plan):
         return frozenset()
     return frozenset(plan.subscribes[identity])
 
 
 def publishable(plan: Plan, identity: str) -> frozenset[tuple[Key, str]]:
-    """Return (key, receiver) of what is accepted from `identity`.
+    """Return (key, receiver) of messages accepted from `identity`.
 
-    The operator is left out as a receiver: it dials, nobody dials it. A router passes on to everybody else, which for
-    an attacker includes the process whose certificate it shows; a peer knows no link to itself.
+    The operator is not a receiver, because no process dials it. A router passes messages on to all others, which for an
+    attacker include the process of its certificate; a peer has no link to itself.
     """
     if identity not in _insiders(plan):
         return frozenset()
@@ -80,7 +80,7 @@ def publishable(plan: Plan, identity: str) -> frozenset[tuple[Key, str]]:
 
 
 def deviations(plan: Plan, observation: AttackResult, alive: frozenset[str]) -> Iterator[Deviation]:
-    """Yield every leak, and everything blocked among those who are `alive`."""
+    """Yield every leak, and everything blocked among the processes that are `alive`."""
     may_receive = receivable(plan, observation.identity)
     may_publish = publishable(plan, observation.identity)
     if observation.identity in OUTSIDERS and observation.links:
@@ -91,7 +91,7 @@ def deviations(plan: Plan, observation: AttackResult, alive: frozenset[str]) -> 
     for key, receiver in sorted(observation.published - may_publish):
         yield Deviation(*who, "published", plan.text(key), receiver, leak=True)
     for key in sorted(may_receive - observation.received):
-        asked = key.kind != TIME_REPLY or key.owner in alive  # nobody is told the time who does not ask
+        asked = key.kind != TIME_REPLY or key.owner in alive  # only processes that request the time receive it
         if asked and _flows(plan, key, alive - {observation.identity}):
             yield Deviation(*who, "received", plan.text(key), "", leak=False)
     for key, receiver in sorted(may_publish - observation.published):
@@ -138,7 +138,7 @@ def _insiders(plan: Plan) -> tuple[str, ...]:
 
 
 def _flows(plan: Plan, key: Key, alive: frozenset[str]) -> bool:
-    """Return whether a process that is alive publishes `key` all the time."""
+    """Return whether a live process publishes `key` all the time."""
     row = ROWS[key.kind]
     return (
         row.delivery is not Delivery.EVENT

@@ -1,8 +1,8 @@
-"""`flockwire probe`: proves on a running swarm that the wire refuses whatever key table and graph do not allow.
+"""`flockwire probe`: proves on a running swarm that everything that key table and graph do not allow is refused.
 
 Attackers take turns: no certificate, another authority's, an expired one, then each identity's own, each as peer,
-client and router, dialling every endpoint. What they receive they note themselves. What they publish are canaries,
-which every process drops and counts; so the statuses show who accepted them.
+client and router, dialling every endpoint. They record what they receive. They publish canaries, which every process
+drops and counts, so the statuses show which process accepted them.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pathlib import Path
 
 from flockwire import clock
 from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.ground.giving import Order
+from flockwire.ground.order import Order
 from flockwire.runtime.session import RouterAbsentError, Session
 from flockwire.security.files import Credentials
 from flockwire.security.pki import Signer, alternative_names, issue, new_authority, read_authority, save
@@ -36,11 +36,11 @@ from flockwire_probe.attackers import MODES, POLL, Attack, Attacker
 from flockwire_probe.matrix import OUTSIDERS, AttackResult, Deviation, as_json, deviations, draw
 
 RECEIVING = 0.6  # s, longer than the gateway takes to repeat an order
-ANSWER_TIME = 1.5  # s for a swarm that runs to answer
+ANSWER_TIME = 1.5  # s for a running swarm to answer
 START_TIME = 10.0  # s for it to start
 WAITING = (Phase.GROUNDED, Phase.WAITING)
 SETTLING = 0.3  # s, longer than two statuses take
-SECOND_LOOK = 4  # times as long for whom something was blocked: a busy machine is no refusal
+SECOND_LOOK = 4  # times as long after a blocked key: a busy machine is not a refusal
 
 Accepted = dict[tuple[Key, str], int]
 
@@ -48,7 +48,7 @@ Accepted = dict[tuple[Key, str], int]
 def attackers(plan: Plan, keys: Path, scratch: Path) -> Iterator[tuple[Attacker, ...]]:
     """Yield all attackers, those with one certificate together; forged certificates go into the folder `scratch`.
 
-    Raises FileNotFoundError where the authority's key, which signs the expired one, is kept elsewhere.
+    Raises FileNotFoundError if the authority's key, which signs the expired one, is kept elsewhere.
     """
     now, victim = clock.utc(), OPERATOR.kind
     names = alternative_names(plan, victim)
@@ -65,9 +65,9 @@ def attackers(plan: Plan, keys: Path, scratch: Path) -> Iterator[tuple[Attacker,
 def probe(
     plan: Plan, keys: Path, operator: Operator, show: Callable[[str], None], advance: Show = lambda *_: None
 ) -> tuple[list[AttackResult], list[Deviation]]:
-    """Attack the swarm that `operator` watches; returns what was seen and how it differs from what is allowed.
+    """Attack the swarm that `operator` watches; returns the results and their deviations from the rules.
 
-    `show` gets each deviation, `advance` who attacks next, and how many have.
+    `show` gets each deviation, `advance` the next attacker and the number of those done.
     """
     observations: list[AttackResult] = []
     found = [
@@ -92,7 +92,7 @@ def probe(
 
 
 async def run(plan: Plan, swarm_file: Path, keys: Path, out: Path) -> list[Deviation]:
-    """Probe the swarm, after starting it where it does not run yet; returns all deviations, after printing them.
+    """Probe the swarm, and start it first if it does not run; prints and returns all deviations.
 
     Raises CredentialsError, FileNotFoundError without the authority's key, PortInUseError, RouterAbsentError.
     """
@@ -113,10 +113,10 @@ async def run(plan: Plan, swarm_file: Path, keys: Path, out: Path) -> list[Devia
         if session is None:
             raise RouterAbsentError(died())
         operator = Operator(plan, session)
-        operator.poll()  # its clock is corrected in this loop, not in those of threads
+        operator.poll()  # its clock is corrected in this loop, not in the threads' loops
         for line in await asyncio.to_thread(_await_all, plan, operator):
             print(f"flockwire: note: {line}")
-        if children is not None:  # an order that means nothing on the ground, for the gateway to repeat
+        if children is not None:  # an order without effect on the ground, for the gateway to repeat
             operator.ask(Order("land"))
         began = clock.monotonic()
         with progress("probe", len(OUTSIDERS) + len(plan.certified)) as advance:
@@ -131,7 +131,7 @@ async def run(plan: Plan, swarm_file: Path, keys: Path, out: Path) -> list[Devia
 
 
 async def _runs(plan: Plan, keys: Path) -> bool:
-    """Return whether somebody of the swarm answers."""
+    """Return whether a process of the swarm answers."""
     try:
         session = Session(plan, OPERATOR.kind, keys)
     except RouterAbsentError:
@@ -144,7 +144,7 @@ async def _runs(plan: Plan, keys: Path) -> bool:
 
 
 def _await_all(plan: Plan, operator: Operator) -> list[str]:
-    """Wait until the whole swarm is up and exchanges what it has to; returns what still was not so after START_TIME."""
+    """Wait until the whole swarm runs and exchanges its messages; returns what is missing after START_TIME."""
     wanted = plan.started
     deadline = clock.monotonic() + nanoseconds(START_TIME)
     while clock.monotonic() < deadline:
@@ -173,7 +173,7 @@ def write(plan: Plan, observations: list[AttackResult], found: list[Deviation], 
 def _attack(
     plan: Plan, keys: Path, group: tuple[Attacker, ...], operator: Operator, patience: int = 1
 ) -> Iterator[AttackResult]:
-    """Receive in all modes at once, and publish in one after the other, so that it is known who published."""
+    """Receive in all modes at once, but publish in one after the other, to know the publisher."""
     with ExitStack() as stack:
         attacks = [stack.enter_context(Attack(plan, attacker, str(keys / "ca.crt"), patience)) for attacker in group]
         links = [attack.link() for attack in attacks]

@@ -1,9 +1,9 @@
 """An MCAP writer for many small messages: the records of the mcap package, with a fast path for messages.
 
-The package's own writer builds each message record field by field, which takes several times as long as all else that
-a recorder does. Here one struct makes a message's head and another a whole message index; the file is the same.
-The Rust writer of foxglove-sdk (0.30) cannot replace it: it takes neither a sequence number nor a publish time, from
-which losses and delays are read.
+The package's own writer builds each message record field by field, which takes several times as long as all other work
+of a recorder. Here one struct makes a message's head and another a whole message index; the file is the same. The Rust
+writer of foxglove-sdk (0.30) cannot replace it: it has no sequence number or publish time, which show losses and
+delays.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class ChunkedWriter:
         self._metadata: list[MetadataIndex] = []
         self._begin, self._end = 0, 0  # log times of the whole file
         self._compressor = zstandard.ZstdCompressor()
-        self._data = bytearray()  # of the chunk under way; so are the following
+        self._data = bytearray()  # of the current chunk, like the following
         self._index: dict[int, array[int]] = {}
         self._first, self._last = 0, 0
 
@@ -100,7 +100,7 @@ class ChunkedWriter:
             self._end_chunk()
 
     def flush(self) -> None:
-        """End the chunk and hand everything to the operating system."""
+        """End the chunk and pass all data to the operating system."""
         self._end_chunk()
         self._stream.flush()
 

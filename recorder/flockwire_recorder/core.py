@@ -1,4 +1,4 @@
-"""The recorder in virtual time: it only reports, for the world itself writes the trace."""
+"""The recorder in virtual time: it only reports; the world writes the trace."""
 
 from __future__ import annotations
 

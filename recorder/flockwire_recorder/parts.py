@@ -1,10 +1,10 @@
-"""Where a recorder writes: the parts of a flight's trace, and the folders of a recorder that outlasts flights.
+"""The files of a recorder: the parts of a flight's trace, and the folders of a recorder for several flights.
 
     trace.mcap, trace-2.mcap, trace-3.mcap, ...
 
-A recorder that is started again in flight goes on in a file beside the first. Nothing is appended to a file that was
-cut off: each part is read as far as it goes. A dated recorder has a folder for each time that it is started, named by
-the time; after a crash it goes on in the folder of the trace that was cut off.
+A recorder that restarts in flight continues in a file beside the first. Nothing is appended to a truncated file: each
+part is read up to its end. A dated recorder makes a folder at each start, named by the time; after a crash it continues
+in the folder of the truncated trace.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from flockwire_recorder.records import WholeRecords
 from flockwire_recorder.trace import METADATA
 
 FIRST = "trace.mcap"
-SAME_FLIGHT = 600.0  # s after the last record within which a recorder that is started again goes on with the flight
+SAME_FLIGHT = 600.0  # s after the last record within which a restarted recorder continues the flight
 
 
 def parts(trace: Path) -> tuple[Path, ...]:
@@ -31,13 +31,13 @@ def parts(trace: Path) -> tuple[Path, ...]:
 
 
 def next_part(folder: Path) -> Path:
-    """Return the file that the next recorder of the flight in `folder` writes."""
+    """Return the file for the next recorder of the flight in `folder`."""
     first = folder / FIRST
     return next(path for path in chain((first,), _further(first)) if not path.exists())
 
 
 def same_flight(folder: Path, swarm: Swarm, now: datetime) -> bool:
-    """Return whether the trace in `folder` is of `swarm` and was written to a short while before `now`."""
+    """Return whether the trace in `folder` is of `swarm` and was written shortly before `now`."""
     try:
         written = max(part.stat().st_mtime for part in parts(folder / FIRST))
         described = next((record for record in WholeRecords(folder / FIRST) if isinstance(record, Metadata)), None)
@@ -62,7 +62,7 @@ def newest_folder(out: Path) -> Path | None:
 
 
 def _is_closed(trace: Path) -> bool:
-    """Return whether the trace ends with the bytes that it begins with: those of MCAP."""
+    """Return whether the trace ends with the magic bytes of MCAP."""
     size = len(MCAP0_MAGIC)
     with trace.open("rb") as stream:
         stream.seek(max(size, trace.stat().st_size - size))

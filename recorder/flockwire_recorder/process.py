@@ -1,4 +1,4 @@
-"""The process of the recorder: everything that is published in the swarm goes into one trace, bytes untouched."""
+"""The recorder's process: it writes all messages of the swarm, unchanged, into one trace."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from collections import Counter
 
 from flockwire import clock
 from flockwire.process.stepping import StepCounts
-from flockwire.runtime.detours import read_detours
 from flockwire.runtime.ending import Ending, finished, last_resort
-from flockwire.runtime.job import Job
+from flockwire.runtime.job import Job, connected
 from flockwire.runtime.refusals import Refusals
-from flockwire.runtime.session import Session, connect
+from flockwire.runtime.session import Session
 from flockwire.runtime.shell import status_publisher
 from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.runtime.ticker import Ticker
@@ -29,7 +28,7 @@ FLUSH_EVERY = 5  # drains: at most a tenth of a second is lost with the process
 
 
 class Recorder:
-    """Drains all keys into a trace. `full` is why the trace takes no more, None while it does."""
+    """Drains all keys into a trace. `full` is why nothing more can be written, None otherwise."""
 
     def __init__(self, plan: Plan, identity: str, session: Session, trace: TraceWriter, refusals: Refusals) -> None:
         self._trace, self._log = trace, logging.getLogger(identity)
@@ -42,7 +41,7 @@ class Recorder:
         self._ros_types = {topic.name: topic.ros_type for topic in self._topics}
 
     def tick(self, lateness: int, skipped: int) -> None:
-        """Take what has come since the last tick."""
+        """Receive the messages since the last tick."""
         self._counts.count(lateness, skipped)
         self._clock.step()
         now = clock.now()
@@ -57,13 +56,13 @@ class Recorder:
             self._status.update(now, self._report(), self._counts, (*self._rejected.items(), *self._dropped()))
 
     def drain(self, now: int) -> None:
-        """Write everything that is buffered, in the order in which it was sent. Raises TraceFullError once."""
+        """Write all buffered messages in the order of sending. Raises TraceFullError once."""
         for sent, topic, publisher, sequence, payload in in_order(self._topics, now, self._rejected):
             published = published_at(sent, now)
             self._trace.write(topic, self._ros_types[topic], publisher, sequence, now, published, payload)
 
     def close(self) -> None:
-        """Write what is left and close the trace. Raises TraceFullError where it took, or takes, no more."""
+        """Write the remaining messages and close the trace. Raises TraceFullError if the disk is or was full."""
         self.drain(clock.now())
         self._trace.close()
         if self.full is not None:
@@ -81,12 +80,12 @@ class Recorder:
 async def run(job: Job) -> None:
     """Record into the next part of the trace in `job.out` until the process is to end.
 
-    Raises OSError where the trace cannot be written, or not to its end.
+    Raises OSError if the trace cannot be written, or not to its end.
     """
     plan, identity = job.plan, job.identity
     ending, refusals = Ending(), Refusals(identity)
     refusals.watch()
-    session = await connect(plan, identity, job.keys, ending.told, read_detours())
+    session = await connected(job, ending.told)
     if session is None:
         return
     with session:

@@ -11,7 +11,7 @@ from itertools import pairwise
 from flockwire.domain.time import SECOND
 from flockwire.wire.inbox import BURST
 
-FARTHEST = 10 * SECOND  # ns between publication and record: a receiver that stood still, a clock that is not known yet
+FARTHEST = 10 * SECOND  # ns between publication and record: a receiver that was frozen, a clock that is not known yet
 
 
 def published_at(claimed: int, received: int) -> int:

@@ -1,4 +1,4 @@
-"""Walks through an MCAP file record by record, for as long as the records are whole."""
+"""Reads an MCAP file record by record, while the records are complete."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ _DAMAGE = (McapError, ValueError, struct.error, zlib.error, zstandard.ZstdError)
 class WholeRecords:
     """Iterates over the records of the MCAP file `path`, those in chunks included, up to the end of the data section.
 
-    A file that was not closed ends behind its last whole record; a damaged chunk is left out. Once iterated, `closed`
-    is whether the data section has its end, and `lost_bytes` how many bytes of it could not be read. Raises
-    ValueError for a file that is no MCAP, OSError for one that cannot be read.
+    A file that was not closed ends after its last complete record; a damaged chunk is skipped. After the iteration,
+    `closed` is whether the data section has its end, and `lost_bytes` the number of its unreadable bytes. Raises
+    ValueError for a file that is not MCAP, OSError for one that cannot be read.
     """
 
     def __init__(self, path: Path) -> None:
@@ -45,7 +45,7 @@ class WholeRecords:
     def __iter__(self) -> Iterator[McapRecord]:
         with self.path.open("rb") as stream:
             if stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
-                raise ValueError(f"{self.path}: is no MCAP file")
+                raise ValueError(f"{self.path}: is not an MCAP file")
             self.closed, self.lost_bytes = False, 0
             yield from self._records(stream, self.path.stat().st_size)
 

@@ -1,4 +1,4 @@
-"""Makes a trace whole that its recorder could not close."""
+"""Repairs a trace that its recorder could not close."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from flockwire_recorder.records import WholeRecords
 
 @dataclass(frozen=True, slots=True)
 class Recovered:
-    """What `recover` found: `messages` copied, `lost_bytes` that were not whole, and whether the trace was `closed`."""
+    """The result of `recover`: `messages` copied, `lost_bytes`, and whether the trace was `closed`."""
 
     messages: int
     lost_bytes: int
@@ -23,7 +23,7 @@ class Recovered:
 
 
 def recover(trace: Path, out: Path) -> Recovered:
-    """Copy every whole record of the MCAP file `trace` and its further parts to the new file `out`, with an index.
+    """Copy every complete record of the MCAP file `trace` and its further parts to the new file `out`, with an index.
 
     Payloads, times, sequence numbers, schemas, channels and the first part's metadata are kept. Raises ValueError when
     `trace` is no MCAP file or `out` is the same file, OSError when one cannot be read or written.
@@ -43,7 +43,7 @@ def recover(trace: Path, out: Path) -> Recovered:
 
 
 def _copy(writer: Writer, records: Iterator[McapRecord]) -> int:
-    """Copy what is in one part; returns how many messages there were."""
+    """Copy one part; returns the number of messages."""
     copier = _Copier(writer)
     for record in records:
         copier.copy(record)
@@ -56,7 +56,7 @@ def _undescribed(records: WholeRecords) -> Iterator[McapRecord]:
 
 
 class _Copier:
-    """Hands records to a writer, which renumbers schemas and channels."""
+    """Passes records to a writer, which renumbers schemas and channels."""
 
     def __init__(self, writer: Writer) -> None:
         self.messages = 0

@@ -1,7 +1,7 @@
-"""Writes the trace: every message of a swarm, bytes untouched, into one MCAP file.
+"""Writes the trace: every message of a swarm, unchanged, into one MCAP file.
 
-Topics are the keys with a `/` before them, one channel for each topic and publisher, schemas are ROS 2 definitions: any
-ROS 2 tool reads the file.
+Topics are the keys with a leading `/`, one channel for each topic and publisher, schemas are ROS 2 definitions: any ROS
+2 tool reads the file.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ if TYPE_CHECKING:
 
 FAULTS = "faults"  # of the metadata
 METADATA = "flockwire"
-PUBLISHER = "publisher"  # in a channel's metadata: who publishes this topic, in hexadecimal
+PUBLISHER = "publisher"  # in a channel's metadata: publisher of this topic, in hexadecimal
 PROFILE = "ros2"
-CHUNK_SIZE = 256 * 1024  # bytes after which a chunk ends even when nobody flushes
-SPOOLED = 64 * 1024  # bytes of the index that are kept in memory before they go to a file beside the trace
-MOST_PUBLISHERS = 64  # of one topic that have a channel of their own; all further ones share one
+CHUNK_SIZE = 256 * 1024  # bytes after which a chunk ends without a flush
+SPOOLED = 64 * 1024  # bytes of the index in memory before they go to a file beside the trace
+MOST_PUBLISHERS = 64  # publishers of one topic with their own channel; all others share one
 OTHERS = b"others".ljust(16, b"\0")
 SEQUENCE_MASK = 0xFFFF_FFFF  # MCAP keeps 32 bits of a sequence number
 
 
 class TraceFullError(OSError):
-    """The trace takes no more: the disk is full, or gone."""
+    """Nothing more can be written: the disk is full, or gone."""
 
     def __str__(self) -> str:
         return f"{self.filename}: {self.strerror}"
@@ -47,10 +47,10 @@ class TraceFullError(OSError):
 def describe(
     swarm: Swarm, toml: str, seed: int, started: int, faults: tuple[Fault, ...] = (), virtual: bool = False
 ) -> dict[str, str]:
-    """Return the metadata of a trace; that of a `virtual` flight has nothing that differs between machines.
+    """Return the metadata of a trace; for a `virtual` flight it does not depend on the machine.
 
-    `toml` is the swarm file's text, `seed` that of the run, `started` the Unix time in ns at which it begins, `faults`
-    what is injected.
+    `toml` is the swarm file's text, `seed` that of the run, `started` its Unix time in ns, `faults` the injected
+    faults.
     """
     return {
         "swarm": swarm.model_dump_json(),
@@ -68,17 +68,17 @@ def _machine() -> dict[str, str]:
 
 
 def _injected(faults: tuple[Fault, ...]) -> dict[str, str]:
-    """Return the entry of what is injected, none where nothing is: s after the order to take off, and what."""
+    """Return the entry of injected faults (s after the take-off order, fault), none without faults."""
     return {FAULTS: json.dumps([[fault.at, told(fault)] for fault in faults])} if faults else {}
 
 
 class TraceWriter:
-    """Writes messages to the MCAP file `path`; `metadata` is what `describe` returns.
+    """Writes messages to the MCAP file `path`; `metadata` is the result of `describe`.
 
-    What was written before a `flush` outlives the process, even kill -9 (not a power cut: nothing is forced out of the
-    operating system's cache). The first failure raises TraceFullError, from the constructor, `write`, `flush` or
-    `close`; from then on the file stays as it is, and `write` only counts in `dropped`. `recover` makes such a file
-    whole. The constructor raises OSError where the file cannot be opened.
+    Data written before a `flush` survives the process, even kill -9, but not a power cut (there is no fsync). The first
+    failure raises TraceFullError, from the constructor, `write`, `flush` or `close`. After it the file does not change,
+    and `write` only counts in `dropped`. `recover` repairs such a file. The constructor raises OSError if the file
+    cannot be opened.
     """
 
     def __init__(self, path: Path, metadata: dict[str, str]) -> None:
@@ -128,7 +128,7 @@ class TraceWriter:
         self.written += 1
 
     def flush(self) -> None:
-        """End the chunk and hand everything to the operating system. Raises TraceFullError once."""
+        """End the chunk and pass all data to the operating system. Raises TraceFullError once."""
         if self._failed:
             return
         try:
@@ -137,7 +137,7 @@ class TraceWriter:
             raise self._failure(error) from error
 
     def close(self) -> None:
-        """Write the summary section and close the file. Raises TraceFullError where that fails for the first time."""
+        """Write the summary section and close the file. Raises TraceFullError if that fails for the first time."""
         if self._stream.closed:
             return
         try:

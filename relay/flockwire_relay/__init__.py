@@ -1,1 +1,1 @@
-"""Real links that break and slow down: a relay between the process that dials and the one that listens."""
+"""Faults on real links: a relay between the process that dials and the one that listens."""

@@ -10,7 +10,7 @@ from flockwire_relay.direction import END, Direction, Stream
 
 
 class Side(asyncio.Protocol):
-    """One of a connection's two sockets. Its bytes go over `direction` to the other; `lost` is called at its end."""
+    """One of a connection's two sockets. Its bytes go through `direction` to the other; `lost` is called at its end."""
 
     other: Side
 
@@ -21,10 +21,10 @@ class Side(asyncio.Protocol):
         self._transport: asyncio.Transport | None = None
         self._timer: asyncio.TimerHandle | None = None
         self._ended = self._choked = False
-        self.gone = self.over = False  # the socket is closed; the other side knows that nothing more comes
+        self.gone = self.over = False  # the socket is closed; the other side has received the end
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Begin to pass on what was received meanwhile."""
+        """Start to pass on the bytes received so far."""
         assert isinstance(transport, asyncio.Transport)  # noqa: S101
         self._transport = transport
         if self.other.gone:
@@ -32,19 +32,19 @@ class Side(asyncio.Protocol):
         self.other.pass_on()
 
     def data_received(self, data: bytes) -> None:
-        """Take in bytes."""
+        """Receive bytes."""
         self._stream.take(data, self._loop.time())
         self.pass_on()
 
     def eof_received(self) -> bool:
-        """Take in the end; bytes of the other side can go on."""
+        """Receive the end; the other side may continue to send."""
         self._end()
         if not self.other.connected:
             self.close()
         return True
 
     def connection_lost(self, _: Exception | None) -> None:
-        """End the other side too, after all bytes that came before."""
+        """End the other side too, after all earlier bytes."""
         self.gone = True
         self._end()
         if self.over:
@@ -52,17 +52,17 @@ class Side(asyncio.Protocol):
         self._lost()
 
     def pause_writing(self) -> None:
-        """Wait: this side takes no more."""
+        """Pause: this side accepts no more bytes."""
         self._choked = True
 
     def resume_writing(self) -> None:
-        """Go on: this side takes more."""
+        """Resume: this side accepts bytes."""
         self._choked = False
         self.other.pass_on()
 
     @property
     def held(self) -> int:
-        """How many of its bytes are still held."""
+        """The number of its held bytes."""
         return self._stream.size
 
     @property
@@ -76,7 +76,7 @@ class Side(asyncio.Protocol):
         return self.connected and not self._choked
 
     def pass_on(self) -> None:
-        """Write to the other side what is due, and come back when the next is."""
+        """Write the due bytes to the other side, and schedule the next call."""
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
@@ -124,7 +124,7 @@ class Side(asyncio.Protocol):
 
 
 class Connection:
-    """A dialler's connection (`near`) and the one to the listener that is made for it, as soon as `passable` is set."""
+    """A dialler's connection (`near`) and its connection to the listener, made when `passable` is set."""
 
     def __init__(
         self,
@@ -140,7 +140,7 @@ class Connection:
         self._joining = asyncio.create_task(self._join(address, passable))
 
     def pass_on(self) -> None:
-        """Look again at what is held: the link changed."""
+        """Check the held bytes again: the link changed."""
         self.near.pass_on()
         self.far.pass_on()
 
@@ -154,7 +154,7 @@ class Connection:
         await passable.wait()
         try:
             await asyncio.get_running_loop().create_connection(lambda: self.far, *address)
-        except OSError:  # nobody listens: the dialler comes again
+        except OSError:  # no process listens: the dialler tries again
             self.near.abort()
 
     def _lost(self) -> None:

@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable
 from random import Random
 
-MOST_HELD = 262_144  # bytes of one connection and direction; beyond, no more are read and TCP makes the sender wait
+MOST_HELD = 262_144  # bytes of one connection and direction; beyond, reading stops and TCP makes the sender wait
 END = b""  # stands for the end of a connection's bytes
 
 
@@ -24,11 +24,11 @@ class Direction:
 
     @property
     def passable(self) -> bool:
-        """Whether anything gets through."""
+        """Whether bytes pass."""
         return not self._cuts
 
     def cut(self) -> None:
-        """Let nothing through until `mend` has been called as often as this."""
+        """Block all bytes until `mend` has been called as often."""
         self._cuts += 1
         self._changed()
 
@@ -38,7 +38,7 @@ class Direction:
         self._changed()
 
     def slow(self, delay: float, jitter: float) -> None:
-        """Delay what departs from now on by `delay` to `delay` + `jitter`, s, until `lift` is called with the same."""
+        """Delay bytes from now on by `delay` to `delay` + `jitter`, s, until `lift` is called with the same values."""
         self._delays.append((delay, jitter))
         self._changed()
 
@@ -48,13 +48,13 @@ class Direction:
         self._changed()
 
     def arrival(self, now: float, last: float) -> float:
-        """Return when what departs at `now` arrives: not before what departed before it, which arrives at `last`."""
+        """Return the arrival of bytes sent at `now`: not before `last`, that of earlier bytes."""
         delay, jitter = self._delays[-1] if self._delays else (0.0, 0.0)
         return max(now + delay + jitter * self._random.random(), last)
 
 
 class Stream:
-    """The bytes of one connection in one direction that have not been passed on yet."""
+    """The held bytes of one connection in one direction."""
 
     def __init__(self, direction: Direction) -> None:
         self._direction = direction
@@ -64,17 +64,17 @@ class Stream:
 
     @property
     def full(self) -> bool:
-        """Whether no more should be taken for now."""
+        """Whether no more bytes should be read now."""
         return self.size >= MOST_HELD
 
     def take(self, data: bytes, now: float) -> None:
-        """Take in bytes that were received at `now`, or END."""
+        """Receive bytes that were received at `now`, or END."""
         self._last = self._direction.arrival(now, self._last)
         self._held.append((self._last, data))
         self.size += len(data)
 
     def due(self, now: float) -> list[bytes]:
-        """Return what arrives by `now`, in order, and hold it no longer."""
+        """Return and remove the bytes that arrive by `now`, in order."""
         arrived: list[bytes] = []
         while self._direction.passable and self._held and self._held[0][0] <= now:
             arrived.append(self._held.popleft()[1])
@@ -82,5 +82,5 @@ class Stream:
         return arrived
 
     def next_arrival(self) -> float | None:
-        """Return when there will be something due, None when that is not known."""
+        """Return the time of the next due bytes, None if unknown."""
         return self._held[0][0] if self._held and self._direction.passable else None

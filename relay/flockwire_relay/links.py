@@ -1,4 +1,4 @@
-"""Which links a flight's faults break or slow, the relays on these, and the faults as they happen to them."""
+"""The links that a flight's faults cut or slow, their relays, and the injection of these faults."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Undo = Callable[[], None]
 
 
 def refusal(place: int, fault: LinkFault, plan: Plan, host: str) -> str:
-    """Return a line about why a flight seen from `host` cannot have `fault`, the one at `place`; empty when it can."""
+    """Return why a flight on `host` cannot have `fault`, the one at `place`; empty if it can."""
     key = f"faults.{place}"
     if plan.routers:
         return f"{key}.kind = {fault.kind!r}: all links go to the router; a real flight needs network.mode = 'peers'"
@@ -33,7 +33,7 @@ def refusal(place: int, fault: LinkFault, plan: Plan, host: str) -> str:
         dialler, listener = _ends(source, target, plan)
         if plan.hosts[dialler] != host:
             return (
-                f"{key}.kind = {fault.kind!r}: {dialler}, who dials {listener}, must run on this host, {host!r}, "
+                f"{key}.kind = {fault.kind!r}: {dialler}, which dials {listener}, must run on this host, {host!r}, "
                 "in a real flight"
             )
     return ""
@@ -74,7 +74,7 @@ class Relays:
             relay.end()
 
     def inject(self, fault: LinkFault) -> Undo:
-        """Inject `fault`; returns what ends it."""
+        """Inject `fault`; returns a function that ends it."""
         changed = [self._directions[ends] for ends in directions(fault, self._plan)]
         for direction in changed:
             if isinstance(fault, LinkChange):
@@ -101,5 +101,5 @@ class Relays:
 
 
 def _ends(one: str, other: str, plan: Plan) -> tuple[str, str]:
-    """Return the two ends of a link, who dials first."""
+    """Return the two ends of a link, the dialling one first."""
     return (one, other) if other in plan.dials[one] else (other, one)

@@ -1,4 +1,4 @@
-"""The relay of one link: listens where the dialler dials instead, and dials the listener on its behalf.
+"""The relay of one link: the dialler dials it, and it dials the listener.
 
 It passes bytes on and reads nothing: the link is TLS from end to end.
 """
@@ -11,11 +11,11 @@ from flockwire_relay.connection import Connection
 from flockwire_relay.direction import Direction
 
 HERE = "127.0.0.1"  # the dialler is on this host, and every certificate is good for loopback
-MOST_CONNECTIONS = 8  # the dialler needs one; beyond, the oldest goes
+MOST_CONNECTIONS = 8  # the dialler needs one; beyond, the oldest is closed
 
 
 class Relay:
-    """Stands between `dialler` and `listener`, who listens at `address` (IP, port)."""
+    """Relays between `dialler` and `listener`, which listens at `address` (IP, port)."""
 
     def __init__(self, dialler: str, listener: str, address: tuple[str, int]) -> None:
         self.there = Direction(f"{dialler} > {listener}", self._changed)
@@ -34,12 +34,12 @@ class Relay:
 
     @property
     def connections(self) -> int:
-        """How many there are, those included that may not get through yet."""
+        """The number of connections, including those that wait."""
         return len(self._connections)
 
     @property
     def held(self) -> int:
-        """The bytes that are held, of all connections, in both directions."""
+        """The held bytes of all connections, in both directions."""
         return sum(side.held for connection in self._connections for side in (connection.near, connection.far))
 
     def end(self) -> None:
@@ -61,7 +61,7 @@ class Relay:
             self._connections.remove(connection)
 
     def _changed(self) -> None:
-        """Pass on what may go; a new connection needs both directions, as TCP does."""
+        """Pass on due bytes; a new connection needs both directions, as in TCP."""
         if self.there.passable and self.back.passable:
             self._passable.set()
         else:

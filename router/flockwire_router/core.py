@@ -1,4 +1,4 @@
-"""The router without clock, input or output: Zenoh itself passes the others' messages on."""
+"""The router's core: Zenoh itself passes the messages on."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from flockwire.wire.status import Report
 
 
 class RouterCore(Ground):
-    """Reports how it is, nothing else."""
+    """Reports only its status."""
 
     period = 0.05  # s
 
     def report(self, now: int) -> Report:
-        """Return how the router is."""
+        """Return the router's status."""
         return Report(Phase.ROUTING)
 
 

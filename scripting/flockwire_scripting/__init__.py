@@ -1,4 +1,4 @@
-"""Flights by script: `open_swarm` flies a swarm as Python coroutines say, in real or in virtual time."""
+"""Flights by script: `open_swarm` flies a swarm from Python coroutines, in real or in virtual time."""
 
 from flockwire_scripting.flight import DroneStatus, Flight, FlightError
 from flockwire_scripting.opening import open_swarm

@@ -1,4 +1,4 @@
-"""What a script sees of a flight: orders that return when they are obeyed, and how every drone is."""
+"""A script's interface to a flight: orders that return when they are obeyed, and the state of every drone."""
 
 from __future__ import annotations
 
@@ -7,15 +7,13 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from flockwire.control.graph import LEADER
 from flockwire.domain.time import nanoseconds
 from flockwire.domain.vector import Vector
 from flockwire.ground.director import LEAD_TIME, Director, Stage
 from flockwire.ground.fleet import Fleet
-from flockwire.ground.giving import Order
 from flockwire.ground.operator import OperatorCore
+from flockwire.ground.order import Answer, Order
 from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import Mission
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 
@@ -23,29 +21,29 @@ if TYPE_CHECKING:
     from flockwire.wire.status import Report
     from flockwire_analysis.summary import Summary
 
-ORDER_TIME = 60.0  # s that an order may take
-LOOK = 0.05  # s between two looks
+ORDER_TIME = 60.0  # s for an order
+LOOK = 0.05  # s between two checks
 
 
 class FlightError(RuntimeError):
-    """An order that was not obeyed; the text says why."""
+    """An order that was not obeyed; the text gives the reason."""
 
 
 @dataclass(frozen=True, slots=True)
 class DroneStatus:
-    """How a drone is; -1 and None stand for what is not known."""
+    """The state of a drone; -1 and None mean unknown."""
 
     phase: str  # "grounded", "ready", "take-off", "hold", "formation", "landing", "stopped"; "" while it is silent
-    detail: str = ""  # what it waits for, or why it is in this phase
+    detail: str = ""  # the awaited input, or the reason of the phase
     position: Vector | None = None  # m, world frame
     battery: float = -1.0  # share of full
-    formation_error: float | None = None  # m, by its own estimate; of the leader, and outside a formation: None
+    formation_error: float | None = None  # m, by its own estimate; None for the leader, and outside a formation
 
 
 class Flight(ABC):
-    """A flight by script; `summary` is there when it has ended. All times are s, all lengths m."""
+    """A flight by script; `summary` is available after its end. All times are s, all lengths m."""
 
-    _core: OperatorCore  # gives the orders; there from when the flight is open
+    _core: OperatorCore  # gives the orders; set when the flight opens
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
@@ -58,12 +56,12 @@ class Flight(ABC):
 
     @property
     def drones(self) -> dict[int, DroneStatus]:
-        """How every drone is, by its id (0: the leader)."""
+        """The state of every drone, by its id (0: the leader)."""
         fresh = self._fleet().fresh
         return {i: _status(fresh[i].report if i in fresh else None) for i in self._plan.pilots}
 
     async def start(self, formation: str = "") -> None:
-        """Take off where need be and fly `formation`, a name of [formations]; returns when all do."""
+        """Take off if necessary and fly `formation`, a name of [formations]; returns when all drones do."""
         self._known(formation)
         director = self._director
         if director is not None and director.stage is Stage.FLYING:
@@ -73,34 +71,27 @@ class Flight(ABC):
             else:
                 self._order("resume")
         else:
-            director = self._core.conduct(self._now(), formation=formation)
+            director = self._core.conduct(self._now(), order=Order("start", formation))
         await self._until(lambda: director.stage is Stage.FLYING and self._fleet().all_in(Phase.FORMATION), "start")
 
     async def hold(self) -> None:
-        """Leave the formation and hover; returns when all do."""
+        """Leave the formation and hover; returns when all drones do."""
         if self._director is not None:
             self._order("hold")
         await self.wait_for(Phase.HOLD)
 
     async def formation(self, name: str, duration: float | None = None) -> None:
-        """Change to the formation `name` in `duration` s, None: as few as keep to all limits; returns after it."""
+        """Change to the formation `name` in `duration` s (None: the fewest within all limits); returns after it."""
         self._known(name)
-        now, director = self._now(), self._director
-        running = self._fleet().mission()
-        if director is None or director.stage is not Stage.FLYING or running is None:
-            raise FlightError(f"formation {name!r}: nobody flies a formation")
-        try:
-            position = self.drones[LEADER].position if LEADER in self.drones else None
-            order = await self._planned(running, name, position, duration)
-        except ValueError as error:
-            raise FlightError(f"formation {name!r}: {error}") from None
-        given = self._core.change(order, running)
-        self._publish()
-        if given is None:
-            raise FlightError(f"formation {name!r}: {director.ordered} was ordered meanwhile")
-        await self._until(
-            lambda: not self._fleet().unconfirmed(given) and self._now() >= _end(given, now), f"formation {name!r}"
-        )
+        if self._director is None or self._director.stage is not Stage.FLYING:
+            raise FlightError(f"formation {name!r}: no drone flies a formation")
+        now = self._now()
+        answers: list[Answer] = []
+        self._core.ask(Order("formation", name, duration), now, answered=answers.append)
+        await self._until(lambda: bool(answers), f"formation {name!r}")
+        if failure := answers[0].failure:
+            raise FlightError(f"formation {name!r}: {failure}")
+        await self._until(lambda: self._now() >= self._end(now), f"formation {name!r}")
 
     async def land(self) -> None:
         """Land all drones where they are; returns when they are down."""
@@ -127,19 +118,15 @@ class Flight(ABC):
         """Let `seconds` of the flight pass."""
 
     @abstractmethod
-    async def _planned(self, running: Mission, name: str, leader: Vector | None, duration: float | None) -> Mission:
-        """Return the order for a change of formation, as `plan_in_time` does; raises ValueError where there is none."""
-
-    @abstractmethod
     def _now(self) -> int:
-        """Return the present time, Unix ns."""
+        """Return the current time, Unix ns."""
 
     @abstractmethod
     def _publish(self) -> None:
-        """Publish what was ordered."""
+        """Publish pending orders."""
 
     async def _land_what_flies(self) -> None:
-        """Land at the end of the script, where a flight is under way."""
+        """Land at the end of the script, if a flight is in progress."""
         if self._director is not None and self._is_under_way:
             self._order("land")
             await self._until(lambda: not self._is_under_way, "land", failing=True)
@@ -151,19 +138,26 @@ class Flight(ABC):
     def _fleet(self) -> Fleet:
         return self._core.fleet(self._now())
 
+    def _end(self, asked: int) -> int:
+        """Return when the change of formation that was `asked` for (Unix ns) has ended."""
+        running = self._fleet().mission()
+        if running is None or running.change is None:
+            return asked + LEAD_TIME
+        return running.change.begin + nanoseconds(running.change.duration)
+
     @property
     def _director(self) -> Director | None:
-        """What conducts the newest flight; None before the first."""
+        """The director of the newest flight; None before the first."""
         return self._core.director
 
     @property
     def _failure(self) -> str:
-        """Why the newest flight failed; empty when it did not."""
+        """Why the newest flight failed; empty if it did not."""
         return self._director.failure if self._director is not None else ""
 
     @property
     def _is_under_way(self) -> bool:
-        """Whether the newest flight is not over."""
+        """Whether the newest flight is in progress."""
         return self._director is not None and self._director.stage is not Stage.OVER
 
     def _known(self, formation: str) -> None:
@@ -183,13 +177,6 @@ class Flight(ABC):
                 phases = ", ".join(f"{self._plan.pilots[i]} {drone.phase}" for i, drone in self.drones.items())
                 raise FlightError(f"{what}: not done after {patience:g} s: {phases}")
             await self.sleep(LOOK)
-
-
-def _end(order: Mission, now: int) -> int:
-    """Return when a change of formation is over, Unix ns."""
-    if order.change is None:
-        return now + LEAD_TIME
-    return order.change.begin + nanoseconds(order.change.duration)
 
 
 def _status(report: Report | None) -> DroneStatus:

@@ -1,4 +1,4 @@
-"""Opens a swarm for a script: starts its processes, real or virtual, and ends them when the script does."""
+"""Opens a swarm for a script: starts its processes, real or virtual, and ends them with the script."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from flockwire_scripting.flight import Flight
 async def open_swarm(
     swarm: str | Path, virtual: bool = False, seed: int = 0, out: str | Path | None = None
 ) -> AsyncIterator[Flight]:
-    """Open the swarm of a file; its processes are ready when the context begins, and have ended after it.
+    """Open the swarm of a file; its processes run during the context.
 
-    What flies at the end of the context lands. `virtual` flies in virtual time, by `seed`. Trace and report go into the
-    folder `out` (default: runs/NAME-script-TIME; in virtual time nothing is written without it). Raises SwarmFileError,
-    PortInUseError, CredentialsError, FileExistsError where `out` has a trace of another flight.
+    Flying drones land at the end of the context. `virtual` flies in virtual time, by `seed`. Trace and report go into
+    the folder `out` (default: runs/NAME-script-TIME; in virtual time nothing is written without it). Raises
+    SwarmFileError, PortInUseError, CredentialsError, FileExistsError if `out` has a trace of another flight.
     """
     file = Path(swarm)
     plan = Plan(load_swarm(file))

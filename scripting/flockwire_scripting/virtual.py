@@ -1,4 +1,4 @@
-"""A flight by script in virtual time: whenever the script waits, the world goes on."""
+"""A flight by script in virtual time: the world advances while the script waits."""
 
 from __future__ import annotations
 
@@ -7,9 +7,6 @@ from pathlib import Path
 from typing import Self
 
 from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.domain.vector import Vector
-from flockwire.ground.formation_planning import plan_in_time
-from flockwire.wire.messages import Mission
 from flockwire.wire.plan import Plan
 from flockwire_analysis.report import write_report
 from flockwire_analysis.summary import summarise
@@ -40,7 +37,7 @@ class VirtualFlight(Flight):
         return self
 
     async def __aexit__(self, *_: object) -> None:
-        """Land what flies; end, and summarise."""
+        """Land flying drones, end, and summarise."""
         await self._land_what_flies()
         self._advance(LINGER / SECOND)
         if isinstance(self._trace, TraceInMemory):
@@ -51,7 +48,7 @@ class VirtualFlight(Flight):
             self.summary = write_report(self._out / "trace.mcap", self._out)
 
     async def sleep(self, seconds: float) -> None:
-        """Let `seconds` of virtual time pass, at once."""
+        """Advance virtual time by `seconds`."""
         self._advance(seconds)
         await asyncio.sleep(0)
 
@@ -61,9 +58,6 @@ class VirtualFlight(Flight):
         while scheduler.now < end:  # the operator's end of a flight stops the scheduler once
             scheduler.at(end, lambda _: None)
             scheduler.run(end)
-
-    async def _planned(self, running: Mission, name: str, leader: Vector | None, duration: float | None) -> Mission:
-        return plan_in_time(self.swarm, running, name, self._now, leader, duration)  # no time passes meanwhile
 
     def _now(self) -> int:
         return self._world.scheduler.now

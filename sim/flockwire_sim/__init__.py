@@ -1,1 +1,1 @@
-"""The same cores in virtual time: an event queue for a clock, a seeded network between them."""
+"""The same cores in virtual time, with an event queue as clock and a seeded network."""

@@ -1,4 +1,4 @@
-"""UDP in virtual time: datagrams between the processes that bind addresses, delayed, lost and overtaken by chance."""
+"""UDP in virtual time: datagrams between processes, with random delay, loss and reordering."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Receive = Callable[[Datagram], None]
 
 
 class DatagramNetwork:
-    """Carries datagrams under the conditions of the swarm file's [sim]; one to an address that nobody has is lost."""
+    """Carries datagrams under the conditions of the swarm file's [sim]; one to an unbound address is lost."""
 
     def __init__(self, table: Sim, seed: int, scheduler: Scheduler) -> None:
         self._table, self._scheduler = table, scheduler
@@ -23,11 +23,11 @@ class DatagramNetwork:
         self._bound: dict[Address, Receive] = {}
 
     def bind(self, address: Address, receive: Receive) -> None:
-        """Let `receive` take what comes to `address`."""
+        """Call `receive` with datagrams to `address`."""
         self._bound[address] = receive
 
     def send(self, datagram: Datagram) -> None:
-        """Send; nothing keeps the order when the delay varies."""
+        """Send; the order may change if the delay varies."""
         table, chance = self._table, self._random.random
         receive = self._bound.get(datagram.target)
         if receive is None or (table.loss and chance() < table.loss):

@@ -16,19 +16,19 @@ RESTART_TIME = 0.5  # s that a process takes to restart
 
 
 def refusal(faults: tuple[Fault, ...], plan: Plan) -> str:
-    """Return a line about the first fault that virtual time does not know, empty when it knows all."""
+    """Return a line about the first fault that virtual time does not support, empty if there is none."""
     for place, fault in enumerate(faults):
         if isinstance(fault, Kill | Freeze | Restart | ClockStep) and fault.process in plan.routers:
             key = f"faults.{place}.process"
-            return f"{key} = {fault.process!r}: there is none in virtual time; cut links or part the swarm"
+            return f"{key} = {fault.process!r}: does not exist in virtual time; cut or partition links instead"
     return ""
 
 
 class FaultInjector:
     """The `faults` of one flight, counted from `begin`.
 
-    Nothing parts the processes `untouched` from the others; those `restarted` are started again when they die, as the
-    station of a real flight does.
+    No partition affects the processes `untouched`; those in `restarted` are restarted when they die, as in a real
+    flight.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class FaultInjector:
         self._untouched, self._restarted = untouched, restarted
 
     def begin(self) -> None:
-        """Take the present for time 0."""
+        """Set time 0 to the current time."""
         self.took_off = self._scheduler.now
         for fault in self._faults:
             self._after(fault.at, self._inject, fault)

@@ -1,4 +1,4 @@
-"""The clock of one process: off by an offset, drifting, and stepped when it is set."""
+"""The clock of one process, with offset, drift and steps."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ class LocalClock:
         self._correction = 0
 
     def read(self, true: int) -> int:
-        """Return what it shows at the time `true` (Unix ns)."""
+        """Return its time at the true time `true` (Unix ns)."""
         drift = self._drift
         return true + self._offset + self._correction + (drift * (true - self._epoch) // SECOND if drift else 0)
 
     def correct(self, correction: int) -> None:
-        """Add `correction` ns to what it would show: how far it is behind the swarm's."""
+        """Add `correction` ns, its lag behind the swarm's clock."""
         self._correction = correction
 
     def step(self, by: int) -> None:
-        """Set it forward by `by` ns (back when negative)."""
+        """Set it forward by `by` ns (back if negative)."""
         self._offset += by
 
     def true_length(self, local: int) -> int:
-        """Return how long, in true ns, `local` ns last on it."""
+        """Return the true ns of `local` ns on it."""
         return local * SECOND // (SECOND + self._drift)

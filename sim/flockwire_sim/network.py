@@ -1,9 +1,9 @@
-"""The network: each directed link between two processes has a delay, jitter, loss and reordering of its own.
+"""The network: each directed link between two processes has its own delay, jitter, loss and reordering.
 
-What a process publishes to another in one step travels together and in order, as on the TCP link of a real flight. Loss
-takes single messages (an event, which a real link would send again, comes late instead); reordering holds single
-messages back so that later ones overtake them. Chance is drawn from a generator for each link, seeded with the run's
-seed and the link's ends: what one link draws does not depend on the others.
+The messages of one step to another process travel together and in order, as on a real TCP link. Loss drops single
+messages (an event is late instead, because a real link repeats it). Reordering delays single messages so that later
+ones overtake them. Each link has its own random generator, seeded with the run's seed and the link's ends, so links do
+not affect each other.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from flockwire.wire.keys import Delivery
 from flockwire_sim.sample import Parcel
 from flockwire_sim.scheduler import Scheduler
 
-HELD_BACK = 0.05  # s, at most, that reordering holds a message back
+HELD_BACK = 0.05  # s, largest delay by reordering
 AGAIN = 0.2  # s after which a lost event is sent again
 TRIES = 20
 
 
 @dataclass(frozen=True, slots=True)
 class Conditions:
-    """What a link does to messages: times in s, shares from 0 to 1."""
+    """The conditions of a link: times in s, shares from 0 to 1."""
 
     delay: float = 0.0
     jitter: float = 0.0
@@ -35,12 +35,12 @@ class Conditions:
 
     @classmethod
     def usual(cls, table: Sim) -> Conditions:
-        """Return the conditions that the swarm file gives to all links."""
+        """Return the swarm file's conditions for all links."""
         return cls(table.delay, table.jitter, table.loss, table.reordering)
 
 
 class VirtualLink:
-    """What one process publishes to another, in transit to `deliver`."""
+    """The link from one process to another; calls `deliver` with arriving messages."""
 
     def __init__(
         self,
@@ -50,7 +50,7 @@ class VirtualLink:
         scheduler: Scheduler,
         deliver: Callable[[list[Parcel]], None],
     ) -> None:
-        self.load: list[Parcel] = []  # what departs next
+        self.load: list[Parcel] = []  # the next load to depart
         self._scheduler, self._deliver = scheduler, deliver
         self._random = Random(f"{seed} {ends[0]} > {ends[1]}")  # noqa: S311  (not for secrets)
         self._conditions = [usual]  # the last one counts
@@ -67,7 +67,7 @@ class VirtualLink:
             self._depart(load)
 
     def cut(self) -> None:
-        """Let nothing through until `mend` has been called as often as this."""
+        """Block all messages until `mend` has been called as often."""
         self._cuts += 1
         self._update()
 
@@ -89,7 +89,7 @@ class VirtualLink:
     def _update(self) -> None:
         now = self._conditions[-1]
         self._delay = round(now.delay * SECOND)
-        # Under changing conditions a link keeps its order, and must know when its last load arrives.
+        # A link keeps its order under changing conditions, so it must know the arrival of its last load.
         self._steady = len(self._conditions) == 1 and not (self._cuts or now.jitter or now.loss or now.reordering)
         self._steady = self._steady and self._last_arrival <= self._scheduler.now + self._delay
 

@@ -1,18 +1,19 @@
-"""The operator in virtual time: drives its core, and plans changes of formation, which take no time here."""
+"""The operator in virtual time: runs its core, and plans changes of formation, which take no time here."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
 
+from flockwire.domain.order import Mission
 from flockwire.ground.director import POLL_PERIOD, Director, Stage
 from flockwire.ground.formation_planning import ChangeRefusedError, plan_in_time
-from flockwire.ground.giving import Answer, Order
 from flockwire.ground.operator import OperatorCore
+from flockwire.ground.order import Answer, Order
 from flockwire.process.cores import Ground
 from flockwire.swarm.model import Swarm
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Message, Mission
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
@@ -30,18 +31,18 @@ class VirtualOperator(Ground):
         self.answers: list[tuple[Order, Answer]] = []
         self._swarm, self._ordered, self._over = swarm, ordered, over
         self._asked: list[Order] = []
-        self._ended: Director | None = None  # whose flight is over
+        self._ended: Director | None = None  # the directors whose flight has ended
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take a status or telemetry in."""
+        """Receive a status or telemetry."""
         self.core.receive(key, message, now)
 
     def ask(self, order: Order) -> None:
-        """Give `order` from the next step on; its answer comes to `answers`."""
+        """Give `order` from the next step on; its answer is added to `answers`."""
         self._asked.append(order)
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
-        """Give the orders that are due."""
+        """Give the due orders."""
         asked, self._asked = self._asked, []
         for order in asked:
             self.core.ask(order, now, answered=partial(self._answered, order))

@@ -1,4 +1,4 @@
-"""A process in virtual time: one core with its clock, its ticker and its inboxes, run as the real shell runs it."""
+"""A process in virtual time: one core with its clock, ticker and inboxes, run like the real shell."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from flockwire.process.cores import Core, Datagram, Networked
 from flockwire.process.stepping import StatusPublisher, Stepper, at_once, tick_period
 from flockwire.process.timekeeping import Timekeeping, is_known
 from flockwire.swarm.model import Swarm
+from flockwire.wire.codec import CODECS, Message
 from flockwire.wire.inbox import ATTACHMENT, inbox_of, publisher_of
 from flockwire.wire.keys import ROWS, Key, KeyRow, key_text
-from flockwire.wire.messages import Message
 
 from flockwire_sim.datagrams import DatagramNetwork
 from flockwire_sim.local_clock import LocalClock
@@ -22,12 +22,12 @@ from flockwire_sim.network import VirtualLink
 from flockwire_sim.sample import Parcel, Sample, Slot
 from flockwire_sim.scheduler import Scheduler
 
-UNREAD = 256  # datagrams that a socket keeps for a process that stands still
-POLL = SECOND // 50  # ns between two looks whether swarm time is known
+UNREAD = 256  # datagrams in the socket of a frozen process
+POLL = SECOND // 50  # ns between two checks for swarm time
 
 
 class Published(NamedTuple):
-    """One message as it was published: `at` is the true time, `sent` what its publisher's clock showed (Unix ns)."""
+    """One published message: `at` is the true time, `sent` the publisher's time (Unix ns)."""
 
     at: int
     sent: int
@@ -39,22 +39,22 @@ class Published(NamedTuple):
 
 
 Tap = Callable[[Published], None]
-MakeTimekeeping = Callable[[Callable[[int], None]], Timekeeping]  # from what corrects the own clock
-MakeCore = Callable[[int, int], Core]  # from the own clock's time (Unix ns) and how often it was started before
+MakeTimekeeping = Callable[[Callable[[int], None]], Timekeeping]  # takes the object that corrects the own clock
+MakeCore = Callable[[int, int], Core]  # takes the own clock's time (Unix ns) and the number of earlier starts
 
 
 class Outlet:
-    """One key that a process publishes, and the links and places of all its subscribers."""
+    """One published key, with the links and indices of all its subscribers."""
 
     def __init__(self, swarm: Swarm, key: Key) -> None:
         self.row: KeyRow = ROWS[key.kind]
-        self.topic = f"/{key_text(swarm, key)}"
+        self.topic = f"/{key_text(swarm.name, key)}"
         self.sequence, self.publisher = 0, b""
         self.readers: list[tuple[VirtualLink, int]] = []
 
 
 class NoResources:
-    """What a process in virtual time costs: nothing that would be the same the next time. It needs no links either."""
+    """The resources of a process in virtual time: constants, so that flights are repeatable."""
 
     def cpu_share(self, now: int) -> float:
         """Return 0."""
@@ -69,7 +69,7 @@ class NoResources:
         return 0
 
     def links(self) -> tuple[str, ...]:
-        """Return nobody."""
+        """Return no links."""
         return ()
 
 
@@ -104,12 +104,12 @@ class VirtualProcess:
         self._told = self._retired = False
         self._slots: list[Slot] = []
         self._waiting: dict[int, Slot] = {}
-        self._each: deque[tuple[Slot, Sample]] = deque(maxlen=UNREAD)  # of the keys of which every message counts
+        self._each: deque[tuple[Slot, Sample]] = deque(maxlen=UNREAD)  # keys of which every message is read
         self._loaded: list[VirtualLink] = []
         self._now = 0
 
     def start(self, _: object = None) -> None:
-        """Start, or after a `kill` restart, with nothing known."""
+        """Start, or restart after a `kill`, without state."""
         if self.alive:
             return
         self.clock.correct(0)
@@ -130,7 +130,7 @@ class VirtualProcess:
             self._scheduler.at(self._scheduler.now, self._wait, self._starts)
 
     def _wait(self, starts: int, waited: int = 0) -> None:
-        """Ask for swarm time until it is known, for `patience` s at most."""
+        """Request swarm time until it is known, for `patience` s at most."""
         if not self.alive or starts != self._starts:
             return
         if self._told:
@@ -152,11 +152,13 @@ class VirtualProcess:
         self._bind(core)
         prompt = at_once(core) | timekeeping.keys
         self._slots = [Slot(slot.inbox, slot.inbox.key in prompt) for slot in self._slots]
-        status = StatusPublisher(self._swarm, self.identity, self._publish, NoResources(), timekeeping, _log_nothing)
+        status = StatusPublisher(
+            self._swarm.frame, self.identity, self._publish, NoResources(), timekeeping, _log_nothing
+        )
         buffered = [slot for slot in self._slots if not slot.prompt]
         self._stepper = Stepper(
-            core, self._swarm, buffered, self._slots, self._publish, timekeeping, status if self._reports else None,
-            None if self._networked is None else self._flush,
+            core, self._swarm.name, buffered, self._slots, self._publish, timekeeping,
+            status if self._reports else None, None if self._networked is None else self._flush,
         )  # fmt: skip
         self._period = self.clock.true_length(round(tick_period(core) * SECOND))
         self._scheduler.at(self._scheduler.now + self._period, self._tick, self._starts)
@@ -169,15 +171,15 @@ class VirtualProcess:
         self._unread.clear()
 
     def retire(self, _: object = None) -> None:
-        """Let it end (SIGTERM): it does at a tick at which its core may, and not while it stands still."""
+        """Ask it to end (SIGTERM): it ends at a tick at which its core may, not while it is frozen."""
         self._told = True
 
     def freeze(self, _: object = None) -> None:
-        """Stand still: of what arrives the newest is buffered."""
+        """Freeze: the newest messages are buffered."""
         self._frozen = True
 
     def thaw(self, _: object = None) -> None:
-        """Go on, beginning with what is buffered."""
+        """Continue with the buffered messages."""
         self._frozen = False
         waiting, self._waiting = self._waiting, {}
         for slot in waiting.values():
@@ -191,7 +193,7 @@ class VirtualProcess:
             self._take_datagram(datagram)
 
     def deliver(self, load: list[Parcel]) -> None:
-        """Take in what has arrived together."""
+        """Receive messages that arrived together."""
         if not self.alive:
             return
         for place, sample in load:
@@ -206,14 +208,14 @@ class VirtualProcess:
                     self._arrived(slot)
 
     def _bind(self, core: Core) -> None:
-        """Have its addresses, where it has any."""
+        """Bind its addresses, if it has any."""
         self._networked = core if isinstance(core, Networked) else None
         if self._networked is not None:
             for address in self._networked.sockets:
                 self._network.bind(address, self._take_datagram)
 
     def _take_datagram(self, datagram: Datagram) -> None:
-        """Take a datagram in; one that stands still finds it in its socket later."""
+        """Receive a datagram; a frozen process reads it from its socket later."""
         if not self.alive or self._networked is None:
             return
         if self._frozen:
@@ -269,7 +271,9 @@ class VirtualProcess:
             outlet = self.outlets[key]
             sequence, publisher = outlet.sequence, outlet.publisher
             outlet.sequence = sequence + 1
-            sample = Sample(outlet.row, message.encode(), ATTACHMENT.pack(sequence, now, 16, publisher))
+            sample = Sample(
+                outlet.row, CODECS[type(message)].encode(message), ATTACHMENT.pack(sequence, now, 16, publisher)
+            )
             for link, place in outlet.readers:
                 load = link.load
                 if not load:

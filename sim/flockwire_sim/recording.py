@@ -1,4 +1,4 @@
-"""What becomes of all that is published in a virtual flight: a trace on disk, or one in memory."""
+"""Records a virtual flight: a trace on disk or in memory."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from flockwire_sim.world import EPOCH
 
 
 class TraceFile:
-    """Writes the trace `path`, the same bytes for the same flight. Raises OSError where the disk does not take it."""
+    """Writes the trace `path`, equal bytes for equal flights. Raises OSError if the disk fails."""
 
     def __init__(self, path: Path, swarm: Swarm, toml: str, seed: int, faults: tuple[Fault, ...] = ()) -> None:
         self._writer = TraceWriter(path, describe(swarm, toml, seed, EPOCH, faults, virtual=True))
@@ -40,7 +40,7 @@ class TraceFile:
 
 
 class TraceInMemory:
-    """Collects what is published into a trace without a file."""
+    """Collects published messages into a trace without a file."""
 
     def __init__(self, swarm: Swarm, seed: int, faults: tuple[Fault, ...] = ()) -> None:
         self._collector = Collector(swarm, describe(swarm, "", seed, EPOCH, faults, virtual=True))

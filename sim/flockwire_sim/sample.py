@@ -1,10 +1,10 @@
-"""What travels: encoded messages with their attachments, opened once however many read them."""
+"""Encoded messages with their attachments, decoded once for all receivers."""
 
 from __future__ import annotations
 
+from flockwire.wire.codec import Message
 from flockwire.wire.inbox import Inbox, Opened, open_sample
 from flockwire.wire.keys import KeyRow
-from flockwire.wire.messages import Message
 
 
 class Sample:
@@ -16,14 +16,14 @@ class Sample:
         self.row, self.payload, self.attached, self._sealed = row, payload, attached, True
 
     def opened(self) -> Opened | None:
-        """Return what it holds, decoded at the first call; None when it is malformed."""
+        """Return the message, decoded at the first call; None if it is malformed."""
         if self._sealed:
             self._sealed = False
             self._opened = open_sample(self.row, self.payload, self.attached)
         return self._opened
 
 
-Parcel = tuple[int, Sample]  # a sample, and its place among what its reader subscribes to
+Parcel = tuple[int, Sample]  # a sample, and the index of its subscription
 
 
 class Slot:
@@ -36,7 +36,7 @@ class Slot:
         self.sample: Sample | None = None
 
     def message(self, now: int) -> Message | None:
-        """Return the message that came since the last call, None when there is none or it was rejected."""
+        """Return the message since the last call, None if there is none or it was rejected."""
         sample = self.sample
         if sample is None:
             return None

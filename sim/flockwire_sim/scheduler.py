@@ -1,4 +1,4 @@
-"""An event queue in place of a clock: time, in integer ns, jumps from one event to the next."""
+"""An event queue instead of a clock: time, in integer ns, jumps from event to event."""
 
 from __future__ import annotations
 
@@ -7,29 +7,49 @@ from heapq import heappop, heappush
 from typing import Any
 
 Action = Callable[[Any], None]
+Moment = list[tuple[Action, Any]]  # what is called at one time
 
 
 class Scheduler:
-    """Calls actions at their times; those of one time in the order in which they were scheduled."""
+    """Calls actions at their times; those of one time in the order in which they were scheduled.
+
+    Actions that are scheduled one after the other for the same time are one entry of the queue: what a step sends
+    arrives at one time.
+    """
 
     def __init__(self, now: int) -> None:
         self.now = now  # true time, Unix ns
-        self._queue: list[tuple[int, int, Action, Any]] = []
+        self._queue: list[tuple[int, int, Moment]] = []
         self._count = 0
+        self._last: Moment = []  # the entry that was made last
+        self._last_time = -1  # of that entry, -1 once it has begun
         self._stopped = False
 
     def at(self, time: int, action: Action, argument: object = None) -> None:
         """Call `action(argument)` at `time` (Unix ns), which has not passed."""
+        if time == self._last_time:
+            self._last.append((action, argument))
+            return
         self._count += 1
-        heappush(self._queue, (time, self._count, action, argument))
+        self._last, self._last_time = [(action, argument)], time
+        heappush(self._queue, (time, self._count, self._last))
 
     def run(self, end: int) -> None:
-        """Go from event to event until `stop` is called, nothing is left, or `end` (Unix ns) is reached."""
+        """Run events until `stop` is called, none is left, or `end` (Unix ns) is reached."""
         queue, self._stopped = self._queue, False
         while queue and queue[0][0] <= end and not self._stopped:
-            self.now, _, action, argument = heappop(queue)
-            action(argument)
+            self.now, count, moment = heappop(queue)
+            if moment is self._last:
+                self._last_time = -1
+            done = 0
+            for action, argument in moment:
+                action(argument)
+                done += 1
+                if self._stopped:
+                    break
+            if done < len(moment):
+                heappush(queue, (self.now, count, moment[done:]))
 
     def stop(self) -> None:
-        """Let `run` return after the present event."""
+        """Let `run` return after the current event."""
         self._stopped = True

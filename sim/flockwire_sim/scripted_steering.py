@@ -1,23 +1,24 @@
-"""Who steers a teleoperated leader in virtual time: a script in place of a hand."""
+"""Steers a teleoperated leader in virtual time by a script."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 from flockwire.control.graph import LEADER
+from flockwire.domain.airframe import Command
 from flockwire.domain.vector import Vector
 from flockwire.process.cores import Ground
 from flockwire.swarm.model import uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import STEERING, Key
-from flockwire.wire.messages import Command, Message
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
-Script = Callable[[int], Vector | None]  # the velocity to ask for at a time (Unix ns), m/s; None: nothing is sent
+Script = Callable[[int], Vector | None]  # the velocity to command at a time (Unix ns), m/s; None: nothing is sent
 
 
 class ScriptedSteering(Ground):
-    """Publishes what `script` says, twenty times a second."""
+    """Publishes the commands of `script`, twenty times a second."""
 
     period = 0.05
 
@@ -26,7 +27,7 @@ class ScriptedSteering(Ground):
         self._frame, self._script = frame, script
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
-        """Publish the velocity of the moment."""
+        """Publish the current velocity."""
         velocity = self._script(now)
         return [] if velocity is None else [(Key(STEERING, uav(LEADER)), Command(now, self._frame, velocity))]
 
@@ -36,5 +37,5 @@ class ScriptedSteering(Ground):
 
 
 def nobody(_: int) -> Vector | None:
-    """Steer not at all."""
+    """Do not steer."""
     return None

@@ -1,4 +1,4 @@
-"""A whole swarm in virtual time, from the first process's start to the landing."""
+"""A whole swarm in virtual time, from the start of the processes to the landing."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from functools import partial
 from itertools import chain, count
 from random import Random
 
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground.director import Director, Stage
-from flockwire.ground.giving import Order
 from flockwire.ground.operator import OperatorCore
+from flockwire.ground.order import Order
 from flockwire.process.cores import Core, Start, make_core
 from flockwire.process.faults import Fault, of_core
 from flockwire.process.timekeeping import patience, timekeeping
 from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Mission
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR, TELEOP
 
@@ -30,16 +30,16 @@ from flockwire_sim.process import MakeCore, Outlet, Tap, VirtualProcess
 from flockwire_sim.scheduler import Scheduler
 from flockwire_sim.scripted_steering import Script, ScriptedSteering, nobody
 
-EPOCH = 1_790_000_000 * SECOND  # when every virtual flight begins, Unix ns
+EPOCH = 1_790_000_000 * SECOND  # start of every virtual flight, Unix ns
 FIRST_GIVER = 1  # the number of the director's orders
-STARTED_WITHIN = 0.2  # s in which the processes start, each at a moment of its own
-LINGER = SECOND // 10  # ns after the flight is over until the recording ends
-LONGEST = 3600.0  # s that a flight without an end of its own may take
+STARTED_WITHIN = 0.2  # s in which the processes start, each at its own time
+LINGER = SECOND // 10  # ns from the end of the flight to the end of the recording
+LONGEST = 3600.0  # s, longest flight
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How a flight went: why it failed (empty when it did not), and its s of virtual time."""
+    """The outcome of a flight: why it failed (empty if it did not), and its s of virtual time."""
 
     failure: str
     seconds: float
@@ -48,8 +48,8 @@ class Outcome:
 class World:
     """The processes of `swarm`, flown for `duration` s from take-off to landing; equal seeds give equal flights.
 
-    The drones `without` stay on the ground. `tap` is called with every message as it is published (what is received
-    may differ). `stations` are identities of further operators: `station` returns theirs.
+    The drones `without` stay on the ground. `tap` is called with every published message (received ones may differ).
+    `stations` are identities of other operators for `station`.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class World:
             name: VirtualOperator(OperatorCore(self.plan, givers), self.swarm, self._ordered, self.scheduler.stop)
             for name, givers in zip((OPERATOR.kind, *stations), _givers(), strict=False)
         }
-        self.station().core.conduct(EPOCH, duration, without=without)
+        self.station().core.conduct(EPOCH, duration, Order("start", without=without))
         self._script: Script = nobody
         self.links: dict[tuple[str, str], VirtualLink] = {}
         self._seed, self._faults, self._tap = seed, faults, tap
@@ -87,7 +87,7 @@ class World:
             self.scheduler.at(EPOCH + nanoseconds(begin), process.start)
 
     def run(self) -> Outcome:
-        """Fly until the director calls it over."""
+        """Fly until the director ends the flight."""
         director, scheduler = self.director, self.scheduler
         scheduler.run(self._limit)
         scheduler.run(scheduler.now + LINGER)
@@ -98,30 +98,30 @@ class World:
 
     @property
     def director(self) -> Director:
-        """What conducts the operator's newest flight; ValueError where it conducts none."""
+        """The director of the operator's newest flight; ValueError without one."""
         director = self.station().core.director
         if director is None:
             raise ValueError("nobody conducts a flight")
         return director
 
     def conduct(self, director: Director | None) -> None:
-        """Have `director` give the orders, None: nobody, in place of the one that there was."""
+        """Replace the director of the flight; None: no director."""
         self.station().core.director = director
 
     def station(self, identity: str = OPERATOR.kind) -> VirtualOperator:
-        """Return one who gives orders: the operator, or one of the further stations."""
+        """Return the operator, or one of the other stations."""
         return self._stations[identity]
 
     def seat(self, identity: str, core: Core) -> None:
-        """Have `core` run as `identity`, an operator, in place of the station there; before the flight begins."""
+        """Replace the station `identity` by `core`, before the flight starts."""
         self._seated[identity] = core
 
     def steer(self, script: Script) -> None:
-        """Have the leader steered as `script` says."""
+        """Steer the leader by `script`."""
         self._script = script
 
     def stop(self, reason: str) -> None:
-        """Order an emergency stop, as the operator does."""
+        """Order an emergency stop as the operator."""
         self.station().ask(Order("stop", reason=reason))
 
     def _processes(self) -> dict[str, VirtualProcess]:
@@ -155,7 +155,9 @@ class World:
         return make
 
     def _clock(self, identity: str) -> LocalClock:
-        owner = identity if len(self.swarm.hosts) == 1 else self.plan.hosts[identity]  # a host's processes share its
+        owner = (
+            identity if len(self.swarm.hosts) == 1 else self.plan.hosts[identity]
+        )  # processes of a host share its clock
         table, chance = self.swarm.sim, self._chance(f"clock {owner}")
         if identity in self._operators:
             return LocalClock(EPOCH)
@@ -178,7 +180,7 @@ class World:
 
     def _link(self, ends: tuple[str, str], usual: Conditions) -> VirtualLink:
         judged = self._operators.intersection(ends)
-        conditions = Conditions(usual.delay) if judged else usual  # who judges the flight receives everything
+        conditions = Conditions(usual.delay) if judged else usual  # processes that judge the flight receive everything
         link = VirtualLink(ends, conditions, self._seed, self.scheduler, self.processes[ends[1]].deliver)
         self.links[ends] = link
         return link
@@ -192,7 +194,7 @@ class World:
 
 
 def _givers() -> Iterator[Callable[[], int]]:
-    """Yield for each station what numbers those who give its orders; the operator's first flight has FIRST_GIVER."""
+    """Yield for each station the numbers of its givers of orders; the operator's first flight has FIRST_GIVER."""
     yield chain((FIRST_GIVER,), count((1 << 16) + 1)).__next__
     for station in count(2):
         yield count((station << 16) + 1).__next__

@@ -1,1 +1,1 @@
-"""The operator's station: processes of this host, flights, orders, and what can be known of a swarm before."""
+"""The operator's station: processes of this host, flights, orders, and checks before a flight."""

@@ -1,4 +1,4 @@
-"""`flockwire check`: what can be known of a swarm before it flies."""
+"""`flockwire check`: the description and the warnings of a swarm before it flies."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import os
 from collections.abc import Iterator
 from math import inf, sqrt
 
-# One thread: those of numpy's library wait for each other in busy loops, and where other processes have the cores an
-# eigenvalue of 1000 drones takes twelve seconds instead of one. Read when numpy is imported.
+# One thread: the threads of numpy's library wait for each other in busy loops. If other processes use the cores, an
+# eigenvalue of 1000 drones takes twelve seconds instead of one. It is read at numpy's import.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from flockwire.control.convergence import convergence, smallest_observer_gain
+from flockwire.control.first_order_lag import critical_gain, smallest_smoothing
 from flockwire.control.graph import LEADER
 from flockwire.control.leader_track import leader_time_constant, motion_error, noise_gain
-from flockwire.control.stability import critical_gain, smallest_smoothing
 from flockwire.objects import load_object
 from flockwire.parameters import guard_parameters
 from flockwire.swarm.airframes import AIRFRAMES, ByItself
@@ -23,12 +23,12 @@ from flockwire.wire.plan import Plan
 from flockwire_station.idle_options import idle
 from flockwire_station.prediction import predicted
 
-DEPTH_HORIZON = 40.0  # s of the leader's trajectory that are looked at
+DEPTH_HORIZON = 40.0  # s of the leader's trajectory that are evaluated
 DEEP = 6  # hops beyond which noise and delay add up
 
 
 def describe(plan: Plan, duration: float = 40.0) -> str:
-    """Return the description that `check` prints; `duration` is that of the flight, s."""
+    """Return the description for `check`; `duration` is the flight's, s."""
     swarm = plan.swarm
     parts = (
         _graph(plan),
@@ -51,21 +51,21 @@ def _graph(plan: Plan) -> Iterator[str]:
     yield f"swarm {swarm.name}: {len(swarm.followers)} followers, leader {swarm.leader.kind}, law {swarm.control.law}"
     yield from _carried(swarm)
     yield ""
-    yield "who hears whom (weight)                     hops from the leader"
+    yield "who receives from whom (weight)             hops from the leader"
     for i in swarm.followers:
         neighbours = ", ".join(f"{plan.pilot[j]} ({weight:g})" for j, weight in graph.neighbours(i).items())
-        yield f"  {uav(i):<7} hears {neighbours:<36} {depths[i]}"
+        yield f"  {uav(i):<7} from {neighbours:<37} {depths[i]}"
 
 
 def _carried(swarm: Swarm) -> Iterator[str]:
     if swarm.leader.kind != "tracked":
         return
     height = swarm.drone(LEADER).start[2]
-    yield f"  {uav(LEADER)} is what the tracker calls {swarm.body(LEADER)!r}: a person carries it. It never flies,"
-    yield "  takes no order, and nobody waits for it. The others fly round it, at the height of their places above or"
-    yield f"  below it ({height:.2f} m at first), and keep {swarm.person_clearance:.2f} m from the person's middle"
+    yield f"  {uav(LEADER)} is the tracker's body {swarm.body(LEADER)!r}: a person carries it. It never flies,"
+    yield "  receives no orders, and no drone waits for it. The others fly around it, at the height of their places"
+    yield f"  above or below it ({height:.2f} m at first). They keep {swarm.person_clearance:.2f} m from its centre"
     if swarm.walking:
-        yield "  simulated: from the order to start the person walks [leader.trajectory], and stands on any other order"
+        yield "  simulated: the person walks [leader.trajectory] after a start order, and stands still after any other"
 
 
 def _lemma(swarm: Swarm) -> Iterator[str]:
@@ -77,7 +77,7 @@ def _lemma(swarm: Swarm) -> Iterator[str]:
 
 
 def _depth(swarm: Swarm) -> Iterator[str]:
-    """Yield what error to expect of the deepest drone's estimate, under the extended law."""
+    """Yield the expected error of the deepest drone's estimate with the extended law."""
     if swarm.control.law != "extended":
         return
     depths = swarm.topology.depths()
@@ -88,7 +88,7 @@ def _depth(swarm: Swarm) -> Iterator[str]:
     noise = 1e3 * swarm.gateway.noise * noise_gain(constant, age, period)
     moving = 1e3 * motion_error(swarm.leader.course(), constant, age, period, DEPTH_HORIZON)
     yield (
-        f"  deepest: {uav(deepest)}, {depths[deepest]} hops, data up to {1e3 * age:.0f} ms old; its estimate errs by "
+        f"  deepest: {uav(deepest)}, {depths[deepest]} hops, data up to {1e3 * age:.0f} ms old; error of its estimate: "
         f"{noise:.2f} mm per axis from noise (standard deviation), {moving:.2f} mm at most from the leader's turns"
     )
 
@@ -109,7 +109,7 @@ def _formations(swarm: Swarm) -> Iterator[str]:
 
 
 def _airframes(plan: Plan) -> Iterator[str]:
-    """Yield which airframe each drone has, and what that does by itself: its driver must be faster."""
+    """Yield each drone's airframe and its own reactions: its driver must be faster."""
     swarm = plan.swarm
     for name in dict.fromkeys(swarm.drone(number).airframe for number in swarm.flying):
         row, frame = swarm.airframe_row(name), swarm.airframes[name]
@@ -143,7 +143,7 @@ def _warned(swarm: Swarm, duration: float) -> Iterator[str]:
 
 
 def warnings(swarm: Swarm) -> Iterator[str]:
-    """Yield what is allowed but unlikely to fly well."""
+    """Yield warnings of settings that are allowed but unlikely to fly well."""
     yield from _observer_warnings(swarm)
     if swarm.control.law == "paper":
         yield from _compensation_warnings(swarm)
@@ -164,7 +164,7 @@ def _observer_warnings(swarm: Swarm) -> Iterator[str]:
         smallest = smallest_observer_gain(graph, bound)
         if smallest == inf:
             yield (
-                f"theta = {result.margin:.3f}: Lemma 3 proves nothing on this graph, whatever observer.gain (it is a "
+                f"theta = {result.margin:.3f}: Lemma 3 proves nothing on this graph for any observer.gain (it is a "
                 "sufficient condition; wide graphs fail it and converge all the same)"
             )
         else:
@@ -182,12 +182,12 @@ def _compensation_warnings(swarm: Swarm) -> Iterator[str]:
     if phi < input_norm:
         yield (
             f"control.compensation_gain = {phi:g} m/s is below the leader's largest input, {input_norm:.3f} m/s "
-            "(leader.input_bound on both axes): (9) will not make up for it"
+            "(leader.input_bound on both axes): (9) cannot compensate it"
         )
 
 
 def _sight_warnings(swarm: Swarm) -> Iterator[str]:
-    """Predict that the safety filter flies slower than the file allows, or than the formation needs."""
+    """Yield a warning if the safety filter limits the speed below the file's limit or the formation's need."""
     for name in sorted({swarm.drone(number).airframe for number in swarm.followers}):
         number = next(i for i in swarm.followers if swarm.drone(i).airframe == name)
         speed = guard_parameters(swarm, number).fastest

@@ -1,4 +1,4 @@
-"""The command line of a process: the same whether `up`, a container engine or systemd starts it."""
+"""The command line of a process: the same for `up`, a container engine and systemd."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from flockwire.wire.plan import Plan
 
 
 class FilePaths(NamedTuple):
-    """Where a process finds its files: paths on the machine, or in the container, that runs it."""
+    """The file paths of a process, on its machine or in its container."""
 
     swarm_file: str
     keys: str
@@ -16,7 +16,7 @@ class FilePaths(NamedTuple):
 
 
 def arguments(plan: Plan, identity: str, paths: FilePaths, dated: bool = False) -> list[str]:
-    """Return the arguments of `flockwire` that run `identity`; `dated`: what it writes outlasts one flight."""
+    """Return the arguments of `flockwire` that run `identity`; `dated`: the recorder runs for several flights."""
     row, member = plan.rows[identity], plan.members[identity]
     line = [row.kind, paths.swarm_file]
     if row.numbered:

@@ -1,28 +1,35 @@
-"""A flight conducted at a terminal; `flockwire conduct`: of processes that something else started."""
+"""A flight conducted at a terminal; `flockwire conduct`: of processes that were started separately."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from flockwire.domain.time import SECOND
 from flockwire.ground.director import Stage
 from flockwire.ground.giving import LOOK_TIME
+from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
+from flockwire.wire.status import Status
 
 from flockwire_station.connecting import UNANSWERED, connected
+from flockwire_station.fault_injection import FaultInjector
+from flockwire_station.hosting import Host
 from flockwire_station.operator import Operator
+from flockwire_station.processes import Children
+from flockwire_station.restarting import Restarts
 from flockwire_station.terminal.display import Display
 from flockwire_station.terminal.interrupts import Interrupts, interrupts
 from flockwire_station.terminal.keyboard import Keyboard, keys_pressed
 
 COMES_BACK = 10 * SECOND  # ns in which a supervisor has started a process again that ended in flight
+LEFT_TO_THEMSELVES = "left before the drones were known to be down: they land by themselves, the recorder ends last"
 LEFT = "left before the drones were known to be down; `flockwire land` lands them"
 
 
 async def conduct(plan: Plan, keys: Path, duration: float, out: Path | None, headless: bool) -> str:
-    """Fly from take-off to landing; returns why the flight failed, empty when it did not.
+    """Fly from take-off to landing; returns why the flight failed, empty if it did not.
 
     The first interrupt lands. Raises CredentialsError.
     """
@@ -32,12 +39,50 @@ async def conduct(plan: Plan, keys: Path, duration: float, out: Path | None, hea
             return UNANSWERED
         with session:
             operator, display = Operator(plan, session), Display(plan, plan.started, headless)
-            # Without a gateway the own time has to do.
+            # Without a gateway this host's time is used.
             await operator.watch(LOOK_TIME / SECOND, lambda: operator.core.knows_time)
             operator.conduct(duration, grace=COMES_BACK)
             if out is not None:
                 display.begin(out)
             return await at_terminal(operator, display, interrupted, LEFT)
+
+
+async def serve(
+    host: Host,
+    children: Children,
+    operator: Operator,
+    injector: FaultInjector,
+    interrupted: Interrupts,
+    headless: bool = False,
+) -> str:
+    """Look after the processes of `host` until the flight that `operator` conducts is over, or until interrupted.
+
+    Returns why it failed, empty when it did not. Faults are injected, and what died is started again.
+    """
+    display = Display(host.plan, host.processes, headless)
+    display.begin(host.out)
+    restarts = Restarts(host.plan, children, display.note)
+
+    def look_after(now: int) -> str:
+        died, director = restarts.step(), operator.core.director
+        if director is not None and director.took_off is not None:
+            children.took_off = director.took_off
+            injector.step(now - director.took_off)
+        return died
+
+    try:
+        failure = await at_terminal(operator, display, interrupted, LEFT_TO_THEMSELVES, look_after)
+    finally:
+        await injector.end()
+        await restarts.end()
+    unrecorded = disk_full(host.plan, operator.statuses) if host.conducts else ""
+    return "; ".join(filter(None, (failure, unrecorded)))
+
+
+def disk_full(plan: Plan, statuses: Mapping[str, Status]) -> str:
+    """Return which recorder could not record the whole flight by its last status, empty when all could."""
+    reports = {identity: statuses[identity].report for identity in plan.recorders if identity in statuses}
+    return "; ".join(f"{identity}: {last.detail}" for identity, last in reports.items() if last.phase == Phase.FULL)
 
 
 async def at_terminal(
@@ -47,10 +92,10 @@ async def at_terminal(
     left: str,
     beside: Callable[[int], str] = lambda _: "",
 ) -> str:
-    """Run `operator` with keys, interrupts and the table until its flight is over; returns why that failed, or empty.
+    """Run `operator` with keys, interrupts and the table until the flight ends; returns why it failed, or empty.
 
-    The first interrupt lands, at the second it leaves, for the reason `left`; where another host conducts, the first
-    leaves. `beside` is called at each turn with the time, Unix ns; why it wants the flight to end, it returns.
+    The first interrupt lands; at the second it returns, with the reason `left`. If another host conducts, it returns at
+    the first. `beside` is called at each turn with the time, Unix ns; it returns a reason to end the flight, or empty.
     """
     handled, died = 0, ""
 

@@ -1,4 +1,4 @@
-"""Opening a session for an operator, who sees that it waits for the router and may interrupt it."""
+"""Opens a session for an operator; shows the wait for the router, which may be interrupted."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ UNANSWERED = "interrupted before the router answered"
 async def connected(
     plan: Plan, identity: str, keys: Path, interrupted: Interrupts, hopeless: Callable[[], object] = bool
 ) -> Session | None:
-    """Return the session of `identity`; None when interrupted, or it is `hopeless`, before the router answered.
+    """Return the session of `identity`; None if interrupted, or `hopeless`, before the router answered.
 
     Raises CredentialsError.
     """
@@ -30,7 +30,7 @@ async def connected(
             if interrupted.count or hopeless():
                 ended.set()
             await asyncio.wait((opening,), timeout=POLL)
-    except asyncio.CancelledError:  # the thread that opens the session goes on; one left open hangs the exit
+    except asyncio.CancelledError:  # the thread that opens the session continues; an open session blocks the exit
         ended.set()
         if (session := await opening) is not None:
             session.close()

@@ -1,8 +1,7 @@
 """Flies one drone to identify its airframe: take-off, steps along each axis in turn, landing.
 
-It stands in the place of the drone's pilot, with the same phases, staleness ladder and safety filter, and as it has no
-clock, no input and no output. Along the axis that is excited nothing is controlled, so that cause and effect stay
-apart; the drone is held in place along the others.
+It replaces the drone's pilot, with the same phases, staleness ladder and safety filter. The excited axis has no
+control, to separate cause and effect; the drone is held in place along the others.
 """
 
 from __future__ import annotations
@@ -11,32 +10,34 @@ from collections.abc import Iterable
 from enum import StrEnum
 from math import cos, sin
 
-from flockwire.control.heading import wrapped, yaw_of
+from flockwire.domain.airframe import Command, Telemetry
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose, wrapped, yaw_of
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, scale, subtract
 from flockwire.parameters import pilot_parameters
-from flockwire.pilot.phases import keep_place
 from flockwire.pilot.pilot import Pilot
+from flockwire.pilot.place import keep_place
 from flockwire.swarm.model import Swarm
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Command, Message, Mission, Pose, Telemetry
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
 from flockwire_station.identification import StepResponse
 
-PULSES = ((0.5, 1.0), (1.0, -1.0), (0.5, 1.0)) * 6  # s, sign: it ends where it began
+PULSES = ((0.5, 1.0), (1.0, -1.0), (0.5, 1.0)) * 6  # s, sign: it ends at its start
 STEP = 0.3  # m/s
 YAW_STEP = 0.6  # rad/s
 REST = 3.0  # s at the place, before each axis
-RESOLUTION = 1e-4  # m/s, of recorded commands: what is held along the other axes leaks into them by rounding
-MOST_INTERRUPTIONS = 5  # holds, by the staleness ladder, that it bears
+RESOLUTION = 1e-4  # m/s, of recorded commands: the control of the other axes leaks into them by rounding
+MOST_INTERRUPTIONS = 5  # holds, by the staleness ladder, that it tolerates
 ROSE, NOT_ROSE = 0.6, 0.25  # m, of a drone by its own sensors, and of its body at the tracker
-PATIENCE = 60.0  # s that it waits for poses, telemetry and the take-off
+PATIENCE = 60.0  # s to wait for poses, telemetry and take-off
 
 
 class Axis(StrEnum):
-    """What is excited, named as the sticks are."""
+    """The excited axis, with the name of its stick."""
 
     FORWARD = "forward"
     RIGHT = "right"
@@ -45,7 +46,7 @@ class Axis(StrEnum):
 
 
 class ExcitationStage(StrEnum):
-    """How far it is."""
+    """The stage of the identification."""
 
     WAITING = "waiting"
     RESTING = "resting"
@@ -57,8 +58,8 @@ class ExcitationStage(StrEnum):
 class ExcitationCore:
     """The pilot of drone `number` of `swarm` while it is identified, started at `now` (Unix ns).
 
-    It excites `axes`; what cannot turn is not turned. When `stage` is DONE, `responses` has what was measured, and
-    `failure` why not all of it (empty: it has all).
+    It excites `axes`, without yaw if the airframe cannot turn. When `stage` is DONE, `responses` has the measurements,
+    and `failure` the reason for missing ones (empty if complete).
     """
 
     def __init__(self, swarm: Swarm, number: int, now: int, axes: Iterable[Axis] = Axis) -> None:
@@ -72,7 +73,7 @@ class ExcitationCore:
         self._left = [axis for axis in axes if axis is not Axis.CLOCKWISE or swarm.row(number).turns]
         self._since = now
         self._interruptions = 0
-        self._ground: float | None = None  # where the tracked body stood, m
+        self._ground: float | None = None  # start of the tracked body, m
         self._height = 0.0  # of the tracked body above that, m
         self._place: Vector | None = None
         self._direction = ZERO
@@ -81,7 +82,7 @@ class ExcitationCore:
         self._track: list[tuple[float, float]] = []
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take in a message of its drone; nobody else's orders."""
+        """Receive a message of its drone; orders are ignored."""
         take = self._pilot.take.get(key)
         if take is not None:
             take(message)
@@ -94,11 +95,11 @@ class ExcitationCore:
             self._note_pose(message)
 
     def due(self, key: Key) -> bool:
-        """Return True: each own pose calls for a step."""
+        """Return True: each pose triggers a step."""
         return True
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
-        """Go on, and command."""
+        """Advance the stage, and command."""
         pilot = self._pilot
         phase = pilot.observe(now, 0.0, (), "", list)
         self._go_on(phase, now)
@@ -106,7 +107,7 @@ class ExcitationCore:
         return [(key, self._turned(message, sign, now)) for key, message in pilot.command(self._wanted(sign), now)]
 
     def retire(self, now: int) -> None:
-        """Land: the process is to end."""
+        """Land, because the process must end."""
         self._pilot.retire(now)
         self._fail("it was ended", now)
 
@@ -115,7 +116,7 @@ class ExcitationCore:
         return self._pilot.may_end(now)
 
     def report(self, now: int) -> Report:
-        """Return how far it is."""
+        """Return its status."""
         axis = (
             f" {self._left[0]}"
             if self._left and self.stage in (ExcitationStage.RESTING, ExcitationStage.EXCITING)
@@ -125,9 +126,11 @@ class ExcitationCore:
         return self._pilot.report(now)._replace(phase=self.stage, detail=f"{self._pilot.flight.phase}{axis}{waits}")
 
     def _compare(self, telemetry: Telemetry, now: int) -> None:
-        """Land when the drone is high by its own sensors, and its body at the tracker is not."""
+        """Land if the drone is high by its own sensors, but its body at the tracker is not."""
         if self.stage is ExcitationStage.WAITING and telemetry.height > ROSE and self._height < NOT_ROSE:
-            self._fail("the drone rises, its body at the tracker does not: is that the body of another drone?", now)
+            self._fail(
+                "the drone climbs, but its body at the tracker does not: does the body belong to another drone?", now
+            )
 
     def _go_on(self, phase: Phase, now: int) -> None:
         lasted = (now - self._since) / SECOND
@@ -145,7 +148,7 @@ class ExcitationCore:
                 phase is Phase.HOLD and self._interruptions < MOST_INTERRUPTIONS
             ):
                 self._interruptions += self.stage is ExcitationStage.EXCITING
-                self._enter(ExcitationStage.RESTING, now)  # the axis begins again when all inputs are fresh
+                self._enter(ExcitationStage.RESTING, now)  # the axis restarts when all inputs are fresh
             case ExcitationStage.RESTING | ExcitationStage.EXCITING if phase is not Phase.FORMATION:
                 self._fail(f"{phase}: {self._pilot.flight.reason or 'on the ground'}", now)
             case ExcitationStage.RESTING if lasted >= REST:
@@ -183,7 +186,7 @@ class ExcitationCore:
             self._pilot.flight.order(order, now)
 
     def _sign(self, now: int) -> float:
-        """Return the direction of the pulse of this moment, 0 without one."""
+        """Return the direction of the current pulse, 0 without one."""
         lasted = (now - self._since) / SECOND
         if self.stage is ExcitationStage.EXCITING:
             for duration, sign in PULSES:
@@ -203,7 +206,7 @@ class ExcitationCore:
         return add(subtract(holding, scale(along, inner)), scale(along, STEP * sign))
 
     def _turned(self, message: Message, sign: float, now: int) -> Message:
-        """Return a command with the yaw rate of the moment; take note of it."""
+        """Return and record a command with the current yaw rate."""
         if self.stage is not ExcitationStage.EXCITING or not isinstance(message, Command):
             return message
         if self._left[0] is Axis.CLOCKWISE:

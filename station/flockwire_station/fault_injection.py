@@ -1,4 +1,4 @@
-"""Injects faults for real, in the flight's own time: signals to processes of this host, relays on their links."""
+"""Injects faults in a real flight: signals to processes of this host, relays on their links."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from flockwire_station.processes import Children
 
 
 def refusal(faults: tuple[Fault, ...], plan: Plan, host: str) -> str:
-    """Return a line about the first fault that `up` on `host` cannot inject; empty when it can inject all."""
+    """Return a line about the first fault that `up` on `host` cannot inject; empty if there is none."""
     for place, fault in enumerate(faults):
         if fault.kind in SIM_ONLY:
             return f"faults.{place}.kind = {fault.kind!r}: only `flockwire sim` can do this; a real flight cannot"
@@ -29,7 +29,7 @@ def refusal(faults: tuple[Fault, ...], plan: Plan, host: str) -> str:
 
 
 def _elsewhere(key: str, fault: Fault, plan: Plan, host: str) -> str:
-    """Return a line about what keeps `fault` from being injected by this host, though another could; or empty."""
+    """Return why only another host can inject `fault`, or empty."""
     if isinstance(fault, Kill | Restart | Freeze):
         named, processes = f"{key}.process = {fault.process!r}", [fault.process]
     else:
@@ -37,15 +37,15 @@ def _elsewhere(key: str, fault: Fault, plan: Plan, host: str) -> str:
         processes = [identity for identity in plan.started if fault.kind in plan.rows[identity].faults]
     far = next((identity for identity in processes if plan.hosts[identity] != host), None)
     if far is not None:
-        return f"{named}: {far} runs on host {plan.hosts[far]!r}, this is {host!r}; only its own host can do this to it"
+        return f"{named}: {far} runs on host {plan.hosts[far]!r}, this is {host!r}; only its own host can do this"
     if isinstance(fault, LinkFault | Kill | Restart | Freeze) and not plan.conducts(host):
         conductor = next(name for name in plan.swarm.hosts if plan.conducts(name))
-        return f"{named}: only {conductor!r}, the recorder's host, knows when; give --faults there, this is {host!r}"
+        return f"{named}: only {conductor!r}, the recorder's host, knows the time; use --faults there, this is {host!r}"
     return ""
 
 
 class FaultInjector:
-    """The `faults` of links and of the processes `here`, among `children`; times count from the order to take off."""
+    """Injects `faults` of links and of the processes `here`, among `children`; times count from the take-off order."""
 
     def __init__(
         self, faults: tuple[Fault, ...], plan: Plan, here: tuple[str, ...], children: Children, relays: Relays
@@ -60,7 +60,7 @@ class FaultInjector:
         self._restarts: set[asyncio.Task[None]] = set()
 
     def step(self, since_takeoff: int) -> None:
-        """Inject what is due `since_takeoff` ns after the order to take off."""
+        """Inject the faults due `since_takeoff` ns after the take-off order."""
         t = since_takeoff / SECOND
         while self._due and self._due[0].at <= t:
             self._inject(self._due.pop(0))
@@ -69,13 +69,13 @@ class FaultInjector:
             end[1]()
 
     async def end(self) -> None:
-        """Wait for what is under way."""
+        """Wait for pending work."""
         await asyncio.gather(*self._restarts)
 
     def _inject(self, fault: Kill | Restart | Freeze | LinkFault) -> None:
         match fault:
             case Kill() if self._plan.rows[fault.process].restarts:
-                self._children.signal(fault.process, signal.SIGKILL)  # the station finds it dead, and starts it again
+                self._children.signal(fault.process, signal.SIGKILL)  # the station detects its death and restarts it
             case Kill():
                 self._children.kill(fault.process)
             case Freeze():

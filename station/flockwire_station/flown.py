@@ -1,6 +1,6 @@
-"""The swarm as it flies, kept beside its file: the file may change, or break, and an order must still reach who flies.
+"""Keeps the flying swarm beside its file: if the file changes, orders must still reach the drones.
 
-Every process that flies by SWARM holds a shared lock on .flockwire/SWARM.flying beside it; the last one removes it.
+Every process of the flying swarm holds a shared lock on .flockwire/SWARM.flying; the last one removes it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pydantic import ValidationError
 
 
 class Flown(Model):
-    """What flies: the swarm as its file had it, and its text; where its certificates are; its clock's epoch, ns."""
+    """The flying swarm and its text, the folder of its certificates, its clock's epoch, ns."""
 
     swarm: Swarm
     toml: str
@@ -28,17 +28,17 @@ class Flown(Model):
 
 
 def flown_by(swarm: Swarm, file: Path, keys: Path) -> Flown:
-    """Return what this process flies: `swarm`, as `file` has it now, with the certificates in `keys`."""
+    """Return the record of this process's flight: `swarm`, the current text of `file`, the certificates in `keys`."""
     toml = file.read_text(encoding="utf-8")
     return Flown(swarm=swarm, toml=toml, keys=str(keys.resolve()), epoch=clock.epoch())
 
 
 class OtherFlightError(OSError):
-    """Something flies by the file as it was before it was changed."""
+    """A swarm flies by an earlier version of the file."""
 
 
 def as_flown(file: Path) -> Flown | None:
-    """Return what flies by `file` on this machine; None when nothing does."""
+    """Return the swarm that flies by `file` on this machine; None without one."""
     try:
         with _place(file).open("rb") as record:
             return None if _alone(record) else Flown.model_validate_json(record.read())
@@ -48,9 +48,9 @@ def as_flown(file: Path) -> Flown | None:
 
 @contextmanager
 def flown(file: Path, what: Flown) -> Iterator[None]:
-    """Keep `what` beside `file` meanwhile, where that can be written to.
+    """Keep `what` beside `file` for the context, if that folder is writable.
 
-    Raises OtherFlightError where something else flies by `file`.
+    Raises OtherFlightError if another version flies by `file`.
     """
     record = _held(file, what)
     try:
@@ -79,11 +79,11 @@ def _held(file: Path, what: Flown) -> BinaryIO | None:
         if Flown.model_validate_json(record.read()).swarm == what.swarm:
             return record
     record.close()
-    raise OtherFlightError(f"{file}: something flies by it as it was before it was changed; land that first")
+    raise OtherFlightError(f"{file}: a swarm flies by an earlier version of it; land it first")
 
 
 def _alone(record: BinaryIO) -> bool:
-    """Lock `record` for this process alone; returns whether nobody else holds it."""
+    """Lock `record` exclusively; returns whether this succeeded."""
     try:
         fcntl.flock(record, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:

@@ -1,4 +1,4 @@
-"""The folders of a flight: that of its certificates, made where they are missing, and that of its trace."""
+"""The folders of a flight: certificates, made if missing, and trace."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from flockwire.wire.processes import OPERATOR
 
 
 def check_no_trace(out: Path) -> None:
-    """Raise FileExistsError for a folder that has a flight's trace already."""
+    """Raise FileExistsError for a folder that already has a trace."""
     if os.access(out / "trace.mcap", os.F_OK):
         raise FileExistsError(f"{out}: there is a trace of another flight; name a new folder")
 
 
 def warn_of(swarm: Swarm) -> None:
-    """Warn when nothing protects the swarm."""
+    """Warn if the swarm has no security."""
     if swarm.network.security == "none":
         print(
-            "flockwire: warning: network.security = 'none': anybody who reaches a port reads and writes all",
+            "flockwire: warning: network.security = 'none': any process that reaches a port can read and write all",
             file=sys.stderr,
         )
 
@@ -35,7 +35,7 @@ def keys_folder(file: Path, plan: Plan, keys: Path | None) -> Path:
 
 
 def complete_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
-    """Return the folder of the certificates, after making what it lacks where the authority's key is or may be here.
+    """Return the folder of the certificates, after making missing ones if the authority's key is or may be here.
 
     Raises CredentialsError.
     """
@@ -45,7 +45,7 @@ def complete_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
     swarm = plan.swarm
     folder = keys_folder(file, plan, keys)
     warn_of(swarm)
-    first = next(iter(swarm.hosts)) == host  # another host's keys come from the first one
+    first = next(iter(swarm.hosts)) == host  # keys of another host come from the first one
     made, authority = (os.access(folder / name, os.F_OK) for name in ("ca.crt", "authority/ca.key"))
     here = (first and not made) or authority
     if swarm.network.security == "mtls":
@@ -58,7 +58,7 @@ def complete_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
 
 
 def write_keys(folder: Path, work: Any) -> Any:  # noqa: ANN401
-    """Do `work` on the keys in `folder`; raises CredentialsError when that cannot be done."""
+    """Do `work` on the keys in `folder`; raises CredentialsError if it fails."""
     try:
         return work()
     except OSError as error:

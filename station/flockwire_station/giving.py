@@ -1,11 +1,11 @@
-"""Gives one order to a swarm that runs, as an operator of its own (ground/giving.py decides)."""
+"""Gives one order to a running swarm, as a separate operator (ground/giving.py decides)."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from flockwire import clock
-from flockwire.ground.giving import ENDING, Answer, Order
+from flockwire.ground.order import ENDING, Answer, Order
 from flockwire.runtime.session import UNKNOWN, RouterAbsentError, Session
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
@@ -15,7 +15,7 @@ from flockwire_station.unlinked import why_unlinked
 
 
 async def give(plan: Plan, keys: Path | None, order: Order) -> Answer:
-    """Give one order that was asked for when this process began; raises CredentialsError."""
+    """Give one order that was requested at the start of this process; raises CredentialsError."""
     try:
         session = Session(plan, OPERATOR.kind, keys, verified=order.verb not in ENDING)
     except RouterAbsentError:
@@ -23,24 +23,23 @@ async def give(plan: Plan, keys: Path | None, order: Order) -> Answer:
         return Answer(refusal=f"the router at {plan.endpoints[plan.routers[0]]} does not answer: {why}")
     with session:
         answer = await obey(Operator(plan, session), order, clock.uptime())
-        return await _explained(answer, plan, keys, session) if answer.refusal or answer.missing else answer
+        return await _explained(answer, plan, keys, session) if answer.failure else answer
 
 
 async def obey(operator: Operator, order: Order, ago: float = 0.0) -> Answer:
-    """Give one order that was asked for `ago` s ago, by an operator that nothing else runs."""
+    """Give one order that was requested `ago` s ago; nothing else runs the operator."""
     answers: list[Answer] = []
     operator.ask(order, ago, answers.append)
     return await operator.run(lambda _: answers[0] if answers else None)
 
 
 async def _explained(answer: Answer, plan: Plan, keys: Path | None, session: Session) -> Answer:
-    """Return an answer that is not good with why who is not linked is not."""
+    """Return a bad answer with the causes of missing links."""
     linked, dialled = session.linked(), plan.dials[OPERATOR.kind]
     absent = [other for other in dialled if other not in linked]
     if not absent or UNKNOWN in linked:
         return answer
     why = await why_unlinked(plan, keys, OPERATOR.kind, absent)
     if len(absent) == len(dialled):
-        return answer._replace(refusal=f"nothing was sent: nobody is linked: {why}")
-    said = answer.refusal or f"sent, but not confirmed by {', '.join(answer.missing)}"
-    return answer._replace(refusal=f"{said}; {why}")
+        return answer._replace(refusal=f"nothing was sent: no process is linked: {why}")
+    return answer._replace(refusal=f"{answer.failure}; {why}")

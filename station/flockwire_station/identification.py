@@ -1,12 +1,12 @@
-"""How an airframe answers its commands: gain, lag and dead time from commanded velocities and tracked positions.
+"""An airframe's gain, lag and dead time, fitted to commanded velocities and tracked positions.
 
     lag v' + v = gain u(t − D),   p' = v
     p(t) = p_0 + v_0 lag (1 − e^(−t/lag)) + gain Σ_j (u_j − u_{j−1}) g(t − t_j − D),
     g(s) = s − lag (1 − e^(−s/lag)) for s > 0, else 0
 
 The commands are steps, u_j from t_j on. Gain, p_0 and v_0 enter linearly; all are fitted together by least squares.
-Intervals are the wider of two: residuals independent of each other, as noise is; or alike within a pulse, as what the
-model leaves out is (a sandwich estimate of the covariance with the pulses as clusters). Student's t, by pulses.
+Intervals are the wider of two: residuals independent, like noise; or correlated within a pulse, like model errors (a
+sandwich estimate of the covariance with the pulses as clusters). Student's t, by pulses.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ SHORTEST_LAG = 1e-3  # s
 LONGEST = 2.0  # s, of lag and of dead time
 FIRST_GUESS = (1.0, 0.2, 0.1)  # gain, lag, dead time
 CONFIDENCE = 0.95
-SHORTEST_PULSE = 0.1  # s: changes that follow faster are a ramp, made of one pulse by a limit of acceleration
-FEWEST_CHANGES = 4  # of the command, without which nothing can be told apart
+SHORTEST_PULSE = 0.1  # s: faster changes are a ramp of one pulse, caused by the limit of acceleration
+FEWEST_CHANGES = 4  # of the command; fewer do not determine the fit
 
 
 class IdentificationError(ValueError):
-    """A response from which nothing can be fitted."""
+    """A response that does not determine the fit."""
 
 
 class Interval(NamedTuple):
-    """A fitted number, and the interval that has the true one with 95 % confidence."""
+    """A fitted number and its 95 % confidence interval."""
 
     value: float
     low: float
@@ -45,14 +45,14 @@ class Interval(NamedTuple):
 
 
 class StepResponse(NamedTuple):
-    """One axis in flight: when commands changed (s) and to what (m/s; rad/s), when it was where (s; m or rad)."""
+    """One axis in flight: times (s) and values (m/s; rad/s) of commands, times (s) and positions (m or rad)."""
 
     changes: Sequence[tuple[float, float]]
     track: Sequence[tuple[float, float]]
 
 
 class AxisFit(NamedTuple):
-    """What one axis was found to be; `start` is p_0 and v_0, `residual` the rms distance from the track."""
+    """The fit of one axis; `start` is p_0 and v_0, `residual` the rms distance from the track."""
 
     gain: Interval
     lag: Interval
@@ -61,13 +61,13 @@ class AxisFit(NamedTuple):
     residual: float
 
     def position(self, changes: Sequence[tuple[float, float]], times: Array) -> Array:
-        """Return where the fitted axis would be at `times`, s."""
+        """Return the fitted position at `times`, s."""
         parameters = (self.gain.value, self.lag.value, self.dead_time.value, *self.start)
         return _position(np.asarray(parameters), *_steps(changes), times, float(times[0]))
 
 
 def fit_axis(response: StepResponse) -> AxisFit:
-    """Fit one axis; raises IdentificationError where the response does not show it."""
+    """Fit one axis; raises IdentificationError if the response does not determine it."""
     when, by = _steps(response.changes)
     times, track = np.asarray(response.track, dtype=float).reshape(-1, 2).T
     if len(when) < FEWEST_CHANGES or len(times) < 10 * FEWEST_CHANGES:
@@ -94,13 +94,13 @@ def fit_axis(response: StepResponse) -> AxisFit:
 
 
 def combined(fits: Sequence[Interval]) -> float:
-    """Return the mean of several fits of one number, weighted by how well each is known."""
+    """Return the mean of several fits of one number, weighted by their accuracy."""
     weights = [1.0 / max(fit.high - fit.low, 1e-9) ** 2 for fit in fits]
     return sum(weight * fit.value for weight, fit in zip(weights, fits, strict=True)) / sum(weights)
 
 
 def _steps(changes: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
-    """Return when the command changed, and by how much."""
+    """Return the times and sizes of the command's changes."""
     when: list[float] = []
     by: list[float] = []
     last = 0.0

@@ -1,6 +1,6 @@
-"""`flockwire identify`: one drone flies alone under the tracker; what its airframe is like follows from the response.
+"""`flockwire identify`: one drone flies alone under the tracker; its airframe is fitted to the response.
 
-It starts what the drone needs of this host's processes, and takes the place of the drone's pilot itself.
+It starts the processes of this host that the drone needs, and replaces the drone's pilot.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from flockwire_station.terminal.interrupts import interrupts
 
 POLL = 0.1  # s
 TIME_KNOWN = 10.0  # s
-UNTIMED = "the gateway's time is not known: look at the gateway, and at the link to it"
+UNTIMED = "the gateway's time is not known: check the gateway and the link to it"
 UNITS = {Axis.CLOCKWISE: "rad"}
 Fits = dict[Axis, AxisFit]
 
@@ -35,7 +35,7 @@ Fits = dict[Axis, AxisFit]
 async def excite(
     plan: Plan, swarm_file: Path, keys: Path, number: int, out: Path, axes: Iterable[Axis] = Axis
 ) -> ExcitationCore:
-    """Fly drone `number` along `axes` and return what was measured; raises PortInUseError, CredentialsError."""
+    """Fly drone `number` along `axes` and return the measurements; raises PortInUseError, CredentialsError."""
     pilot = plan.pilots[number]
     needed = [identity for identity in plan.processes_on(plan.hosts[pilot]) if _needed(plan, identity, number)]
     if busy := busy_endpoint(plan, (pilot, *needed)):
@@ -80,9 +80,9 @@ async def excite(
 async def begun(
     swarm_clock: SwarmClock, swarm: Swarm, number: int, axes: Iterable[Axis], hopeless: Callable[[], object]
 ) -> ExcitationCore:
-    """Return what flies drone `number` of `swarm`, begun when swarm time is known: its patience counts by that.
+    """Return the core that flies drone `number` of `swarm`, started when swarm time is known.
 
-    It waits for TIME_KNOWN s at most, and no longer when it is `hopeless`.
+    It waits for TIME_KNOWN s at most, and stops if it is `hopeless`.
     """
     ended = asyncio.Event()
     await swarm_clock.settled(ended, TIME_KNOWN, lambda: ended.set() if hopeless() else None)
@@ -95,7 +95,7 @@ def _needed(plan: Plan, identity: str, number: int) -> bool:
 
 
 def fits(responses: dict[Axis, StepResponse]) -> Fits:
-    """Return what each axis was found to be; raises IdentificationError."""
+    """Return the fit of each axis; raises IdentificationError."""
     return {axis: fit_axis(response) for axis, response in responses.items()}
 
 
@@ -108,7 +108,7 @@ def described(found: Fits) -> Iterator[str]:
         )
         unit, scale = ("mrad", 1e3) if axis is Axis.CLOCKWISE else ("mm", 1e3)
         yield f"{axis:<10}{numbers} {scale * fit.residual:.1f} {unit}"
-    yield "(with 95 % confidence; the gain is what it flies of what it is commanded)"
+    yield "(with 95 % confidence; gain: flown over commanded velocity)"
 
 
 def airframe_table(swarm: Swarm, number: int, found: Fits) -> Iterator[str]:
@@ -126,9 +126,9 @@ def airframe_table(swarm: Swarm, number: int, found: Fits) -> Iterator[str]:
 
 
 def conclusion(swarm: Swarm, number: int, found: Fits, body: bool, failure: str) -> Iterator[str]:
-    """Yield what the fits show: whose the `body` is, where only that was asked, or the table for the swarm file."""
+    """Yield the result of the fits: the owner of the `body`, if only that was requested, or the swarm file's table."""
     if body:
-        yield f"the body {swarm.body(number)!r} rose and turned as {uav(number)} was commanded: it is that drone's"
+        yield f"the body {swarm.body(number)!r} climbed and turned as commanded: it belongs to {uav(number)}"
     elif not failure:
         yield from airframe_table(swarm, number, found)
 

@@ -1,4 +1,4 @@
-"""Options that do nothing with what else a swarm file says: one table, of which `check` warns."""
+"""Options without effect in a swarm file: one table for the warnings of `check`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from flockwire.swarm.model import Swarm
 
 
 class Idle(NamedTuple):
-    """While `when` holds, which is that the file has `because`, nothing reads `options`."""
+    """If `when` is true (the file has `because`), `options` have no effect."""
 
     because: str
     when: Callable[[Swarm], bool]
@@ -18,7 +18,7 @@ class Idle(NamedTuple):
 
 
 def _of_source(source: str) -> Idle:
-    """Return the row of the table that one gateway.source has of its own."""
+    """Return the row for the table of one gateway.source."""
     because = f"another gateway.source than {source!r}"
     return Idle(because, lambda swarm: swarm.gateway.source != source, (f"gateway.{source}",))
 
@@ -35,7 +35,7 @@ IDLE = (
         ),
     ),
     Idle(
-        "control.law = 'extended' behind its safety filter",
+        "control.law = 'extended' with its safety filter",
         lambda swarm: swarm.control.law == "extended" and swarm.control.filtered,
         ("avoidance.drone_gain", "avoidance.obstacle_gain", "avoidance.drone_influence_radius"),
     ),
@@ -114,15 +114,15 @@ IDLE = (
 
 
 def idle(swarm: Swarm) -> Iterator[str]:
-    """Yield a line for each option that the swarm file sets and that does nothing in it."""
+    """Yield a line for each set option without effect."""
     for row in IDLE:
         if row.when(swarm):
             for option in row.options:
                 if _is_set(swarm, option):
-                    yield f"{option} is set and does nothing in a flight: the file has {row.because}"
+                    yield f"{option} is set but has no effect: the file has {row.because}"
 
 
 def _is_set(swarm: Swarm, option: str) -> bool:
-    """Return whether the file sets it, in a table of its own too."""
+    """Return whether the file sets it, as a key or as a table."""
     path, _, last = option.rpartition(".")
     return last in attrgetter(path)(swarm).model_fields_set

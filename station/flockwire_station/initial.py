@@ -1,4 +1,4 @@
-"""A swarm file to begin with: what must be there, and every other key as a comment with its default."""
+"""A first swarm file: the required keys, and every other key as a comment with its default."""
 
 from __future__ import annotations
 
@@ -6,24 +6,40 @@ import json
 import re
 from collections.abc import Iterator
 from math import ceil, pi
+from pathlib import Path
 from typing import Any, get_args
 
 from flockwire.control.formation import Circle
 from flockwire.swarm.model import Swarm
 from flockwire.swarm.outline import Entry, entries, explanation, kinds, of_field
-from flockwire.swarm.page import default
+from flockwire.swarm.page import default, schema
 
 SPACING = 1.2  # m between neighbours on the circle
 RATE = 0.3  # rad/s
-CIRCLE = 1.0  # m, of the leader's
-REACH = 4.0  # m from the formation to the fence: across the leader's circle, and a margin
+CIRCLE = 1.0  # m, of the leader's circle
+REACH = 4.0  # m from the formation to the fence: the leader's circle, and a margin
+LONGEST_NAME = 64  # characters of a swarm's name
 SCHEMA = ".flockwire/swarm.schema.json"
-FIRST = (  # tables that come first; the list of drones must stand before every [table]
+FIRST = (  # first tables; the list of drones must be before every [table]
     "", "drones.N", "formation", "graph", "leader", "leader.trajectory", "limits", "limits.fence",
 )  # fmt: skip
 WIDTH = 40  # of a key and its value
 
 Given = dict[str, dict[str, Any]]  # by table, by key
+
+
+def write_swarm(file: Path, drones: int) -> None:
+    """Write a swarm file, named after `file`, for a leader and `drones` - 1 followers; beside it a schema for editors.
+
+    Raises OSError.
+    """
+    name = re.sub(r"\W", "_", file.stem, flags=re.ASCII)
+    if not name[0].isalpha():
+        name = f"swarm_{name}"
+    file.write_text(swarm_text(name[:LONGEST_NAME], drones), encoding="utf-8")
+    beside = file.parent / SCHEMA
+    beside.parent.mkdir(exist_ok=True)
+    beside.write_text(json.dumps(schema(), indent=1) + "\n", encoding="utf-8")
 
 
 def swarm_text(name: str, drones: int) -> str:
@@ -32,7 +48,7 @@ def swarm_text(name: str, drones: int) -> str:
 
 
 def _given(name: str, drones: int) -> Given:
-    """Return what such a swarm needs, by table."""
+    """Return the required values, by table."""
     radius = _radius(drones)
     reach = float(ceil(radius + REACH))
     return {
@@ -49,7 +65,7 @@ def _radius(drones: int) -> float:
 
 
 def _places(drones: int) -> list[list[float]]:
-    """Return where each drone stands: the leader in the middle, each follower below its place; m."""
+    """Return each drone's start: the leader in the middle, each follower below its place; m."""
     circle = Circle(drones - 1, _radius(drones), 0.0)
     return [[0.0, 0.0, 0.0], *([round(x, 2) + 0.0 for x in circle.offset(rank, 0.0)] for rank in range(drones - 1))]
 
@@ -57,7 +73,7 @@ def _places(drones: int) -> list[list[float]]:
 def _lines(given: Given, places: list[list[float]]) -> Iterator[str]:
     yield f"#:schema ./{SCHEMA}"
     yield "# A swarm. Lengths are m, times s, angles rad; the world frame is ENU with Z up."
-    yield "# A key behind a # has the default that is shown; take the # away to change it (and that of its [table])."
+    yield "# A key after a # has the shown default; remove the # to change it (and that of its [table])."
     tables: dict[str, list[Entry]] = {}
     for entry in entries(Swarm):
         tables.setdefault(entry.table, []).append(entry)
@@ -103,7 +119,7 @@ def _keys(keys: list[Entry], given: dict[str, Any]) -> Iterator[str]:
 
 
 def _valued(entry: Entry) -> bool:
-    """Return whether a key has a default that can stand in the file."""
+    """Return whether a key has a default that can be written."""
     return (
         default(entry).startswith("`")
         and not kinds(of_field(entry.field)[0])

@@ -1,6 +1,6 @@
-"""`flockwire check --live`: whether a swarm whose processes run, and whose drones stand ready, may take off.
+"""`flockwire check --live`: whether a running swarm on the ground may take off.
 
-Judged is what the processes report of themselves, over a few seconds; nothing is ordered, nothing moves.
+It judges the reports of the processes for a few seconds, without orders or motion.
 """
 
 from __future__ import annotations
@@ -10,12 +10,13 @@ from math import dist
 from pathlib import Path
 from typing import NamedTuple
 
+from flockwire.domain.airframe import Telemetry
+from flockwire.domain.order import Mission
 from flockwire.domain.vector import Vector
 from flockwire.ground.fleet import IN_THE_AIR, STALE
 from flockwire.ground.preflight import has_flown
 from flockwire.runtime.session import Session
 from flockwire.swarm.model import uav
-from flockwire.wire.messages import Mission, Telemetry
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
@@ -24,11 +25,11 @@ from flockwire.wire.status import SERIAL, Reason, Status
 from flockwire_station.operator import Operator
 
 LOOK_TIME = 4.0  # s
-STILL = 0.02  # m that a body on the ground may seem to move
+STILL = 0.02  # m, largest apparent motion of a body on the ground
 
 
 class Finding(NamedTuple):
-    """One line of the table; `remedy` is empty where all is well."""
+    """One line of the table; `remedy` is empty if there is no problem."""
 
     subject: str
     item: str
@@ -37,7 +38,7 @@ class Finding(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """What the operator saw: the newest status and telemetry, and where each drone's own pose was, m."""
+    """The operator's data: the newest status and telemetry, and the positions of each drone's pose, m."""
 
     statuses: Mapping[str, Status]
     telemetry: Mapping[int, Telemetry]
@@ -46,7 +47,7 @@ class Seen(NamedTuple):
 
 
 async def look(plan: Plan, keys: Path) -> Seen:
-    """Watch for LOOK_TIME; raises CredentialsError, RouterAbsentError."""
+    """Observe for LOOK_TIME; raises CredentialsError, RouterAbsentError."""
     with Session(plan, OPERATOR.kind, keys) as session:
         operator = Operator(plan, session)
         positions: dict[int, list[Vector]] = {drone: [] for drone in plan.pilots}
@@ -63,7 +64,7 @@ async def look(plan: Plan, keys: Path) -> Seen:
 
 
 def findings(plan: Plan, seen: Seen) -> Iterator[Finding]:
-    """Yield a line for each process and each drone's things."""
+    """Yield the lines of each process and each drone."""
     for identity in plan.started:
         yield _process(plan, identity, seen)
     for drone, pilot in plan.pilots.items():
@@ -83,12 +84,12 @@ def _process(plan: Plan, identity: str, seen: Seen) -> Finding:
     row, member, status = plan.rows[identity], plan.members[identity], _fresh(seen, identity)
     if status is None:
         line = f"flockwire {row.kind} SWARM{f' {member.drone}' if row.numbered else ''}"
-        return Finding(identity, "process", "silent", f"start it: {line}; if it runs, its log names why it has no link")
+        return Finding(identity, "process", "silent", f"start it: {line}; if it runs, its log gives the reason")
     bound, most = status.clock_bound, plan.swarm.limits.clock_offset_bound
     if bound < 0.0 or bound > most:
         known = f"off by up to {bound:.3f} s" if bound >= 0.0 else "not known yet"
         return Finding(
-            identity, "clock", known, f"wait; else the network delays more than {2.0 * most:g} s there and back"
+            identity, "clock", known, f"wait; otherwise the network's round trip takes more than {2.0 * most:g} s"
         )
     return Finding(identity, "process, clock", f"{status.report.phase}, known to {1e3 * bound:.1f} ms")
 
@@ -96,7 +97,7 @@ def _process(plan: Plan, identity: str, seen: Seen) -> Finding:
 def _pilot(plan: Plan, drone: int, status: Status, seen: Seen) -> Iterator[Finding]:
     name, limits, report = uav(drone), plan.swarm.limits, status.report
     fresh = 0.0 <= report.pose_age <= limits.staleness.pose_zero
-    lost = f"is the body {plan.swarm.body(drone)!r} in the cameras' view, and called so ([[drones]] body)?"
+    lost = f"is the body {plan.swarm.body(drone)!r} in the cameras' view, with this name ([[drones]] body)?"
     if 0.0 <= report.pose_age <= limits.staleness.pose_land:
         lost = "poses come late: this machine, or the network, is too slow or too busy"
     yield Finding(
@@ -105,20 +106,20 @@ def _pilot(plan: Plan, drone: int, status: Status, seen: Seen) -> Iterator[Findi
     places = seen.positions[drone]
     if places:
         spread = max(dist(place, places[0]) for place in places)
-        moves = "put it down; else another body is taken for it, or the cameras need calibration"
+        moves = "put it down; otherwise the tracker confuses it with another body, or needs calibration"
         yield Finding(name, "still", f"within {1e3 * spread:.1f} mm", "" if spread <= STILL else moves)
         yield _start(plan, drone, places[-1], report.mission)
     ready = report.phase == Phase.READY
     waits = report.line or f"it is {report.phase}"
     yield Finding(
-        name, "neighbours", "heard" if ready else waits, "" if ready else "see the lines of whom it waits for"
+        name, "neighbours", "heard" if ready else waits, "" if ready else "see the lines of the processes it waits for"
     )
 
 
 def _start(plan: Plan, drone: int, place: Vector, mission: Mission | None) -> Finding:
     beside, most = dist(place, plan.swarm.drone(drone).start), plan.swarm.limits.start_tolerance
     flown = has_flown(mission) or drone not in plan.swarm.flying
-    wrong = f"put it there, or mend [[drones]] start or body; more than limits.start_tolerance = {most:g} m"
+    wrong = f"put it there, or correct [[drones]] start or body; more than limits.start_tolerance = {most:g} m"
     return Finding(uav(drone), "start", f"{beside:.2f} m beside it", "" if flown or beside <= most else wrong)
 
 
@@ -126,14 +127,14 @@ def _airframe(plan: Plan, drone: int, seen: Seen) -> Iterator[Finding]:
     name, limits, telemetry = uav(drone), plan.swarm.limits, seen.telemetry.get(drone)
     for driver in _drivers(plan, drone):
         if (status := _fresh(seen, driver)) is None:
-            continue  # the driver has a line of its own
+            continue  # the driver has its own line
         known = {reason.code: reason for reason in sorted(status.report.reasons, key=lambda one: bool(one.remedy))}
         wrong = [code for code, reason in known.items() if reason.remedy]
         for code in dict.fromkeys((*plan.swarm.row(drone).live_checks, *wrong)):
             reason = known.get(code, Reason(code, "nothing wrong"))
             yield Finding(name, code, reason.text, reason.remedy)
     if telemetry is None or seen.now - telemetry.stamp > STALE:
-        yield Finding(name, "telemetry", "none", "the line of its driver says why")
+        yield Finding(name, "telemetry", "none", "the line of its driver gives the reason")
         return
     low = telemetry.battery < limits.battery_takeoff
     yield Finding(
@@ -148,7 +149,7 @@ def _drivers(plan: Plan, drone: int) -> Iterable[str]:
 
 
 def _serials(plan: Plan, seen: Seen) -> Iterator[Finding]:
-    """Yield drones that are one and the same: two addresses, or two ways, to one."""
+    """Yield drones that are reached by two addresses."""
     owners: dict[str, int] = {}
     for drone in plan.swarm.driven:
         for driver in _drivers(plan, drone):

@@ -1,4 +1,4 @@
-"""The shell round the operator's core in real time: polls the session, steps the core, publishes, plans changes."""
+"""The shell around the operator's core in real time: polls the session, steps the core, publishes, plans changes."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from flockwire import clock
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground.director import GRACE, POLL_PERIOD
 from flockwire.ground.fleet import Fleet
-from flockwire.ground.giving import Giving, Order, ToPlan
 from flockwire.ground.operator import Answered, OperatorCore
+from flockwire.ground.order import Order
 from flockwire.runtime.session import Session
 from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.wire.keys import TIME_REPLY
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 
-from flockwire_station.planning import PlanRefusedError, plan_off_loop
+from flockwire_station.planning import Planner
 
 GIVING_PERIOD = 0.02  # s between two steps while an order is being given
 
@@ -36,11 +36,11 @@ class Operator:
         self._clock = SwarmClock(plan, identity, session)
         self._clock.timekeeping.follow(self.core.correct)
         self._inputs = [session.newest(key) for key in plan.subscribes[identity] if key.kind != TIME_REPLY]
-        self._planning: dict[Giving, asyncio.Task[None]] = {}
+        self._planner = Planner()
         self.core.knows_time = self._clock.known()
 
     def poll(self) -> int:
-        """Take in what is newest; returns the present time, Unix ns."""
+        """Receive the newest messages; returns the current time, Unix ns."""
         self._clock.step()
         now, core = clock.now(), self.core
         for source in self._inputs:
@@ -51,17 +51,17 @@ class Operator:
         return now
 
     def fleet(self) -> Fleet:
-        """Return what is known now of those who fly; who is left out of the flight, and silent, does not count."""
+        """Return the current state of the fleet, without silent drones that are left out."""
         now = self.poll()
-        return Fleet.present(self._plan.pilots, self.statuses, self.telemetry, now)
+        return self.core.fleet(now).present()
 
     def conduct(self, duration: float, without: tuple[int, ...] = (), grace: int = GRACE) -> None:
-        """Conduct a flight that was asked for when this process began; the arguments are those of Director."""
+        """Conduct a flight that was requested at the start of this process; the arguments are those of Director."""
         now = clock.now()
-        self.core.conduct(now, duration, "", without, grace, now - nanoseconds(clock.uptime()))
+        self.core.conduct(now, duration, Order("start", without=without), grace, now - nanoseconds(clock.uptime()))
 
     def ask(self, order: Order, ago: float = 0.0, answered: Answered = lambda _: None) -> None:
-        """Give an order that was asked for `ago` s ago; one that ends others leaves before this returns."""
+        """Give an order that was requested `ago` s ago; one that ends others is sent before this returns."""
         now = clock.now()
         self.core.ask(order, now, now - nanoseconds(ago), answered)
         self.publish()
@@ -72,9 +72,9 @@ class Operator:
         self.publish()
 
     def publish(self) -> None:
-        """Step the core, and publish what is due."""
+        """Step the core, and publish its messages."""
         self._session.publish(self.core.step(clock.now()))
-        self._plan_changes()
+        self._planner.plan(self._plan.swarm, self.core.to_plan())
 
     async def run(self, turn: Callable[[int], Result | None], period: float | None = None) -> Result:
         """Poll, step and publish until `turn`, called with the time (Unix ns) before each step, returns something.
@@ -91,26 +91,11 @@ class Operator:
             await asyncio.sleep((due - clock.monotonic()) / SECOND)
 
     async def watch(self, seconds: float, seen: Callable[[], bool] = bool) -> None:
-        """Take in how all are for `seconds`, or until `seen` returns True."""
+        """Receive messages for `seconds`, or until `seen` returns True."""
         deadline = clock.monotonic() + nanoseconds(seconds)
         await self.run(lambda _: seen() or clock.monotonic() >= deadline or None)
 
-    def _plan_changes(self) -> None:
-        """Have each change that waits for it planned beside the loop; a plan that nobody waits for any more ends."""
-        wanted = self.core.to_plan()
-        for given in [given for given in self._planning if given not in wanted]:
-            self._planning.pop(given).cancel()
-        for given in wanted:
-            if given.to_plan is not None and given not in self._planning:
-                self._planning[given] = asyncio.create_task(self._planned(given, given.to_plan))
-
-    async def _planned(self, given: Giving, change: ToPlan) -> None:
-        try:
-            given.planned(await plan_off_loop(self._plan.swarm, *change))
-        except (PlanRefusedError, OSError) as error:
-            given.planned(None, str(error))
-
 
 def _new_giver() -> int:
-    """Return a number for one who gives orders, that no other has."""
+    """Return a unique number of a giver of orders."""
     return secrets.randbits(31)

@@ -1,4 +1,4 @@
-"""Plans a change of formation in a process of its own, so that the loop which carries a stop never waits for it.
+"""Plans a change of formation in a separate process, so that the loop that sends a stop never waits for it.
 
 Planning imports numpy and scipy and tries many changes: seconds on a busy machine. A thread would still delay the loop
 by tens of ms: imports hold the interpreter's lock.
@@ -9,15 +9,42 @@ from __future__ import annotations
 import asyncio
 import pickle
 import sys
+from collections.abc import Sequence
 
 from flockwire import clock
+from flockwire.domain.order import Mission
 from flockwire.domain.vector import Vector
+from flockwire.ground.giving import Giving
+from flockwire.ground.order import ToPlan
 from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import Mission
 
 
 class PlanRefusedError(ValueError):
     """A change of formation that cannot be flown or planned; the text says why."""
+
+
+class Planner:
+    """Plans changes of formation beside the loop that it is called in."""
+
+    def __init__(self) -> None:
+        self._tasks: dict[Giving, asyncio.Task[None]] = {}
+
+    def plan(self, swarm: Swarm, waiting: Sequence[Giving]) -> None:
+        """Plan the change of `swarm` for each that waits for one; a plan that none waits for any more ends."""
+        for given in [given for given in self._tasks if given not in waiting]:
+            self._tasks.pop(given).cancel()
+        for given in waiting:
+            if given.to_plan is not None and given not in self._tasks:
+                self._tasks[given] = asyncio.create_task(_planned(swarm, given, given.to_plan))
+
+
+async def _planned(swarm: Swarm, given: Giving, change: ToPlan) -> None:
+    try:
+        mission = await plan_off_loop(swarm, *change)
+    except (PlanRefusedError, OSError) as error:
+        given.planned(None, str(error))
+    else:
+        given.planned(mission)
 
 
 async def plan_off_loop(
@@ -25,19 +52,19 @@ async def plan_off_loop(
 ) -> Mission:
     """Return the order that changes from `running` to the formation `name`, as `plan_in_time` does.
 
-    `leader` is where the leader is (m, world frame), `duration` is in s. The fleet may have other orders when this
-    returns. Raises PlanRefusedError.
+    `leader` is the leader's position (m, world frame), `duration` is in s. The fleet's orders may have changed when
+    this returns. Raises PlanRefusedError.
     """
     epoch = clock.now() - clock.monotonic()
     planner = await asyncio.create_subprocess_exec(
         sys.executable, "-m", "flockwire_station.planning",
         stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE,
-        start_new_session=True,  # the terminal's Ctrl-C is the station's to handle
+        start_new_session=True,  # the station handles the terminal's Ctrl-C
     )  # fmt: skip
     try:
         answer, said = await planner.communicate(pickle.dumps((epoch, swarm, running, name, leader, duration)))
     finally:
-        if planner.returncode is None:  # nobody waits for it any more
+        if planner.returncode is None:  # no longer needed
             planner.kill()
             await planner.wait()
     if planner.returncode:
@@ -50,7 +77,7 @@ async def plan_off_loop(
 
 
 def main() -> None:
-    """Read what to plan from the standard input; write the order, or why there is none, to the standard output."""
+    """Read the request from the standard input; write the order, or the refusal, to the standard output."""
     from flockwire.ground.formation_planning import ChangeRefusedError, plan_in_time  # noqa: PLC0415  (numpy)
 
     epoch, swarm, running, name, leader, duration = pickle.load(sys.stdin.buffer)  # noqa: S301  (of the own parent)

@@ -1,4 +1,4 @@
-"""What can be known of a flight before it: the leader on its course and the formation round it, second by second."""
+"""Predicts problems of a flight: the leader's course and the formation around it, second by second."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from flockwire.control.trajectory import Trajectory
 from flockwire.domain.vector import Vector, add, norm
 from flockwire.swarm.model import Swarm, uav
 
-STEP = 0.05  # s between the instants that are looked at
-INSTANTS = 2400  # of them at most: of a long flight they are further apart
-ENDLESS = 3600.0  # s of a flight without an end that are looked at
+STEP = 0.05  # s between the evaluated instants
+INSTANTS = 2400  # largest number of instants: a long flight has longer steps
+ENDLESS = 3600.0  # s of a flight without an end that are evaluated
 
 
 def predicted(swarm: Swarm, duration: float) -> Iterator[str]:
-    """Yield what will go wrong in `duration` s of each formation, if everybody flies exactly where it should.
+    """Yield the problems in `duration` s of each formation, if every drone is exactly at its place.
 
     0 is a flight without an end.
     """
@@ -76,8 +76,8 @@ def _of_followers(swarm: Swarm, name: str, duration: float) -> Iterator[str]:
     if blocked:
         (number, obstacle), t = min(blocked.items(), key=lambda one: one[1])
         yield (
-            f"{key}: obstacle {obstacle} stands where {uav(number)} should be after {t:.1f} s; it must leave it, "
-            f"as {len({drone for drone, _ in blocked})} of {len(swarm.followers)} followers have"
+            f"{key}: obstacle {obstacle} is at the place of {uav(number)} after {t:.1f} s; it must avoid it, "
+            f"as {len({drone for drone, _ in blocked})} of {len(swarm.followers)} followers must"
         )
 
 
@@ -87,7 +87,7 @@ def _instants(duration: float) -> Iterator[float]:
 
 
 def _course(swarm: Swarm) -> Callable[[float], Vector]:
-    """Return the function of where the leader is to be, m, so many s into the formation."""
+    """Return the function of the leader's position, m, at a time, s, of the formation."""
     if swarm.leader.kind == "virtual":
         start = swarm.leader.start
     elif LEADER not in swarm.flying:
@@ -100,7 +100,7 @@ def _course(swarm: Swarm) -> Callable[[float], Vector]:
 
 
 def _trajectory(swarm: Swarm) -> Trajectory:
-    """Return where the leader is known to go: a simulated person walks the trajectory."""
+    """Return the leader's known trajectory, including that of a simulated person."""
     return swarm.leader.trajectory.build() if swarm.walking else swarm.leader.course()
 
 

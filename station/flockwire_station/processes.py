@@ -24,14 +24,14 @@ from flockwire_station.terminal.interrupts import Interrupts
 
 GRACE = 2.5  # s between the signal to end and SIGKILL
 FILING = 30.0  # s for a recorder, which has a trace to complete
-LANDING_TIME = 60.0  # s that those may take which have something in the air
+LANDING_TIME = 60.0  # s for processes with a flying drone
 POLL = 0.02  # s
-LONGEST_LAST_LINE = 4096  # bytes that are looked at of what a process said last
-REFUSED = 2  # exit status of a process that cannot run as it is set up
+LONGEST_LAST_LINE = 4096  # bytes of a process's last output that are read
+REFUSED = 2  # exit status of a process with a bad configuration
 
 
 class PortInUseError(OSError):
-    """A process of the swarm cannot listen where it should."""
+    """A process of the swarm cannot listen at its endpoint."""
 
 
 def command(
@@ -45,8 +45,7 @@ def command(
 ) -> list[str]:
     """Return the command line that runs `identity`.
 
-    `faults` goes to the recorder and to those whose cores inject faults themselves, with when they count
-    from (Unix ns) where it is known.
+    `faults` goes to the recorder and to processes that inject faults themselves, with their time 0 (Unix ns) if known.
     """
     row, paths = plan.rows[identity], FilePaths(str(swarm_file), str(keys), str(out))
     line = [sys.executable, "-m", "flockwire_cli", *arguments(plan, identity, paths)]
@@ -58,11 +57,11 @@ def command(
 
 
 def busy_endpoint(plan: Plan, identities: Iterable[str]) -> str:
-    """Return a line about the first of the endpoints that cannot be listened at, empty when all can."""
+    """Return a line about the first endpoint that is in use, empty if there is none."""
     listening = [
         (name, where[name]) for name in identities for where in (plan.endpoints, plan.reserved) if name in where
     ]
-    kind = socket.SOCK_DGRAM if plan.locator("").startswith("quic") else socket.SOCK_STREAM
+    kind = socket.SOCK_DGRAM if plan.over_quic else socket.SOCK_STREAM
     for identity, endpoint in listening:
         address, _, port = endpoint.rpartition(":")
         family = socket.AF_INET6 if address.startswith("[") else socket.AF_INET
@@ -75,7 +74,7 @@ def busy_endpoint(plan: Plan, identities: Iterable[str]) -> str:
                 reason = "is in use" if error.errno == errno.EADDRINUSE else str(error.strerror).lower()
                 return (
                     f"network.base_port = {plan.swarm.network.base_port}: {identity} listens at {address}:{port}, "
-                    f"which {reason}; end what runs there or choose another base_port"
+                    f"which {reason}; end that process or choose another base_port"
                 )
     return ""
 
@@ -85,7 +84,7 @@ class Children:
 
     They outlive this object and its loop (asyncio's own subprocesses are killed when they are collected).
 
-    `detours` has by identity, for those whose links have relays, where they dial whom.
+    `detours` has the relay addresses that a process dials, by identity.
     """
 
     def __init__(
@@ -98,7 +97,7 @@ class Children:
         detours: Mapping[str, Mapping[str, str]] | None = None,
     ) -> None:
         self._plan, self._swarm_file, self._out, self._keys, self._faults = plan, swarm_file, out, keys, faults
-        self.took_off: int | None = None  # when the flight's faults count from, Unix ns
+        self.took_off: int | None = None  # time 0 of the flight's faults, Unix ns
         self._detours = detours or {}
         self._running: dict[str, subprocess.Popen[bytes]] = {}
         self._expected_exits: set[str] = set()
@@ -107,16 +106,17 @@ class Children:
 
     def start(self, identity: str) -> None:
         """Start the process of `identity`."""
+        line = command(self._plan, identity, self._swarm_file, self._out, self._keys, self._faults, self.took_off)
         detours = detour_environment(self._detours.get(identity, {}))
         with self.log(identity).open("ab") as log:
             self._running[identity] = subprocess.Popen(  # noqa: S603  (the command is this package's own)
-                command(self._plan, identity, self._swarm_file, self._out, self._keys, self._faults, self.took_off),
+                line,
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,
                 pass_fds=(self._read_end,),
                 env={**os.environ, LIFELINE: str(self._read_end), **clock.epoch_environment(), **detours},
-                start_new_session=True,  # the terminal's Ctrl-C is ours to handle
+                start_new_session=True,  # this process handles the terminal's Ctrl-C
             )
 
     def signal(self, identity: str, number: int) -> None:
@@ -130,7 +130,7 @@ class Children:
         self.signal(identity, signal.SIGKILL)
 
     async def restart(self, identity: str) -> None:
-        """Kill the process of `identity`, if it runs, and start it again."""
+        """Kill the process of `identity`, if it runs, and restart it."""
         self.kill(identity)
         if identity in self._running:
             await _exited(self._running[identity])
@@ -138,11 +138,11 @@ class Children:
         self._expected_exits.discard(identity)
 
     def log(self, identity: str) -> Path:
-        """Return where the process of `identity` logs."""
+        """Return the log file of `identity`."""
         return self._out / "logs" / f"{identity}.log"
 
     def ended(self) -> tuple[str, ...]:
-        """Return the processes that ended by themselves."""
+        """Return the processes that ended unexpectedly."""
         return tuple(
             identity
             for identity, process in self._running.items()
@@ -150,26 +150,26 @@ class Children:
         )
 
     def refused(self, identity: str) -> bool:
-        """Return whether a process ended because it cannot run as it is set up: it would do so again."""
+        """Return whether a process ended because of its configuration: a restart would fail too."""
         return self._running[identity].poll() == REFUSED
 
     def died(self) -> str:
-        """Return a line about a process that ended by itself, empty when all run."""
+        """Return a line about a process that ended unexpectedly, empty if all run."""
         return next((self.how(identity) for identity in self.ended()), "")
 
     def how(self, identity: str) -> str:
-        """Return a line about how a process ended by itself, with what it said last."""
-        with self.log(identity).open("rb") as log:  # its end alone: who calls has a flight to conduct
+        """Return a line about how a process ended unexpectedly, with its last output."""
+        with self.log(identity).open("rb") as log:  # only its end: the caller conducts a flight
             log.seek(max(0, log.seek(0, os.SEEK_END) - LONGEST_LAST_LINE))
             lines = log.read().decode(errors="replace").strip().splitlines()
         how = _how(self._running[identity].poll() or 0)
-        return f"{identity} ended by itself ({how}){': ' + lines[-1] if lines else ''}"
+        return f"{identity} ended unexpectedly ({how}){': ' + lines[-1] if lines else ''}"
 
     async def end(self, interrupted: Interrupts | None = None) -> None:
-        """End all processes, in the order of their ranks, and wait for them; what flies lands first.
+        """End all processes, in the order of their ranks, and wait for them; flying drones land first.
 
-        Kills what does not end in time, but nothing that may be flying: with a second interrupt these are left to
-        end by themselves.
+        Kills processes that do not end in time, but none with a flying drone: after a second interrupt these end by
+        themselves.
         """
         ranks = sorted({self._plan.rows[identity].rank for identity in self._running})
         flyers = {identity for identity in self._running if self._plan.rows[identity].flies}
@@ -179,9 +179,9 @@ class Children:
                 others = [i for i in self._running if self._plan.rows[i].rank == rank and i not in flyers]
                 await asyncio.gather(*(self._end(self._running[i], self._grace(i), None) for i in others))
         for process in self._running.values():
-            process.returncode = process.poll() or 0  # of one that is left to itself: Popen's end would warn of it
+            process.returncode = process.poll() or 0  # of a process that keeps running: Popen's destructor would warn
         self._running.clear()
-        for fd in (self._read_end, self._write_end):  # closed, it signals those left that the station is gone
+        for fd in (self._read_end, self._write_end):  # its closing signals the end of the station
             with contextlib.suppress(OSError):
                 os.close(fd)
 
@@ -189,7 +189,7 @@ class Children:
         return FILING if self._plan.rows[identity].records else GRACE
 
     async def _end(self, process: subprocess.Popen[bytes], patience: float, interrupted: Interrupts | None) -> None:
-        process.send_signal(signal.SIGCONT)  # one that stands still would not get the other
+        process.send_signal(signal.SIGCONT)  # a frozen process would not handle SIGTERM
         process.terminate()
         deadline = clock.monotonic() + nanoseconds(patience)
         while process.poll() is None and clock.monotonic() < deadline:

@@ -1,4 +1,4 @@
-"""Processes that die in flight: which are started again, and which end the flight."""
+"""Processes that die in flight: which are restarted, and which end the flight."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MOST_RESTARTS = 5  # of one process in one flight
 
 
 class Restarts:
-    """Looks after the children of one flight; `note` gets a line about each that is started again."""
+    """Restarts the children of one flight; `note` gets a line about each restart."""
 
     def __init__(self, plan: Plan, children: Children, note: Callable[[str], None]) -> None:
         self._plan, self._children, self._note = plan, children, note
@@ -22,19 +22,19 @@ class Restarts:
         self._counts: Counter[str] = Counter()  # of restarts, by identity
 
     def step(self) -> str:
-        """Start what died again, where the process table has it so; returns a line about another one that died.
+        """Restart dead processes if the process table allows it; returns a line about another dead one.
 
-        What refused to run would do so again.
+        A process that refused its configuration is not restarted.
         """
         for identity in self._children.ended():
             again = self._plan.rows[identity].restarts and not self._children.refused(identity)
             if again and self._counts[identity] < MOST_RESTARTS:
                 self._counts[identity] += 1
-                self._note(f"{self._children.how(identity)}; started again")
+                self._note(f"{self._children.how(identity)}; restarted")
                 self._children.kill(identity)  # its exit is then expected
                 self._tasks.append(asyncio.create_task(self._children.restart(identity)))
         return self._children.died()
 
     async def end(self) -> None:
-        """Wait for what is under way."""
+        """Wait for pending work."""
         await asyncio.gather(*self._tasks)

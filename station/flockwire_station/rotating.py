@@ -1,4 +1,4 @@
-"""Before new keys make the old ones worthless: whether anybody flies with the old ones, on whatever host."""
+"""Finds drones on all hosts that fly with the old keys, before new keys replace them."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from flockwire.wire.processes import OPERATOR
 
 from flockwire_station.operator import Operator
 
-LOOK_TIME = 1.5  # s in which whoever is linked has reported
+LOOK_TIME = 1.5  # s for all linked processes to report
 
 
 async def flying(plan: Plan, keys: Path) -> tuple[str, ...]:
-    """Return the drones in the air, and what flies and does not report how it is, as seen with `keys`."""
+    """Return the drones in the air, and linked processes of drones that do not report, as seen with `keys`."""
     try:
         session = Session(plan, OPERATOR.kind, keys)
     except (CredentialsError, RouterAbsentError):
-        return ()  # nobody accepts these keys, or is there to accept them
+        return ()  # no process accepts these keys, or none runs
     with session:
         operator = Operator(plan, session)
         await operator.watch(LOOK_TIME)
@@ -31,7 +31,7 @@ async def flying(plan: Plan, keys: Path) -> tuple[str, ...]:
 
 
 def _silent(plan: Plan, operator: Operator, session: Session) -> list[str]:
-    """Return those linked that fly something and have no fresh status."""
+    """Return the linked processes of drones without a fresh status."""
     now, linked = operator.poll(), set(session.linked())
     fresh = {identity for identity, status in operator.statuses.items() if now - status.stamp < STALE}
     return [identity for identity, row in plan.rows.items() if row.flies and identity in linked - fresh]

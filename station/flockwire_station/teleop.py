@@ -1,6 +1,6 @@
 """`flockwire teleop`: steers a teleoperated leader by a gamepad, and by the keys of a terminal.
 
-A key counts for HELD s, so that one that is held down (and repeats) moves the leader, and one that is let go stops it.
+A key acts for HELD s: a pressed key (which repeats) moves the leader, a released key stops it.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from pathlib import Path
 
 from flockwire import clock
 from flockwire.control.graph import LEADER
+from flockwire.domain.airframe import Command
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, limit, scale
 from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import STEERING, Key
-from flockwire.wire.messages import Command
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import TELEOP
 
@@ -40,11 +40,11 @@ class SteeringKeys:
 
     def __init__(self, speed: float) -> None:
         self._speed = speed
-        self._until: dict[str, float] = {}  # when a key no longer counts, ns of a clock that does not go back
+        self._until: dict[str, float] = {}  # when a key stops acting, ns of a clock that does not go back
         self.ended = False
 
     def press(self, key: str, now: int) -> None:
-        """Take one key that was pressed at `now` (ns)."""
+        """Handle a key pressed at `now` (ns)."""
         if key in WAYS:
             self._until[key] = now + HELD
         elif key == " ":
@@ -53,7 +53,7 @@ class SteeringKeys:
             self.ended = True
 
     def velocity(self, now: int) -> Vector:
-        """Return the velocity to ask for at `now` (ns)."""
+        """Return the velocity to command at `now` (ns)."""
         total = ZERO
         for key, until in self._until.items():
             if now < until:
@@ -62,9 +62,9 @@ class SteeringKeys:
 
 
 async def steer(plan: Plan, keys: Path, gamepad: Gamepad | None = None) -> bool:
-    """Publish steering commands until `q` or an interrupt; returns whether it could. Raises CredentialsError.
+    """Publish steering commands until `q` or an interrupt; returns False if it could not. Raises CredentialsError.
 
-    A stick that is moved counts before the keys.
+    A moved stick overrides the keys.
     """
     pressed, key = SteeringKeys(plan.swarm.leader.speed), Key(STEERING, uav(LEADER))
     with interrupts() as interrupted:

@@ -1,6 +1,6 @@
-"""Why there is no link to a process: Zenoh tries again in silence, so that the cause is looked for by a handshake.
+"""Finds why a process is not linked: Zenoh retries without a message, so a handshake is tried.
 
-Nothing is sent but the handshake, and no place of the process is taken for longer than that.
+Only the handshake is sent, and it occupies a place of the process only for its duration.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from flockwire.security.files import default_folder, files_of
 from flockwire.wire.plan import Plan
 
 HANDSHAKE_TIME = 1.0  # s for one handshake
-NOBODY = "nobody listens at the address of {who} ({where})"
+NOBODY = "no process listens at the address of {who} ({where})"
 SILENT = "no answer from the host of {who} ({where})"
 STRANGE = "{who} has a certificate of another authority than the keys in {keys}, or for another address"
 REFUSED = "{who} refuses the keys in {keys}"
-SLOW = "{who} runs, and was not linked in time"
+SLOW = "{who} runs, but was not linked in time"
 UNEXPLAINED = "no link to {who} ({where}); QUIC does not report why"
 
 
 async def why_unlinked(plan: Plan, keys: Path | None, one: str, others: Iterable[str]) -> str:
-    """Return why `one` is not linked to each of `others`, whom it dials: a clause for each cause, who has it, where."""
+    """Return why `one` is not linked to `others`, which it dials: a clause for each cause."""
     folder, wanted = keys or default_folder(plan.swarm.name), list(others)
     context = _context(plan, folder, one)
     causes = await asyncio.gather(*(_cause(plan, plan.dialled(one, other), context) for other in wanted))
@@ -44,13 +44,13 @@ def _context(plan: Plan, folder: Path, identity: str) -> ssl.SSLContext | None:
         context = ssl.create_default_context(cafile=files.authority)
         context.load_cert_chain(files.certificate, files.key)
     except OSError:
-        return None  # keys that cannot be read are not what a link waits for
+        return None  # unreadable keys do not delay a link
     return context
 
 
 async def _cause(plan: Plan, endpoint: str, context: ssl.SSLContext | None) -> str:
     address, _, port = endpoint.rpartition(":")
-    host, quic = address.strip("[]"), plan.locator(endpoint).startswith("quic")
+    host, quic = address.strip("[]"), plan.over_quic
     try:
         async with asyncio.timeout(HANDSHAKE_TIME):
             await (_datagram(host, int(port)) if quic else _handshake(host, int(port), context))
@@ -68,18 +68,18 @@ async def _cause(plan: Plan, endpoint: str, context: ssl.SSLContext | None) -> s
 
 
 async def _handshake(host: str, port: int, context: ssl.SSLContext | None) -> None:
-    """Connect, and wait a little for a refusal: the server checks our certificate when our handshake is over."""
+    """Connect, and wait a little for a refusal: the server checks our certificate after our handshake."""
     reader, writer = await asyncio.open_connection(host, port, ssl=context)
     try:
         await asyncio.wait_for(reader.read(1), HANDSHAKE_TIME / 2)
     except TimeoutError:
-        pass  # it waits for what Zenoh says first
+        pass  # it waits for Zenoh's first message
     finally:
         writer.close()
 
 
 async def _datagram(host: str, port: int) -> None:
-    """Raise ConnectionRefusedError where the host reports that nobody takes datagrams at `port`."""
+    """Raise ConnectionRefusedError if the host reports that `port` is closed."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     with socket.socket(family, socket.SOCK_DGRAM) as probe:
         probe.setblocking(False)

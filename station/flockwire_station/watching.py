@@ -16,14 +16,14 @@ from flockwire_station.operator import Operator
 from flockwire_station.terminal.interrupts import interrupts
 from flockwire_station.terminal.table import Rates, draw
 
-LOOK_TIME = 1.5  # s in which whoever is linked has reported
+LOOK_TIME = 1.5  # s for all linked processes to report
 REFRESH = 0.25  # s
 
 
 async def watch(plan: Plan, keys: Path, once: bool) -> tuple[str, ...]:
-    """Show the table until it is interrupted, or print it once; returns who had no status. Raises CredentialsError.
+    """Show the table until it is interrupted, or print it once; returns processes without a status.
 
-    Once, it does not wait for a router that does not answer.
+    Printed once, it does not wait for a router. Raises CredentialsError.
     """
     console = Console()
     once = once or not console.is_terminal

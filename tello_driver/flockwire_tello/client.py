@@ -1,9 +1,9 @@
-"""A client of one Tello, without input and output: commands go in, datagrams come out, replies find their commands.
+"""A client of one Tello, without input and output: it turns commands into datagrams and matches replies to commands.
 
-One command is in flight at a time. A Tello does not number its replies, so one that comes after its time-out looks like
-the reply to the next command. Each datagram sent is therefore kept as owing a reply until that would be too late, and a
-reply belongs to the oldest that it fits. A command that may not be sent again waits until nothing is owed. `rc` and
-`emergency` have no reply and wait for nothing; `land` and `stop` take the place of what is in flight.
+One command is in flight at a time. A Tello does not number its replies, so a late reply looks like the reply to the
+next command. Each sent datagram therefore owes a reply until its time limit, and a reply belongs to the oldest datagram
+that it fits. A command that may not be repeated waits until no reply is owed. `rc` and `emergency` have no reply and do
+not wait; `land` and `stop` replace the command in flight.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ class CommandOutcome(Enum):
 
     DONE = "done"
     REFUSED = "refused"  # the reply gives the reason
-    TIMED_OUT = "timed out"  # whether the drone did it is not known
-    SUPERSEDED = "superseded"  # an urgent command took its place
+    TIMED_OUT = "timed out"  # unknown whether the drone obeyed
+    SUPERSEDED = "superseded"  # replaced by an urgent command
     QUEUE_FULL = "queue full"  # never sent
 
 
@@ -54,10 +54,10 @@ class Poll(NamedTuple):
 
 @dataclass
 class Counters:
-    """What came and was of no use."""
+    """Counts of useless replies."""
 
     late_replies: int = 0  # to a command that had ended
-    stray_replies: int = 0  # to no command, junk among them
+    stray_replies: int = 0  # to no command, including invalid bytes
     malformed_states: int = 0
 
 
@@ -92,12 +92,12 @@ class TelloClient:
         self._sticks: str | None = None
         self._emergencies = 0  # that the next `poll` sends
         self._finished: list[Finished] = []
-        self._given = 0  # when something was given to send
+        self._given = 0  # time of the last command to send
 
     def send(self, command: str, now: int) -> None:
-        """Take in a command; the next `poll` sends it, or lets it wait. Of several `rc`, only the last is sent.
+        """Accept a command; the next `poll` sends it, or lets it wait. Only the last of several `rc` is sent.
 
-        Raises ValueError where it is empty, too long, or not one line of printable ASCII.
+        Raises ValueError if it is empty, too long, or not one line of printable ASCII.
         """
         if not (0 < len(command) <= LONGEST_COMMAND and command.isascii() and command.isprintable()):
             raise ValueError(f"{command[:40]!r}: a command is one line of 1 to {LONGEST_COMMAND} ASCII characters")
@@ -115,7 +115,7 @@ class TelloClient:
             self._queue.append(command)
 
     def cease(self, command: str, now: int) -> None:
-        """End `command`, which the state shows to be done: it is not sent again. A reply may still come."""
+        """End `command`, which the state shows to be done: it is not repeated. A reply may still arrive."""
         if self._flight is not None and self._flight.command == command:
             self._end(CommandOutcome.DONE, "", now)
 
@@ -127,7 +127,7 @@ class TelloClient:
             self._end(CommandOutcome.TIMED_OUT, "", now)
 
     def receive(self, datagram: bytes, now: int) -> None:
-        """Take in a datagram from the drone's command port."""
+        """Receive a datagram from the drone's command port."""
         for reply in split_replies(datagram):
             owed = next((owed for owed in self._owed if fits(owed.flight.command, reply)), None)
             if owed is None:
@@ -140,14 +140,14 @@ class TelloClient:
                 self.counters.late_replies += 1
 
     def receive_state(self, datagram: bytes, now: int) -> None:
-        """Take in a datagram from the state port; `state` is then the newest and `state_time` is `now`."""
+        """Receive a datagram from the state port; `state` is then the newest and `state_time` is `now`."""
         states, malformed = parse_states(datagram)
         self.counters.malformed_states += malformed
         if states:
             self.state, self.state_time = states[-1], now
 
     def poll(self, now: int) -> Poll:
-        """Return what is to be sent at `now`, and which commands have ended since the last call."""
+        """Return the datagrams to send at `now`, and the commands that ended since the last call."""
         datagrams = ["emergency"] * self._emergencies
         self._emergencies = 0
         if self._sticks is not None:
@@ -158,7 +158,7 @@ class TelloClient:
         return Poll([text.encode("ascii") for text in datagrams], finished)
 
     def next_deadline(self) -> int | None:
-        """Return when to call `poll` next, None where nothing is under way; a time that is past means at once."""
+        """Return when to call `poll` next, None if nothing is pending; a past time means at once."""
         if self._sticks is not None or self._finished or self._emergencies:
             return self._given
         times: list[int] = []
@@ -182,7 +182,7 @@ class TelloClient:
             yield self._transmit(self._flight, now)
 
     def _must_wait(self) -> bool:
-        """Whether the next command must not be mistaken for one before it whose reply is still owed."""
+        """Return whether the next command must wait, because its reply could be confused with an owed one."""
         return bool(self._owed) and not rule(self._queue[0]).resend
 
     def _transmit(self, flight: _InFlight, now: int) -> str:
@@ -205,7 +205,7 @@ class TelloClient:
         self._shorten(flight, now)
 
     def _supersede(self, now: int) -> None:
-        """End all that is in flight or waits; a reply to the former may still come."""
+        """End the command in flight and all that wait; a reply to the former may still arrive."""
         waiting = [] if self._flight is None else [self._flight.command]
         self._finished += [Finished(command, CommandOutcome.SUPERSEDED) for command in (*waiting, *self._queue)]
         flight, self._flight = self._flight, None

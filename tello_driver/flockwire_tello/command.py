@@ -18,8 +18,10 @@ def tello_sim(
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port of commands.")] = 8889,
     state_port: Annotated[int, typer.Option(min=1, max=65535, help="Port of the client that gets the state.")] = 8890,
     sdk: Annotated[str, typer.Option(help="1.3 (Tello), 2.0 (EDU) or 3.0 (RoboMaster TT).")] = "2.0",
-    quirk: Annotated[list[str] | None, typer.Option(help="A habit of real ones, or no-NAME; `list` shows all.")] = None,
-    seed: Annotated[int, typer.Option(help="Of reply times and losses.")] = 0,
+    quirk: Annotated[
+        list[str] | None, typer.Option(help="Behaviour of real Tellos, or no-NAME; `list` shows all.")
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of reply times and losses.")] = 0,
 ) -> None:
     """Serve a simulated Tello over UDP: any Tello client can fly it."""
     from flockwire_tello.simulated.server import serve  # noqa: PLC0415  (asyncio)

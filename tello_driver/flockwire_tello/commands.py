@@ -1,4 +1,4 @@
-"""What each Tello command wants of its sender, as data: how long to wait, what a reply is, what to send again.
+"""The rules of each Tello command, as data: time limit, replies, repetitions.
 
 Sources: Tello SDK 1.3 (2018), SDK 2.0 (EDU, 2018), SDK 3.0 (RoboMaster TT, 2021) user guides for names and replies; the
 times are larger than those in public logs (`command` 28 to 48 ms, `takeoff` 3.9 s, `land` 1.7 s).
@@ -17,11 +17,11 @@ NUMBER = r"-?\d+(?:\.\d+)?"
 class CommandRule(NamedTuple):
     """How to treat one command; times in s."""
 
-    timeout: float  # from sending until it is sent again or given up
-    resend: int  # how often it may be sent again; 0 where a second one would do something else
-    reply: re.Pattern[str] | None = OK  # what a good reply is, as a whole; None: there is none, nothing waits for it
-    late: float = 0.5  # after it ended without one, how long a reply may still come
-    urgent: bool = False  # takes the place of what is in flight and of all that waits
+    timeout: float  # from sending to repetition or giving up
+    resend: int  # allowed repetitions; 0 if a second one has another effect
+    reply: re.Pattern[str] | None = OK  # pattern of a good reply; None: it has no reply
+    late: float = 0.5  # time for a late reply after it ended without one
+    urgent: bool = False  # replaces the command in flight and all that wait
 
 
 def _query(pattern: str) -> CommandRule:
@@ -37,7 +37,7 @@ RULES: dict[str, CommandRule] = {
     "command": CommandRule(timeout=1.0, resend=4),
     "takeoff": CommandRule(timeout=20.0, resend=0, late=5.0),
     "throwfly": CommandRule(timeout=20.0, resend=0, late=5.0),
-    "land": CommandRule(timeout=0.5, resend=5, late=5.0, urgent=True),  # a second one changes nothing
+    "land": CommandRule(timeout=0.5, resend=5, late=5.0, urgent=True),  # a second one has no effect
     "stop": CommandRule(timeout=2.0, resend=2, reply=re.compile(r"ok|forced stop"), urgent=True),
     "rc": SILENT,
     "emergency": SILENT,

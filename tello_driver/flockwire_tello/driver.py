@@ -1,11 +1,14 @@
-"""The driver of one Tello without clock, input or output: messages and datagrams in, messages and datagrams out.
+"""The core of one Tello's driver: messages and datagrams in, messages and datagrams out.
 
-It has the last word on its drone: it flies no faster than the limit, hovers and lands without commands, and stops the
-motors the moment a stop comes. What the drone does it takes from the drone's state, not from replies.
+It makes the final decision for its drone: it flies no faster than the limit, hovers and lands without commands, and
+stops the motors as soon as a stop arrives. It relies on the drone's state, not on replies.
 """
 
 from __future__ import annotations
 
+from flockwire.domain.airframe import Command, FlightState, Telemetry
+from flockwire.domain.order import Stop
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import ZERO, limit, norm, subtract
 from flockwire.parameters import guard_parameters
@@ -13,8 +16,8 @@ from flockwire.process.cores import Address, Datagram, Start
 from flockwire.process.driving import RETIREMENT, SETTLED, TELEMETRY_PERIOD, TOLERANCE
 from flockwire.process.stepping import next_deadline
 from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import STOP, Key
-from flockwire.wire.messages import Command, FlightState, Message, Pose, Stop, Telemetry
 from flockwire.wire.status import Reason, Report, counted
 
 from flockwire_tello.client import TelloClient
@@ -26,18 +29,16 @@ from flockwire_tello.sticks import CENTRED, StickGains, Sticks
 from flockwire_tello.swarm_file import COMMAND_PORT, reached, tello_addresses, tello_keys
 from flockwire_tello.tello_link import TelloLink
 
-FIRST_COMMAND = 3 * SECOND  # ns that one started in flight has to learn swarm time: older or newer, no command counts
-JUMP = 0.05  # m/s, rad/s: a command that differs by more has its `rc` at once
-GIVEN_UP = 40 * SECOND  # ns after RETIREMENT, when a drone that went silent in the air counts as lost
+FIRST_COMMAND = 3 * SECOND  # ns to learn swarm time after a start in flight: without it no command is obeyed
+JUMP = 0.05  # m/s, rad/s: a command that differs by more is sent at once
+GIVEN_UP = 40 * SECOND  # ns after RETIREMENT at which a drone that is silent in the air counts as lost
 ON_GROUND = (FlightState.GROUNDED, FlightState.STOPPED, FlightState.HELD)
 LIFTED = Reason(
-    "ground", "off the ground with its motors standing, in somebody's hand, or its sensor sees no floor", "put it down"
+    "ground", "off the ground with stopped motors, held in a hand, or its sensor detects no floor", "put it down"
 )
-HEADED = (Mode.GROUNDED, Mode.TAKING_OFF, Mode.FLYING)  # in which its heading counts
-BLIND = Reason(
-    "pose", "no pose comes (it flies only up and down)", "look at the gateway, and at the link from it to this driver"
-)
-STOPPING = Reason("stop", "not known to be down after the stop", "keep clear of it")
+HEADED = (Mode.GROUNDED, Mode.TAKING_OFF, Mode.FLYING)  # for which its heading is valid
+BLIND = Reason("pose", "no pose arrives (it flies only up and down)", "check the gateway and its link to this driver")
+STOPPING = Reason("stop", "not known to be down after the stop", "keep away from it")
 
 
 class DriverCore:
@@ -74,7 +75,7 @@ class DriverCore:
         return (self._own, self._states)
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take in a message; a command or a stop has its datagram at once."""
+        """Receive a message; a command or a stop is sent at once."""
         t = self._time.at(now)
         match message:
             case Command():
@@ -86,7 +87,7 @@ class DriverCore:
                 self._stick_control.see(message.orientation, t)
 
     def datagram(self, data: bytes, sender: Address, at: Address, now: int) -> None:
-        """Take in a datagram that came to one of the sockets."""
+        """Receive a datagram of one of the sockets."""
         t = self._time.at(now)
         if self._filtered and sender[0] != self._drone[0]:
             self._foreign += 1
@@ -98,18 +99,18 @@ class DriverCore:
             self._client.receive(data, t)
 
     def due(self, key: Key) -> bool:
-        """Return False: it steps at a rate of its own."""
+        """Return False: it steps at its own rate."""
         return False
 
     def correct(self, by: int) -> None:
-        """Take note that `now` goes on `by` ns ahead (behind when negative): so much has not passed."""
+        """Record that `now` jumps ahead by `by` ns (back if negative): this time has not passed."""
         self._time.correct(by)
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
-        """Keep the link, the ladder and the sticks; publish the telemetry while the drone is heard."""
+        """Update link, ladder and sticks; publish telemetry while the drone's state arrives."""
         t = self._time.at(now)
         self._flight.update(self._climb(t), t)
-        self._link.step(t)  # behind it: an `emergency` takes the place of whatever waits
+        self._link.step(t)  # after it: an `emergency` replaces all that waits
         self._descend(t)
         if t >= self._rc_deadline + self._spacing // 2:
             self._steer(t)
@@ -126,18 +127,18 @@ class DriverCore:
         return [Datagram(data, self._own, self._drone) for data in poll.datagrams]
 
     def retire(self, now: int) -> None:
-        """Land what the pilot does not land in RETIREMENT: the process is to end."""
+        """Land the drone if the pilot does not within RETIREMENT, because the process must end."""
         self._land_at = self._time.at(now) + RETIREMENT
 
     def may_end(self, now: int) -> bool:
-        """Return whether the drone has stood on the ground for a second, was never heard, or is lost."""
+        """Return whether the drone has been on the ground for a second, never sent a state, or is lost."""
         t, since = self._time.at(now), self._down_since
         if self._monitor.state is None or (since is not None and t - since >= SETTLED):
             return True
         return self._land_at is not None and not self._monitor.heard(t) and t >= self._land_at + GIVEN_UP
 
     def report(self, now: int) -> Report:
-        """Return how the drone is."""
+        """Return the drone's status."""
         t = self._time.at(now)
         grounded = self._flight.mode in (Mode.CONNECTING, Mode.GROUNDED)
         reasons = (
@@ -164,12 +165,12 @@ class DriverCore:
             self._steer(t)
 
     def _silence(self, t: int) -> float:
-        """Return for how long the pilot has been silent, s."""
+        """Return the time since the pilot's last command, s."""
         since = FIRST_COMMAND if self._commanded is None else self._commanded
         return max(0, t - since) / SECOND
 
     def _stale(self, t: int) -> bool:
-        """Return whether no command is new enough to steer by."""
+        """Return whether the newest command is too old to fly."""
         return self._commanded is None or self._silence(t) > self._limits.staleness.command_zero
 
     def _retired(self, t: int) -> bool:
@@ -177,16 +178,16 @@ class DriverCore:
         return self._land_at is not None and t >= self._land_at
 
     def _climb(self, t: int) -> float | None:
-        """Return the vertical velocity that the pilot wants, m/s; None when it is silent, or may command no more."""
+        """Return the pilot's vertical velocity, m/s; None if it is silent, or may no longer command."""
         return None if self._stale(t) or self._retired(t) else self._velocity[2]
 
     def _descend(self, t: int) -> None:
-        """Land without commands, when the process is to end, and for a pilot that goes on down near the ground."""
+        """Land without commands, if the process must end, and if the pilot descends near the ground."""
         if self._retired(t) or self._silence(t) > self._limits.staleness.command_land:
             self._flight.land(t)
 
     def _steer(self, t: int) -> None:
-        """Send the sticks: what was commanded last, centred when that is stale, and while it lands."""
+        """Send the sticks: the last command, or centred if it is stale, and while the drone lands."""
         if not self._flight.steered:
             return
         self._rc_deadline = next_deadline(self._rc_deadline, t, self._spacing)

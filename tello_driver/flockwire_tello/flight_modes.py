@@ -1,37 +1,36 @@
-"""What the driver has its Tello do: take-off, flight, landing, as the drone's state and its pilot's commands have it.
+"""The flight modes of a Tello: take-off, flight, landing, from the drone's state and its pilot's commands.
 
-connecting -> grounded -> taking off -> flying -> landing -> grounded;  stop -> stopped
-A driver that was started in flight goes from connecting to flying. A drone off the ground whose motors stand is held,
-in somebody's hand, and goes back to grounded.
+connecting -> grounded -> taking off -> flying -> landing -> grounded; stop -> stopped A driver that starts in flight
+goes from connecting to flying. A drone off the ground with stopped motors is held in a hand, and goes back to grounded.
 """
 
 from __future__ import annotations
 
 from enum import StrEnum
 
+from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND
-from flockwire.wire.messages import FlightState
 from flockwire.wire.status import Reason
 
 from flockwire_tello.client import CommandOutcome, Finished, TelloClient
 from flockwire_tello.flight_monitor import FlightMonitor
 from flockwire_tello.sticks import CENTRED
 
-RISE = 0.2  # m/s up, at most, above which a command means to take off; down, near the ground, to land
-SHARE = 0.5  # of a slow pilot's climb that means so too: 1/sqrt(2) is left where it has to go as far across
-MEANT = 3 * SECOND // 10  # ns that it must have meant so
-LANDING_HEIGHT = 0.45  # m under which `land` does what sticks cannot
+RISE = 0.2  # m/s, largest threshold of a climb command for take-off and, near the ground, of a descent for landing
+SHARE = 0.5  # of a slow pilot's climb, which is enough too: 1/sqrt(2) remains if it moves as fast sideways
+MEANT = 3 * SECOND // 10  # ns for which the command must last
+LANDING_HEIGHT = 0.45  # m below which `land` is needed
 NO_TAKEOFF = 3 * SECOND  # ns after `takeoff` without motors: its datagram was lost
-TAKEN_OFF = 6 * SECOND  # ns after `takeoff` that it flies though the reply was lost
-LAND_AGAIN = SECOND // 2  # ns without a descent after which `land` was lost, or is not obeyed
-SETTLING = 2 * SECOND  # ns that one on the ground takes to show that its motors stand
-SUNK = 0.05  # m less than before: a descent, in a height that is given in steps of 0.1
-EMERGENCY_FOR = SECOND  # ns for which `emergency` is sent at every update, whatever the state shows
-EMERGENCY_AGAIN = SECOND // 10  # ns from one to the next after that, until the state shows it down
+TAKEN_OFF = 6 * SECOND  # ns after `takeoff` at which it flies though the reply was lost
+LAND_AGAIN = SECOND // 2  # ns without a descent after which `land` is repeated
+SETTLING = 2 * SECOND  # ns until a drone on the ground shows that its motors have stopped
+SUNK = 0.05  # m of height loss that is a descent; the height has steps of 0.1
+EMERGENCY_FOR = SECOND  # ns for which `emergency` is sent at every update, for any state
+EMERGENCY_AGAIN = SECOND // 10  # ns between two after that, until the state shows it down
 
 
 class Mode(StrEnum):
-    """What the driver has its drone do."""
+    """The mode of the driver."""
 
     CONNECTING = "connecting"
     GROUNDED = "grounded"
@@ -55,7 +54,7 @@ _STATES = {
 class FlightModes:
     """Sends `takeoff`, `land` and `emergency` with `client`. Times are ns of one clock that does not go back.
 
-    `climb` is the slowest that its pilot takes off or lands, m/s.
+    `climb` is its pilot's slowest take-off or landing, m/s.
     """
 
     def __init__(self, client: TelloClient, monitor: FlightMonitor, climb: float) -> None:
@@ -63,25 +62,25 @@ class FlightModes:
         self.refusal: Reason | None = None  # why it did not take off
         self._client, self._monitor, self._rise = client, monitor, min(RISE, SHARE * climb)
         self._since = 0  # of the mode
-        self._found = False  # it was in the air when looked at, by no take-off of this driver's
+        self._found = False  # it was in the air without a take-off by this driver
         self._meant_since: int | None = None
-        self._held_down = False  # refused, landed or held: no `takeoff` before the pilot stops wanting it
-        self._height, self._height_at = 0.0, 0  # in a landing, when it last began or was seen to sink
-        self._sinks = self._accepted = False  # it is seen to; that, or its reply, shows that it obeys
+        self._held_down = False  # refused, landed or held: no `takeoff` before the pilot stops commanding it
+        self._height, self._height_at = 0.0, 0  # in a landing, the last time of its start or of a descent
+        self._sinks = self._accepted = False  # a descent, or the reply, shows that it obeys
         self._down = False  # after a stop: whether it is known to be down
-        self._emergency_at = 0  # when `emergency` is sent again
+        self._emergency_at = 0  # next time of `emergency`
 
     @property
     def steered(self) -> bool:
-        """Whether sticks are sent: also while it is not known yet whether it flies, and until it is seen to land.
+        """Whether sticks are sent: also while it is unknown whether it flies, and until it descends to land.
 
-        On the ground they do nothing.
+        On the ground they have no effect.
         """
         return self.mode in (Mode.FLYING, Mode.CONNECTING) or (self.mode is Mode.LANDING and not self._sinks)
 
     @property
     def state(self) -> FlightState | None:
-        """What the telemetry reports, None while nothing is known."""
+        """The state for telemetry, None while unknown."""
         return FlightState.FLYING if self.stopping else _STATES.get(self.mode)
 
     @property
@@ -90,14 +89,14 @@ class FlightModes:
         return self.mode is Mode.STOPPED and not self._down
 
     def update(self, climb: float | None, now: int) -> None:
-        """Go to the mode that follows; the pilot wants to climb at `climb` m/s, None: it is silent."""
+        """Go to the next mode; the pilot commands a climb of `climb` m/s, None: it is silent."""
         if self.mode is Mode.STOPPED:
             self._keep_stopping(now)
         elif self._monitor.heard(now):
             self._follow(self._meaning(climb, now), self._monitor.airborne(now), now)
 
     def land(self, now: int) -> None:
-        """Land, if it flies. A landing is not taken back, nor followed by a take-off that was wanted all the time."""
+        """Land, if it flies. A landing is not cancelled; a climb commanded all the time causes no new take-off."""
         if self.mode in (Mode.FLYING, Mode.TAKING_OFF):
             self._go(Mode.LANDING, now)
             self._held_down = True
@@ -106,7 +105,7 @@ class FlightModes:
             self._send_land(now)
 
     def stop(self, now: int) -> None:
-        """Turn the motors off, for good."""
+        """Stop the motors permanently."""
         self._client.send("emergency", now)
         self._emergency_at = now + EMERGENCY_AGAIN
         if self.mode is not Mode.STOPPED:
@@ -114,7 +113,7 @@ class FlightModes:
             self._go(Mode.STOPPED, now)
 
     def ended(self, done: Finished, now: int) -> None:
-        """Take note of a command that ended."""
+        """Record a command that ended."""
         if done.command == "land" and self.mode is Mode.LANDING:
             self._accepted = done.outcome is CommandOutcome.DONE
             if not self._accepted:
@@ -131,7 +130,7 @@ class FlightModes:
             self.refusal = Reason("take-off", f"take-off refused ({done.reply})", why)
 
     def _keep_stopping(self, now: int) -> None:
-        """Repeat `emergency`, which has no reply, until the state shows it down; silence shows nothing."""
+        """Repeat `emergency`, which has no reply, until the state shows it down."""
         lasted, seen = now - self._since, now - self._monitor.silence(now)
         if lasted >= EMERGENCY_FOR and self._monitor.heard(now):
             self._down = not self._monitor.airborne(seen) or self._monitor.held(seen)
@@ -139,7 +138,7 @@ class FlightModes:
             self.stop(now)
 
     def _meaning(self, climb: float | None, now: int) -> bool:
-        """Return whether the pilot has meant to leave the ground, or to reach it, for MEANT."""
+        """Return whether the pilot has commanded to take off, or to land, for MEANT."""
         if climb is None:
             self._meant_since = None
             return False
@@ -176,7 +175,7 @@ class FlightModes:
                 self._keep_landing(now)
 
     def _find(self, now: int) -> None:
-        """Note that it is off the ground by no take-off of this driver's: it flies, or somebody holds it."""
+        """Record that it is off the ground without a take-off by this driver: it flies, or is held in a hand."""
         self._found = True
         mode = Mode.HELD if self._monitor.held(now) else Mode.FLYING
         self._held_down = self._held_down or mode is Mode.HELD
@@ -184,7 +183,7 @@ class FlightModes:
             self._go(mode, now)
 
     def _keep_landing(self, now: int) -> None:
-        """Repeat `land` until the state shows a descent, and again when that ends above the ground."""
+        """Repeat `land` until the state shows a descent, and again if the descent ends above the ground."""
         height, low = self._monitor.height, self._accepted and not self._monitor.off_the_ground
         if height < self._height - SUNK:
             self._height, self._height_at, self._sinks = height, now, True
@@ -194,7 +193,7 @@ class FlightModes:
             self._send_land(now)
 
     def _send_land(self, now: int) -> None:
-        """Land with the sticks centred: a Tello keeps its last ones."""
+        """Land with the sticks centred: a Tello keeps its last values."""
         self._client.send(CENTRED.command, now)
         self._client.send("land", now)
 

@@ -1,4 +1,4 @@
-"""What a Tello's state strings report of its flight: no reply to a command is believed without them."""
+"""Judges a Tello's flight by its state strings: a reply to a command is not proof."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from flockwire.wire.status import Reason
 
 from flockwire_tello.state_string import TelloState
 
-SILENT = SECOND  # ns without a state after which nothing is known
+SILENT = SECOND  # ns without a state after which its flight is unknown
 OFF_THE_GROUND = 20  # cm: the height is given in steps of 10
-CLEAR_BELOW, FARTHEST_TOF = 30, 800  # cm: from 30 on the time-of-flight sensor sees the ground far away
-TILT = 10  # degrees that one on the ground may stand tilted
-HELD = 3 * SECOND  # ns of states, of which some may be lost, in which it does not go on either
-MOTORS_STAND = 16 * SECOND // 10  # ns that the motors' time, in whole seconds, does not go on
+CLEAR_BELOW, FARTHEST_TOF = 30, 800  # cm: from 30 on the time-of-flight sensor shows a distance to the ground
+TILT = 10  # degrees, largest tilt on the ground
+HELD = 3 * SECOND  # ns of states without an advance, some of which may be lost
+MOTORS_STAND = 16 * SECOND // 10  # ns that the motors' time, in whole seconds, does not advance
 
 
 class FlightMonitor:
@@ -23,7 +23,7 @@ class FlightMonitor:
         self._at = self._ran_at = self._seen_from = -SILENT - MOTORS_STAND
 
     def update(self, state: TelloState, at: int) -> None:
-        """Take in the newest state, which came at `at`."""
+        """Receive the newest state, which came at `at`."""
         before = self.state.time if self.state is not None else None
         if before is not None and state.time is not None and state.time > before:
             self._ran_at = at
@@ -32,11 +32,11 @@ class FlightMonitor:
         self.state, self._at = state, at
 
     def silence(self, now: int) -> int:
-        """Return for how long no state has come, ns; large before the first."""
+        """Return the time since the last state, ns; large before the first."""
         return now - self._at
 
     def heard(self, now: int) -> bool:
-        """Return whether a state came lately."""
+        """Return whether a state arrived lately."""
         return self.silence(now) < SILENT
 
     def motors(self, now: int) -> bool:
@@ -54,22 +54,24 @@ class FlightMonitor:
         return self.off_the_ground or self.motors(now)
 
     def held(self, now: int) -> bool:
-        """Return whether it is off the ground though its motors are known to stand, or have never run."""
+        """Return whether it is off the ground though its motors have stopped, or have never run."""
         state = self.state
         if state is None or state.time is None or not self.off_the_ground:
             return False
         return state.time == 0 or now - max(self._ran_at, self._seen_from) >= HELD
 
     def imu_trouble(self, now: int) -> Reason | None:
-        """Return what is wrong with a drone that stands; None when nothing is, or it cannot be known."""
+        """Return the problem of the IMU of a drone on the ground; None without one, or if unknown."""
         state = self.state
         if state is None or self.airborne(now):
             return None
         if state.agz is not None and not any((state.agx, state.agy, state.agz)):
-            return Reason("IMU", "IMU gives nothing", "switch it off and on; else calibrate it in the maker's app")
+            return Reason(
+                "IMU", "IMU has no data", "switch it off and on; if that does not help, calibrate it in the maker's app"
+            )
         if (tilt := max(abs(state.pitch), abs(state.roll))) <= TILT:
             return None
-        remedy = "put it level; else calibrate it in the maker's app"
+        remedy = "place it level; if that does not help, calibrate it in the maker's app"
         return Reason("IMU", f"IMU shows a tilt of {tilt} degrees", remedy)
 
     @property

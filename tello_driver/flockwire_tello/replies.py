@@ -1,7 +1,7 @@
 """Replies of a Tello: cut out of datagrams, distinguished, and read as numbers in SI units.
 
 From public logs: numbers end in CR LF, the reply to `ap` in NUL; a reply may share a datagram with another; the first
-reply to `command` may be, or begin with, bytes that are not ASCII. Nothing here raises on what comes from the network.
+reply to `command` may be, or begin with, bytes that are not ASCII. Nothing here raises for data from the network.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from math import pi
 
 from flockwire_tello.commands import NUMBER, rule, word
 
-LONGEST = 2048  # bytes of a datagram, a longer one is no reply
-MOST = 16  # replies in a datagram, the rest is dropped
+LONGEST = 2048  # bytes of a datagram, a longer one is not a reply
+MOST = 16  # replies in a datagram, others are dropped
 REFUSALS = ("error", "out of range", "unknown command", "command error")
 STANDARD_GRAVITY = 9.80665  # m/s^2
 
@@ -34,7 +34,7 @@ _UNITS = {  # of one count, in SI units
 
 
 def split_replies(datagram: bytes) -> list[str]:
-    """Return the replies in a datagram: printable ASCII without ends of line, what follows junk in each."""
+    """Return the replies in a datagram: printable ASCII after any invalid bytes, without ends of line."""
     if len(datagram) > LONGEST:
         return []
     pieces = _ENDS.split(datagram.decode("ascii", errors="replace"))
@@ -42,7 +42,7 @@ def split_replies(datagram: bytes) -> list[str]:
 
 
 def refused(reply: str) -> bool:
-    """Return whether a reply reports that the command was not done."""
+    """Return whether a reply is a refusal."""
     return reply.startswith(REFUSALS)
 
 
@@ -61,7 +61,7 @@ def readings(query: str, reply: str) -> tuple[float, ...]:
     """Return the numbers in the reply to a query, in SI units.
 
     Battery as a share, speed in m/s, height, baro and tof in m, temperature (lowest, highest) in degrees C, attitude
-    (pitch, roll, yaw; yaw clockwise) in rad, acceleration in m/s^2. Empty where the reply is none to that query.
+    (pitch, roll, yaw; yaw clockwise) in rad, acceleration in m/s^2. Empty if the reply does not fit the query.
     """
     unit = _UNITS.get(word(query))
     if unit is None or refused(reply) or not fits(query, reply):

@@ -1,4 +1,4 @@
-"""The rules and warnings of a swarm file about Tellos: their addresses, and what their sticks can do."""
+"""The rules and warnings of a swarm file about Tellos: addresses and stick ranges."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from flockwire_tello.swarm_file import reached, table_of, tello_addresses, tello
 
 @needs("drones.airframe", "drones.tello", "airframes")
 def ip4_addresses(swarm: Swarm) -> Iterator[str]:
-    """Yield what is no IPv4 address."""
+    """Yield values that are not IPv4 addresses."""
     for place, drone in enumerate(swarm.drones):
         for key in ("address", "local_ip"):
             if (address := getattr(table_of(drone), key, None)) is None:
@@ -28,7 +28,7 @@ def ip4_addresses(swarm: Swarm) -> Iterator[str]:
 
 @needs("drones", "airframes", "gateway.source", "network.base_port")
 def places(swarm: Swarm) -> Iterator[str]:
-    """Yield two Tellos on one address, and two drivers of one host that would take each other's datagrams."""
+    """Yield Tellos with the same address, and drivers of one host that would receive each other's datagrams."""
     owners: dict[object, int] = {}
     for number in swarm.of_kind(TELLO):
         table, (drone, local), host = reached(swarm, number), tello_addresses(swarm, number), swarm.drone(number).host
@@ -43,7 +43,7 @@ def places(swarm: Swarm) -> Iterator[str]:
 
 
 def warnings(swarm: Swarm) -> Iterator[str]:
-    """Yield sticks that end before the speed that the formation needs."""
+    """Yield stick gains that are too small for the formation's speed."""
     needed = swarm.survey().max_speed
     for name in sorted({swarm.drone(number).airframe for number in swarm.of_kind(TELLO)}):
         gains = tello_keys(swarm.airframes[name]).stick_gains

@@ -1,8 +1,8 @@
 """The state string that a Tello sends ten times a second: parsed and formatted.
 
 Three generations: SDK 1.3; EDU (SDK 2.0), which puts the mission pad in front; SDK 3.0, whose guide ends at `baro`.
-Source: the user guides' section "Tello State". Fields that no guide has are ignored; a string is malformed where a
-known field is no number or a field that all generations have is missing.
+Source: the user guides' section "Tello State". Fields that no guide has are ignored; a string is malformed if a known
+field is not a number or a field of all generations is missing.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ NO_PAD = -1  # `mid` while none is seen
 
 
 class MissionPad(NamedTuple):
-    """Where the drone is relative to a mission pad: number, cm, and the pad's attitude in degrees."""
+    """The drone's position relative to a mission pad: number, cm, and the pad's attitude in degrees."""
 
     mid: int
     x: int
@@ -31,16 +31,16 @@ class TelloState(NamedTuple):
     pitch: int  # degrees, nose up
     roll: int  # degrees, right side down
     yaw: int  # degrees, clockwise, from the heading at power-on
-    vgx: int  # dm/s by what users see; no guide has the unit, nor the sign: not for control
+    vgx: int  # dm/s by user reports; no guide has unit or sign: not for control
     vgy: int
     vgz: int
     templ: int  # degrees C, lowest
     temph: int  # degrees C, highest
-    tof: int  # cm above what is below
+    tof: int  # cm above the surface below
     h: int  # cm above the take-off point
     bat: int  # %
     baro: float  # m
-    time: int | None = None  # s that the motors have run
+    time: int | None = None  # s of running motors
     agx: float | None = None  # 0.001 g; at rest agz is about -999
     agy: float | None = None
     agz: float | None = None
@@ -66,7 +66,7 @@ def parse_states(datagram: bytes) -> tuple[list[TelloState], int]:
 
 
 def format_state(state: TelloState) -> bytes:
-    """Return the datagram of a state; what is None is left out."""
+    """Return the datagram of a state without the fields that are None."""
     front = ""
     if state.pad is not None:
         mid, x, y, z, mpry = state.pad
@@ -80,7 +80,7 @@ def format_state(state: TelloState) -> bytes:
 
 
 def _strings(text: str) -> list[dict[str, str]]:
-    """Cut `text` at ends of line, and where a field comes for the second time."""
+    """Split `text` at ends of line, and where a field appears again."""
     found: list[dict[str, str]] = []
     for line in re.split(r"[\r\n\0]+", text):
         fields: dict[str, str] = {}

@@ -1,4 +1,4 @@
-"""A time that does not jump when the clock is set, or when the process stood still."""
+"""A time that does not jump when the clock is set, or when the process was frozen."""
 
 from __future__ import annotations
 

@@ -1,15 +1,15 @@
-"""From a velocity in the world to the sticks of one Tello: its yaw, what its sticks are worth, whole numbers.
+"""Converts a world velocity to the sticks of one Tello: yaw, stick gains, rounding.
 
     omega = limit(K_yaw wrap(heading − yaw), rate)                            holds the heading
     n_k = round(s_k + e_k),   e_{k+1} = s_k + e_k − n_k                       carries what rounding leaves over
 
-s is the exact stick value. On the average of a few `rc` the sticks are exact, though each is a whole number: a Tello's
-smallest step is about 1 cm/s.
+s is the exact stick value. The average of a few `rc` is exact, though each is a whole number: a Tello's smallest step
+is about 1 cm/s.
 """
 
 from __future__ import annotations
 
-from flockwire.control.heading import Quaternion, wrapped, yaw_of
+from flockwire.domain.pose import Quaternion, wrapped, yaw_of
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector
 
@@ -17,7 +17,7 @@ from flockwire_tello.sticks import CENTRED, StickGains, Sticks, stick_values, to
 
 YAW_GAIN = 1.5  # 1/s
 YAW_RATE = 0.6  # rad/s, at most
-YAW_AGE = SECOND // 2  # ns after which the tracked yaw holds no heading any more
+YAW_AGE = SECOND // 2  # ns after which the tracked yaw is too old to hold a heading
 
 
 class StickControl:
@@ -30,25 +30,25 @@ class StickControl:
         self._gains, self._maximum_age = gains, maximum_age
         self._yaw: float | None = None  # rad, counter-clockwise from world x; None before the first pose
         self._seen = 0
-        self._heading: float | None = None  # what is held, rad
+        self._heading: float | None = None  # held heading, rad
         self._rest = (0.0, 0.0, 0.0, 0.0)
 
     def see(self, orientation: Quaternion, at: int) -> None:
-        """Take in the tracked orientation (x, y, z, w), which came at `at`."""
+        """Receive the tracked orientation (x, y, z, w), received at `at`."""
         self._yaw, self._seen = yaw_of(orientation), at
 
     def release(self) -> None:
-        """Hold no heading any more; the next `sticks` takes the present one."""
+        """Release the heading; the next `sticks` holds the current one."""
         self._heading = None
 
     def blind(self, now: int) -> bool:
-        """Return whether nobody knows where forward is: no pose has come yet, or none for too long."""
+        """Return whether the heading is unknown: no pose yet, or none for too long."""
         return self._yaw is None or now - self._seen >= self._maximum_age
 
     def sticks(self, velocity: Vector, yaw_rate: float, now: int) -> Sticks:
         """Return the sticks for a world velocity (m/s) and a yaw rate (rad/s, ccw); 0 holds the heading.
 
-        While it is blind, only up and down count: by a yaw that is far off, every correction would be an error.
+        While it is blind, only up and down are used: with a wrong yaw, corrections would be errors.
         """
         yaw = self._yaw
         if yaw is None or self.blind(now):

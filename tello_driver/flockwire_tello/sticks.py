@@ -3,8 +3,8 @@
     a = −v_y / g_x,   b = v_x / g_y,   c = v_z / g_z,   d = −omega / g_yaw        (g: what one unit of a stick is worth)
 
 v in the body frame FLU (x forward, y left, z up), omega counter-clockwise; the drone counts right, forward, up and
-clockwise as positive, each from −100 to 100 (SDK 2.0 user guide, `rc`). No guide documents what a unit is worth; users
-take it for 1 cm/s.
+clockwise as positive, each from −100 to 100 (SDK 2.0 user guide, `rc`). No guide documents the gain of a unit; users
+assume 1 cm/s.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ CENTRED = Sticks(0, 0, 0, 0)
 
 
 class StickGains(NamedTuple):
-    """What one unit of each stick is worth: m/s, and rad/s of yaw. An assumption until it is identified."""
+    """Velocity per unit of each stick: m/s, and rad/s of yaw. Assumed until it is identified."""
 
     right: float = 0.01
     forward: float = 0.01
@@ -66,8 +66,8 @@ def to_sticks(velocity: Vector, yaw_rate: float, gains: StickGains) -> Sticks:
 def stick_values(velocity: Vector, yaw_rate: float, gains: StickGains) -> tuple[float, float, float, float]:
     """Return the stick values, not rounded, for a body velocity (FLU, m/s) and a yaw rate (rad/s, ccw).
 
-    Where a stick would be over 100, the velocity is scaled down as a whole: its direction stays; yaw is clipped alone.
-    Raises ValueError where a number is not finite.
+    If a stick would exceed 100, the whole velocity is scaled down and keeps its direction; yaw is clipped separately.
+    Raises ValueError if a number is not finite.
     """
     wanted = (-velocity[1] / gains.right, velocity[0] / gains.forward, velocity[2] / gains.up)
     turn = -yaw_rate / gains.clockwise
@@ -85,7 +85,7 @@ def to_velocity(sticks: Sticks, gains: StickGains) -> tuple[Vector, float]:
 
 
 def parse_sticks(command: str) -> Sticks | None:
-    """Return the sticks of an `rc` command, None where it is none or a value is out of range."""
+    """Return the sticks of an `rc` command, None if it is not one or a value is out of range."""
     found = _COMMAND.fullmatch(command.strip())
     if found is None:
         return None

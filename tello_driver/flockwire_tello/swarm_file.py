@@ -1,7 +1,7 @@
-"""What a swarm file has for Tellos: [drones.tello], keys of [airframes.NAME], and where each Tello is.
+"""The swarm file's keys for Tellos: [drones.tello], keys of [airframes.NAME], and addresses.
 
-A simulated one has an address of its own in 127.0.0.0/8, and so has the driver of any Tello on loopback: two swarms on
-one host that have different ports (`network.base_port`) have different addresses.
+A simulated Tello has its own address in 127.0.0.0/8, and so has the driver of any Tello on loopback. Swarms on one host
+with different ports (`network.base_port`) have different addresses.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ if TYPE_CHECKING:
     from flockwire.swarm.model import Swarm
 
 COMMAND_PORT = 8889  # of every Tello
-SPACING = 16  # of base ports: swarms whose base ports are nearer cannot run side by side
+SPACING = 16  # of base ports: swarms with nearer base ports cannot run at the same time
 MOST_DRONES = 1024
 ANY = "0.0.0.0"  # noqa: S104  (all addresses of the host: which of them is in the drone's network is not known)
 
 
 class Tello(Model):
-    """How the driver of a Tello reaches it."""
+    """The addresses by which a driver reaches its Tello."""
 
     address: str | None = None  # the drone's own IPv4 address, "192.168.10.1"; default: it is simulated
-    local_ip: str | None = None  # of the host, for the driver; default: all, beside a drone on loopback one of its own
+    local_ip: str | None = None  # of the host, for the driver; default: all, or its own if the drone is on loopback
     command_port: Port = 8889  # of the host
     state_port: Port = 8890  # of the host
-    source_filter: bool = True  # takes datagrams of the drone's address alone; off behind an address translation
+    source_filter: bool = True  # accepts datagrams only from the drone's address; off behind an address translation
 
 
 class StickGainTable(Model):
-    """What one unit of each stick of a Tello is worth: m/s, of yaw rad/s. Assumed: `flockwire identify` measures it."""
+    """Velocity per unit of each stick of a Tello: m/s, for yaw rad/s. Assumed; `flockwire identify` measures it."""
 
     right: Positive = 0.01  # m/s, to the right
     forward: Positive = 0.01  # m/s, forward
@@ -43,16 +43,16 @@ class StickGainTable(Model):
 
 
 class TelloInDrones(Model):
-    """What [[drones]] has for a Tello."""
+    """The keys of [[drones]] for a Tello."""
 
-    tello: Tello | None = None  # how the driver of a Tello reaches it; default: the drone is simulated
+    tello: Tello | None = None  # addresses of a Tello; default: the drone is simulated
 
 
 class TelloInAirframes(Model):
-    """What [airframes.NAME] has for a Tello."""
+    """The keys of [airframes.NAME] for a Tello."""
 
-    stick_gains: StickGainTable = StickGainTable()  # what a Tello's sticks are worth
-    rc_rate_hz: Annotated[int, Field(ge=5, le=100)] = 50  # Hz, at which a Tello's driver sends the sticks
+    stick_gains: StickGainTable = StickGainTable()  # velocity per stick unit of a Tello
+    rc_rate_hz: Annotated[int, Field(ge=5, le=100)] = 50  # Hz, rate of stick commands of a Tello's driver
 
 
 class TelloAddresses(NamedTuple):
@@ -63,17 +63,17 @@ class TelloAddresses(NamedTuple):
 
 
 def reached(swarm: Swarm, number: int) -> Tello:
-    """Return how drone `number` of `swarm`, a Tello, is reached."""
+    """Return the addresses of drone `number` of `swarm`, a Tello."""
     return table_of(swarm.drone(number)) or Tello()
 
 
 def table_of(drone: Drone) -> Tello | None:
-    """Return the table [drones.tello] of a drone, None where it has none."""
+    """Return the table [drones.tello] of a drone, None if it has none."""
     return drone.tello if isinstance(drone, TelloInDrones) else None
 
 
 def tello_keys(airframe: Airframe) -> TelloInAirframes:
-    """Return what [airframes.NAME] has for a Tello; raises TypeError for a model without it."""
+    """Return the keys of [airframes.NAME] for a Tello; raises TypeError for a model without it."""
     if not isinstance(airframe, TelloInAirframes):
         raise TypeError(f"{airframe!r} has no keys of a Tello")
     return airframe
@@ -89,7 +89,7 @@ def tello_addresses(swarm: Swarm, number: int) -> TelloAddresses:
 
 
 def identified(airframe: Airframe, gains: Mapping[str, float]) -> Iterator[str]:
-    """Yield the keys of [airframes.NAME] after `flockwire identify`: what it flew of what was commanded, by axis."""
+    """Yield the keys of [airframes.NAME] after `flockwire identify`, from flown over commanded velocity by axis."""
     known = tello_keys(airframe).stick_gains
     worth = ", ".join(f"{axis} = {getattr(known, axis) * gain:.5f}" for axis, gain in gains.items())
     yield f"stick_gains = {{ {worth} }}"

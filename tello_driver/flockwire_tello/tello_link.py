@@ -1,4 +1,4 @@
-"""Keeps one Tello in SDK mode, knows what it is, and names what is wrong with the link, with a remedy."""
+"""Keeps one Tello in SDK mode, identifies it, and reports problems of the link with a remedy."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from flockwire_tello.flight_monitor import FlightMonitor
 LINK, FIRMWARE = "link", "firmware"  # codes of reasons
 ENTER = "command"
 QUESTIONS = ("sdk?", "sn?")
-REENTRIES = 2  # so often its state may stop though it replies, before another client is suspected
+REENTRIES = 2  # interruptions of the state despite replies before another client is suspected
 NO_REPLY = 3 * SECOND // 2  # ns
-AGAIN = SECOND // 2  # ns from one `command` to the next: the state needs a moment to come
+AGAIN = SECOND // 2  # ns between two `command`: the state needs time to arrive
 
 
 class TelloLink:
@@ -31,7 +31,7 @@ class TelloLink:
         self._reentries = 0
 
     def step(self, now: int) -> None:
-        """Enter SDK mode, again whenever the state stops: a drone that was switched off and on has left it."""
+        """Enter SDK mode, and again if the state stops: a drone that was switched off has left it."""
         self._begun = now if self._begun is None else self._begun
         heard = self._monitor.heard(now)
         self._had_state = self._had_state or heard
@@ -40,7 +40,7 @@ class TelloLink:
             self._client.send(ENTER, now)
 
     def ended(self, done: Finished, now: int) -> None:
-        """Take note of a command that ended."""
+        """Record a command that ended."""
         good = done.outcome is CommandOutcome.DONE
         if done.command == ENTER:
             self._entering, self._replied, self._again_at = False, good, now + AGAIN
@@ -56,21 +56,21 @@ class TelloLink:
             self.serial = done.reply
 
     def trouble(self, now: int) -> Reason | None:
-        """Return what is wrong; None when all is well, or it is too early to know."""
+        """Return the problem; None without one, or if it is too early to know."""
         if self._refusal:
             return Reason(LINK, f"{self._where} refuses SDK mode ({self._refusal})", "switch the drone off and on")
         if self._monitor.heard(now):
-            taken = Reason(LINK, "its state comes and goes", "another client commands it too, end that one")
+            taken = Reason(LINK, "its state comes and goes", "another client commands it too: end that client")
             return taken if self._reentries > REENTRIES else None
         if self._had_state:
             return Reason(LINK, f"silent for {self._monitor.silence(now) / SECOND:.1f} s", "battery, or out of range")
         return self._never_heard() if now - (self._begun or now) >= NO_REPLY else None
 
     def _never_heard(self) -> Reason:
-        """Return why no state has come since the beginning."""
+        """Return why no state has ever arrived."""
         if self._client.counters.malformed_states:
-            form = "its state has a form of no known SDK (1.3, 2.0, 3.0)"
-            return Reason(FIRMWARE, form, "update its firmware, or it is no Tello")
+            form = "its state has a form that no SDK has (1.3, 2.0, 3.0)"
+            return Reason(FIRMWARE, form, "update its firmware, or it is not a Tello")
         if self._replied:
             return Reason(
                 LINK,
@@ -86,6 +86,6 @@ class TelloLink:
 
     @property
     def named(self) -> tuple[Reason, ...]:
-        """What the drone is: SDK and serial number, as far as they are known."""
+        """The drone's SDK and serial number, if known."""
         sdk = (Reason(FIRMWARE, f"SDK {self.sdk}"),) if self.sdk else ()
         return (*sdk, Reason(SERIAL, self.serial)) if self.serial else sdk

@@ -9,14 +9,17 @@ from math import dist, hypot, inf
 from typing import Any
 
 import pytest
-from flockwire.domain.body import Body
-from flockwire.domain.motion import LeaderMotion
+from flockwire.domain.airframe import Command, FlightState, Telemetry
+from flockwire.domain.body import Body, Nearby
+from flockwire.domain.motion import Estimate, LeaderMotion, Leading
+from flockwire.domain.order import Mission, Stop
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, add, scale, subtract
 from flockwire.loading import parse_swarm
+from flockwire.parameters import agent_parameters
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import MISSION, STOP, Key
-from flockwire.wire.messages import Command, Estimate, FlightState, Leading, Mission, Nearby, Pose, Stop, Telemetry
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 from flockwire_agent.core import AgentCore
@@ -32,7 +35,7 @@ class Cockpit:
 
     def __init__(self, swarm: Swarm, number: int, position: Vector = (3.0, 0.0, 0.0)) -> None:
         self.now, self.swarm, self.number = BEGAN, swarm, number
-        self.core = AgentCore(swarm, number, BEGAN)
+        self.core = AgentCore(agent_parameters(swarm, number), BEGAN)
         self.position, self.leader = position, (0.0, 0.0, 1.0)
         self.leader_phase, self.leading = Phase.FORMATION, Leading.LEADS  # what it reports; what others say of it
         self.origin: int | None = None  # of the neighbours' estimates, Unix ns; None: they are news

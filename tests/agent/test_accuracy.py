@@ -90,13 +90,13 @@ TELLO = {"airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}, "limits.speed"
 
 @pytest.mark.parametrize("count", [2, pytest.param(3, marks=pytest.mark.long), 6])
 @pytest.mark.parametrize("airframe", [{}, TELLO], ids=["ideal", "tello"])
-def test_who_meets_face_to_face_passes(count: int, airframe: dict[str, Any], fly_flock: Callable[..., Any]) -> None:
+def test_drones_that_meet_head_on_pass(count: int, airframe: dict[str, Any], fly_flock: Callable[..., Any]) -> None:
     flown = fly_flock(*swap(count), {**WIDE, **airframe}, 15.0)
     assert flown.error < 0.05
     assert flown.closest >= 0.4
 
 
-def test_without_the_deadlock_breaker_two_face_to_face_stay(
+def test_without_the_deadlock_breaker_two_drones_head_on_stay(
     fly_flock: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """For a while: the balance is unstable, and rounding tips it in the end."""

@@ -1,13 +1,14 @@
 from math import hypot
 
 import pytest
+from flockwire.domain.airframe import FlightState
 from flockwire.domain.body import Body, BodyKind
+from flockwire.domain.pose import Pose
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import FlightState, Pose
 from flockwire.wire.phase import Phase
 
 
-def test_on_the_ground_it_says_what_it_waits_for(cockpit):
+def test_on_the_ground_it_reports_what_it_waits_for(cockpit):
     agent = cockpit(number=2)
     agent.silent = {"pose", "telemetry", "estimate", "nearby"}
     for missing, detail in (
@@ -98,7 +99,7 @@ def test_a_command_answers_its_own_pose(cockpit):
     assert {message.stamp for message in messages.values()} == {seen}
 
 
-def test_a_formation_nobody_knows_is_no_order(cockpit):
+def test_an_unknown_formation_is_not_an_order(cockpit):
     agent = cockpit().fly()
     agent.order("start", agent.now, "heart")
     agent.step()
@@ -200,7 +201,7 @@ def test_a_restart_in_flight_does_not_land_before_the_first_pose_could_come(cock
     assert agent.phase is Phase.HOLD
 
 
-def test_a_restart_that_does_not_hear_its_driver_leaves_the_drone_to_it(cockpit):
+def test_a_restart_that_receives_nothing_from_its_driver_leaves_the_drone_to_it(cockpit):
     agent = cockpit(position=(3.0, -2.0, 1.2))
     agent.silent = {"telemetry"}
     agent.run(0.5)
@@ -211,7 +212,7 @@ def test_a_restart_that_does_not_hear_its_driver_leaves_the_drone_to_it(cockpit)
     assert (agent.phase, agent.velocity) == (Phase.HOLD, (0.0, 0.0, 0.0))
 
 
-def test_what_it_says_never_goes_back_in_time(cockpit):
+def test_what_it_publishes_never_goes_back_in_time(cockpit):
     """Its receivers turn away what is older than the last."""
     agent = cockpit().fly()
     agent.silent = {"pose"}

@@ -3,11 +3,16 @@
 from math import dist
 
 import pytest
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.body import Nearby
+from flockwire.domain.motion import Estimate
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import add, scale
+from flockwire.parameters import agent_parameters
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Estimate, FlightState, Mission, Nearby, Pose, Telemetry
 from flockwire.wire.phase import Phase
 from flockwire_agent.core import AgentCore
 
@@ -16,7 +21,7 @@ BEGAN = 1_790_000_000 * SECOND
 
 def fly(swarm, seconds):
     """Fly from the air; returns the followers' positions, the leader's, and the agents' reports."""
-    agents = {i: AgentCore(swarm, i, BEGAN) for i in swarm.followers}
+    agents = {i: AgentCore(agent_parameters(swarm, i), BEGAN) for i in swarm.followers}
     places = {i: (*swarm.drone(i).start[:2], 1.0) for i in swarm.followers}
     start = Mission(BEGAN + 1, "world", "start", BEGAN)
     said, leader, now = {}, (0.0, 0.0, 1.0), BEGAN

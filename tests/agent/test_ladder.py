@@ -3,10 +3,12 @@
 from math import hypot
 
 import pytest
+from flockwire.domain.airframe import FlightState
+from flockwire.domain.motion import Leading
+from flockwire.domain.pose import IdentityDoubt
 from flockwire.pilot.phases import SHUTDOWN
 from flockwire.pilot.pilot import DRIVER_LOST
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import FlightState, IdentityDoubt, Leading
 from flockwire.wire.phase import Phase
 
 TWO = {"graph.edges": [[0, 1], [0, 2], [1, 2], [2, 3], [3, 4]]}
@@ -42,18 +44,18 @@ def test_without_its_pose_it_stops_at_once_and_lands_after_a_second(flyer):
     assert flyer.report.detail.startswith("own pose lost")
 
 
-def test_when_the_tracker_mistakes_its_body_it_holds_at_once_then_lands(flyer):
+def test_when_the_tracker_confuses_its_body_it_holds_at_once_then_lands(flyer):
     doubt, began = Key("doubt", "uav2"), flyer.now
     for _ in range(490):
         flyer.core.receive(doubt, IdentityDoubt(flyer.now, "world", began), flyer.now)
         flyer.step()
         assert flyer.phase is Phase.HOLD
-    assert "mistakes its body" in flyer.report.detail
+    assert "confuses its body" in flyer.report.detail
     flyer.run(0.2)
     assert flyer.phase is Phase.LANDING
 
 
-def test_when_its_name_is_right_again_it_goes_on(flyer):
+def test_when_its_name_is_right_again_it_continues(flyer):
     flyer.core.receive(Key("doubt", "uav2"), IdentityDoubt(flyer.now, "world", flyer.now), flyer.now)
     flyer.run(0.25)
     assert flyer.phase is Phase.HOLD
@@ -61,7 +63,7 @@ def test_when_its_name_is_right_again_it_goes_on(flyer):
     assert flyer.phase is Phase.FORMATION
 
 
-def test_when_its_pose_comes_back_in_time_it_goes_on(flyer):
+def test_when_its_pose_comes_back_in_time_it_continues(flyer):
     flyer.silent = {"pose"}
     flyer.run(0.5)
     flyer.silent.clear()
@@ -97,7 +99,7 @@ def test_without_any_neighbour_it_holds_and_at_last_lands(flyer):
     assert flyer.report.detail.startswith("leader estimate lost for 5.0 s")
 
 
-def test_news_that_is_only_repeated_is_no_news(third):
+def test_repeated_data_is_not_new_data(third):
     """uav2 publishes at full rate, but nothing newer of the leader than now."""
     third.origin = third.now
     third.run(1.0)
@@ -109,7 +111,7 @@ def test_news_that_is_only_repeated_is_no_news(third):
     assert third.phase is Phase.LANDING
 
 
-def test_news_that_comes_again_in_time_is_flown_again(third):
+def test_data_that_returns_in_time_is_used_again(third):
     third.origin = third.now
     third.run(2.0)
     third.origin = None
@@ -125,7 +127,7 @@ def test_an_estimate_carries_the_origin_and_the_hops_of_what_it_rests_on(third, 
 
 
 @pytest.mark.parametrize("phase", [Phase.LANDING, Phase.READY, Phase.STOPPED])
-def test_a_leader_that_is_down_is_followed_no_more(flyer, phase):
+def test_a_leader_that_is_down_is_no_longer_followed(flyer, phase):
     flyer.leader_phase = phase
     flyer.step()
     assert (flyer.phase, flyer.report.detail) == (Phase.HOLD, "the leader is down")
@@ -156,7 +158,7 @@ def test_a_leader_whose_process_is_silent_is_down_though_its_pose_comes(flyer):
     assert (flyer.phase, flyer.report.detail) == (Phase.HOLD, "the leader is down")
 
 
-def test_who_does_not_hear_the_leader_has_it_from_its_neighbours(third):
+def test_who_does_not_receive_from_the_leader_has_it_from_its_neighbours(third):
     third.leading = Leading.IS_DOWN
     third.step()
     assert (third.phase, third.estimate.leading) == (Phase.HOLD, Leading.IS_DOWN)
@@ -164,14 +166,14 @@ def test_who_does_not_hear_the_leader_has_it_from_its_neighbours(third):
     assert third.phase is Phase.LANDING
 
 
-def test_while_another_order_holds_a_leader_on_the_ground_lands_nobody(flyer):
+def test_while_another_order_holds_a_leader_on_the_ground_lands_no_drone(flyer):
     flyer.order("hold")
     flyer.leader_phase = Phase.READY
     flyer.run(10.0)
     assert (flyer.phase, flyer.report.detail) == (Phase.HOLD, "")
 
 
-def test_a_leader_on_the_ground_keeps_nobody_from_taking_off(cockpit):
+def test_a_leader_on_the_ground_blocks_no_take_off(cockpit):
     agent = cockpit(TWO, number=2)
     agent.leader_phase = Phase.READY
     agent.run(0.1)
@@ -188,7 +190,7 @@ def test_without_neighbours_the_estimate_stays(flyer):
     assert flyer.estimate.motion.position == last
 
 
-def test_blind_to_what_is_nearby_it_slows_down_then_holds(flyer):
+def test_without_nearby_bodies_it_slows_down_then_holds(flyer):
     flyer.silent = {"nearby"}
     flyer.run(0.1)
     assert hypot(*flyer.velocity) > 0.5
@@ -200,7 +202,7 @@ def test_blind_to_what_is_nearby_it_slows_down_then_holds(flyer):
     assert hypot(*flyer.velocity) <= 0.5
 
 
-def test_with_neighbours_sensing_nobody_waits_for_nearby(cockpit):
+def test_with_neighbours_sensing_no_drone_waits_for_nearby(cockpit):
     agent = cockpit({"avoidance.sensing": "neighbours"}, number=2)
     agent.silent = {"nearby"}
     agent.fly().run(1.0)
@@ -268,7 +270,7 @@ def test_set_down_by_its_driver_it_does_not_rise_on_the_old_order(flyer):
     assert flyer.velocity == STILL
 
 
-def test_in_somebodys_hand_it_is_not_ready_and_does_not_take_off(cockpit):
+def test_held_in_a_hand_it_is_not_ready_and_does_not_take_off(cockpit):
     agent = cockpit()
     agent.state = FlightState.HELD
     agent.run(0.1)
@@ -278,7 +280,7 @@ def test_in_somebodys_hand_it_is_not_ready_and_does_not_take_off(cockpit):
     assert "put it down" in agent.report.detail
 
 
-def test_what_its_driver_lands_it_lands_too(flyer):
+def test_the_pilot_lands_with_its_driver(flyer):
     flyer.state = FlightState.LANDING
     flyer.step()
     assert (flyer.phase, flyer.report.detail) == (Phase.LANDING, "its driver lands it")
@@ -297,7 +299,7 @@ def test_set_down_by_its_driver_on_the_way_up_it_does_not_rise_again(cockpit):
     assert (agent.phase, agent.velocity) == (Phase.READY, STILL)
 
 
-def test_a_long_pause_of_the_process_makes_no_leap(flyer):
+def test_a_long_pause_of_the_process_makes_no_jump(flyer):
     flyer.now += 800_000_000
     before = flyer.estimate.motion.position
     flyer.step()
@@ -305,7 +307,7 @@ def test_a_long_pause_of_the_process_makes_no_leap(flyer):
     assert hypot(*flyer.velocity) <= 3.0
 
 
-def test_told_to_end_it_holds_for_a_second_then_lands_and_may_end_on_the_ground(flyer):
+def test_asked_to_end_it_holds_for_a_second_then_lands_and_may_end_on_the_ground(flyer):
     flyer.holds_still = False
     flyer.core.retire(flyer.now)
     flyer.step()
@@ -320,7 +322,7 @@ def test_told_to_end_it_holds_for_a_second_then_lands_and_may_end_on_the_ground(
     assert flyer.core.may_end(flyer.now)
 
 
-def test_told_to_end_it_takes_off_no_more(cockpit):
+def test_asked_to_end_it_no_longer_takes_off(cockpit):
     agent = cockpit(TWO, number=2)
     agent.run(0.1)
     assert agent.core.may_end(agent.now)

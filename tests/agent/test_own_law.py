@@ -157,8 +157,9 @@ def test_a_law_without_a_model_takes_no_parameters(make_swarm: Callable[..., Swa
 
 def test_parameters_reach_the_law(documented_law: str, make_swarm: Callable[..., Swarm]) -> None:
     given = {"control.law": documented_law, "control.parameters.gain": 2}
-    assert vars(make_law(make_swarm(given), 1))["gain"] == 2.0
-    assert vars(make_law(make_swarm({"control.law": documented_law}), 1))["gain"] == 3.0
+    for changes, gain in ((given, 2.0), ({"control.law": documented_law}, 3.0)):
+        law = make_law(documented_law, law_settings(make_swarm(changes), 1))
+        assert vars(law)["gain"] == gain
 
 
 def test_a_law_whose_constructor_fails_is_refused_with_its_line(

@@ -12,7 +12,8 @@ from flockwire.control import barrier, fence, guard
 from flockwire.control.barrier import sight_speed
 from flockwire.control.safety_filter import nearest_velocity
 from flockwire.domain.vector import ZERO
-from flockwire.parameters import pilot_parameters
+from flockwire.parameters import LeaderParameters, leader_parameters
+from flockwire.swarm.model import Swarm
 
 FAR = [0.0, 9.0]
 FACE_TO_FACE = ([FAR, [-1.5, 0.0], [1.5, 0.0]], {1: [1.5, -9.0, 0.0], 2: [-1.5, -9.0, 0.0]})
@@ -109,14 +110,18 @@ CLAUSES = {
 }  # fmt: skip
 
 
+def unguarded(swarm: Swarm) -> LeaderParameters:
+    parameters = leader_parameters(swarm)
+    return parameters._replace(pilot=parameters.pilot._replace(guard=None))
+
+
 @pytest.mark.parametrize("name", CLAUSES)
 def test_without_the_clause_it_goes_wrong(
     name: str, fly_flock: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clause = CLAUSES[name]
     if clause.stubborn_leader:
-        unguarded = lambda swarm, number: pilot_parameters(swarm, number)._replace(guard=None)  # noqa: E731
-        monkeypatch.setattr("flockwire_leader.core.pilot_parameters", unguarded)
+        monkeypatch.setattr("flockwire_leader.core.leader_parameters", unguarded)
     flown = fly_flock(clause.starts, clause.offsets, clause.changes, clause.duration)
     assert clause.holds(flown), flown
     for attribute, replacement in clause.out.items():

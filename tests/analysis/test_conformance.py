@@ -1,9 +1,10 @@
 """Flights in which a pilot did once what the protocol forbids, and those of the suite in virtual time, which do not."""
 
 import pytest
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import FlightState, Mission, Telemetry
 from flockwire.wire.status import Report, Status
 from flockwire_analysis.collecting import Collector
 from flockwire_analysis.conformance import deviations

@@ -100,7 +100,7 @@ def test_a_settled_follower_is_where_and_as_fast_as_its_reference(trace):
     assert np.abs(velocities(trace, 1, times)).max() > 0.5
 
 
-def test_hovering_and_landing_are_no_formation(trace, canvas):
+def test_hovering_and_landing_are_not_formation(trace, canvas):
     after = np.array([canvas.phase.begin - SECOND // 2, canvas.phase.end + SECOND // 2])
     assert np.isnan(references(trace, 1, after)).all()
 

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from flockwire.wire.messages import Stop
+from flockwire.domain.order import Stop
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report
 from flockwire_analysis.checks import Check
@@ -58,7 +58,7 @@ def hostile_probe(hostile):
     }  # fmt: skip
 
 
-def test_hostile_text_is_shown_and_never_becomes_markup(trace, tmp_path):
+def test_hostile_text_never_becomes_markup(trace, tmp_path):
     hostile = Hostile()
     (tmp_path / "picture.png").write_bytes(b"picture")
     picture = Picture(tmp_path / "picture.png", hostile("title"), hostile("caption"))
@@ -71,7 +71,7 @@ def test_hostile_text_is_shown_and_never_becomes_markup(trace, tmp_path):
     assert read.attributes["img", "src"] == ["data:image/png;base64,cGljdHVyZQ=="]
 
 
-def test_what_is_not_there_leaves_no_empty_table(trace):
+def test_missing_data_leaves_no_empty_table(trace):
     summary = replace(summarise(trace), missing=())
     counts = replace(summary.messages, rejected_by_key={})
     read = Page(page(replace(trace, vitals=()), replace(summary, messages=counts), [], None))

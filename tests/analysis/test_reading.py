@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+from flockwire.wire.codec import encode
 from flockwire.wire.keys import Key
 from flockwire_analysis.reading import read_trace
 from flockwire_recorder.trace import TraceWriter, describe
@@ -19,9 +20,9 @@ def writer(tmp_path, swarm_of):
 
 
 def pose(stamp, x):
-    from flockwire.wire.messages import Pose
+    from flockwire.domain.pose import Pose
 
-    return Pose(stamp, "world", (x, 0.0, 1.0)).encode()
+    return encode(Pose(stamp, "world", (x, 0.0, 1.0)))
 
 
 def say(writer, publisher, sequence, payload, topic="/paper/uav1/pose"):
@@ -72,7 +73,7 @@ def test_a_repeated_mission_is_one(fly):
     assert trace.of("telemetry", 1).values.shape[1] == 4
 
 
-def test_a_law_that_is_not_here_any_more_is_no_harm(tmp_path, swarm_of):
+def test_a_missing_law_is_harmless(tmp_path, swarm_of):
     table = swarm_of().model_dump(mode="json")
     table["control"]["law"] = "long.gone:Law"
     TraceWriter(tmp_path / "a.mcap", {"swarm": json.dumps(table)}).close()
@@ -100,7 +101,7 @@ def test_reading_a_trace_imports_no_law(tmp_path, swarm_of, monkeypatch):
 def test_a_trace_whose_swarm_breaks_a_rule_is_refused_by_that_rule(tmp_path, swarm_of, changes, line):
     table = swarm_of().model_dump(mode="json") | changes
     TraceWriter(tmp_path / "a.mcap", {"swarm": json.dumps(table)}).close()
-    with pytest.raises(ValueError, match=re.escape(f"its swarm is of another version of flockwire: {line}")):
+    with pytest.raises(ValueError, match=re.escape(f"its swarm is from another version of flockwire: {line}")):
         read_trace(tmp_path / "a.mcap")
 
 

@@ -5,10 +5,10 @@ from math import cos, exp, hypot, sin
 
 import numpy as np
 import pytest
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.swarm.tables import Obstacle
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Mission
 from flockwire_analysis.phases import offsets
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.separation import surface_distance
@@ -124,7 +124,7 @@ def test_a_slow_agent_fails(fly):
     assert not check.ok
 
 
-def test_poses_slower_than_the_control_rate_are_no_steps_missed(fly):
+def test_poses_slower_than_the_control_rate_are_not_missed_steps(fly):
     check = named(summary_of(fly(begin=-1.0, end=6.0, pose_every=2)))["control rate"]
     assert check.value == pytest.approx(1.0, abs=5e-3)
 

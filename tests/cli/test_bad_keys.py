@@ -128,7 +128,7 @@ def test_a_file_in_place_of_the_folder(tmp_path, flockwire):
     assert line.startswith("flockwire: keys: cannot write keys there: ")
 
 
-def test_a_check_of_keys_that_cannot_be_read_is_no_traceback(tmp_path, flockwire):
+def test_a_check_of_keys_that_cannot_be_read_gives_no_traceback(tmp_path, flockwire):
     (tmp_path / "uav1.crt").write_text("junk")
     done = flockwire("check", PAPER, "--keys", tmp_path)
     assert "Traceback" not in done.stderr
@@ -153,7 +153,7 @@ def test_without_security_a_warning_is_said_and_no_key_is_made(tmp_path, flockwi
     assert done.returncode == 2
     warning, busy = done.stderr.strip().split("\n")
     assert warning.startswith(
-        "flockwire: warning: network.security = 'none': anybody who reaches a port reads and writes all"
+        "flockwire: warning: network.security = 'none': any process that reaches a port can read and write all"
     )
     assert "is in use" in busy
     assert not (tmp_path / ".flockwire").exists()

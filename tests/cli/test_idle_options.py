@@ -20,7 +20,7 @@ TELEOPERATED, UNFILTERED = {"leader.kind": "teleoperated"}, {"control.safety_fil
 CARRIED, EXTENDED = {"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2]}, {"control.law": "extended"}
 CASES = {  # by what the file has: where the options of that row do nothing, and where each does something
     "control.law = 'extended'": (EXTENDED, {"control.law": "paper"}),
-    "control.law = 'extended' behind its safety filter": (EXTENDED, EXTENDED | UNFILTERED),
+    "control.law = 'extended' with its safety filter": (EXTENDED, EXTENDED | UNFILTERED),
     "control.law = 'paper'": ({}, EXTENDED),
     "control.law = 'paper' without a safety filter": ({}, {"control.safety_filter": True}),
     "no safety filter": ({}, EXTENDED),
@@ -67,12 +67,12 @@ def test_an_option_is_named_where_it_does_nothing_and_only_there(make_swarm, row
     without = {"leader.trajectory": None} if option == "leader.trajectory" else {}
     assert not named(make_swarm(without | nothing), option)  # it is not set
     (line,) = named(make_swarm(nothing | {option: value(option)}), option)
-    assert line == f"{option} is set and does nothing in a flight: the file has {row.because}"
+    assert line == f"{option} is set but has no effect: the file has {row.because}"
     assert not named(make_swarm(something | {option: value(option)}), option)
 
 
 def test_check_warns_of_it(make_swarm):
-    assert any("network.link is set and does nothing" in line for line in warnings(
+    assert any("network.link is set but has no effect" in line for line in warnings(
         make_swarm({"network.security": "none", "network.link": "quic"})
     ))  # fmt: skip
 

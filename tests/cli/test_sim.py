@@ -47,7 +47,7 @@ def test_a_second_flight_into_the_same_folder_is_refused(tmp_path: Path) -> None
     assert (tmp_path / "trace.mcap").read_bytes() == b"precious"
 
 
-def test_a_flight_that_fails_says_why_last(tmp_path: Path) -> None:
+def test_a_flight_that_fails_reports_why_last(tmp_path: Path) -> None:
     faults = tmp_path / "faults.toml"
     faults.write_text('[[faults]]\nat = 4.0\nkind = "failure"\ndrone = 2\n')
     result = sim("--no-trace", "--duration", 10, "--faults", faults)

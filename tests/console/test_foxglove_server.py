@@ -7,9 +7,12 @@ from contextlib import closing
 
 import pytest
 from buffered_session import T0, BufferedSession
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.order import Mission
+from flockwire.domain.time import TimeReply
+from flockwire.wire.codec import encode
 from flockwire.wire.inbox import CANARY
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import FlightState, Mission, Telemetry, TimeReply
 from flockwire.wire.status import Report, Status
 from flockwire_console.foxglove_server import FoxgloveError, FoxgloveServer
 from foxglove_viewer import viewing
@@ -50,7 +53,7 @@ def test_a_viewer_decodes_every_topic_that_the_operator_may_receive_and_sees_no_
 
             def all_seen():
                 for sequence, key in enumerate(keys):
-                    session.put(key, message(key).encode(), sequence)
+                    session.put(key, encode(message(key)), sequence)
                 server.forward(T0)
                 return {seen.topic for seen in viewer.seen} == set(topics)
 
@@ -62,7 +65,7 @@ def test_a_viewer_decodes_every_topic_that_the_operator_may_receive_and_sees_no_
     assert {key.kind for key in topics.values()} == {"telemetry", "status", "time_reply"}
     for seen in viewer.seen:
         key, decoded = topics[seen.topic], viewer.decoded(seen)
-        assert (seen.time, seen.data) == (T0, message(key).encode())
+        assert (seen.time, seen.data) == (T0, encode(message(key)))
         assert (decoded.header.stamp.sec, decoded.header.frame_id) == (T0 // 10**9, "world")
         if key.kind == "status":
             assert (decoded.identity, decoded.phase, decoded.position.y) == (key.owner, "formation", 2.0)
@@ -77,7 +80,7 @@ def test_what_is_no_message_of_the_swarm_is_not_passed_on(serving):
     plan, session, server = serving
     key = Key("telemetry", "uav1")
     topic = f"/{plan.text(key)}"
-    good = message(key).encode()
+    good = encode(message(key))
 
     async def look():
         async with viewing(f"ws://{LOOPBACK}:{server.port}") as viewer:

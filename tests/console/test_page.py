@@ -29,7 +29,7 @@ def test_a_page_without_new_pictures_says_for_how_long_until_they_come_again(mak
     asyncio.run(look())
 
 
-def test_a_wrong_token_and_a_console_that_was_started_again_are_named(make_plan, tmp_path):
+def test_a_wrong_token_and_a_console_that_was_restarted_are_named(make_plan, tmp_path):
     async def look():
         swarm = SimulatedSwarm(make_plan())
         async with browser(tmp_path / "profile") as page:

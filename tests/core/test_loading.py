@@ -135,7 +135,7 @@ def test_a_missing_file_is_refused_in_one_line(tmp_path):
     assert "\n" not in str(refused.value)
 
 
-def test_a_folder_is_no_swarm_file(tmp_path):
+def test_a_folder_is_not_a_swarm_file(tmp_path):
     with pytest.raises(SwarmFileError, match="cannot read the swarm file: Is a directory"):
         load_swarm(tmp_path)
 
@@ -143,7 +143,7 @@ def test_a_folder_is_no_swarm_file(tmp_path):
 @pytest.mark.parametrize(
     ("content", "rule"), [(b"name = \n", "not TOML"), (b"\xff\xfe", "not UTF-8"), (b"", "missing; this key")]
 )
-def test_what_is_no_swarm_is_refused(tmp_path, content, rule):
+def test_a_file_without_a_swarm_is_refused(tmp_path, content, rule):
     path = tmp_path / "swarm.toml"
     path.write_bytes(content)
     with pytest.raises(SwarmFileError, match=rule):
@@ -214,7 +214,7 @@ def test_an_order_imports_no_law(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["name = ", "name = 7", ""])
-def test_an_order_reads_no_file_that_is_no_swarm(tmp_path, text):
+def test_an_order_reads_no_file_that_is_not_a_swarm(tmp_path, text):
     (tmp_path / "broken.toml").write_text(text)
     with pytest.raises(SwarmFileError, match=r"broken\.toml"):
         read_swarm(tmp_path / "broken.toml")

@@ -101,12 +101,12 @@ def test_a_trace_that_is_replayed_goes_along_and_is_found_there(flockwire, swarm
     assert lines(unit, "WorkingDirectory") == ["/etc/flockwire/flock/swarm"]
 
 
-def test_a_law_of_ones_own_is_installed_from_a_wheel_or_refused(
+def test_a_law_of_your_own_is_installed_from_a_wheel_or_refused(
     flockwire, swarm_file, swarm_table, wheels, tmp_path, documented_law
 ):
     swarm_file.write_text(tomli_w.dumps(swarm_table({**HOSTS, "control.law": documented_law})))
     line = ["deploy", swarm_file, "--target", "systemd", "--wheels", wheels, "--out", tmp_path / "out"]
-    assert f"control.law = '{documented_law}': no wheel in --wheels has it" in refused(flockwire(*line))
+    assert f"control.law = '{documented_law}': no wheel in --wheels contains it" in refused(flockwire(*line))
     with zipfile.ZipFile(wheels / "my_law-1.0-py3-none-any.whl", "w") as wheel:
         wheel.write(tmp_path / "my_law.py", "my_law.py")
     assert flockwire(*line).returncode == 0
@@ -128,7 +128,7 @@ def test_the_inventory_has_the_hosts_addresses(bundled):
     assert play["become"] is True
 
 
-def test_deploying_again_takes_out_what_a_host_runs_no_more(bundled, flockwire, swarm_table, swarm_file, wheels):
+def test_deploying_again_takes_out_what_a_host_no_longer_runs(bundled, flockwire, swarm_table, swarm_file, wheels):
     swarm_file.write_text(tomli_w.dumps(swarm_table({**HOSTS, "drones.2.host": "pi2"})))
     flockwire("deploy", swarm_file, "--target", "systemd", "--wheels", wheels, "--out", bundled)
     assert {path.name for path in (bundled / "pi1" / "keys").glob("*.key")} == {"uav1.key"}
@@ -136,7 +136,7 @@ def test_deploying_again_takes_out_what_a_host_runs_no_more(bundled, flockwire, 
     assert (bundled / "pi2" / "keys" / "uav2.key").exists()
 
 
-def test_the_bundle_of_a_host_that_is_no_more_is_removed_and_nothing_else_is(
+def test_the_bundle_of_a_host_that_no_longer_exists_is_removed_and_nothing_else_is(
     bundled, flockwire, swarm_table, swarm_file, wheels
 ):
     moved = {**HOSTS, "drones.1.host": "pi2", "drones.2.host": "pi2", "hosts.pi1": None}

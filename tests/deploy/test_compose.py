@@ -53,7 +53,7 @@ def test_services_end_in_the_order_in_which_orphans_do(plan):
     assert sum(not others for others in after.values()) == 1  # the last to end
 
 
-def test_networks_of_services_are_those_at_the_end_and_let_nobody_out(composed):
+def test_networks_of_services_are_those_at_the_end_and_have_no_route_out(composed):
     named = {name for service in composed["services"].values() for name in service["networks"]}
     assert named == set(composed["networks"])
     assert all(network["internal"] is True for network in composed["networks"].values())

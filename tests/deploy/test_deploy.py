@@ -6,8 +6,7 @@ import subprocess
 import pytest
 import tomli_w
 from command_line import refused
-from flockwire.security.files import default_folder
-from flockwire.security.holding import hold
+from flockwire.security.files import default_folder, hold
 from flockwire_deploy import engine
 
 ALONE = {"graph.edges": [[0, 1]], "drones": [{"id": i, "start": [3.0 * i, 0.0, 0.0]} for i in range(2)]}
@@ -49,7 +48,7 @@ def test_a_process_gets_its_own_keys_and_nobody_elses(flockwire, write_swarm, tm
     assert owner.st_uid == (os.getuid() or 10001)  # never root
 
 
-def test_rotated_keys_are_brought_out_by_deploying_again(flockwire, write_swarm, tmp_path):
+def test_rotated_keys_are_copied_to_hosts_by_deploying_again(flockwire, write_swarm, tmp_path):
     file, out = write_swarm(), tmp_path / "out"
     flockwire("deploy", file, "--out", out)
     old = (out / "keys" / "uav1" / "uav1.crt").read_bytes()
@@ -74,7 +73,7 @@ def test_keys_that_containers_run_with_are_not_replaced_by_those_of_another_auth
     assert flockwire("deploy", file, "--out", out).returncode == 0
 
 
-def test_the_keys_of_a_process_that_is_no_more_are_removed_and_nothing_else_is(flockwire, write_swarm, tmp_path):
+def test_the_keys_of_a_process_that_no_longer_exists_are_removed_and_nothing_else_is(flockwire, write_swarm, tmp_path):
     out = tmp_path / "out"
     more = {"graph.edges": [[0, 1], [0, 2]], "drones": [{"id": i, "start": [3.0 * i, 0.0, 0.0]} for i in range(3)]}
     flockwire("deploy", write_swarm(more), "--out", out)
@@ -133,8 +132,11 @@ def test_a_bad_range_and_a_swarm_without_security_are_refused(flockwire, write_s
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"gateway": {"source": "vrpn", "vrpn": {"server": "192.0.2.9"}}}, "gateway.source = 'vrpn': no container"),
-        ({"drones.1.airframe": "tello"}, "drones.1.airframe = 'tello': no container reaches such a drone"),
+        (
+            {"gateway": {"source": "vrpn", "vrpn": {"server": "192.0.2.9"}}},
+            "gateway.source = 'vrpn': containers cannot",
+        ),
+        ({"drones.1.airframe": "tello"}, "drones.1.airframe = 'tello': containers cannot reach such a drone"),
     ],
 )
 def test_what_containers_cannot_reach_is_refused(flockwire, write_swarm, tmp_path, changes, said):
@@ -143,13 +145,13 @@ def test_what_containers_cannot_reach_is_refused(flockwire, write_swarm, tmp_pat
     assert "--target systemd" in line
 
 
-def test_a_law_of_ones_own_which_the_image_lacks_is_refused(flockwire, write_swarm, tmp_path, documented_law):
+def test_a_law_of_your_own_which_the_image_lacks_is_refused(flockwire, write_swarm, tmp_path, documented_law):
     line = refused(flockwire("deploy", write_swarm({"control.law": documented_law}), "--out", tmp_path / "out"))
     assert f"control.law = '{documented_law}': the image has only ['extended', 'paper']" in line
     assert "--target systemd" in line
 
 
-def test_what_keeps_the_engine_from_flying_it_is_one_line_with_the_remedy(monkeypatch):
+def test_an_engine_problem_is_one_line_with_the_remedy(monkeypatch):
     answers = {}
 
     def run(line, **_):

@@ -15,7 +15,7 @@ def ring(count):
 
 
 @pytest.mark.parametrize("changes", [{}, {"network.mode": "router"}, {"avoidance.sensing": "neighbours"}])
-def test_who_is_linked_shares_a_network_and_those_who_serve_drones_share_none_with_others(make_plan, changes):
+def test_linked_processes_share_a_network_and_gateways_share_none_with_others(make_plan, changes):
     plan = make_plan(changes)
     nets = networks(plan)
     for one in aboard(plan):

@@ -17,13 +17,19 @@ def add(wheel, name, content):
         (lambda folder: (folder / MINE).unlink(), "has no wheel of flockwire"),
         (lambda folder: (folder / "pip-25.3-py3-none-any.whl").unlink(), "has no wheel of pip"),
         (lambda folder: (folder / MINE).rename(folder / "flockwire-9.9-py3-none-any.whl"), "its flockwire is not"),
-        (lambda folder: add(folder / MINE, "flockwire/clock.py", "older"), "is another, flockwire/clock.py differs"),
-        (lambda folder: add(folder / MINE, "flockwire/gone.py", ""), "is another, flockwire/gone.py differs"),
-        (lambda folder: add(folder / MINE, "flockwire_gone/core.py", ""), "is another, flockwire_gone/core.py differs"),
-        (lambda folder: (folder / MINE).write_text("cut off"), "is no wheel but in name"),
+        (
+            lambda folder: add(folder / MINE, "flockwire/clock.py", "older"),
+            "has other code, flockwire/clock.py differs",
+        ),
+        (lambda folder: add(folder / MINE, "flockwire/gone.py", ""), "has other code, flockwire/gone.py differs"),
+        (
+            lambda folder: add(folder / MINE, "flockwire_gone/core.py", ""),
+            "has other code, flockwire_gone/core.py differs",
+        ),
+        (lambda folder: (folder / MINE).write_text("cut off"), "is not a valid wheel"),
         (lambda folder: (folder / BOTH.replace("0", "1", 1).format("x86_64")).touch(), "several versions of numpy"),
-        (lambda folder: (folder / "other.whl").touch(), "other.whl: is not named as a wheel is"),
-        (lambda folder: (folder / "lz4-4.0-cp311-cp311-win_arm64.whl").touch(), "no machine that all of them are for"),
+        (lambda folder: (folder / "other.whl").touch(), "other.whl: does not have a wheel's name"),
+        (lambda folder: (folder / "lz4-4.0-cp311-cp311-win_arm64.whl").touch(), "no machine matches all of them"),
     ],
 )
 def test_wheels_that_cannot_be_installed_are_refused_with_what_makes_them(

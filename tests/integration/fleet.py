@@ -18,12 +18,12 @@ import psutil
 import pytest
 import zenoh
 from flockwire import clock
+from flockwire.domain.order import Mission
 from flockwire.loading import load_swarm
 from flockwire.runtime.session import RouterAbsentError, Session
 from flockwire.security.files import Credentials
 from flockwire.security.pki import make_keys
 from flockwire.wire.keys import MISSION
-from flockwire.wire.messages import Mission
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import DRONE_PORTS, OPERATOR, SINGLE_PORTS
 from flockwire.wire.status import Status

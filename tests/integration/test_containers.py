@@ -82,7 +82,7 @@ def test_a_process_has_no_package_of_the_operator(flight):
         assert run("docker", "run", "--rm", "--entrypoint", "python", name, "-c", code).stdout.strip() == expected
 
 
-def test_a_container_that_is_down_delays_nobody_who_dials_it(flight):
+def test_a_container_that_is_down_delays_no_process_that_dials_it(flight):
     code = "import socket, time; began = time.monotonic()\ntry: socket.getaddrinfo('nobody', 1)\n"
     code += "except OSError: print(time.monotonic() - began)"
     assert float(run("docker", "exec", flight.container(KILLED), "python", "-c", code).stdout) < 1.0
@@ -157,7 +157,7 @@ def test_the_probe_from_inside_finds_no_leak(flight, tmp_path):
     assert seen["gateway"]["published"]  # what it may publish arrives in containers too
 
 
-def test_a_foreign_container_reaches_nobody(flight):
+def test_a_foreign_container_reaches_no_process(flight):
     """A container on no network of the swarm finds none of its names, and from none of its addresses an answer."""
     addresses = [
         settings["IPAddress"]

@@ -12,9 +12,10 @@ from pathlib import Path
 
 import pytest
 from extended_sources import ExtendedSources
-from flockwire.control.heading import yaw_of
+from flockwire.domain.airframe import Telemetry
+from flockwire.domain.pose import Pose, yaw_of
 from flockwire.process.driving import CONTACT
-from flockwire.wire.messages import Pose, Telemetry
+from flockwire.wire.codec import decode
 from flockwire.wire.status import Reason, Status
 from mcap.reader import make_reader
 
@@ -123,13 +124,14 @@ DRIVER = '''
 from math import atan2, cos, hypot, sin
 from struct import pack, unpack
 
-from flockwire.control.heading import wrapped, yaw_of
+from flockwire.domain.airframe import Command, FlightState, Telemetry
+from flockwire.domain.order import Stop
+from flockwire.domain.pose import Pose, wrapped, yaw_of
 from flockwire.domain.time import SECOND
 from flockwire.process.cores import Datagram
 from flockwire.process.driving import CONTACT, RETIREMENT, TELEMETRY_PERIOD
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import STOP, Key
-from flockwire.wire.messages import Command, FlightState, Pose, Stop, Telemetry
 from flockwire.wire.status import Reason, Report
 
 from flockwire_blimp.tables import places
@@ -244,7 +246,7 @@ def flockwire(tmp_path: Path) -> Callable[..., str]:
 def messages(trace: Path, topic: str, kind: type) -> list:
     """Return the messages of a topic."""
     with trace.open("rb") as stream:
-        return [kind.decode(m.data) for _, _, m in make_reader(stream).iter_messages(topics=[topic])]
+        return [decode(kind, m.data) for _, _, m in make_reader(stream).iter_messages(topics=[topic])]
 
 
 def test_a_row_and_a_folder_make_a_new_kind_of_airframe(tmp_path: Path, flockwire: Callable[..., str]) -> None:

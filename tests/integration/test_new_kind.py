@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from extended_sources import ExtendedSources
 from fleet import keys_of
+from flockwire.wire.codec import decode
 from flockwire.wire.status import Status
 from mcap.reader import make_reader
 
@@ -28,7 +29,7 @@ CORE = '''
 
 from flockwire.process.cores import Ground
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Command
+from flockwire.domain.airframe import Command
 from flockwire.wire.status import Report
 
 
@@ -75,7 +76,7 @@ def counted(trace: Path) -> tuple[Counter[str], dict[str, Status]]:
         for _, channel, message in make_reader(stream).iter_messages():
             counts[channel.topic] += 1
             if channel.topic.endswith("/status"):
-                status = Status.decode(message.data)
+                status = decode(Status, message.data)
                 statuses[status.identity] = status
     return counts, statuses
 

@@ -97,7 +97,7 @@ def readers(fleet: Fleet, keys: Collection[str]) -> list[tuple[str, str]]:
     return [(name, text) for name, key in subscribed if key != MISSION and (text := fleet.plan.text(key)) in keys]
 
 
-def test_every_process_is_linked_to_whom_it_must_hear_and_nobody_else(flight: Flight) -> None:
+def test_every_process_is_linked_to_its_publishers_only(flight: Flight) -> None:
     fleet, tower = flight
     there = {*fleet.running, "operator"}  # of the operators only one
     wanted = {name: sorted(there.intersection(fleet.plan.partners[name])) for name in fleet.running}
@@ -135,7 +135,7 @@ def test_a_connection_without_a_good_certificate_is_refused_and_counted(flight: 
             assert fleet.log(name).count(reason) == 1, (name, fleet.log(name))
 
 
-def test_junk_on_every_key_is_counted_and_the_flight_goes_on(flight: Flight) -> None:
+def test_junk_on_every_key_is_counted_and_the_flight_continues(flight: Flight) -> None:
     fleet, tower = flight
     before = everybody(flight)
     tries, dice, sent = 100, random.Random(1), Counter()
@@ -162,7 +162,7 @@ def test_junk_on_every_key_is_counted_and_the_flight_goes_on(flight: Flight) -> 
     tower.wait(lambda seen: seen.keys() >= expected.keys() and malformed(seen) == wanted)
 
 
-def test_a_recorded_flight_played_back_by_an_insider_moves_nobody(flight: Flight) -> None:
+def test_a_recorded_flight_played_back_by_an_insider_moves_no_drone(flight: Flight) -> None:
     fleet, tower = flight
     recorded: list[tuple[str, bytes, bytes]] = []
 

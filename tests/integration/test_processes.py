@@ -16,8 +16,8 @@ from flockwire.runtime.session import Session
 from flockwire.runtime.shell import Shell, status_publisher
 from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.swarm.model import uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Message
 from flockwire.wire.status import Report
 from flockwire_analysis.reading import read_trace
 from waiting import wait_until
@@ -28,7 +28,7 @@ MakeTower = Callable[[Fleet], Tower]
 InFlight = Callable[..., tuple[Fleet, Tower]]
 
 
-def test_any_order_will_do_and_each_says_what_it_waits_for_and_ends_in_time(
+def test_any_order_will_do_and_each_reports_what_it_waits_for_and_ends_in_time(
     make_swarm: MakeSwarm, make_fleet: MakeFleet, make_tower: MakeTower
 ) -> None:
     fleet = make_fleet(make_swarm())

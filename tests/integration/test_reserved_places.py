@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 import zenoh
 from flockwire import clock
+from flockwire.domain.order import Stop
 from flockwire.loading import load_swarm
 from flockwire.runtime import configuration
 from flockwire.runtime.session import Session
@@ -17,7 +18,6 @@ from flockwire.runtime.subscriptions import Newest
 from flockwire.security.files import files_of
 from flockwire.security.pki import make_keys
 from flockwire.wire.keys import STOP
-from flockwire.wire.messages import Stop
 from flockwire.wire.plan import Plan
 from flockwire_probe.attackers import Attacker, attacker_configuration
 
@@ -74,7 +74,7 @@ def stopped(plan: Plan, keys: Path, inbox: Newest) -> bool:
     return False
 
 
-def test_a_stop_arrives_where_one_drone_has_taken_all_places(
+def test_a_stop_arrives_when_one_drone_holds_all_places(
     plan: Plan, driver: Session, dial: Callable[[str, str], zenoh.Session], tmp_path: Path
 ) -> None:
     inbox, places = driver.newest(STOP), len(plan.links[DRIVER])
@@ -83,7 +83,7 @@ def test_a_stop_arrives_where_one_drone_has_taken_all_places(
     assert stopped(plan, tmp_path, inbox)
 
 
-def test_nobody_but_a_person_gets_a_reserved_place_and_no_person_needs_another(
+def test_only_operators_get_reserved_places_and_need_no_others(
     plan: Plan, driver: Session, dial: Callable[[str, str], zenoh.Session]
 ) -> None:
     drone, operator = dial("uav2", plan.reserved[DRIVER]), dial(OPERATOR, plan.endpoints[DRIVER])

@@ -39,7 +39,7 @@ def is_up(status: Status) -> bool:
     return status.report.position is not None and status.report.position[2] > 0.2
 
 
-def test_a_flight_converges_and_its_trace_says_so_as_in_virtual_time(
+def test_a_flight_converges_and_its_trace_reports_it_as_in_virtual_time(
     make_swarm: Callable[..., Path], tmp_path: Path
 ) -> None:
     swarm, out = make_swarm(), tmp_path / "out"
@@ -147,7 +147,7 @@ def test_a_second_up_is_refused_at_once_and_ctrl_c_lands_the_first_and_leaves_a_
     first.send_signal(signal.SIGINT)
     output, errors = first.communicate(timeout=60)
     assert "landing" in output
-    assert "ended by itself" not in errors
+    assert "ended unexpectedly" not in errors
     assert (out / "report.html").exists()
     assert first.returncode == 0, errors
 
@@ -179,7 +179,7 @@ def test_a_dead_agent_fails_the_flight_and_the_rest_land(make_swarm: Callable[..
     os.kill(victim.pid, signal.SIGKILL)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 1
-    assert "uav3 ended by itself (signal SIGKILL)" in errors.strip().splitlines()[-1]
+    assert "uav3 ended unexpectedly (signal SIGKILL)" in errors.strip().splitlines()[-1]
 
 
 def test_a_port_in_use_is_named_before_anything_starts(make_swarm: Callable[..., Path], tmp_path: Path) -> None:

@@ -1,9 +1,9 @@
 from math import exp
 
 import pytest
+from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.swarm.drones import Airframe
-from flockwire.wire.messages import FlightState
 from flockwire_kinematics.airframe import FirstOrderAirframe
 from hypothesis import given
 from hypothesis import strategies as st

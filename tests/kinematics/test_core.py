@@ -1,8 +1,9 @@
 import pytest
+from flockwire.domain.airframe import Command, FlightState
+from flockwire.domain.order import Stop
 from flockwire.domain.time import SECOND
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import STOP, Key
-from flockwire.wire.messages import Command, FlightState, Stop
 from flockwire_kinematics.core import KinematicsCore
 
 BEGAN = 1_790_000_000 * SECOND
@@ -63,7 +64,7 @@ def test_the_truth_of_the_last_drone_comes_last(world):
     assert truths == [uav(i) for i in range(5)]
 
 
-def test_drones_stand_at_their_starts_until_they_are_told_to_rise(world):
+def test_drones_stand_at_their_starts_until_they_receive_a_climb_command(world):
     here = world()
     here.velocity = (1.0, 0.0, 0.0)
     here.run(0.5)
@@ -78,7 +79,7 @@ def test_a_drone_obeys_its_own_commands(flying):
     assert flying.published[Key("truth", "uav2")].position == (2.9, -0.8, 0.0)
 
 
-def test_telemetry_tells_how_old_the_last_command_is(world):
+def test_telemetry_reports_how_old_the_last_command_is(world):
     here = world()
     here.run(0.2)
     assert here.telemetry.command_age == -1.0
@@ -108,7 +109,7 @@ def test_without_commands_it_hovers_then_lands(flying):
     assert flying.position == pytest.approx((hovering[0], hovering[1], 0.0))
 
 
-def test_a_process_that_stood_still_may_not_end_while_a_drone_flies(flying):
+def test_a_process_that_was_frozen_may_not_end_while_a_drone_flies(flying):
     flying.now += 5 * SECOND
     flying.core.retire(flying.now)
     assert not flying.core.may_end(flying.now)
@@ -118,7 +119,7 @@ def test_a_process_that_stood_still_may_not_end_while_a_drone_flies(flying):
     assert flying.core.may_end(flying.now)
 
 
-def test_it_goes_on_when_commands_come_again_in_time(flying):
+def test_it_continues_when_commands_come_again_in_time(flying):
     flying.velocity = None
     flying.run(0.95)
     height = flying.position[2]

@@ -3,12 +3,13 @@
 from math import hypot
 
 import pytest
+from flockwire.domain.airframe import Command, FlightState
+from flockwire.domain.order import Stop
 from flockwire.domain.time import SECOND
 from flockwire.process.driving import FROZEN, RETIREMENT, SETTLED, TOLERANCE
 from flockwire.swarm.drones import Airframe
 from flockwire.swarm.tables import Limits
 from flockwire.wire.keys import STOP, Key
-from flockwire.wire.messages import Command, FlightState, Stop
 from flockwire_kinematics.airframe import FirstOrderAirframe
 from flockwire_kinematics.core import KinematicsCore
 from flockwire_kinematics.drone import SimulatedDrone
@@ -101,7 +102,7 @@ def test_over_a_pause_it_neither_flies_on_what_it_was_commanded_before_nor_falls
     assert stopped.position == HIGH
 
 
-def test_a_late_step_is_no_pause():
+def test_a_late_step_is_not_a_pause():
     flight = Flight((1.0, 0.0, 0.0))
     flight.run(1.0)
     before = flight.position[0]
@@ -110,7 +111,7 @@ def test_a_late_step_is_no_pause():
     assert flight.position[0] == pytest.approx(before + 0.25)
 
 
-def test_told_to_end_it_lands_at_its_time_whatever_its_agent_commands():
+def test_asked_to_end_it_lands_at_its_time_whatever_its_agent_commands():
     flight = Flight((0.5, 0.0, 0.0))
     flight.run(0.5)
     flight.drone.land_at = flight.now + SECOND // 2
@@ -153,7 +154,7 @@ class Station:
         return self.truth["uav1"].position[2]
 
 
-def test_told_to_end_the_kinematics_lands_what_its_pilots_do_not_and_ends_a_second_later(make_swarm):
+def test_asked_to_end_the_kinematics_lands_what_its_pilots_do_not_and_ends_a_second_later(make_swarm):
     station = Station(make_swarm())
     assert not station.core.may_end(station.now)
     station.core.retire(station.now)

@@ -6,12 +6,15 @@ from collections.abc import Callable
 from math import dist, hypot, inf
 
 import pytest
-from flockwire.domain.body import Body, BodyKind
+from flockwire.domain.airframe import Command, FlightState, Telemetry
+from flockwire.domain.body import Body, BodyKind, Nearby
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import Vector, add, scale, subtract
+from flockwire.parameters import leader_parameters
 from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Command, FlightState, Mission, Nearby, Pose, Telemetry
 from flockwire.wire.phase import Phase
 from flockwire_leader.core import FlyingLeader
 
@@ -24,7 +27,7 @@ class Seat:
     """A flying leader; what is `silent` (kinds of keys) does not arrive."""
 
     def __init__(self, swarm: Swarm) -> None:
-        self.now, self.core, self.swarm = BEGAN, FlyingLeader(swarm, BEGAN), swarm
+        self.now, self.core, self.swarm = BEGAN, FlyingLeader(leader_parameters(swarm), BEGAN), swarm
         self.position, self.velocity, self.before = STILL, STILL, STILL
         self.state, self.battery = FlightState.GROUNDED, 1.0
         self.silent: set[str] = set()

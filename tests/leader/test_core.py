@@ -1,8 +1,8 @@
 from math import dist, hypot
 
 import pytest
+from flockwire.domain.airframe import FlightState
 from flockwire.domain.vector import add
-from flockwire.wire.messages import FlightState
 from flockwire.wire.phase import Phase
 
 STILL = (0.0, 0.0, 0.0)
@@ -38,7 +38,7 @@ def test_it_rests_until_the_formations_time_comes(seat):
     assert leader.phase is Phase.FORMATION
 
 
-def test_it_goes_on_without_a_leap_after_a_hold(flyer):
+def test_it_continues_without_a_jump_after_a_hold(flyer):
     flyer.order("hold")
     flyer.run(1.0)
     assert hypot(*flyer.velocity) < 0.05

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.vector import ZERO, Vector, add, scale, subtract
+from flockwire.parameters import course_parameters
 from flockwire.wire.phase import Phase
 from flockwire_leader.course import CATCH_UP, SLACK, Course
 from hypothesis import given
@@ -28,7 +29,7 @@ def test_while_nothing_hinders_its_time_is_exactly_mission_time(
     make_swarm: Callable[..., Any], t: float, error: Vector
 ) -> None:
     swarm = make_swarm({**FREE, "leader.trajectory": {"kind": "circle"}})
-    course, way = Course(swarm), swarm.leader.trajectory.build()
+    course, way = Course(course_parameters(swarm)), swarm.leader.trajectory.build()
     course.restart((1.0, 2.0, 1.0), 0.0)
     there = add((1.0, 2.0, 1.0), way.position(t))
     position = subtract(there, error)
@@ -51,7 +52,7 @@ def fly(make_swarm: Callable[..., Any]) -> Callable[..., dict[float, float]]:
 
     def run(changes: dict[str, Any], duration: float) -> dict[float, float]:
         swarm = make_swarm(changes)
-        frame, course = swarm.airframe(0), Course(swarm)
+        frame, course = swarm.airframe(0), Course(course_parameters(swarm))
         course.restart((0.0, 0.0, 1.0), 0.0)
         position, velocity, sent, reached = (0.0, 0.0, 1.0), ZERO, [ZERO] * 200, {}
         for k in range(round(100 * duration)):
@@ -66,7 +67,7 @@ def fly(make_swarm: Callable[..., Any]) -> Callable[..., dict[float, float]]:
     return run
 
 
-def test_held_back_the_trajectory_waits_and_goes_on_without_a_jump(flying: Callable[..., Any]) -> None:
+def test_held_back_the_trajectory_waits_and_continues_without_a_jump(flying: Callable[..., Any]) -> None:
     leader = flying(leg())
     start = subtract(leader.position, (0.9, 0.0, 0.0))
     leader.stuck = True
@@ -83,7 +84,7 @@ def test_held_back_the_trajectory_waits_and_goes_on_without_a_jump(flying: Calla
 
 
 def test_the_goal_stops_within_reach_of_a_leader_that_is_stuck(make_swarm: Callable[..., Any]) -> None:
-    course = Course(make_swarm({**FREE, **leg()}))
+    course = Course(course_parameters(make_swarm({**FREE, **leg()})))
     course.restart((0.0, 0.0, 1.0), 0.0)
     steps, pace = [], 1.0
     for k in range(1, 1000):
@@ -95,8 +96,8 @@ def test_the_goal_stops_within_reach_of_a_leader_that_is_stuck(make_swarm: Calla
     assert 0.3 * (10.0 - course.waited) < 0.15 + SLACK
 
 
-def test_a_goal_that_lies_in_an_obstacle_goes_on_and_waits_behind_it(make_swarm: Callable[..., Any]) -> None:
-    course = Course(make_swarm({**FREE, **leg(9.0)}))
+def test_a_goal_that_lies_in_an_obstacle_continues_and_waits_behind_it(make_swarm: Callable[..., Any]) -> None:
+    course = Course(course_parameters(make_swarm({**FREE, **leg(9.0)})))
     course.restart((0.0, 0.0, 1.0), 0.0)
     ahead = Body(BodyKind.OBSTACLE, (0.7, 0.0, 0.0), 0.3)  # 0.33 m round it nobody may be
     for k in range(1, 2000):
@@ -148,7 +149,7 @@ def test_during_a_hold_of_the_ladder_the_trajectory_waits(flying: Callable[..., 
 
 
 @pytest.mark.parametrize("verbs", [("hold", "start"), ("start",)])
-def test_new_orders_make_it_begin_again_from_where_it_is(flying: Callable[..., Any], verbs: tuple[str, ...]) -> None:
+def test_new_orders_make_it_restart_from_where_it_is(flying: Callable[..., Any], verbs: tuple[str, ...]) -> None:
     leader = flying(leg())
     for verb in verbs:
         leader.order(verb)

@@ -3,8 +3,8 @@
 from math import hypot
 
 import pytest
+from flockwire.domain.order import Stop
 from flockwire.wire.keys import STOP
-from flockwire.wire.messages import Stop
 from flockwire.wire.phase import Phase
 
 STILL = (0.0, 0.0, 0.0)
@@ -19,7 +19,7 @@ STILL = (0.0, 0.0, 0.0)
         (set(), 0.19, "battery at 19%, take-off needs 20%"),
     ],
 )
-def test_on_the_ground_it_says_what_it_waits_for(seat, silent, battery, detail):
+def test_on_the_ground_it_reports_what_it_waits_for(seat, silent, battery, detail):
     leader = seat()
     leader.silent, leader.battery = silent, battery
     leader.run(0.1)
@@ -80,7 +80,7 @@ def hurrying(flying):
     return leader
 
 
-def test_blind_to_what_is_nearby_it_slows_down_then_holds(hurrying):
+def test_without_nearby_bodies_it_slows_down_then_holds(hurrying):
     hurrying.silent = {"nearby"}
     hurrying.run(0.1)
     assert hypot(*hurrying.velocity) > 0.7
@@ -94,13 +94,13 @@ def test_blind_to_what_is_nearby_it_slows_down_then_holds(hurrying):
     assert hurrying.phase is Phase.FORMATION
 
 
-def test_with_neighbours_sensing_nobody_waits_for_nearby(flying):
+def test_with_neighbours_sensing_no_drone_waits_for_nearby(flying):
     leader = flying({"avoidance.sensing": "neighbours"}, {"nearby"})
     leader.run(1.0)
     assert leader.phase is Phase.FORMATION
 
 
-def test_when_its_pose_comes_back_in_time_it_goes_on(hurrying):
+def test_when_its_pose_comes_back_in_time_it_continues(hurrying):
     hurrying.silent = {"pose"}
     hurrying.run(0.5)
     hurrying.silent = set()

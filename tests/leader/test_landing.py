@@ -6,7 +6,7 @@ from random import Random
 from typing import Any
 
 import pytest
-from flockwire.wire.messages import FlightState
+from flockwire.domain.airframe import FlightState
 
 STILL = (0.0, 0.0, 0.0)
 CROWDS = 40
@@ -29,7 +29,7 @@ FENCE = {"limits.fence": {"min": [-3.5, -3.5, -0.5], "max": [3.5, 3.5, 3.0]}}
         ),
     ],
 )
-def test_it_comes_down_beside_those_on_the_ground(
+def test_it_lands_beside_those_on_the_ground(
     flying: Callable[..., Any], changes: dict[str, Any], above: tuple[float, float], grounded: list[tuple[float, float]]
 ) -> None:
     leader = flying({**FENCE, **changes})
@@ -43,7 +43,7 @@ def test_it_comes_down_beside_those_on_the_ground(
     assert leader.closest >= leader.swarm.avoidance.drone_safety_distance
 
 
-def test_from_above_the_midst_of_a_field_of_drones_it_comes_down_at_its_edge(flying: Callable[..., Any]) -> None:
+def test_above_a_field_of_drones_it_lands_at_its_edge(flying: Callable[..., Any]) -> None:
     leader = flying(FENCE)
     leader.drones = [((0.5 * i, 0.5 * j, 0.0), STILL) for i in range(-2, 4) for j in range(-2, 4)]
     leader.order("land")
@@ -64,7 +64,7 @@ def test_one_that_comes_to_stand_below_it_moves_it_aside(flying: Callable[..., A
 
 
 @pytest.mark.parametrize("seed", range(CROWDS))
-def test_in_a_corner_full_of_drones_and_obstacles_it_comes_down(flying: Callable[..., Any], seed: int) -> None:
+def test_in_a_corner_full_of_drones_and_obstacles_it_lands(flying: Callable[..., Any], seed: int) -> None:
     leader, draw = flying(FENCE), Random(seed)
     leader.order("hold")
     x, y = draw.uniform(2.5, 3.5), draw.uniform(2.5, 3.5)

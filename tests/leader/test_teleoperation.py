@@ -3,9 +3,9 @@
 from math import hypot
 
 import pytest
+from flockwire.domain.airframe import Command
 from flockwire.domain.time import SECOND
 from flockwire.wire.keys import STEERING, Key
-from flockwire.wire.messages import Command
 from flockwire.wire.phase import Phase
 
 TELEOPERATED = {"leader": {"kind": "teleoperated", "speed": 0.5, "acceleration": 1.0}, "control.law": "extended"}
@@ -40,14 +40,14 @@ def test_it_goes_where_it_is_steered_no_faster_and_no_more_suddenly_than_allowed
     assert leader.jump <= 0.01 + 1e-6  # 1 m/s^2 in 10 ms
 
 
-def test_without_news_it_stops_within_the_limit_and_keeps_its_place(steered):
+def test_without_a_command_it_stops_within_the_limit_and_keeps_its_place(steered):
     leader, steer = steered
     steer(2.0, (0.5, 0.0, 0.0))
     leader.run(0.2)
     assert leader.velocity[0] == pytest.approx(0.5, abs=0.01)  # the last command still counts
     leader.run(0.25)
     assert hypot(*leader.velocity) < 0.05
-    assert leader.detail.startswith("nobody has steered for 0.")
+    assert leader.detail.startswith("no steering command for 0.")
     place = leader.position
     leader.run(2.0)
     assert leader.position == pytest.approx(place, abs=0.05)
@@ -61,12 +61,12 @@ def test_its_guard_keeps_it_inside_the_fence(steered):
     assert -3.5 <= leader.position[0] < -3.3
 
 
-def test_it_stays_while_nobody_has_steered_yet(steered):
+def test_it_stays_before_any_steering(steered):
     leader, _ = steered
     place = leader.position
     leader.run(1.0)
     assert leader.position == pytest.approx(place, abs=0.02)
-    assert leader.detail == "nobody steers"
+    assert leader.detail == "no steering command"
 
 
 def test_a_command_from_before_a_hold_does_not_move_it_after(steered):

@@ -1,8 +1,10 @@
 import pytest
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND
+from flockwire.parameters import tracked_parameters
 from flockwire.pilot.ladder import MISTAKEN
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import IdentityDoubt, Mission, Pose
 from flockwire_leader.tracked import TrackedLeader
 
 BEGAN = 1_790_000_000 * SECOND
@@ -12,10 +14,10 @@ TRACKED = {"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2], "drones.
 @pytest.fixture
 def leader(make_swarm):
     """Return a tracked leader that nothing has reached yet."""
-    return TrackedLeader(make_swarm(TRACKED))
+    return TrackedLeader(tracked_parameters(make_swarm(TRACKED)))
 
 
-def test_it_is_tracked_while_its_pose_comes_and_says_since_when_it_is_lost(leader):
+def test_it_is_tracked_while_its_pose_comes_and_reports_since_when_it_is_lost(leader):
     assert leader.report(BEGAN).phase == "pose lost"
     assert "has not seen its body 'wand' yet" in leader.report(BEGAN).detail
     leader.receive(Key("pose", "uav0"), Pose(BEGAN, "world", (1.0, 2.0, 1.2)), BEGAN)
@@ -33,7 +35,7 @@ def test_it_commands_nothing_whatever_is_ordered_and_may_always_end(leader):
     assert leader.may_end(BEGAN)
 
 
-def test_a_body_that_the_tracker_mixes_up_is_reported_while_it_does(leader):
+def test_a_body_that_the_tracker_confuses_is_reported_while_it_does(leader):
     leader.receive(Key("pose", "uav0"), Pose(BEGAN, "world", (1.0, 2.0, 1.2)), BEGAN)
     leader.receive(Key("doubt", "uav0"), IdentityDoubt(BEGAN, "world", BEGAN), BEGAN)
     assert leader.report(BEGAN).detail == MISTAKEN

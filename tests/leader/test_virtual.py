@@ -1,10 +1,11 @@
 from math import dist
 
 import pytest
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import add
+from flockwire.parameters import virtual_parameters
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Mission
 from flockwire.wire.phase import Phase
 from flockwire_leader.virtual import VirtualLeader
 
@@ -21,7 +22,7 @@ def place(leader, now):
 
 
 def test_a_virtual_leader_rests_at_its_start_until_the_mission_starts(make_swarm):
-    leader = VirtualLeader(make_swarm(VIRTUAL), BEGAN)
+    leader = VirtualLeader(virtual_parameters(make_swarm(VIRTUAL)), BEGAN)
     assert place(leader, BEGAN) == (1.0, 2.0, 1.5)
     leader.receive(MISSION, Mission(BEGAN, "world", "start", BEGAN + SECOND), BEGAN)
     assert place(leader, BEGAN + SECOND) == (1.0, 2.0, 1.5)
@@ -32,8 +33,8 @@ def test_a_virtual_leader_rests_at_its_start_until_the_mission_starts(make_swarm
 
 
 @pytest.mark.parametrize("order", [("hold", 0), ("land", 0), ("start", 40 * SECOND + SECOND // 2)])
-def test_a_virtual_leader_never_leaps(make_swarm, order):
-    leader = VirtualLeader(make_swarm(VIRTUAL), BEGAN)
+def test_a_virtual_leader_never_jumps(make_swarm, order):
+    leader = VirtualLeader(virtual_parameters(make_swarm(VIRTUAL)), BEGAN)
     leader.receive(MISSION, Mission(BEGAN, "world", "start", BEGAN), BEGAN)
     verb, start = order
     now, before = BEGAN + 40 * SECOND, place(leader, BEGAN + 40 * SECOND)

@@ -89,7 +89,7 @@ def test_after_a_common_silence_the_first_frame_is_whole() -> None:
 
 
 @pytest.mark.parametrize("lost", range(4))
-def test_a_lost_report_delays_nobody_else(lost: int) -> None:
+def test_a_lost_report_delays_no_other(lost: int) -> None:
     reports = Reports()
     reports.run(TOGETHER, 10)
     assert [body for _, body in reports.run(TOGETHER, 1, without=[lost])] == [4]

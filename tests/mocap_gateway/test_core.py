@@ -1,11 +1,12 @@
 from random import Random
 
 import pytest
-from flockwire.domain.body import Body, BodyKind
+from flockwire.domain.body import Body, BodyKind, Nearby
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Mission, Nearby, Pose
 from flockwire_mocap.core import GatewayCore
 from flockwire_mocap.simulated import SimulatedSource
 from flockwire_mocap.source import SourceState
@@ -216,7 +217,7 @@ def test_a_pose_carries_what_was_measured_with_stamps_that_differ(make_swarm):
         assert published[Key("nearby", name)].stamp == stamp
 
 
-def test_when_one_drones_truth_ends_the_others_poses_go_on_at_the_full_rate(shown):
+def test_when_one_drones_truth_ends_the_others_poses_continue_at_the_full_rate(shown):
     gateway, frames = shown(), []
     for k in range(60):
         gateway.now += FRAME

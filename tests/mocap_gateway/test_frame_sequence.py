@@ -23,7 +23,7 @@ def test_gaps_repetitions_and_late_frames():
     assert (sequence.missing, sequence.repeated, sequence.late) == (1, 2, 1)
 
 
-def test_a_stream_begins_again_with_its_second_frame():
+def test_a_stream_restarts_with_its_second_frame():
     sequence, seen = arrivals(5000, 5001, 1, 2, 2, 3)
     assert seen == [NEXT, NEXT, LATE, NEXT, REPEATED, NEXT]
     assert (sequence.restarts, sequence.missing, sequence.late) == (1, 0, 1)
@@ -41,7 +41,7 @@ def test_a_straggler_begins_nothing():
     assert (sequence.restarts, sequence.missing) == (0, 0)
 
 
-def test_a_stream_that_stands_still_is_repeated_not_begun_again():
+def test_a_frozen_stream_is_repeated_not_restarted():
     sequence, seen = arrivals(7, *[7] * 100)
     assert seen == [NEXT] + [REPEATED] * 100
     assert sequence.restarts == 0

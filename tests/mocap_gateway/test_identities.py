@@ -91,7 +91,7 @@ def test_a_swap_while_both_are_hidden_is_seen_when_they_come_back(field):
     assert field.doubted == {0, 1}
 
 
-def test_an_occlusion_alone_is_no_doubt(field):
+def test_an_occlusion_alone_is_not_a_doubt(field):
     for lost in ({0}, {0, 1}, {0, 1, 2}):
         field.step(12, lost=lost)
         assert field.step(5) == {0, 1, 2}
@@ -120,7 +120,7 @@ def test_after_three_seconds_without_a_body_the_next_name_counts(field):
     assert field.doubted == set()
 
 
-def test_drones_that_begin_again_elsewhere_after_a_blackout_are_not_mixed_up(field):
+def test_drones_that_restart_elsewhere_after_a_blackout_are_not_confused(field):
     field.frame += 60  # without any frame for a while: the simulated world was killed and started again
     field.place = lambda drone: (0.0, field.spacing * ((drone + 1) % 3), 0.0)
     assert field.step(20) == {0, 1, 2}

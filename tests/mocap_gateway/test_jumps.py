@@ -63,7 +63,7 @@ def test_bodies_are_apart_and_can_be_forgotten():
     assert jumps.passes(1, FRAME, (9.0, 0.0, 0.0))
 
 
-def test_stamps_that_stand_still_or_go_back_give_no_reach():
+def test_constant_or_decreasing_stamps_give_no_reach():
     jumps = JumpFilter(max_speed=2.0)
     assert jumps.passes(1, SECOND, (0.0, 0.0, 0.0))
     assert not jumps.passes(1, 0, (1.0, 0.0, 0.0))

@@ -112,7 +112,7 @@ def test_in_a_crowd_it_is_found_though_it_has_grown(swarm: Swarm) -> None:
     assert 2.0 - body.radius < swarm.avoidance.sensing_radius < 2.0
 
 
-def test_a_person_is_taken_to_go_on_or_back_a_metre_at_most() -> None:
+def test_a_lost_person_moves_a_metre_at_most() -> None:
     for speed in (0.0, 0.5, 1.5):
         spread = person_spread(speed)
         assert spread.reach(0.5) == pytest.approx(max(speed, 0.5) * 0.5)

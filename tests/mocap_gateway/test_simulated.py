@@ -2,11 +2,12 @@ from random import Random
 from statistics import fmean, pstdev
 
 import pytest
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.process.faults import NoiseBurst, TrackerLoss
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.messages import Mission, Pose
 from flockwire_mocap.simulated import SimulatedSource
 from flockwire_mocap.tracking import ReportedBody
 
@@ -66,7 +67,7 @@ def test_drop_outs_have_their_share(source):
     assert len(film(source(dropout=0.2))) == pytest.approx(0.8 * 4000, rel=0.05)
 
 
-def test_one_seed_gives_one_film(source):
+def test_one_seed_gives_one_sequence(source):
     assert film(source(3, noise=0.01, dropout=0.1), 200) == film(source(3, noise=0.01, dropout=0.1), 200)
     assert film(source(3, noise=0.01), 200) != film(source(4, noise=0.01), 200)
 

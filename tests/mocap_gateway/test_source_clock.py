@@ -64,7 +64,7 @@ def test_a_stall_that_ends_makes_no_stale_frame_fresh():
 
 
 @pytest.mark.parametrize("begin", [0, 500 * SECOND])
-def test_a_source_that_begins_again_is_followed(begin):
+def test_a_source_that_restarts_is_followed(begin):
     clock = SourceClock()
     run(clock, seconds=20, begin=100 * SECOND, delay=lambda source: FLOOR)
     shift = 100 * SECOND if begin == 0 else -380 * SECOND  # local time goes on while the source's clock jumps

@@ -1,10 +1,10 @@
 """What the gateway reports of a tracker that does not deliver, and what it gets from one that does: no sockets."""
 
 import pytest
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Pose
 from flockwire_mocap.core import make_core
 from flockwire_mocap.natnet.packets import Connect, Kind
 from flockwire_mocap.natnet.parsing import parse_request
@@ -118,7 +118,7 @@ def test_vrpn_reports_complete_a_frame_with_the_last_drone(start):
 
 
 @pytest.mark.parametrize("back", [0.05, 0.3, 0.9, 5.0])
-def test_a_vrpn_servers_clock_that_is_set_back_blinds_nobody(start, back):
+def test_a_vrpn_servers_clock_that_is_set_back_keeps_all_poses(start, back):
     core, server = make_core(start(source="vrpn")), VrpnConnection()
     session, ages = core.source.session, []
     for k in range(400):

@@ -83,7 +83,7 @@ def judged(plan, identity, received=(), published=(), unreceived=(), unpublished
 
 
 @MODES
-def test_where_all_is_as_it_should_be_there_is_nothing_to_find(plan):
+def test_a_correct_swarm_has_no_findings(plan):
     for identity in (*OUTSIDERS, *plan.identities):
         assert judged(plan, identity) == []
 
@@ -103,7 +103,7 @@ def test_a_neighbour_may_receive_an_estimate_and_others_may_not(plan):
 
 @MODES
 @pytest.mark.parametrize("outsider", [*OUTSIDERS, "somebody else"])
-def test_outsiders_may_nothing(plan, outsider):
+def test_outsiders_may_do_nothing(plan, outsider):
     assert receivable(plan, outsider) == publishable(plan, outsider) == frozenset()
     (received,) = judged(plan, outsider, received=[POSE])
     (published,) = judged(plan, outsider, published=[(STOP, "kinematics")])
@@ -112,7 +112,7 @@ def test_outsiders_may_nothing(plan, outsider):
 
 
 @pytest.mark.parametrize("plan", ["router"], indirect=True)
-def test_the_routers_certificate_in_other_hands_may_nothing(plan):
+def test_a_stolen_router_certificate_may_do_nothing(plan):
     assert receivable(plan, ROUTER) == publishable(plan, ROUTER) == frozenset()
     assert [found.leak for found in judged(plan, ROUTER, received=[POSE])] == [True]
 
@@ -131,7 +131,7 @@ def test_what_is_published_and_must_not_be_is_a_leak_of_its_receiver(plan):
     assert found.sentence() == "leak: uav4 as client published flock/uav2/estimate and uav3 accepted it; it must not"
 
 
-def test_a_leak_is_one_without_anybody_alive(plan):
+def test_a_leak_is_found_without_live_receivers(plan):
     assert [found.leak for found in judged(plan, "uav4", received=[ESTIMATE], alive=())] == [True]
     assert [found.leak for found in judged(plan, "uav4", published=[(ESTIMATE, "uav3")], alive=())] == [True]
 
@@ -158,7 +158,7 @@ def test_nothing_is_to_be_received_of_one_who_is_not_there(plan):
     assert judged(plan, "uav3", unreceived=[ESTIMATE], alive=everybody(plan) - {"uav2"}) == []
 
 
-def test_nobody_is_told_the_time_who_does_not_ask_for_it(make_plan):
+def test_time_goes_only_to_those_who_request_it(make_plan):
     plan = make_plan({"hosts": {"base": {}, "far": {"processes": ["leader"]}}})
     asking, absent = Key("time_reply", "leader"), Key("time_reply", CONSOLE)
     assert [found.key for found in judged(plan, RECORDER, unreceived=[asking, absent])] == [plan.text(asking)]
@@ -206,7 +206,11 @@ def test_every_single_difference_is_exactly_one_deviation(make_plan, data):
         assert found == []
     else:
         (only,) = found
-        assert (only.key, only.leak, only.verb) == (key_text(plan.swarm, key), key not in right.received, "received")
+        assert (only.key, only.leak, only.verb) == (
+            key_text(plan.swarm.name, key),
+            key not in right.received,
+            "received",
+        )
 
 
 def cells(lines, text):

@@ -28,7 +28,7 @@ def test_a_recorder_that_is_started_has_a_folder_named_by_the_time(tmp_path, swa
     assert dated_folder(tmp_path, swarm_of(), now) == fresh
 
 
-def test_one_that_comes_back_after_a_crash_goes_on_in_the_newest_folder(tmp_path, swarm_of, record):
+def test_one_that_comes_back_after_a_crash_continues_in_the_newest_folder(tmp_path, swarm_of, record):
     record("20200101-000000", closed=False)
     record("20200101-100000", closed=True)
     record("20200101-100000", closed=False, name="trace-2.mcap")
@@ -38,7 +38,7 @@ def test_one_that_comes_back_after_a_crash_goes_on_in_the_newest_folder(tmp_path
     assert dated_folder(tmp_path, swarm_of(), later) == tmp_path / f"{later:%Y%m%d-%H%M%S}"
 
 
-def test_folders_without_a_trace_are_nobodys(tmp_path):
+def test_folders_without_a_trace_are_ignored(tmp_path):
     (tmp_path / "20200101-000000").mkdir()
     assert newest_folder(tmp_path) is None
     assert newest_folder(tmp_path / "nowhere") is None

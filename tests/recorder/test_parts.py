@@ -9,7 +9,8 @@ from datetime import timedelta
 
 import pytest
 from flockwire import clock
-from flockwire.wire.messages import Pose
+from flockwire.domain.pose import Pose
+from flockwire.wire.codec import encode
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.summary import summarise
 from flockwire_recorder.parts import SAME_FLIGHT, next_part, parts, same_flight
@@ -32,7 +33,7 @@ network = { security = "none", base_port = 17600 }
 def write(path, swarm, sequences, closed=True):
     writer = TraceWriter(path, describe(swarm, "", 0, T0))
     for k in sequences:
-        payload = Pose(T0 + k, "world", (0.0, 0.0, 1.0)).encode()
+        payload = encode(Pose(T0 + k, "world", (0.0, 0.0, 1.0)))
         writer.write("/paper/uav1/pose", POSE, b"p" * 16, k, T0 + k, T0 + k, payload)
     writer.close() if closed else writer.flush()
 
@@ -54,7 +55,7 @@ def test_all_parts_are_read_as_one(tmp_path, swarm_of):
     assert trace.end - trace.begin == 199
 
 
-def test_a_part_that_was_cut_off_at_its_beginning_spoils_nothing(tmp_path, swarm_of):
+def test_a_part_that_was_cut_off_at_its_beginning_changes_nothing(tmp_path, swarm_of):
     write(tmp_path / "trace.mcap", swarm_of(), range(5))
     (tmp_path / "trace-2.mcap").write_bytes((tmp_path / "trace.mcap").read_bytes()[:40])
     write(tmp_path / "trace-3.mcap", swarm_of(), range(5, 9))
@@ -64,7 +65,7 @@ def test_a_part_that_was_cut_off_at_its_beginning_spoils_nothing(tmp_path, swarm
 def test_a_part_of_another_swarm_is_refused(tmp_path, swarm_of):
     write(tmp_path / "trace.mcap", swarm_of(), range(5))
     write(tmp_path / "trace-2.mcap", swarm_of(obstacle=False), range(5))
-    with pytest.raises(ValueError, match=r"trace-2\.mcap: is of another swarm"):
+    with pytest.raises(ValueError, match=r"trace-2\.mcap: is from another swarm"):
         read_trace(tmp_path / "trace.mcap")
 
 
@@ -80,7 +81,7 @@ def test_all_parts_are_recovered_into_one(tmp_path, swarm_of):
         assert len(list(make_reader(stream).iter_metadata())) == 1
 
 
-def test_a_recorder_started_again_goes_on_with_its_own_flight_alone(tmp_path, swarm_of):
+def test_a_recorder_restarted_continues_with_its_own_flight_alone(tmp_path, swarm_of):
     now = clock.utc()
     assert not same_flight(tmp_path, swarm_of(), now)
     write(tmp_path / "trace.mcap", swarm_of(), range(5))
@@ -96,7 +97,7 @@ def await_recording(path):
 
 
 @pytest.mark.integration
-def test_a_recorder_killed_and_started_again_goes_on_in_its_folder(tmp_path):
+def test_a_recorder_killed_and_restarted_continues_in_its_folder(tmp_path):
     swarm, out = tmp_path / "swarm.toml", tmp_path / "out"
     swarm.write_text(SWARM)
     lifeline, _held = os.pipe()

@@ -6,18 +6,20 @@ from errno import ENOSPC
 
 import pytest
 from buffered_session import T0, BufferedSession
+from flockwire.domain.pose import Pose
 from flockwire.runtime import job as jobs
 from flockwire.runtime.job import Job, serve
+from flockwire.wire.codec import decode, encode
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Pose
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 from flockwire_analysis import report
 from flockwire_analysis.reading import read_trace
+from flockwire_cli.verdict import conclude
 from flockwire_recorder import process
 from flockwire_recorder.process import Recorder
 from flockwire_recorder.trace import TraceFullError, TraceWriter, describe
-from flockwire_station.verdict import conclude, disk_full
+from flockwire_station.conduct import disk_full
 
 
 class Refusals:
@@ -42,7 +44,7 @@ POSE, STATUS = Key("pose", "uav1"), Key("status", "uav1")
 
 def test_an_insiders_large_statuses_are_dropped_and_counted(recording, tmp_path):
     recorder, session, trace = recording
-    session.put(POSE, Pose(T0, "world", (0.0, 0.0, 1.0)).encode(), 0)
+    session.put(POSE, encode(Pose(T0, "world", (0.0, 0.0, 1.0))), 0)
     for tick in range(100):
         for k in range(1000):
             session.put(STATUS, b"x" * 60_000, 1000 * tick + k)
@@ -62,7 +64,7 @@ def test_a_forged_time_is_not_written_as_the_time_of_publication(recording, tmp_
     recorder, session, _ = recording
     monkeypatch.setattr(process.clock, "now", lambda: T0 + 5)
     for sequence, sent in enumerate((T0, forged)):
-        session.put(POSE, Pose(T0 + sequence, "world", (0.0, 0.0, 1.0)).encode(), sequence, sent)
+        session.put(POSE, encode(Pose(T0 + sequence, "world", (0.0, 0.0, 1.0))), sequence, sent)
     recorder.drain(T0 + 5)
     recorder.close()
     assert (read_trace(tmp_path / "trace.mcap").of("pose", 1).published - T0).tolist() == [0, 5]
@@ -71,7 +73,7 @@ def test_a_forged_time_is_not_written_as_the_time_of_publication(recording, tmp_
 def test_a_full_disk_shows_in_the_status_and_ends_with_a_sentence(recording, small_disk, tmp_path):
     recorder, session, trace = recording
     for k in range(4000):
-        session.put(POSE, Pose(T0 + k, "world", (k * 0.1, k**0.5, 1.0)).encode(), k)
+        session.put(POSE, encode(Pose(T0 + k, "world", (k * 0.1, k**0.5, 1.0))), k)
         if k % 20 == 0:
             recorder.tick(0, 0)
     session.statuses.clear()
@@ -80,7 +82,7 @@ def test_a_full_disk_shows_in_the_status_and_ends_with_a_sentence(recording, sma
     status = session.statuses[-1]
     assert (status.report.phase, status.report.detail) == ("full", "the trace takes no more: File too large")
     assert dict(status.rejected) == {"not recorded": trace.dropped}
-    assert Status.decode(status.encode()) == status
+    assert decode(Status, encode(status)) == status
     said = disk_full(Plan(read_trace(tmp_path / "trace.mcap").swarm), {"recorder": status})
     assert said == "recorder: the trace takes no more: File too large"
     with pytest.raises(TraceFullError, match=r"^\S+trace\.mcap: the trace takes no more: File too large$"):
@@ -109,7 +111,7 @@ def test_the_trace_is_complete_before_the_process_is_ended_in_any_case(monkeypat
         return LinkedSession()
 
     monkeypatch.setattr(process, "Refusals", lambda _: Refusals())
-    monkeypatch.setattr(process, "connect", at_once)
+    monkeypatch.setattr(process, "connected", at_once)
     monkeypatch.setattr(process, "finished", at_once)
     monkeypatch.setattr(process, "last_resort", lambda *how: done.append(how))
     monkeypatch.setattr(TraceWriter, "close", close_trace)

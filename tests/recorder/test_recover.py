@@ -56,7 +56,7 @@ def test_cut_off_anywhere(whole, recorded, work, position):
     cut, out = work / "cut.mcap", work / "recovered.mcap"
     cut.write_bytes(data[: position % len(data)])
     if position % len(data) < 8:
-        with pytest.raises(ValueError, match="no MCAP"):
+        with pytest.raises(ValueError, match="not an MCAP"):
             recover(cut, out)
         return
     recovered = recover(cut, out)
@@ -70,7 +70,7 @@ def test_cut_off_anywhere(whole, recorded, work, position):
     try:
         trace = read_trace(cut)
     except ValueError as error:
-        assert "names no swarm" in str(error)
+        assert "has no swarm" in str(error)
         assert recovered.messages == 0
         return
     assert trace.recorded == recovered.messages
@@ -94,10 +94,10 @@ def test_zeros_after_a_power_cut_end_the_trace(whole, work):
     assert recover(broken, work / "rest.mcap").lost_bytes > 49_000
 
 
-def test_what_is_no_trace_is_refused(work, whole):
+def test_a_file_that_is_not_a_trace_is_refused(work, whole):
     text = work / "text.mcap"
     text.write_text("not a trace at all")
-    with pytest.raises(ValueError, match=r"text\.mcap: is no MCAP file"):
+    with pytest.raises(ValueError, match=r"text\.mcap: is not an MCAP file"):
         recover(text, work / "out.mcap")
     assert not (work / "out.mcap").exists()
     with pytest.raises(ValueError, match="the trace itself"):

@@ -9,14 +9,15 @@ from pathlib import Path
 
 import pytest
 import recorded_flights
-from flockwire.wire.messages import Pose
+from flockwire.domain.pose import Pose
+from flockwire.wire.codec import encode
 from flockwire_analysis.reading import read_trace
 from flockwire_recorder.trace import TraceFullError, TraceWriter
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
 POSE = "geometry_msgs/msg/PoseStamped"
-PAYLOAD = Pose(1_790_000_000_000_000_000, "world", (1.0, 2.0, 3.0)).encode()
+PAYLOAD = encode(Pose(1_790_000_000_000_000_000, "world", (1.0, 2.0, 3.0)))
 
 
 def fill(writer, count, begin=0):
@@ -67,9 +68,11 @@ import sys, time
 sys.path.insert(0, sys.argv[2])
 from pathlib import Path
 import recorded_flights
+from flockwire.domain.pose import Pose
+from flockwire.wire.codec import encode
 from flockwire_recorder.trace import TraceWriter, describe
 writer = TraceWriter(Path(sys.argv[1]), describe(recorded_flights.swarm_of(), "", 0, 0))
-payload, k = recorded_flights.Pose(1, "world", (1.0, 2.0, 3.0)).encode(), 0
+payload, k = encode(Pose(1, "world", (1.0, 2.0, 3.0))), 0
 while True:
     for _ in range(240):
         writer.write("/paper/uav1/pose", "geometry_msgs/msg/PoseStamped", bytes(16), k, k, k, payload)

@@ -23,7 +23,7 @@ async def test_bytes_pass_both_ways(bench):
 
 
 @on_bench
-async def test_a_cut_takes_one_direction_and_what_it_held_arrives_after_the_mend(bench):
+async def test_a_cut_takes_one_direction_and_what_it_held_arrives_after_it_is_restored(bench):
     reader, writer, answer = await bench.linked()
     bench.relay.there.cut()
     writer.write(b"late")
@@ -55,7 +55,7 @@ async def test_a_delay_is_kept_in_its_direction_alone(bench):
 
 
 @pytest.mark.parametrize("direction", ["there", "back"])
-def test_a_new_connection_waits_for_the_mend_whichever_direction_is_cut(direction):
+def test_a_new_connection_waits_until_it_is_restored_whichever_direction_is_cut(direction):
     @on_bench
     async def test(bench):
         cut = getattr(bench.relay, direction)
@@ -123,7 +123,7 @@ async def test_a_dialler_that_is_gone_gets_nothing_and_the_listener_learns_of_it
 
 
 @on_bench
-async def test_who_goes_on_speaking_to_a_dialler_that_is_gone_is_hung_up_on(bench):
+async def test_a_sender_to_a_dialler_that_is_gone_is_disconnected(bench):
     _, writer, answer = await bench.linked()
     writer.close()
     await until(lambda: bench.listener.ends == 1)
@@ -163,7 +163,7 @@ async def test_a_receiver_that_does_not_read_makes_the_sender_wait(bench):
 
 
 @on_bench
-async def test_when_nobody_listens_the_dialler_is_disconnected(bench):
+async def test_when_no_process_listens_the_dialler_is_disconnected(bench):
     bench.server.close()
     reader, _ = await bench.dial()
     with contextlib.suppress(ConnectionError):

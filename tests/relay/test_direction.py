@@ -9,7 +9,7 @@ def direction():
     return Direction("uav1 > uav2", lambda: None)
 
 
-def test_bytes_go_on_at_once_when_nothing_is_wrong(direction):
+def test_bytes_continue_at_once_when_nothing_is_wrong(direction):
     stream = Stream(direction)
     stream.take(b"a", 1.0)
     stream.take(b"b", 1.0)
@@ -17,7 +17,7 @@ def test_bytes_go_on_at_once_when_nothing_is_wrong(direction):
     assert stream.next_arrival() is None
 
 
-def test_a_cut_holds_all_until_it_is_mended_as_often(direction):
+def test_a_cut_holds_all_until_it_is_restored_as_often(direction):
     stream = Stream(direction)
     direction.cut()
     direction.cut()
@@ -90,7 +90,7 @@ def test_jitter_stays_within_its_bounds_and_keeps_the_order(direction):
     assert stream.due(1001.0) == [bytes([k]) for k in range(200)]
 
 
-def test_a_stream_is_full_until_enough_went_on(direction):
+def test_a_stream_is_full_until_enough_was_passed_on(direction):
     stream = Stream(direction)
     direction.cut()
     stream.take(bytes(MOST_HELD - 1), 1.0)
@@ -102,7 +102,7 @@ def test_a_stream_is_full_until_enough_went_on(direction):
     assert not stream.full
 
 
-def test_every_change_is_told():
+def test_every_change_is_reported():
     told = []
     direction = Direction("uav1 > uav2", lambda: told.append(direction.passable))
     direction.cut()

@@ -1,10 +1,10 @@
 """The router's core: it keeps the process's rate and reports, and never stands between the others' messages."""
 
 import pytest
+from flockwire.domain.order import Stop
 from flockwire.domain.time import SECOND
 from flockwire.process.cores import Start, make_core
 from flockwire.wire.keys import STOP
-from flockwire.wire.messages import Stop
 from flockwire_router.core import RouterCore
 
 NOW = 1_790_000_000 * SECOND

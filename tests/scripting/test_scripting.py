@@ -9,6 +9,7 @@ from flockwire.domain.time import SECOND
 from flockwire.ground import director
 from flockwire.security.files import CredentialsError
 from flockwire_scripting import FlightError, open_swarm, real
+from flockwire_station import hosting, planning
 from simulated_children import Processes
 from simulated_pilots import SimulatedSwarm
 
@@ -56,12 +57,12 @@ def test_every_order_returns_when_it_is_obeyed(swarm_file):
     assert last <= {"grounded", "ready"}
 
 
-def test_what_is_not_obeyed_is_an_error_that_says_why(swarm_file):
+def test_what_is_not_obeyed_is_an_error_that_reports_why(swarm_file):
     async def fly():
         async with open_swarm(swarm_file, virtual=True) as flight:
             with pytest.raises(FlightError, match="must be one of \\['wide'\\]"):
                 await flight.start("narrow")
-            with pytest.raises(FlightError, match="nobody flies a formation"):
+            with pytest.raises(FlightError, match="no drone flies a formation"):
                 await flight.formation("wide")
             with pytest.raises(FlightError, match=r"not done after 1 s: .*leader"):
                 await flight.wait_for("formation", patience=1.0)
@@ -110,17 +111,18 @@ def opened_without_trace(make_plan, children, tmp_path, monkeypatch):
     """Return what opens a real flight of processes and pilots that are simulated, and that nobody records."""
     plan = make_plan({"network.security": "none"})
 
-    async def open_session(*_):
+    async def connected(*_, **__):
         return SimulatedSwarm(plan)
 
     async def start_processes(*_):
         """All run."""
 
     monkeypatch.setattr(director, "LEAD_TIME", SECOND // 50)
-    monkeypatch.setattr(real, "Children", lambda *_: children)
-    monkeypatch.setattr(real, "busy_endpoint", lambda *_: "")
-    monkeypatch.setattr(real, "open_session", open_session)
-    monkeypatch.setattr(real, "start_processes", start_processes)
+    monkeypatch.setattr(hosting, "Children", lambda *_: children)
+    monkeypatch.setattr(hosting, "busy_endpoint", lambda *_: "")
+    monkeypatch.setattr(hosting, "connected", connected)
+    monkeypatch.setattr(hosting, "start_processes", start_processes)
+    (tmp_path / "mine.toml").touch()
     return lambda: real.RealFlight(plan, tmp_path / "mine.toml", tmp_path)
 
 
@@ -131,7 +133,7 @@ def opened(opened_without_trace, monkeypatch):
     return opened_without_trace
 
 
-def test_a_recorder_that_dies_is_started_again_in_a_real_flight(opened, children, capsys):
+def test_a_recorder_that_dies_is_restarted_in_a_real_flight(opened, children, capsys):
     async def fly():
         async with opened() as flight:
             await flight.start()
@@ -141,7 +143,7 @@ def test_a_recorder_that_dies_is_started_again_in_a_real_flight(opened, children
 
     asyncio.run(fly())
     assert children.started == ["recorder"]
-    assert "flockwire: recorder ended by itself (signal SIGKILL); started again\n" in capsys.readouterr().err
+    assert "flockwire: recorder ended unexpectedly (signal SIGKILL); restarted\n" in capsys.readouterr().err
 
 
 def test_another_process_that_dies_lands_a_real_flight_and_fails_its_order(opened, children):
@@ -149,7 +151,7 @@ def test_another_process_that_dies_lands_a_real_flight_and_fails_its_order(opene
         async with opened() as flight:
             await flight.start()
             children.dead.append("uav2")
-            with pytest.raises(FlightError, match=r"^wait for 'hold': uav2 ended by itself \(signal SIGKILL\)"):
+            with pytest.raises(FlightError, match=r"^wait for 'hold': uav2 ended unexpectedly \(signal SIGKILL\)"):
                 await flight.wait_for("hold")
             await flight.wait_for("ready")
 
@@ -167,7 +169,7 @@ def test_a_change_that_was_planned_before_another_order_is_not_flown(opened, ver
                 await flight.sleep(0.3)
                 return running._replace(stamp=clock.now(), verb="formation")
 
-            monkeypatch.setattr(real, "plan_off_loop", plan)
+            monkeypatch.setattr(planning, "plan_off_loop", plan)
             with pytest.raises(FlightError, match=rf"^formation '': {verb} was ordered meanwhile$"):
                 await flight.formation("")
             assert {drone.phase for drone in flight.drones.values()} == {"hold" if verb == "hold" else "ready"}
@@ -180,7 +182,7 @@ def test_a_process_that_died_before_the_start_is_why_nobody_starts(opened, child
         async with opened() as flight:
             children.dead.append("uav2")
             await flight.sleep(0.2)
-            with pytest.raises(FlightError, match=r"^start: uav2 ended by itself"):
+            with pytest.raises(FlightError, match=r"^start: uav2 ended unexpectedly"):
                 await flight.start()
 
     asyncio.run(fly())

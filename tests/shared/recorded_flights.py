@@ -12,13 +12,17 @@ from random import Random
 
 import pytest
 from flockwire.control.formation import Formation
-from flockwire.domain.motion import LeaderMotion
+from flockwire.domain.airframe import Command, FlightState, Telemetry
+from flockwire.domain.body import Nearby
+from flockwire.domain.motion import Estimate, LeaderMotion
+from flockwire.domain.order import Mission, Stop
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.loading import parse_swarm
 from flockwire.pilot.orders import came_down
 from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.codec import Message, encode
 from flockwire.wire.keys import MISSION, ROWS, STOP, Key, key_text
-from flockwire.wire.messages import Command, Estimate, FlightState, Message, Mission, Nearby, Pose, Stop, Telemetry
 from flockwire.wire.plan import Plan
 from flockwire.wire.schemas import ROS_TYPES
 from flockwire.wire.status import Report, Status
@@ -268,12 +272,12 @@ def record(path: Path, **numbers: object) -> Flight:
     for published, key, publisher, sequence, message in said:
         if begin < published < end:
             continue
-        topic, ros_type = f"/{key_text(flight.swarm, key)}", ROS_TYPES[ROWS[key.kind].message]
+        topic, ros_type = f"/{key_text(flight.swarm.name, key)}", ROS_TYPES[ROWS[key.kind].message]
         who = publisher.encode().ljust(16)
-        writer.write(topic, ros_type, who, sequence, published + MS // 5, published, message.encode())
+        writer.write(topic, ros_type, who, sequence, published + MS // 5, published, encode(message))
         if key == Key("command", "uav3") and sequence // 100 < len(flight.forged) and sequence % 100 == 50:
             sent, count = flight.forged[sequence // 100]
-            writer.write(topic, ros_type, who, count, published + MS // 4, sent, message.encode())
+            writer.write(topic, ros_type, who, count, published + MS // 4, sent, encode(message))
         if published - flushed > SECOND // 10:
             writer.flush()
             flushed = published

@@ -20,7 +20,7 @@ class Processes:
         return self.how(self.dead[0]) if self.dead else ""
 
     def how(self, identity):
-        return f"{identity} ended by itself (signal SIGKILL)"
+        return f"{identity} ended unexpectedly (signal SIGKILL)"
 
     def kill(self, identity):
         self.dead.remove(identity)  # its exit is expected

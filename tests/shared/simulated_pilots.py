@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from flockwire import clock
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.order import Mission, Stop
 from flockwire.pilot.orders import Orders
 from flockwire.runtime.subscriptions import Wakeup
 from flockwire.swarm.model import uav
+from flockwire.wire.codec import Message
 from flockwire.wire.inbox import inbox_of
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import FlightState, Message, Mission, Stop, Telemetry
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report, Status

@@ -6,9 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import pytest
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.process.faults import parse_faults
-from flockwire.wire.messages import Message, Mission
+from flockwire.wire.codec import Message
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 from flockwire_sim.process import Published

@@ -1,8 +1,8 @@
 """A flight without two of its drones: the process of one is dead, the other stands there ready."""
 
 import pytest
+from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND
-from flockwire.wire.messages import FlightState
 from flockwire_analysis.summary import summarise
 from flockwire_sim.recording import TraceInMemory
 from flockwire_sim.world import EPOCH, World
@@ -29,7 +29,7 @@ def test_the_others_neither_wait_for_them_nor_lose_their_places(flown):
     assert (summary.drones, summary.left_out) == (3, ("uav3", "uav4"))
 
 
-def test_who_is_left_out_stays_on_the_ground_though_ready(flown):
+def test_a_drone_that_is_left_out_stays_on_the_ground_though_ready(flown):
     trace, _ = flown
     assert set(trace.of("telemetry", 4).values[:, 0]) == {FlightState.GROUNDED}
     assert [state.phase for state in trace.states["uav4"]][-1] == "grounded"

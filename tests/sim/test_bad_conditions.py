@@ -10,10 +10,10 @@ from random import Random
 from typing import Any
 
 import pytest
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, add
 from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import Pose
 from flockwire_sim.study.draws import random_starts
 from flockwire_sim.study.file import Starts
 
@@ -101,14 +101,16 @@ def assert_safe(flown: Any) -> Kept:
         pytest.param(ALL, 0.040, id="all"),
     ],
 )
-def test_nobody_comes_too_close_and_the_formation_is_kept(conditions: dict[str, float], bound: float, fly: Fly) -> None:
+def test_no_drone_comes_too_close_and_the_formation_is_kept(
+    conditions: dict[str, float], bound: float, fly: Fly
+) -> None:
     flown = fly(SWARM | PATIENT | conditions, seed=148, duration=9.0)
     assert flown.outcome.failure == ""
     assert assert_safe(flown).error <= bound
 
 
 @pytest.mark.parametrize("seed", [71, pytest.param(105, marks=pytest.mark.long)])
-def test_more_sight_and_margin_make_up_for_clocks_that_hide_how_old_things_are(
+def test_more_sensing_radius_and_margin_compensate_clocks_that_hide_ages(
     seed: int, fly: Fly, make_swarm: Callable[..., Swarm]
 ) -> None:
     starts = random_starts(make_swarm(SWARM), Starts(box=(6.0, 6.0), fixed=(0,)), Random(seed))
@@ -118,7 +120,7 @@ def test_more_sight_and_margin_make_up_for_clocks_that_hide_how_old_things_are(
     assert assert_safe(flown).error <= 0.040
 
 
-def test_whoever_takes_its_poses_for_too_old_holds_and_is_safe(fly: Fly) -> None:
+def test_a_drone_with_old_poses_holds_and_is_safe(fly: Fly) -> None:
     flown = fly(SWARM | ALL, seed=3, duration=9.0)
     told = [(phase, why) for i in (1, 2, 3, 4) for _, phase, why in flown.phases(f"uav{i}")]
     assert ("hold", "own pose is stale") in told

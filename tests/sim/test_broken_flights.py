@@ -11,14 +11,16 @@ from math import dist, hypot
 from typing import Any
 
 import pytest
+from flockwire.domain.airframe import FlightState
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import Vector
 from flockwire.ground.director import Director, Stage
+from flockwire.ground.fleet import Fleet
+from flockwire.ground.order import Order
 from flockwire.pilot.phases import SHUTDOWN
 from flockwire.process.cores import Core, Start, make_core
 from flockwire.swarm.model import uav
-from flockwire.wire.messages import FlightState, Mission, Telemetry
-from flockwire.wire.status import Status
 from flockwire_sim.world import EPOCH, World
 
 Fly = Callable[..., Any]
@@ -58,12 +60,12 @@ class OneShots:
         self._world, self._again, self._duration = world, again, duration
         self._first = self._newest = world.director
 
-    def step(self, statuses: dict[str, Status], telemetry: dict[int, Telemetry], now: int) -> Mission | None:
-        if self._again is not None and now >= self._again:
-            swarm, plan = self._world.swarm, self._world.plan
-            self._again, self._newest = None, Director(plan.pilots, swarm.frame, self._duration, now)
+    def step(self, fleet: Fleet) -> Mission | None:
+        if self._again is not None and fleet.now >= self._again:
+            plan, now = self._world.plan, fleet.now
+            self._again, self._newest = None, Director(plan, Order("start"), 0, now, now, self._duration)
         nobody = self._newest is self._first and self._first.stage is Stage.FLYING
-        return None if nobody else self._newest.step(statuses, telemetry, now)
+        return None if nobody else self._newest.step(fleet)
 
     @property
     def stage(self) -> Stage:
@@ -99,7 +101,7 @@ def test_without_its_leader_every_follower_holds_then_lands_by_itself(leaderless
         assert first(leaderless, uav(i), "landing", KILLED) == pytest.approx(KILLED + 2.5, abs=0.4)
 
 
-def test_nobody_follows_the_leader_down(leaderless: Any) -> None:
+def test_no_drone_follows_the_leader_down(leaderless: Any) -> None:
     landing = {i: first(leaderless, uav(i), "landing", KILLED) for i in (1, 2, 3, 4)}
     leader = dict(path(leaderless, "uav0"))
     assert min(p[2] for t, p in leader.items() if t < min(landing.values())) < 0.5  # it was on its way down
@@ -121,7 +123,7 @@ def test_they_land_straight_down_level_and_apart(leaderless: Any) -> None:
     assert 0.2 < max(level) < 0.9
 
 
-def test_all_are_down_in_the_end_though_nobody_ordered_it(leaderless: Any) -> None:
+def test_all_land_without_an_order(leaderless: Any) -> None:
     assert all(is_down(leaderless, owner) for owner in DRONES)
     assert "land" not in {m.verb for _, m in leaderless.of("mission", "")}
 
@@ -135,20 +137,20 @@ def beheaded(fly: Fly) -> Any:
     return fly(None, {"at": KILLED, "kind": "kill", "process": "uav2"}, duration=20.0)
 
 
-def test_whoever_is_behind_a_dead_agent_leaves_the_formation(beheaded: Any) -> None:
+def test_followers_behind_a_dead_agent_leave_the_formation(beheaded: Any) -> None:
     for identity in ("uav3", "uav4"):
         assert first(beheaded, identity, "hold", KILLED) < KILLED + 2.0
         why = next(why for _, phase, why in beheaded.phases(identity, KILLED) if phase == "hold")
         assert why == "no leader estimate for 1 s"
 
 
-def test_the_last_in_the_chain_receives_estimates_all_the_time_and_leaves_all_the_same(beheaded: Any) -> None:
+def test_the_last_in_the_chain_receives_estimates_all_the_time_and_leaves_anyway(beheaded: Any) -> None:
     assert len(beheaded.of("estimate", "uav3", KILLED + 0.5, KILLED + 1.5)) > 90
     origins = {m.origin for _, m in beheaded.of("estimate", "uav3", KILLED + 0.2, KILLED + 1.5)}
     assert len(origins) == 1
 
 
-def test_whoever_is_before_it_flies_on(beheaded: Any) -> None:
+def test_followers_before_it_fly_on(beheaded: Any) -> None:
     assert all(phase == "formation" for _, phase, _ in beheaded.phases("uav1", KILLED)[:1])
     assert first(beheaded, "uav1", "landing", KILLED) > KILLED + 2.5
 
@@ -168,12 +170,12 @@ def test_another_operators_landing_ends_the_flight_well(fly: Fly) -> None:
     def prepare(world: World) -> None:
         own, given = world.director.step, []
 
-        def step(statuses: Any, telemetry: Any, now: int) -> Mission | None:
-            order = own(statuses, telemetry, now)
-            if now < at or given:
+        def step(fleet: Fleet) -> Mission | None:
+            order = own(fleet)
+            if fleet.now < at or given:
                 return order
-            given.append(now)
-            return Mission(now, "world", "land")  # which this flight's director does not know of
+            given.append(fleet.now)
+            return Mission(fleet.now, "world", "land")  # which this flight's director does not know of
 
         world.director.step = step  # type: ignore[method-assign]
 
@@ -212,7 +214,7 @@ def test_a_second_start_leaves_those_that_fly_alone_and_their_formations_time(jo
         assert {phase for t, phase, _ in joined.phases(identity, 4.0) if t < land} == {"formation"}
 
 
-def test_who_joins_comes_near_nobody_and_is_in_its_place(joined: Any) -> None:
+def test_who_joins_comes_near_no_drone_and_is_in_its_place(joined: Any) -> None:
     assert closest(joined, 8.0, 18.0) >= joined.world.swarm.avoidance.drone_safety_distance
     land = next(t for t, m in joined.of("mission", "") if m.verb == "land")
     own, leader = (joined.of("truth", owner, land - 0.02, land)[-1][1] for owner in ("uav4", "uav0"))
@@ -241,7 +243,7 @@ def test_one_start_brings_all_back_after_a_pilot_was_away_for_three_seconds(rest
     assert all(is_down(restarted, owner) for owner in DRONES)
 
 
-def test_a_station_that_stands_still_for_a_while_lands_nobody_before_their_time(fly: Fly) -> None:
+def test_a_station_that_is_frozen_for_a_while_lands_no_drone_too_early(fly: Fly) -> None:
     def prepare(world: World) -> None:
         operator = world.processes["operator"]
         world.scheduler.at(EPOCH + 4 * SECOND, operator.freeze)
@@ -295,7 +297,7 @@ def retired(request: pytest.FixtureRequest, fly: Fly) -> Any:
         return fly({"control.law": request.param}, prepare=told.prepare), told
 
 
-def test_told_to_end_all_hold_then_land_apart(retired: Any) -> None:
+def test_asked_to_end_all_hold_then_land_apart(retired: Any) -> None:
     flown, _ = retired
     for pilot in ("leader", "uav1", "uav2", "uav3", "uav4"):
         told = [(phase, why) for _, phase, why in flown.phases(pilot, 4.0)]

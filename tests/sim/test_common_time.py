@@ -6,12 +6,13 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.loading import parse_swarm
 from flockwire.process.cores import Core, Start, make_core
 from flockwire.process.faults import parse_faults
 from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import FlightState
+from flockwire.wire.codec import decode
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 from flockwire_sim.process import Published
@@ -41,7 +42,7 @@ class Clocks:
     def _tap(self, published: Published) -> None:
         if published.sample.row.message is not Status:
             return
-        status = self.statuses[published.key.owner] = Status.decode(published.sample.payload)
+        status = self.statuses[published.key.owner] = decode(Status, published.sample.payload)
         if published.at >= EPOCH + 11 * SECOND:
             off = abs(published.sent - self.world.processes["gateway"].clock.read(published.at)) / 1e6
             self.worst[status.identity] = max(off, self.worst.get(status.identity, 0.0))
@@ -60,7 +61,7 @@ def test_clocks_that_are_apart_and_drift_are_brought_together() -> None:
     assert all(0.0 <= status.clock_bound < 0.05 for status in clocks.statuses.values())
 
 
-def test_nobody_takes_off_with_a_clock_that_is_not_known_well_enough() -> None:
+def test_no_drone_takes_off_with_a_clock_that_is_not_known_well_enough() -> None:
     clocks = Clocks(swarm(delay=0.08))
     outcome = clocks.world.run()
     assert "still preparing" in outcome.failure
@@ -105,7 +106,7 @@ def test_hosts_whose_clocks_are_minutes_off_fly_as_all_others(minutes: int, monk
 
 
 @pytest.mark.parametrize("seconds", [-5, 5])
-def test_a_driver_that_restarts_where_nobody_tells_the_time_hears_a_stop_at_once(seconds: int) -> None:
+def test_a_driver_that_restarts_without_a_time_server_receives_a_stop_at_once(seconds: int) -> None:
     table = tomllib.loads(SWARM.read_text())
     table["drones"][1] |= {"airframe": "tello", "host": "field"}
     seen: list[Published] = []

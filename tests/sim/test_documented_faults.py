@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any, get_args
 
 import pytest
+from flockwire.domain.airframe import FlightState
 from flockwire.process.faults import SIM_ONLY, Fault, parse_faults
-from flockwire.wire.messages import FlightState
 from flockwire.wire.plan import Plan
 from flockwire_station.fault_injection import refusal
 

@@ -16,7 +16,7 @@ def flown() -> list[Result]:
     return [fly(seed) for seed in range(FLIGHTS)]
 
 
-def test_nobody_collides_and_all_are_down_at_the_end(flown: list[Result]) -> None:
+def test_no_drones_collide_and_all_are_down_at_the_end(flown: list[Result]) -> None:
     assert [(result.seed, result.bad) for result in flown if result.bad] == []
 
 

@@ -8,11 +8,14 @@ from collections.abc import Callable
 from itertools import groupby
 
 import pytest
+from flockwire.domain.airframe import FlightState
+from flockwire.domain.motion import Estimate
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.law import Decision, LawSettings, Observation
 from flockwire.process.faults import Kill
 from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import Estimate, FlightState, Pose
+from flockwire.wire.codec import encode
 from flockwire.wire.plan import Plan
 from flockwire_agent.extended_law import ExtendedLaw
 from flockwire_sim.fault_injection import refusal
@@ -64,7 +67,7 @@ def test_clocks_that_are_off_are_seen_in_the_stamps(fly: Fly) -> None:
     assert flown.outcome.failure == ""
 
 
-def test_a_killed_agents_listener_holds_then_lands_and_then_all_do(fly: Fly) -> None:
+def test_a_follower_of_a_killed_agent_holds_then_lands_and_then_all_do(fly: Fly) -> None:
     rungs = {"limits.staleness.estimates_hold": 0.5, "limits.staleness.estimates_land": 1.5}
     flown = fly(rungs, {"at": 4.0, "kind": "kill", "process": "uav2"}, duration=30.0)
     assert not flown.of("command", "uav2", 4.001)
@@ -80,7 +83,7 @@ def test_a_killed_agents_listener_holds_then_lands_and_then_all_do(fly: Fly) -> 
     assert height(flown, "uav2", 4.0 + 1.0 + 3.0) < 0.05
 
 
-def test_a_restarted_process_begins_anew_and_the_flight_goes_on(fly: Fly) -> None:
+def test_a_restarted_process_has_no_state_and_the_flight_continues(fly: Fly) -> None:
     flown = fly(None, {"at": 4.0, "kind": "restart", "process": "gateway"}, duration=12.0)
     assert flown.outcome.failure == ""
     assert not flown.of("pose", "uav2", 4.01, 4.49)
@@ -98,7 +101,7 @@ def test_a_restarted_agent_finds_itself_in_flight(fly: Fly) -> None:
     assert flown.outcome.failure == ""
 
 
-def test_a_frozen_agent_is_silent_then_goes_on_and_counts_what_it_missed(fly: Fly) -> None:
+def test_a_frozen_agent_is_silent_then_continues_and_counts_what_it_missed(fly: Fly) -> None:
     flown = fly(None, {"at": 4.0, "kind": "freeze", "process": "uav3", "duration": 0.7}, duration=9.0)
     assert not flown.of("command", "uav3", 4.005, 4.695)
     assert flown.of("command", "uav3", 4.7, 4.75)
@@ -123,7 +126,7 @@ def test_a_swarm_with_a_router_flies_without_it(fly: Fly, make_plan: Callable[..
     )
 
 
-def test_a_cut_edge_takes_the_listener_out_only(fly: Fly) -> None:
+def test_a_cut_edge_drops_only_the_receiver(fly: Fly) -> None:
     flown = fly(None, {"at": 4.0, "kind": "cut", "from": "uav3", "to": "uav4", "duration": 2.0}, duration=10.0)
     assert any(phase == "hold" for _, phase, _ in flown.phases("uav4", 4.0))
     assert all(phase != "hold" for t, phase, _ in flown.phases("uav3", 4.0) if t < 9.9)
@@ -131,7 +134,7 @@ def test_a_cut_edge_takes_the_listener_out_only(fly: Fly) -> None:
     assert flown.outcome.failure == ""
 
 
-def test_a_partition_parts_both_ways(fly: Fly) -> None:
+def test_a_partition_cuts_both_directions(fly: Fly) -> None:
     flown = fly(None, {"at": 4.0, "kind": "partition", "processes": ["uav4"], "duration": 0.6}, duration=8.0)
     missed = [t for t, published, _ in flown.published if published.key == ("command", "uav4") and 4.2 < t < 4.5]
     assert missed  # it still speaks
@@ -221,7 +224,7 @@ class FailingInFlight(ExtendedLaw):
         return super().step(seen, now)
 
 
-def test_a_drone_whose_law_raises_in_flight_holds_its_place_and_says_why(
+def test_a_drone_whose_law_raises_in_flight_holds_its_place_and_reports_why(
     fly: Fly, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "my_failing_law", sys.modules[__name__])
@@ -244,7 +247,7 @@ def test_what_is_received_is_what_was_published_bit_by_bit(fly: Fly) -> None:
     flown = fly(duration=4.0)
     for _, published, message in flown.published:
         if isinstance(message, Pose | Estimate):
-            assert message.encode() == published.sample.payload
+            assert encode(message) == published.sample.payload
 
 
 def test_drones_take_off_from_tables_of_any_height_and_climb_as_all_others(fly: Fly) -> None:

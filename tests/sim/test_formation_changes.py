@@ -11,6 +11,7 @@ import pytest
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground.director import Director, Stage
 from flockwire.ground.formation_planning import plan_change
+from flockwire.ground.order import Order
 from flockwire_sim.world import EPOCH
 
 BENCH = Path(__file__).parents[2] / "bench" / "formation_changes.py"
@@ -43,27 +44,27 @@ class Script(Director):
     """Gives the orders of `script`: at s after the formation's time 0, a function of director, statuses and now."""
 
     def __init__(self, plan, duration, script):
-        super().__init__(plan.pilots, "world", duration, EPOCH)
+        super().__init__(plan, Order("start"), 0, EPOCH, EPOCH, duration)
         self.script = sorted(script.items())
 
-    def step(self, statuses, telemetry, now):
-        order = super().step(statuses, telemetry, now)
-        if order is None and self.stage is Stage.FLYING and self.script and self._started is not None:
+    def step(self, fleet):
+        order, started = super().step(fleet), self._standing.started
+        if order is None and self.stage is Stage.FLYING and self.script and started is not None:
             at, action = self.script[0]
-            if now >= self._started.start + nanoseconds(at):
+            if fleet.now >= started.start + nanoseconds(at):
                 self.script.pop(0)
-                order = action(self, statuses, now)
+                order = action(self, fleet)
         return order
 
 
 def to(name):
     """Return what changes to the formation `name` as an operator that has just come does: from the statuses alone."""
 
-    def change(director, statuses, now):
-        missions = [status.report.mission for status in statuses.values() if status.report.mission is not None]
+    def change(director, fleet):
+        missions = [status.report.mission for status in fleet.fresh.values() if status.report.mission is not None]
         running = max(missions, key=lambda mission: (mission.stamp, mission.start))
-        order = plan_change(director.swarm, running, name, now, statuses["leader"].report.position)
-        return director.change(order, running)
+        order = plan_change(director.swarm, running, name, fleet.now, fleet.fresh[0].report.position)
+        return director._go(Stage.FLYING, order)
 
     return change
 
@@ -75,7 +76,7 @@ RESTART = 10.6  # s after take-off
 def flown(fly, make_plan):
     """Fly into a row, hold, and go back while one pilot is restarted."""
     plan = make_plan(FORMATIONS)
-    hold = lambda director, _, now: director.hold(now)  # noqa: E731
+    hold = lambda director, fleet: director.hold(fleet.now)  # noqa: E731
     director = Script(plan, 14.0, {3.0: to("row"), 6.0: hold, 7.0: to("")})
     director.swarm = plan.swarm
     found = fly(
@@ -117,7 +118,7 @@ def test_a_formation_changes_right_after_a_hold(flown):
     assert max(errors(flown, begin + 3.5, 13.9)) < 0.05
 
 
-def test_a_pilot_that_is_restarted_in_a_change_goes_on_with_it(flown):
+def test_a_pilot_that_is_restarted_in_a_change_continues_with_it(flown):
     _, (begin, duration) = times(flown, "formation")
     assert begin < RESTART < begin + duration
     phases = [phase for t, phase, _ in flown.phases("uav2", RESTART) if t < 14.0]

@@ -74,7 +74,7 @@ def test_reordering_lets_later_messages_overtake() -> None:
     assert numbers != sorted(numbers)
 
 
-def test_a_cut_link_lets_nothing_through_until_every_cut_is_mended() -> None:
+def test_a_cut_link_lets_nothing_through_until_every_cut_is_restored() -> None:
     def during(number: int, link: VirtualLink) -> None:
         if number in (10, 15):
             link.cut()

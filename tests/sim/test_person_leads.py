@@ -41,7 +41,7 @@ def test_the_person_stands_until_the_order_to_start(trace):
     assert 0.0 < (left[0] - start) / SECOND < 0.1
 
 
-def test_nobody_commands_or_awaits_the_person(trace):
+def test_no_process_commands_or_waits_for_the_person(trace):
     assert 0 not in trace.plan.pilots
     assert 0 not in trace.flying
     assert not {Key("command", "uav0"), Key("telemetry", "uav0")}.intersection(trace.plan.keys)
@@ -49,7 +49,7 @@ def test_nobody_commands_or_awaits_the_person(trace):
     assert {"take-off", "formation", "landing"} <= {state.phase for state in trace.states["uav4"]}
 
 
-def test_a_person_out_of_sight_makes_the_drones_hold_and_the_leader_says_so(fly):
+def test_a_person_out_of_sight_makes_the_drones_hold_and_the_leader_reports_it(fly):
     hidden = {"kind": "tracker", "at": 5.0, "drone": 0, "duration": 3.0}
     flight = fly(PERSON, hidden, duration=11.0)
     assert flight.outcome.failure == ""

@@ -7,7 +7,7 @@ from itertools import combinations, pairwise
 from math import dist
 
 import pytest
-from flockwire.wire.messages import FlightState
+from flockwire.domain.airframe import FlightState
 
 Fly = Callable[..., object]
 MIXED = {"drones.1.airframe": "tello", "drones.3.airframe": "tello", "drones.3.heading": 2.0,
@@ -44,7 +44,7 @@ def test_tellos_and_other_airframes_fly_one_formation(mixed) -> None:
     assert all(place[2] < 0.02 for place in positions(mixed)[-1].values())
 
 
-def test_a_driver_that_is_killed_is_started_again_and_takes_its_drone_over(mixed) -> None:
+def test_a_driver_that_is_killed_is_restarted_and_takes_its_drone_over(mixed) -> None:
     told = mixed.of("telemetry", "uav1", 6.0, 14.0)
     silence = max(b - a for (a, _), (b, _) in pairwise(told))
     assert 0.5 < silence < 1.5

@@ -41,7 +41,7 @@ class Flight:
 
 
 @pytest.mark.parametrize("dead", [1, 4])
-def test_a_dead_driver_slows_nobody_elses_poses(make_swarm: Callable[..., Swarm], dead: int) -> None:
+def test_a_dead_driver_slows_no_other_poses(make_swarm: Callable[..., Swarm], dead: int) -> None:
     flight = Flight(make_swarm())
     flight.end_truth(dead, 4.0)
     flight.world.run()

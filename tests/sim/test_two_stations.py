@@ -7,7 +7,7 @@ from itertools import cycle, product
 import order_pairs
 import pytest
 from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.ground.giving import Order
+from flockwire.ground.order import Order
 from flockwire.wire.phase import Phase
 from flockwire_sim.world import EPOCH, World
 from order_pairs import SITUATIONS, VERBS, Case, fly, swarm
@@ -59,7 +59,7 @@ def landed(gap: float) -> tuple[list[str], list[str]]:
 
 
 @pytest.mark.parametrize("gap", [0.02, 0.3, 1.0])
-def test_a_start_beside_a_landing_says_so(gap: float) -> None:
+def test_a_start_beside_a_landing_reports_it(gap: float) -> None:
     phases, refusals = landed(gap)
     assert phases == [Phase.READY] * 3
     assert refusals == ["land was ordered meanwhile", ""]

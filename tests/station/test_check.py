@@ -20,17 +20,17 @@ def test_the_papers_swarms_fly_well(name):
     assert "will oscillate" not in warned(load_swarm(SWARMS / f"{name}.toml"))
 
 
-def test_a_chain_that_is_deep_is_warned_of(make_swarm):
+def test_a_chain_that_is_deep_gives_a_warning(make_swarm):
     assert "8 hops from the leader" in warned(make_swarm(CHAIN_OF_EIGHT))
     assert "hops from the leader" not in warned(make_swarm())
 
 
-def test_an_observer_gain_that_proves_nothing_is_warned_of(make_swarm):
+def test_an_observer_gain_that_proves_nothing_gives_a_warning(make_swarm):
     assert "theta" not in warned(make_swarm({"observer.gain": 50.0}))
     assert "observer.gain = 0.1 must be above" in warned(make_swarm({"observer.gain": 0.1}))
 
 
-def test_a_compensation_below_the_leaders_input_is_warned_of(make_swarm):
+def test_a_compensation_below_the_leaders_input_gives_a_warning(make_swarm):
     assert "control.compensation_gain = 0.1 m/s is below" in warned(make_swarm({"control.compensation_gain": 0.1}))
     assert "compensation_gain" not in warned(make_swarm({"control.compensation_gain": 0.15}))
 
@@ -45,7 +45,7 @@ def test_an_airframe_that_will_oscillate_is_named_with_a_cure(make_swarm):
     assert "will oscillate" not in warned(make_swarm(changes | {"control.compensation_smoothing": cure + 0.01}))
 
 
-def test_a_formation_gain_that_is_too_high_by_itself_is_told(make_swarm):
+def test_a_formation_gain_that_is_too_high_alone_is_reported(make_swarm):
     changes = {"airframes": {"kinematics": {"lag": 0.3, "dead_time": 0.2}}, "control.formation_gain": 20.0}
     assert "control.formation_gain = 20 alone is too high" in warned(make_swarm(changes))
 
@@ -54,8 +54,8 @@ def test_the_description_shows_graph_bounds_formations_and_links(make_plan):
     text = describe(make_plan({"formations.wide": {"kind": "line"}}))
     for part in (
         "swarm flock: 4 followers, leader trajectory, law paper",
-        "uav1    hears leader (1)",
-        "uav4    hears uav3 (1)",
+        "uav1    from leader (1)",
+        "uav4    from uav3 (1)",
         "lambda_min",
         "theta",
         "settling time <=",

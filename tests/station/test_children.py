@@ -141,7 +141,7 @@ def test_what_does_not_land_in_its_time_is_ended_at_last(family, monkeypatch):
     assert family.when("recorder", "ended")
 
 
-def test_one_that_stands_still_is_told_all_the_same(family):
+def test_a_frozen_one_is_asked_to_end_anyway(family):
     async def run():
         await family.start("uav1")
         family.children.signal("uav1", signal.SIGSTOP)
@@ -152,7 +152,7 @@ def test_one_that_stands_still_is_told_all_the_same(family):
     assert family.when("uav1", "ended")
 
 
-def test_a_second_interrupt_leaves_what_flies_and_kills_nobody(family):
+def test_a_second_interrupt_leaves_flying_drones_and_kills_no_process(family):
     family.landing = {"uav1": 1.0}
 
     async def run():

@@ -4,9 +4,9 @@ import asyncio
 import os
 
 import pytest
+from flockwire.domain.order import Stop
 from flockwire.domain.time import SECOND
 from flockwire.ground import director
-from flockwire.wire.messages import Stop
 from flockwire.wire.phase import Phase
 from flockwire_station import conduct as conducting
 from flockwire_station import operator

@@ -60,7 +60,7 @@ def run(coroutine):
     return asyncio.run(soon())
 
 
-def test_it_waits_until_the_router_answers_and_says_so_once(router, plan, capsys):
+def test_it_waits_until_the_router_answers_and_reports_it_once(router, plan, capsys):
     router.answers = 4
     assert run(connected(plan, "operator", None, Interrupts())) is router
     assert capsys.readouterr().err == f"flockwire: waits for the router at {plan.endpoints['router']}\n"
@@ -113,7 +113,7 @@ def test_who_identifies_a_drone_stops_waiting_when_the_router_died(router, plan,
     monkeypatch.setattr(identify, "Children", lambda *_: children)
     monkeypatch.setattr(identify, "busy_endpoint", lambda *_: "")
     core = run(identify.excite(plan, tmp_path / "mine.toml", tmp_path, 1, tmp_path))
-    assert (core.failure, core.responses) == ("router ended by itself (signal SIGKILL)", {})
+    assert (core.failure, core.responses) == ("router ended unexpectedly (signal SIGKILL)", {})
 
 
 def test_a_table_that_is_shown_once_does_not_wait_for_long(router, plan, tmp_path, monkeypatch):

@@ -36,7 +36,7 @@ def test_a_flight_takes_what_tcp_can_do(make_plan):
             CUT,
             "faults.0.kind = 'cut': links are QUIC; a real flight needs network.link = 'tls'",
         ),
-        (TWO_HOSTS, CUT, "faults.0.kind = 'cut': uav2, who dials uav1, must run on this host, 'ground', in a real"),
+        (TWO_HOSTS, CUT, "faults.0.kind = 'cut': uav2, which dials uav1, must run on this host, 'ground', in a real"),
         (None, {"at": 1, "kind": "clock", "process": "uav1", "step": 1.0}, "faults.0.kind = 'clock': only `flockwire"),
     ],
 )
@@ -54,10 +54,14 @@ def test_what_a_real_flight_cannot_have_is_refused_in_one_line(make_plan, change
         (
             "air",
             CUT,
-            "faults.0.kind = 'cut': only 'ground', the recorder's host, knows when; give --faults there, this",
+            "faults.0.kind = 'cut': only 'ground', the recorder's host, knows the time; use --faults there, this",
         ),
         ("ground", KILL, "faults.0.process = 'uav2': uav2 runs on host 'air', this is 'ground'; only its own host can"),
-        ("air", KILL, "faults.0.process = 'uav2': only 'ground', the recorder's host, knows when; give --faults there"),
+        (
+            "air",
+            KILL,
+            "faults.0.process = 'uav2': only 'ground', the recorder's host, knows the time; use --faults there",
+        ),
         ("ground", KILL | {"process": "uav1"}, ""),
         (
             "air",
@@ -73,7 +77,7 @@ def test_of_several_hosts_each_injects_what_it_can_and_refuses_the_rest(make_pla
     assert said.startswith(line) if line else said == ""
 
 
-def test_a_partition_parts_both_ways_and_nobody_from_recorder_and_operator(make_plan):
+def test_a_partition_cuts_both_directions_and_nobody_from_recorder_and_operator(make_plan):
     plan = make_plan()
     (partition,) = read(plan, PART)
     parted = set(directions(partition, plan))
@@ -97,7 +101,7 @@ def test_only_links_that_a_fault_names_have_a_relay(make_plan):
     assert len(set(addresses)) == 2
 
 
-def test_links_break_and_mend_when_the_faults_say(make_plan):
+def test_links_break_and_recover_when_the_faults_say(make_plan):
     plan = make_plan()
     relays = Relays(faults := read(plan, CUT | {"at": 0.5}, SLOW, PART), plan)
     injector = FaultInjector(faults, plan, (), None, relays)

@@ -53,7 +53,7 @@ def test_it_is_kept_until_the_last_has_ended(file, what):
     assert as_flown(file) is None
 
 
-def test_what_a_crash_left_behind_flies_no_more_and_is_written_over(file, what):
+def test_what_a_crash_left_behind_no_longer_flies_and_is_written_over(file, what):
     with flown(file, what):
         (place,) = (file.parent / ".flockwire").iterdir()
         left = place.read_bytes()
@@ -67,12 +67,15 @@ def test_a_changed_file_is_not_flown_beside_what_flies_by_it(file, what):
     with flown(file, what):
         change(file, *CHANGES["name"])
         other = flown_by(read_swarm(file), file, file.parent)
-        with pytest.raises(OtherFlightError, match=r"lab\.toml: something flies by it as it was"), flown(file, other):
+        with (
+            pytest.raises(OtherFlightError, match=r"lab\.toml: a swarm flies by an earlier version"),
+            flown(file, other),
+        ):
             pass
         assert as_flown(file) == what
 
 
-def test_where_nothing_can_be_written_it_flies_all_the_same(file, what):
+def test_where_nothing_can_be_written_it_flies_anyway(file, what):
     (file.parent / ".flockwire").touch()
     with flown(file, what):
         assert as_flown(file) is None
@@ -98,7 +101,7 @@ def test_an_order_goes_to_what_flies_when_its_file_has_changed(file, what, chang
     assert {swarm.network.base_port for swarm, _, _ in given} == {what.swarm.network.base_port}
 
 
-def test_an_unchanged_file_is_worth_no_word(file, what, capsys):
+def test_an_unchanged_file_gives_no_message(file, what, capsys):
     with flown(file, what):
         plan, keys = load_flying(file, None)
         assert (plan.swarm, str(keys)) == (what.swarm, what.keys)

@@ -5,15 +5,16 @@ import re
 
 import pytest
 from flockwire import clock
+from flockwire.domain.order import Change, Mission, Stop
 from flockwire.domain.time import SECOND
-from flockwire.ground import formation_planning
+from flockwire.ground import formation_planning, starting
 from flockwire.ground import giving as core
-from flockwire.ground.giving import Answer, Order
+from flockwire.ground.order import Answer, Order
 from flockwire.runtime.session import RouterAbsentError
-from flockwire.wire.messages import Change, Mission, Stop
 from flockwire.wire.phase import Phase
 from flockwire_cli.orders import app
-from flockwire_station import giving, operator, planning
+from flockwire_station import giving, planning
+from flockwire_station.planning import plan_off_loop
 from simulated_pilots import SimulatedSwarm, started
 from typer.testing import CliRunner
 
@@ -40,7 +41,7 @@ def swarm(make_plan, monkeypatch):
         return found
 
     monkeypatch.setattr(giving, "Session", session)
-    monkeypatch.setattr(operator, "plan_off_loop", planned_here)
+    monkeypatch.setattr(planning, "plan_off_loop", planned_here)
     monkeypatch.setattr(clock, "uptime", lambda: 0.0)  # of the command, not of the tests
     monkeypatch.setattr(core, "ANSWER_TIME", 3 * SECOND // 10)
     monkeypatch.setattr(core, "LOOK_TIME", SECOND // 10)
@@ -60,7 +61,7 @@ def test_an_order_that_all_confirm_is_over_at_once(swarm, verb):
 
 
 @pytest.mark.parametrize("verb", ["hold", "land"])
-def test_an_order_waits_for_nobody_and_is_repeated_for_who_has_not_confirmed(swarm, verb):
+def test_an_order_waits_for_no_process_and_is_repeated_for_who_has_not_confirmed(swarm, verb):
     swarm.all(Phase.FORMATION, started())
     swarm["leader"].silent, swarm["uav3"].deaf = True, True
     assert give(swarm, verb) == Answer(("uav1", "uav2", "uav4"), ("leader", "uav3"))
@@ -69,7 +70,7 @@ def test_an_order_waits_for_nobody_and_is_repeated_for_who_has_not_confirmed(swa
     assert swarm["leader"].mission.verb == verb  # it may well be obeyed by who cannot answer
 
 
-def test_an_order_goes_out_before_anybody_was_heard(swarm):
+def test_an_order_goes_out_before_anything_was_received(swarm):
     swarm.all(Phase.FORMATION, started())
     for pilot in swarm.pilots.values():
         pilot.silent = True
@@ -92,7 +93,7 @@ def test_a_stop_is_repeated_while_one_driver_flies_or_is_silent(swarm):
     assert len({order.stamp for order in swarm.published}) == len(swarm.published)  # or it would soon be too old
 
 
-def test_a_stop_that_was_received_and_of_which_no_effect_is_known_is_told_apart(swarm, monkeypatch):
+def test_a_stop_that_was_received_and_of_which_no_effect_is_known_is_reported_separately(swarm, monkeypatch):
     monkeypatch.setattr(core, "DOWN_TIME", 4 * SECOND // 10)
     swarm.all(Phase.FORMATION, started())
     swarm["uav2"].turns_on = True
@@ -118,7 +119,7 @@ def test_a_start_of_what_flies_already_orders_nothing(swarm):
     assert swarm.published == []
 
 
-def test_a_start_of_another_formation_changes_it_and_its_time_goes_on(swarm):
+def test_a_start_of_another_formation_changes_it_and_its_time_continues(swarm):
     running = started()
     swarm.all(Phase.FORMATION, running)
     answer = give(swarm, "start", "wide")
@@ -127,7 +128,7 @@ def test_a_start_of_another_formation_changes_it_and_its_time_goes_on(swarm):
     assert (order.verb, order.start, order.formation) == ("formation", running.start, "wide")
 
 
-def test_a_start_brings_back_who_is_on_the_ground_and_restarts_nobody(swarm):
+def test_a_start_brings_back_who_is_on_the_ground_and_restarts_no_drone(swarm):
     running = started("wide")
     swarm.all(Phase.FORMATION, running)
     swarm["uav4"].phase, swarm["uav4"].mission = Phase.READY, None
@@ -137,7 +138,7 @@ def test_a_start_brings_back_who_is_on_the_ground_and_restarts_nobody(swarm):
     }
 
 
-def test_one_start_brings_in_who_was_restarted_on_the_ground_while_the_others_took_off(swarm):
+def test_one_start_takes_off_who_was_restarted_on_the_ground_while_the_others_took_off(swarm):
     swarm.all(Phase.HOLD, started()._replace(verb="takeoff"))
     swarm["uav4"].phase, swarm["uav4"].mission = Phase.READY, None
     assert give(swarm, "start") == Answer(PILOTS)
@@ -145,7 +146,7 @@ def test_one_start_brings_in_who_was_restarted_on_the_ground_while_the_others_to
 
 
 def test_a_start_is_refused_with_the_list_of_who_is_not_ready_and_why(swarm, monkeypatch):
-    monkeypatch.setattr(core, "READY_TIME", SECOND // 5)
+    monkeypatch.setattr(starting, "READY_TIME", SECOND // 5)
     swarm["uav2"].phase, swarm["uav2"].detail = Phase.GROUNDED, "waits for its own pose"
     swarm["uav3"].silent = True
     assert give(swarm, "start").refusal == (
@@ -202,7 +203,7 @@ def test_a_start_names_who_does_not_come_into_the_formation(swarm, monkeypatch):
 
 
 def test_a_change_of_formation_keeps_its_time(swarm, monkeypatch):
-    monkeypatch.setattr(operator, "plan_off_loop", planning.plan_off_loop)
+    monkeypatch.setattr(planning, "plan_off_loop", plan_off_loop)
     running = started()
     swarm.all(Phase.FORMATION, running)
     answer = give(swarm, "formation", "wide")
@@ -254,13 +255,13 @@ def test_an_order_that_comes_while_a_change_is_planned_is_not_undone_by_it(swarm
         swarm.all(Phase.FORMATION, running._replace(stamp=clock.now(), verb=verb))
         return running._replace(stamp=clock.now(), verb="formation", formation="wide")
 
-    monkeypatch.setattr(operator, "plan_off_loop", plan)
+    monkeypatch.setattr(planning, "plan_off_loop", plan)
     assert give(swarm, "formation", "wide").refusal == f"{verb} was ordered meanwhile"
     assert swarm.published == []
 
 
 def test_a_plan_that_fails_is_a_refusal_with_its_last_line(swarm, monkeypatch, tmp_path):
-    monkeypatch.setattr(operator, "plan_off_loop", planning.plan_off_loop)
+    monkeypatch.setattr(planning, "plan_off_loop", plan_off_loop)
     planner = tmp_path / "planner"
     planner.write_text("#!/bin/sh\necho Traceback >&2; echo 'MemoryError: too little' >&2; exit 1\n")
     planner.chmod(0o755)
@@ -279,12 +280,12 @@ def test_a_change_that_is_under_way_is_not_changed(swarm):
 
 
 @pytest.mark.parametrize("phase", [Phase.READY, Phase.HOLD, Phase.LANDING])
-def test_a_formation_that_nobody_flies_is_not_changed(swarm, phase):
+def test_a_formation_that_no_drone_flies_is_not_changed(swarm, phase):
     swarm.all(phase, started() if phase is Phase.READY else None)
     for pilot in swarm.pilots.values():
         pilot.stays = True
     answer = give(swarm, "formation", "wide")
-    assert answer.refusal.startswith("nobody flies a formation")
+    assert answer.refusal.startswith("no drone flies a formation")
     assert (answer.confirmed, answer.missing, swarm.published) == ((), (), [])
 
 
@@ -295,7 +296,7 @@ def test_a_formation_is_changed_though_one_is_silent(swarm):
     assert (answer.confirmed, answer.missing) == (("leader", "uav1", "uav2", "uav4"), ("uav3",))
 
 
-def test_a_router_that_is_not_there_is_told_at_once(make_plan, monkeypatch):
+def test_a_router_that_is_not_there_is_reported_at_once(make_plan, monkeypatch):
     def absent(*_, **__):
         raise RouterAbsentError
 
@@ -303,7 +304,7 @@ def test_a_router_that_is_not_there_is_told_at_once(make_plan, monkeypatch):
     answer = asyncio.run(giving.give(make_plan({"network.mode": "router"}), None, Order("stop")))
     assert answer.refusal == (
         "the router at 127.0.0.1:7454 does not answer: "
-        "nobody listens at the address of router (127.0.0.1:7454, network.base_port = 7450)"
+        "no process listens at the address of router (127.0.0.1:7454, network.base_port = 7450)"
     )
 
 

@@ -9,9 +9,10 @@ from random import Random
 import numpy as np
 import pytest
 from flockwire.control.first_order_lag import lagged
+from flockwire.domain.body import Nearby
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Nearby, Pose
 from flockwire_station.excitation import MOST_INTERRUPTIONS, Axis, ExcitationCore, ExcitationStage
 from flockwire_station.identification import IdentificationError, Interval, StepResponse, combined, fit_axis
 from flockwire_station.identify import airframe_table, described, draw
@@ -133,7 +134,7 @@ def test_a_simulated_tello_is_identified_in_flight(make_swarm, tmp_path):
     assert (tmp_path / "figure.png").stat().st_size > 10_000
 
 
-def test_an_axis_begins_again_when_the_pose_was_lost_for_a_moment(make_swarm):
+def test_an_axis_restarts_when_the_pose_was_lost_for_a_moment(make_swarm):
     swarm = make_swarm(TELLO)
     truth, core, _ = flown(swarm, 0, blind=(13.0, 13.4))
     assert core.failure == ""
@@ -148,9 +149,9 @@ def test_a_pose_that_stays_away_lands_it_and_is_the_reason(make_swarm):
     assert not core.responses
 
 
-def test_a_drone_that_rises_while_its_body_does_not_lands_and_says_why(make_swarm):
+def test_a_drone_that_rises_while_its_body_does_not_lands_and_reports_why(make_swarm):
     _, core, motion = flown(make_swarm(TELLO), 0, swapped=True)
-    assert "is that the body of another drone" in core.failure
+    assert "does the body belong to another drone" in core.failure
     assert motion.position[2] == 0.0
 
 

@@ -1,9 +1,9 @@
 """The pre-flight check of a swarm that runs: each thing that may be wrong is a line with a remedy."""
 
 import pytest
+from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import add
-from flockwire.wire.messages import FlightState, Telemetry
 from flockwire.wire.status import Reason, Report, Status
 from flockwire_station.live_check import Seen, findings, table
 
@@ -73,7 +73,7 @@ WRONG = [
     (lambda seen: seen.statuses.pop("driver2"), "driver2", "process", "flockwire driver SWARM 2"),
     (report("uav3", bound=-1.0), "uav3", "clock", "wait"),
     (lose_pose, "uav3", "pose", "is the body 'uav3' in the cameras' view"),
-    (lambda seen: seen.positions[3].append((0.3, 0.0, 0.0)), "uav3", "still", "another body is taken for it"),
+    (lambda seen: seen.positions[3].append((0.3, 0.0, 0.0)), "uav3", "still", "confuses it with another body"),
     (report("uav3", "grounded", "waits for uav2's estimate"), "uav3", "neighbours", "see the lines"),
     (report("driver1", "connecting", reasons=(Reason("link", "no reply: 1; 2", "join"),)), "uav1", "link", "join"),
     (report("driver1", reasons=tello("A", Reason("IMU", "shows a tilt", "level it"))), "uav1", "IMU", "level it"),

@@ -5,11 +5,12 @@ from io import StringIO
 
 import pytest
 from flockwire import clock
+from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.time import SECOND
-from flockwire.ground.giving import Order
+from flockwire.ground.order import Order
+from flockwire.wire.codec import encode
 from flockwire.wire.inbox import Inbox, attachment
 from flockwire.wire.keys import MISSION, ROWS, STOP, Key
-from flockwire.wire.messages import FlightState, Telemetry
 from flockwire.wire.status import Report, Status
 from flockwire_station.operator import Operator
 from flockwire_station.terminal.table import Rates
@@ -36,7 +37,7 @@ class Wire:
 
     def put(self, owner, message, kind="status"):
         waiting = self.waiting[Key(kind, owner)]
-        waiting.append((message.encode(), attachment(len(waiting), clock.now(), b"p" * 16, Key(kind, owner))))
+        waiting.append((encode(message), attachment(len(waiting), clock.now(), b"p" * 16, Key(kind, owner))))
 
 
 class Source:
@@ -83,7 +84,7 @@ def test_orders_go_to_their_keys_at_once_a_stop_first(make_plan, wire):
 
 
 @pytest.mark.parametrize("name", ["uav1", "leader", "nobody", ""])
-def test_nobody_reports_how_another_is(make_plan, wire, name):
+def test_no_process_reports_another(make_plan, wire, name):
     operator = Operator(make_plan(), wire)
     wire.put("uav1", status("uav1", Report("landing"), clock.now() - SECOND // 2))
     operator.poll()
@@ -101,7 +102,7 @@ def test_nobody_reports_how_another_is(make_plan, wire, name):
         "\x1b[2J",
     ],
 )  # fmt: skip
-def test_whatever_a_process_says_of_itself_the_table_is_drawn(text, make_plan):
+def test_whatever_a_process_reports_the_table_is_drawn(text, make_plan):
     now = 1_790_000_000 * SECOND
     for report in (Report(text), Report("hold", f"waits {text}")):
         paper = StringIO()

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from flockwire.loading import parse_swarm
+from flockwire.wire.codec import decode
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Status
 from flockwire_analysis.summary import summarise
@@ -30,7 +31,7 @@ INTO_OBSTACLE = {
 def laid_out_in_readme():
     """Return README's swarm of one's own."""
     text = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
-    return re.search(r"## A swarm of your own\n\n```toml\n(.*?)```", text, re.DOTALL)[1]
+    return re.search(r"## Your own swarm\n\n```toml\n(.*?)```", text, re.DOTALL)[1]
 
 
 @pytest.fixture
@@ -65,7 +66,7 @@ def test_what_holds_a_leader_at_the_fence_and_the_others_off_their_places_is_in_
 
     def take(published):
         if published.key.kind == "status":
-            report = Status.decode(published.sample.payload).report
+            report = decode(Status, published.sample.payload).report
             if report.phase == Phase.FORMATION:
                 details[published.key.owner] = report.line
 

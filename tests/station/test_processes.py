@@ -16,7 +16,7 @@ def taken():
         yield listener.getsockname()[1]
 
 
-def test_an_endpoint_in_use_is_told_with_its_process_and_key(make_plan, taken):
+def test_an_endpoint_in_use_is_reported_with_its_process_and_key(make_plan, taken):
     line = busy_endpoint(make_plan({"network.base_port": taken}), ["gateway"])
     assert line.startswith(f"network.base_port = {taken}: gateway listens at 127.0.0.1:{taken}, which is in use")
 
@@ -29,7 +29,7 @@ def test_over_quic_it_is_the_udp_port_that_must_be_free(make_plan, taken):
         assert f"127.0.0.1:{taken}, which is in use" in busy_endpoint(make_plan(changes), ["gateway"])
 
 
-def test_the_address_of_another_machine_is_told(make_plan):
+def test_the_address_of_another_machine_is_reported(make_plan):
     plan = make_plan({"hosts.far.address": "192.0.2.1"})
     assert "cannot assign requested address" in busy_endpoint(plan, ["gateway"])
 
@@ -40,7 +40,7 @@ def test_endpoints_of_others_are_not_looked_at(make_plan, taken):
     assert f"uav1 listens at 127.0.0.1:{taken}, which is in use" in busy_endpoint(plan, ["uav1"])
 
 
-def test_a_free_endpoint_is_no_problem(make_plan):
+def test_a_free_endpoint_is_not_a_problem(make_plan):
     for port in range(20000, 32000, 2):  # below those that the kernel gives to the tests beside this one
         with contextlib.suppress(OSError), socket.socket() as low, socket.socket() as high:
             low.bind(("127.0.0.1", port))

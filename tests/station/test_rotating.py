@@ -23,7 +23,7 @@ def flying(swarm):
     return asyncio.run(rotating.flying(swarm.plan, None))
 
 
-def test_nobody_flies_on_the_ground(swarm):
+def test_no_drone_flies_on_the_ground(swarm):
     assert flying(swarm) == ()
 
 
@@ -41,7 +41,7 @@ def test_so_does_one_that_is_linked_and_does_not_report(swarm, monkeypatch):
 
 
 @pytest.mark.parametrize("error", [CredentialsError, RouterAbsentError])
-def test_keys_that_nobody_accepts_are_no_reason(make_plan, monkeypatch, error):
+def test_keys_that_no_peer_accepts_are_not_a_reason(make_plan, monkeypatch, error):
     def refuse(plan, identity, keys):
         raise error
 

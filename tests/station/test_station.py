@@ -3,23 +3,27 @@
 import asyncio
 import os
 import signal
+from contextlib import nullcontext
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from flockwire.domain.order import Mission, Stop
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground import director, giving
 from flockwire.ground.director import Stage
 from flockwire.runtime import session as sessions
 from flockwire.runtime.session import RouterAbsentError
-from flockwire.wire.messages import Mission, Stop
 from flockwire.wire.phase import Phase
-from flockwire_station import operator, up
+from flockwire_station import hosting, operator
+from flockwire_station.conduct import LEFT_TO_THEMSELVES, serve
 from flockwire_station.connecting import UNANSWERED
+from flockwire_station.hosting import Host, UnansweredError, alone
 from flockwire_station.operator import Operator
 from flockwire_station.processes import PortInUseError
 from flockwire_station.restarting import MOST_RESTARTS
-from flockwire_station.terminal.interrupts import Interrupts
-from flockwire_station.up import LEFT, Station, UpOptions
+from flockwire_station.terminal.display import Display
+from flockwire_station.terminal.interrupts import Interrupts, interrupts
 from simulated_children import Processes
 from simulated_pilots import SimulatedSwarm, started
 
@@ -32,11 +36,17 @@ class StationFlight:
     def __init__(self, plan, host="localhost", duration=0.2):
         self.swarm, self.children, self.interrupted = SimulatedSwarm(plan), Processes(), Interrupts()
         self.injected = []
-        options = UpOptions(plan, None, host, duration, None, None, True)
-        injector = SimpleNamespace(step=self.injected.append)
-        self.operator = Operator(plan, self.swarm)
-        self.station = Station(options, self.children, self.operator, injector)
+        self.host, self.operator = Host(plan, None, host, None, None), Operator(plan, self.swarm)
+        if self.host.conducts:
+            self.operator.conduct(duration)
         self.at = {}
+
+    async def serve(self):
+        async def end():
+            """Nothing is under way."""
+
+        injector = SimpleNamespace(step=self.injected.append, end=end)
+        return await serve(self.host, self.children, self.operator, injector, self.interrupted, headless=True)
 
     @property
     def director(self):
@@ -50,7 +60,7 @@ class StationFlight:
         """Fly; returns why the flight failed."""
 
         async def run():
-            task = asyncio.create_task(self.station.conduct(self.interrupted))
+            task = asyncio.create_task(self.serve())
             happens = asyncio.create_task(self._happens())
             async with asyncio.timeout(10):
                 failure = await task
@@ -108,23 +118,23 @@ def test_at_the_second_it_leaves_and_is_not_well(fly):
         interrupt(flight)()
 
     flight.at = {Stage.FLYING: interrupt_with_one_that_stays_up, Stage.LANDING: interrupt(flight)}
-    assert flight.conduct() == LEFT
+    assert flight.conduct() == LEFT_TO_THEMSELVES
 
 
 def test_a_dead_process_lands_the_others_and_is_the_failure(fly):
     flight = fly(duration=0.0)
 
     flight.at = {Stage.FLYING: lambda: flight.children.dead.append("uav2")}
-    assert flight.conduct() == "uav2 ended by itself (signal SIGKILL)"
+    assert flight.conduct() == "uav2 ended unexpectedly (signal SIGKILL)"
     assert flight.swarm.orders[-1] == "land"
 
 
-def test_a_dead_recorder_is_started_again_which_is_said_and_ends_no_flight(fly, capsys):
+def test_a_dead_recorder_is_restarted_which_is_said_and_ends_no_flight(fly, capsys):
     flight = fly(duration=0.5)
     flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
     assert flight.conduct() == ""
     assert flight.children.started == ["recorder"]
-    assert "recorder ended by itself (signal SIGKILL); started again\n" in capsys.readouterr().out
+    assert "recorder ended unexpectedly (signal SIGKILL); restarted\n" in capsys.readouterr().out
 
 
 def test_a_recorder_that_dies_again_and_again_lands_the_drones_at_last(fly):
@@ -136,19 +146,19 @@ def test_a_recorder_that_dies_again_and_again_lands_the_drones_at_last(fly):
 
     flight.children.restart = restart
     flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
-    assert flight.conduct() == "recorder ended by itself (signal SIGKILL)"
+    assert flight.conduct() == "recorder ended unexpectedly (signal SIGKILL)"
     assert flight.children.started == ["recorder"] * MOST_RESTARTS
 
 
-def test_what_refuses_to_run_is_not_started_again(fly):
+def test_what_refuses_to_run_is_not_restarted(fly):
     flight = fly(duration=0.0)
     flight.children.refusing = True
     flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
-    assert flight.conduct() == "recorder ended by itself (signal SIGKILL)"
+    assert flight.conduct() == "recorder ended unexpectedly (signal SIGKILL)"
     assert flight.children.started == []
 
 
-def test_it_is_over_only_when_telemetry_says_so(fly, monkeypatch):
+def test_it_is_over_only_when_telemetry_reports_it(fly, monkeypatch):
     monkeypatch.setattr(director, "STAGE_TIME", SECOND)
     flight = fly(duration=0.2)
 
@@ -162,7 +172,7 @@ def test_it_is_over_only_when_telemetry_says_so(fly, monkeypatch):
 def press(flight, *verbs):
     def act():
         for verb in verbs:
-            flight.operator.order(verb, flight.station._display.note)
+            flight.operator.order(verb, Display(flight.host.plan, (), headless=True).note)
 
     return act
 
@@ -192,7 +202,7 @@ def test_a_stop_by_key_is_repeated_until_the_motors_are_off(fly):
     assert {pilot.phase for pilot in flight.swarm.pilots.values()} == {Phase.STOPPED}
 
 
-def test_another_operators_landing_is_no_failure(fly):
+def test_another_operators_landing_is_not_a_failure(fly):
     flight = fly(duration=0.0)
 
     def land():
@@ -232,7 +242,9 @@ def test_a_host_that_does_not_conduct_gives_no_orders(serving, capsys):
 
 
 @pytest.mark.parametrize(("verb", "phase"), [("land", Phase.READY), ("hold", Phase.HOLD)])
-def test_a_key_of_a_host_that_does_not_conduct_is_an_order_to_all_and_the_host_serves_on(serving, capsys, verb, phase):
+def test_a_key_of_a_host_that_does_not_conduct_is_an_order_to_all_and_the_host_keeps_running(
+    serving, capsys, verb, phase
+):
     serving.at = {Stage.PREPARING: press_then_interrupt(serving, verb)}
     assert serving.conduct() == ""
     assert serving.swarm.orders == [verb]
@@ -261,7 +273,7 @@ def test_a_stop_by_a_key_counts_on_every_host(serving):
     assert len([order for order in serving.swarm.published if isinstance(order, Stop)]) > 10
 
 
-def test_a_key_that_orders_nothing_says_why(fly, capsys):
+def test_a_key_that_orders_nothing_reports_why(fly, capsys):
     flight = fly()
     flight.swarm["uav3"].phase, flight.swarm["uav3"].stays = Phase.GROUNDED, True
 
@@ -293,30 +305,33 @@ def starting(make_plan, monkeypatch):
             return swarm
 
         async def run():
-            here, watching = plan.processes_on(options.host), Operator(plan, swarm)
-            await up.open_session(options, children, here, interrupted)
-            await up.start_processes(options, children, here, watching, interrupted)
+            async with hosting.running(host, interrupted):
+                pass
 
-        monkeypatch.setattr(up, "connected", connected)
-        options = UpOptions(plan, None, plan.hosts["recorder"], 1.0, None, None, True)
+        monkeypatch.setattr(hosting, "connected", connected)
+        monkeypatch.setattr(hosting, "Children", lambda *_: children)
+        monkeypatch.setattr(hosting, "busy_endpoint", lambda *_: "")
+        monkeypatch.setattr(hosting, "flown_by", lambda *_: None)
+        monkeypatch.setattr(hosting, "flown", lambda *_: nullcontext())
+        host = Host(plan, None, plan.hosts["recorder"], None, Path("none"))
         asyncio.run(run())
         return children.started
 
     monkeypatch.setattr(operator, "POLL_PERIOD", TICK)
-    monkeypatch.setattr(up, "START_TIME", 0.1)
+    monkeypatch.setattr(hosting, "START_TIME", 0.1)
     return start
 
 
-def test_nobody_starts_before_those_that_it_waits_for_have_reported(starting):
+def test_no_process_starts_before_those_that_it_waits_for_have_reported(starting):
     assert starting()[0] == "recorder"
     assert starting({"network.mode": "router"})[:2] == ["router", "recorder"]
 
 
-def test_who_does_not_report_in_time_is_waited_for_no_more(starting):
+def test_who_does_not_report_in_time_is_no_longer_waited_for(starting):
     assert sorted(starting(lives=lambda name: name != "recorder")) == sorted(starting())
 
 
-def test_interrupted_it_starts_nobody_any_more(starting):
+def test_interrupted_it_starts_no_other_process(starting):
     assert starting(interrupts=1) == []
 
 
@@ -333,11 +348,16 @@ def without_router(make_plan, monkeypatch):
             raise RouterAbsentError
 
         async def run():
-            options = UpOptions(plan, None, plan.hosts["recorder"], 1.0, None, None, True)
-            async with asyncio.timeout(10):
-                return await up._fly(options, SimpleNamespace(detours={}))
+            host = Host(plan, None, plan.hosts["recorder"], None, Path("none"))
+            with interrupts() as interrupted, pytest.raises(UnansweredError) as error:
+                async with asyncio.timeout(10), hosting.running(host, interrupted):
+                    pass
+            return str(error.value)
 
-        monkeypatch.setattr(up, "Children", lambda *_: children)
+        monkeypatch.setattr(hosting, "Children", lambda *_: children)
+        monkeypatch.setattr(hosting, "busy_endpoint", lambda *_: "")
+        monkeypatch.setattr(hosting, "flown_by", lambda *_: None)
+        monkeypatch.setattr(hosting, "flown", lambda *_: nullcontext())
         monkeypatch.setattr(sessions, "Session", unanswered)
         return asyncio.run(run()), children.started
 
@@ -345,7 +365,7 @@ def without_router(make_plan, monkeypatch):
 
 
 def test_a_router_that_dies_before_it_answers_is_the_failure(without_router):
-    dead = "router ended by itself (signal SIGKILL)"
+    dead = "router ended unexpectedly (signal SIGKILL)"
     assert without_router(lambda children: children.dead.append("router")) == (dead, ["router"])
 
 
@@ -356,15 +376,15 @@ def test_an_interrupt_ends_the_wait_for_the_router(without_router):
 def test_two_stations_of_one_swarm_exclude_each_other(make_plan, tmp_path):
     plan = make_plan()
     (tmp_path / f"{plan.started[0]}.key").touch()
-    options = UpOptions(plan, None, "local", 1.0, None, tmp_path, True)
+    host = Host(plan, None, "local", None, tmp_path)
     refused = pytest.raises(PortInUseError, match="another `flockwire up` flies with these keys")
-    with up.alone(options), refused, up.alone(options):
+    with alone(host), refused, alone(host):
         pass
-    with up.alone(options):  # the lock is gone with its holder
+    with alone(host):  # the lock is gone with its holder
         pass
 
 
 def test_without_a_folder_of_keys_there_is_no_lock(make_plan, tmp_path):
-    options = UpOptions(make_plan(), None, "localhost", 1.0, None, tmp_path / "none", True)
-    with up.alone(options), up.alone(options):
-        assert not options.keys.exists()
+    host = Host(make_plan(), None, "localhost", None, tmp_path / "none")
+    with alone(host), alone(host):
+        assert not host.keys.exists()

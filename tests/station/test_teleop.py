@@ -37,7 +37,7 @@ def test_space_stops_at_once_q_ends_and_other_keys_are_nothing():
     assert keys.ended
 
 
-def test_whoever_steers_publishes_to_the_leader_and_receives_nothing(make_plan):
+def test_teleop_publishes_to_the_leader_and_receives_nothing(make_plan):
     plan = make_plan({"leader.kind": "teleoperated"})
     assert plan.publishes["teleop"] == (Key(STEERING, "uav0"),)
     assert plan.subscribes["teleop"] == ()
@@ -54,4 +54,4 @@ def test_only_a_teleoperated_leader_is_steered_and_only_from_a_terminal(request,
     assert refused.exit_code == 2
     assert "leader.kind = 'trajectory': only a 'teleoperated' leader can be steered" in refused.stderr
     file.write_text(paper.replace('kind = "trajectory"', 'kind = "teleoperated"'))
-    assert "there is no terminal to take keys from" in CliRunner().invoke(app, ["teleop", str(file)]).stderr
+    assert "there is no terminal to read keys from" in CliRunner().invoke(app, ["teleop", str(file)]).stderr

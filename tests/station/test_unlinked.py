@@ -8,7 +8,8 @@ import pytest
 from flockwire import clock
 from flockwire.domain.time import SECOND
 from flockwire.ground import giving as core
-from flockwire.ground.giving import Order
+from flockwire.ground import starting
+from flockwire.ground.order import Order
 from flockwire.runtime.session import Session
 from flockwire.security.pki import make_keys
 from flockwire_station import giving, unlinked
@@ -39,22 +40,22 @@ def why(plan, keys, *others):
     return asyncio.run(why_unlinked(plan, keys, "operator", others))
 
 
-def test_nobody_listens(plan, keys, base):
+def test_no_process_listens(plan, keys, base):
     found = why(plan, keys, "gateway", "leader")
     assert found == (
-        f"nobody listens at the address of gateway, leader (127.0.0.1:{base - 1}, network.base_port = {base})"
+        f"no process listens at the address of gateway, leader (127.0.0.1:{base - 1}, network.base_port = {base})"
     )
 
 
-def test_a_process_of_other_keys_is_told_from_one_that_was_slow(plan, keys, tmp_path, monkeypatch):
+def test_a_process_with_other_keys_is_distinguished_from_a_slow_one(plan, keys, tmp_path, monkeypatch):
     monkeypatch.setattr(unlinked, "HANDSHAKE_TIME", 0.5)
     make_keys(plan, tmp_path / "other", clock.utc())
     with Session(plan, "gateway", keys):
         assert why(plan, tmp_path / "other", "gateway").startswith("gateway has a certificate of another authority")
-        assert why(plan, keys, "gateway") == "gateway runs, and was not linked in time"
+        assert why(plan, keys, "gateway") == "gateway runs, but was not linked in time"
 
 
-def test_a_process_that_refuses_our_keys_is_told(plan, keys, tmp_path):
+def test_a_process_that_refuses_our_keys_is_reported(plan, keys, tmp_path):
     make_keys(plan, tmp_path / "other", clock.utc())
     mixed = tmp_path / "other"
     (mixed / "ca.crt").write_bytes((keys / "ca.crt").read_bytes())
@@ -71,18 +72,22 @@ def test_a_host_that_does_not_answer(plan, keys, monkeypatch):
     assert why(plan, keys, "uav1").startswith("no answer from the host of uav1 (127.0.0.1:")
 
 
-def test_over_quic_a_port_where_nobody_is_is_told(make_plan, base, keys):
+def test_over_quic_an_unused_port_is_reported(make_plan, base, keys):
     plan = make_plan({"network.base_port": base, "network.link": "quic"})
     make_keys(plan, keys, clock.utc())
-    assert why(plan, keys, "uav1").startswith("nobody listens at the address of uav1")
+    assert why(plan, keys, "uav1").startswith("no process listens at the address of uav1")
 
 
 @pytest.mark.parametrize("verb", ["hold", "land", "stop", "start"])
-def test_an_order_to_nobody_was_not_sent_and_says_why(plan, keys, monkeypatch, verb):
-    for patience in ("ANSWER_TIME", "LOOK_TIME", "READY_TIME"):
-        monkeypatch.setattr(core, patience, SECOND // 10)
+def test_an_order_without_receivers_was_not_sent_and_reports_why(plan, keys, monkeypatch, verb):
+    for module, patience in (
+        (core, "ANSWER_TIME"), (core, "LOOK_TIME"), (starting, "LOOK_TIME"), (starting, "READY_TIME"),
+    ):  # fmt: skip
+        monkeypatch.setattr(module, patience, SECOND // 10)
     answer = asyncio.run(giving.give(plan, keys, Order(verb)))
-    assert answer.refusal.startswith("nothing was sent: nobody is linked: nobody listens at the address of gateway, ")
+    assert answer.refusal.startswith(
+        "nothing was sent: no process is linked: no process listens at the address of gateway, "
+    )
 
 
 def test_an_order_to_some_names_why_the_others_are_not_linked(plan, keys, monkeypatch):
@@ -91,5 +96,5 @@ def test_an_order_to_some_names_why_the_others_are_not_linked(plan, keys, monkey
         answer = asyncio.run(giving.give(plan, keys, Order("stop")))
     assert answer.missing
     assert answer.refusal.startswith("sent, but not confirmed by uav0, ")
-    assert "; nobody listens at the address of " in answer.refusal
+    assert "; no process listens at the address of " in answer.refusal
     assert "gateway" not in answer.refusal

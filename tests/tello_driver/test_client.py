@@ -82,7 +82,7 @@ def test_take_off_is_never_sent_twice(talk):
     assert talk.ended == [("takeoff", CommandOutcome.TIMED_OUT, "")]
 
 
-def test_a_refusal_says_why(talk):
+def test_a_refusal_reports_why(talk):
     talk.send("takeoff")
     talk.hear(b"error Motor stop")
     assert talk.ended == [("takeoff", CommandOutcome.REFUSED, "error Motor stop")]
@@ -192,7 +192,7 @@ def test_what_is_no_command_is_rejected(talk, command):
         talk.client.send(command, talk.now)
 
 
-def test_a_full_queue_says_so(talk):
+def test_a_full_queue_reports_it(talk):
     talk.send(*["battery?"] * (LONGEST_QUEUE + 1))
     assert talk.ended == [("battery?", CommandOutcome.QUEUE_FULL, "")]
 

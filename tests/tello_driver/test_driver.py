@@ -7,11 +7,13 @@ from math import cos, dist, inf, sin
 from random import Random
 
 import pytest
+from flockwire.domain.airframe import Command, FlightState
+from flockwire.domain.order import Stop
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.process.cores import Datagram
 from flockwire.process.driving import RETIREMENT
 from flockwire.wire.keys import STOP, Key
-from flockwire.wire.messages import Command, FlightState, Pose, Stop
 from flockwire_tello.driver import DriverCore, slowest_climb
 from flockwire_tello.flight_monitor import FlightMonitor
 from flockwire_tello.simulated.airframe import AirframeMotion
@@ -154,7 +156,7 @@ def test_every_limit_counts_for_how_slowly_a_pilot_may_take_off(make_swarm, chan
     assert slowest_climb(make_swarm(TELLO | changes), 1) == pytest.approx(climb, abs=0.01)
 
 
-def test_a_slow_descent_near_the_ground_is_no_landing_where_landings_are_faster(airborne):
+def test_a_slow_descent_near_the_ground_is_not_a_landing_where_landings_are_faster(airborne):
     airborne.velocity = (0.0, 0.0, -0.15)
     airborne.run((airborne.motion.position[2] - 0.25) / 0.15)
     assert 0.2 < airborne.motion.position[2] < 0.35
@@ -297,14 +299,14 @@ def test_a_stop_in_a_gap_of_the_link_is_repeated_until_it_is_over_and_the_drone_
     airborne.run(5.0)
     assert airborne.tello.flying
     assert {telemetry.state for telemetry in airborne.telemetry[-20:]} == {FlightState.FLYING}
-    assert "keep clear of it" in airborne.driver.report(airborne.now).line
+    assert "keep away from it" in airborne.driver.report(airborne.now).line
     assert not airborne.driver.may_end(airborne.now)
     airborne.lost, airborne.on_air = lambda _: False, lambda data: data
     airborne.run(0.2)
     assert not airborne.tello.flying
     airborne.run(2.5)
     assert airborne.state is FlightState.STOPPED
-    assert "keep clear of it" not in airborne.driver.report(airborne.now).line
+    assert "keep away from it" not in airborne.driver.report(airborne.now).line
     end = airborne.t
     airborne.run(5.0)
     assert airborne.words(end) == []
@@ -385,7 +387,7 @@ def test_a_drone_in_a_hand_does_not_fly_and_does_not_take_off(flight, flown):
     found.run(5.0)
     assert {telemetry.state for telemetry in found.telemetry[2:]} == {FlightState.HELD}
     assert "takeoff" not in found.words(begin)
-    assert "in somebody's hand" in found.driver.report(found.now).line
+    assert "held in a hand" in found.driver.report(found.now).line
     assert found.driver.may_end(found.now)
     found.tello.hold(0.0, found.now - BEGAN)
     found.run(2.0)
@@ -551,7 +553,7 @@ def test_without_a_pose_only_up_and_down_are_flown(airborne):
     assert airborne.motion.position[2] > before[2]
 
 
-def test_by_a_heading_that_is_too_old_only_up_and_down_are_flown_and_the_report_says_so(airborne):
+def test_with_an_old_heading_only_up_and_down_are_flown_and_reported(airborne):
     def across() -> set[str]:
         return {" ".join(command.split()[1:3]) for _, command in airborne.sent[-5:]}
 
@@ -562,7 +564,7 @@ def test_by_a_heading_that_is_too_old_only_up_and_down_are_flown_and_the_report_
     before = airborne.motion.position
     airborne.run(1.5)
     assert across() == {"0 0"}
-    assert "no pose comes" in airborne.driver.report(airborne.now).line
+    assert "no pose arrives" in airborne.driver.report(airborne.now).line
     assert airborne.motion.position[2] > before[2]
     airborne.posed = True
     airborne.run(0.2)
@@ -622,7 +624,7 @@ TROUBLES = {
     ),
     "unknown form": (
         lambda f: setattr(f, "on_air", lambda data: b"height=3;" if b"bat:" in data else data),
-        "form of no known SDK",
+        "form that no SDK has",
     ),
     "refused": (
         lambda f: setattr(f, "on_air", lambda data: b"" if b"bat:" in data else b"error"),
@@ -665,8 +667,8 @@ def test_the_report_names_the_drone(flight):
 @pytest.mark.parametrize(
     ("changed", "text"),
     [
-        ({"roll": 25}, "IMU shows a tilt of 25 degrees: put it level"),
-        ({"agx": 0.0, "agy": 0.0, "agz": 0.0}, "IMU gives nothing: switch it off and on"),
+        ({"roll": 25}, "IMU shows a tilt of 25 degrees: place it level"),
+        ({"agx": 0.0, "agy": 0.0, "agz": 0.0}, "IMU has no data: switch it off and on"),
         ({}, ""),
     ],
 )

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND
-from flockwire.wire.messages import FlightState
 from flockwire_tello.client import TelloClient
 from flockwire_tello.flight_modes import FlightModes
 from flockwire_tello.flight_monitor import FlightMonitor

@@ -107,7 +107,7 @@ def test_what_is_no_reading_gives_none(query, reply):
     assert readings(query, reply) == ()
 
 
-def test_only_what_may_be_done_twice_is_sent_again():
+def test_only_repeatable_commands_are_sent_again():
     once = {"takeoff", "throwfly", "flip", "up", "forward", "cw", "go", "curve", "jump", "ap", "wifi", "reboot"}
     assert all(RULES[name].resend == 0 for name in once)
     assert rule("forward 100").resend == rule("no such command").resend == 0

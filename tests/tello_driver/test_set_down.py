@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
+from flockwire.domain.airframe import Command, FlightState, Telemetry
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.process.driving import RETIREMENT
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Command, FlightState, Pose, Telemetry
 from flockwire_kinematics.core import KinematicsCore
 from flockwire_tello.driver import DriverCore
 from flockwire_tello.simulated.served import ServedTello

@@ -1,4 +1,4 @@
-"""The paper's figures, drawn from a trace. Only this room knows matplotlib, which is slow."""
+"""The paper's figures, drawn from a trace. Only this package imports matplotlib, which is slow."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ FIGURES: tuple[Callable[[Canvas], Picture | None], ...] = (
 
 
 def draw(trace: Trace, out: Path, vector: bool = False) -> tuple[Picture, ...]:
-    """Draw every figure that the trace has something for into the folder `out`, as PNG, and as PDF if `vector`."""
+    """Draw every figure with data in the trace into the folder `out`, as PNG, and as PDF if `vector`."""
     canvas = Canvas(trace, out, vector)
     with rc_context(STYLE):
         return tuple(picture for figure in FIGURES if (picture := figure(canvas)) is not None)

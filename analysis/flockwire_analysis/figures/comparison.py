@@ -1,4 +1,4 @@
-"""Two flights over each other: their errors, their distances and their paths."""
+"""Overlays two flights: errors, distances and paths."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Quantity = Callable[[Trace], tuple[Floats, Floats]]  # to instants (Unix ns) and
 
 
 def compare(traces: tuple[Trace, Trace], names: tuple[str, str], out: Path) -> tuple[Path, ...]:
-    """Draw two flights over each other, each by its own mission time, as comparison and paths (PNG, PDF) into `out`."""
+    """Overlay two flights, each by its own mission time, as comparison and paths (PNG, PDF) in `out`."""
     with rc_context(STYLE):
         return _over_time(traces, names, out), _from_above(traces, names, out)
 

@@ -1,4 +1,4 @@
-"""How close the drones came to each other and to obstacles."""
+"""Distances between drones and to obstacles."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def to_obstacles(canvas: Canvas) -> Picture | None:
 
 
 def _lowest(axes: Axes, seconds: Floats, known: Mapping[Any, Floats]) -> tuple[Any, int]:
-    """Mark the smallest of all values; return whose it is, and its place in the series."""
+    """Mark the smallest of all values; return its series and index."""
     whose = min(known, key=lambda one: float(np.nanmin(known[one])))
     at = int(np.nanargmin(known[whose]))
     axes.plot([seconds[at]], [known[whose][at]], linestyle="", **MARK)

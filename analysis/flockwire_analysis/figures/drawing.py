@@ -1,7 +1,6 @@
-"""What all figures share: colours that the colour-blind can distinguish, one look, one time axis, one column's width.
+"""Common parts of figures: colours for the colour-blind, style, time axis, column width.
 
-A figure is drawn at the width of a paper's column, in type that is legible there, as PNG and as PDF. Names stand above
-the axes, where no curve is.
+A figure has the width of a paper's column, with legible type, as PNG and as PDF. Names are above the axes.
 """
 
 from __future__ import annotations
@@ -43,7 +42,7 @@ MOST_NAMED = 12  # drones in a legend
 NAME_SIZE = 6.5  # points, of the names of events
 NAME_ROWS = 3  # of them
 LETTER = 0.56 * NAME_SIZE  # points that a letter takes
-BEYOND = 0.18  # share of the axes' width, left of them, that a name may take
+BEYOND = 0.18  # share of the axes' width on their left that a name may use
 AXES_WIDTH = 0.82 * COLUMN * 72  # points, about
 
 STYLE: dict[Any, Any] = {
@@ -60,7 +59,7 @@ STYLE: dict[Any, Any] = {
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A figure on disk and what it shows."""
+    """A figure on disk and its caption."""
 
     path: Path
     title: str
@@ -68,7 +67,7 @@ class Picture:
 
 
 class Canvas:
-    """What the figures of one trace have in common: colours, the origin of time, the window, events to mark."""
+    """The common parts of a trace's figures: colours, origin of time, window, events to mark."""
 
     def __init__(self, trace: Trace, out: Path, vector: bool = True) -> None:
         self.trace, self.out, self._vector = trace, out, vector
@@ -77,16 +76,16 @@ class Canvas:
         self.flight = airborne(trace)
         self.origin = self.phase.begin if self.phase is not None else trace.begin
         self.events = events(trace)
-        self.time_label = "mission time, s" if self.phase is not None else "time since the trace's begin, s"
+        self.time_label = "mission time, s" if self.phase is not None else "time since the trace's start, s"
 
     @cached_property
     def formation_errors(self) -> dict[int, Errors]:
-        """What `tracking.formation_errors` returns: several figures need it."""
+        """The result of `tracking.formation_errors`, for several figures."""
         return formation_errors(self.trace)
 
     @cached_property
     def observation_errors(self) -> dict[int, Errors]:
-        """What `tracking.observation_errors` returns: several figures need it."""
+        """The result of `tracking.observation_errors`, for several figures."""
         return observation_errors(self.trace)
 
     def seconds(self, stamps: Integers) -> Floats:
@@ -127,7 +126,7 @@ class Canvas:
         return path
 
     def names(self, numbers: Iterable[int]) -> list[Artist]:
-        """Return the drones as entries of a legend, none where they are too many to distinguish."""
+        """Return the drones as entries of a legend, none if they are too many."""
         drones = list(numbers)
         named = drones if len(drones) <= MOST_NAMED else []
         return [Line2D([], [], color=self.colour(i), linewidth=1.8, label=uav(i)) for i in named]
@@ -135,7 +134,7 @@ class Canvas:
     def over_time(self, axes: Sequence[Axes], tails: bool = False) -> int:
         """Give the axes the flight's time axis, with a line for each event and its name above; shade the `tails`.
 
-        Returns how many rows the names take.
+        Returns the number of rows of names.
         """
         shown = self.flight
         begin, end = self.second(shown.begin), self.second(shown.end)
@@ -158,7 +157,7 @@ class Canvas:
 
 
 def rows_of(marked: Sequence[Event], places: Sequence[float]) -> list[int | None]:
-    """Return for each event the row in which its name overlaps no other, None where there is no room left.
+    """Return the row of each event's name without overlaps, None if there is no room.
 
     `places` are shares of the axes' width, ascending.
     """
@@ -175,12 +174,12 @@ def rows_of(marked: Sequence[Event], places: Sequence[float]) -> list[int | None
 
 
 def _width(text: str) -> float:
-    """Return how wide the name of an event is, as a share of the axes' width."""
+    """Return the width of an event's name, as a share of the axes' width."""
     return (len(text) + 1.5) * LETTER / AXES_WIDTH
 
 
 def _before(marked: Sequence[Event], places: Sequence[float]) -> list[bool]:
-    """Return which names stand before their lines, for behind them they would stand over the next event's."""
+    """Return the names to put before their lines, because behind them they would overlap the next event's."""
     found, taken = [], -BEYOND
     for event, place, following in zip(marked, places, [*places[1:], 2.0], strict=True):
         width = _width(event.text)
@@ -190,7 +189,7 @@ def _before(marked: Sequence[Event], places: Sequence[float]) -> list[bool]:
 
 
 def _name(axes: Axes, text: str, place: float, row: int, before: bool) -> None:
-    """Write the name of an event above the axes, in a row of its own where it would overlap another."""
+    """Write the name of an event above the axes, in another row if it would overlap."""
     edge = place > 1.0 - _width(text) and not before
     over = edge or before
     axes.annotate(
@@ -201,7 +200,7 @@ def _name(axes: Axes, text: str, place: float, row: int, before: bool) -> None:
 
 
 def legend(axes: Axes, drones: Sequence[Artist], others: Sequence[Artist] = (), rows: int = 0) -> None:
-    """Name the drones above the axes and their `rows` of events, and above them what else is drawn."""
+    """Name the drones above the axes and their `rows` of events, and other curves above them."""
     if others:
         figure = axes.figure.get_figure(root=True)
         figure.legend(handles=list(others), loc="outside upper left", ncols=len(others), borderaxespad=0.1, **_LEGEND)
@@ -252,7 +251,7 @@ def thinned(times: Floats, values: Floats) -> tuple[Floats, Floats]:
 
 
 def envelope(times: Floats, values: Floats) -> tuple[Floats, Floats]:
-    """Return the largest value of each of some ENVELOPE blocks: what an error does not exceed."""
+    """Return the largest value of each of about ENVELOPE blocks, an upper bound of an error."""
     block = max(1, len(times) // ENVELOPE)
     whole = len(times) // block * block
     return times[:whole:block], values[:whole].reshape(-1, block).max(axis=1)

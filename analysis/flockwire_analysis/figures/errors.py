@@ -1,4 +1,4 @@
-"""How well the followers knew their leader, how soon, and how well they kept their places."""
+"""Observation and formation errors of the followers, and their convergence."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from flockwire_analysis.tracking import SETTLED_BELOW, Errors, settling_time
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FLOOR = 1e-4  # m: the lower end of the axes: what is below is not drawn
+FLOOR = 1e-4  # m: the lower end of the axes: smaller errors are not drawn
 DASHED = (0, (4, 3))
-TAIL = "The shaded tail of each phase is what the flight is judged by."
+TAIL = "The flight is judged by the shaded tail of each phase."
 
 
 def formation(canvas: Canvas) -> Picture | None:
@@ -45,7 +45,7 @@ def observation(canvas: Canvas) -> Picture | None:
 
 
 def convergence(canvas: Canvas) -> Picture | None:
-    """Draw the observation errors from the first estimate on, as long as they need to become small."""
+    """Draw the observation errors from the first estimate until they are small."""
     errors = {i: error for i, error in canvas.observation_errors.items() if len(error.stamps)}
     if not errors:
         return None
@@ -68,12 +68,12 @@ def convergence(canvas: Canvas) -> Picture | None:
         axes.axvline(settled, color=DANGER, linewidth=0.7, linestyle=(0, (1, 2)), zorder=1.5)
         entries.append(line(f"all below from {settled:.2f} s on", DANGER, (0, (1, 2))))
     legend(axes, canvas.names(errors), entries)
-    caption = "The same errors from the first estimate on, on a time scale of their own."
+    caption = "The same errors from the first estimate on, on their own time scale."
     return Picture(canvas.save(figure, "convergence"), "Convergence of the observer", caption)
 
 
 def _gapped(error: Errors, kept: Booleans) -> Errors:
-    """Return an error that is unknown where it is not `kept`."""
+    """Return an error that is unknown outside `kept`."""
     return Errors(error.stamps, np.where(kept, error.values, np.nan))
 
 
@@ -99,13 +99,13 @@ def _over_time(
 
 
 def _drawn(values: Floats) -> Floats:
-    """Return errors as a logarithmic axis takes them: none where they are zero. What is below FLOOR is out of view."""
+    """Return errors for a logarithmic axis, without zeros. Errors below FLOOR are not in view."""
     return np.where(values > 0.0, values, np.nan)
 
 
 def _logarithmic(axes: Axes) -> None:
     axes.set_yscale("log")
-    axes.yaxis.set_minor_locator(NullLocator())  # marks that nobody sees take longest to draw
+    axes.yaxis.set_minor_locator(NullLocator())  # invisible marks take longest to draw
 
 
 def _within(canvas: Canvas, error: Errors) -> Errors:

@@ -1,4 +1,4 @@
-"""How long each hop took."""
+"""The latency of each hop."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def latency(canvas: Canvas) -> Picture | None:
 
 
 def _ridge(axes: Axes, base: float, delays: Floats, bins: Floats, colour: str) -> None:
-    """Draw one hop's distribution standing on `base`, with its median and its 99th percentile."""
+    """Draw one hop's distribution above `base`, with its median and its 99th percentile."""
     counts, _ = np.histogram(delays, bins)
     heights = base + 0.5 * counts / counts.max()
     axes.fill_between(bins[:-1], base, heights, step="post", color=colour, alpha=0.75, linewidth=0)

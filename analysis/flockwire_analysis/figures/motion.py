@@ -1,4 +1,4 @@
-"""What flew where and how fast, axis by axis, each curve against its reference."""
+"""Positions and velocities, axis by axis, each curve with its reference."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def positions(canvas: Canvas) -> Picture | None:
     return _axes(
         canvas, "positions", "Positions", "m", "xyz",
         _at(canvas, known, places), _at(canvas, known, references), "place in the formation",
-        "Where each drone was, axis by axis; dashed: its place in the formation. The leader is black.",
+        "Position of each drone, axis by axis; dashed: its place in the formation. The leader is black.",
     )  # fmt: skip
 
 
@@ -33,7 +33,7 @@ def estimates(canvas: Canvas) -> Picture | None:
     return _axes(
         canvas, "estimates", "Estimates of the leader's position", "m", (r"$\eta_x$", r"$\eta_y$", r"$\eta_z$"),
         _series(canvas, found), leader, "the leader's position",
-        "What each follower took for the leader's position, axis by axis; dashed black: where the leader was.",
+        "Each follower's estimate, axis by axis; dashed black: the leader's position.",
     )  # fmt: skip
 
 
@@ -43,7 +43,7 @@ def speeds(canvas: Canvas) -> Picture | None:
     return _axes(
         canvas, "velocities", "Velocities", "m/s", (r"$v_x$", r"$v_y$", r"$v_z$"),
         _at(canvas, known, velocities), _at(canvas, known, reference_velocities), "velocity of the place",
-        "How fast each drone flew, from its positions; dashed: the velocity of its place in the formation.",
+        "Velocity of each drone, from its positions; dashed: the velocity of its place in the formation.",
     )  # fmt: skip
 
 
@@ -94,7 +94,7 @@ def _axes(
 
 
 def _roomy(axes: object, values: list[Floats]) -> None:
-    """Give an axis on which nothing moves a scale that does not show noise as motion."""
+    """Widen the scale of an axis without motion, so that it does not show noise as motion."""
     known = np.concatenate([one[np.isfinite(one)] for one in values])
     if not len(known):
         return

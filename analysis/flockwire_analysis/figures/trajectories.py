@@ -23,7 +23,7 @@ SNAPSHOTS = 3
 FENCE = (0, (6, 2, 1, 2))
 RING, DASHED = "#69707d", (0, (4, 3))  # round an obstacle
 FENCE_IN_VIEW = 1.8  # times the extent of the paths: a larger fence would make them small
-SMALLEST_DISC = 0.04  # m: a point obstacle is drawn this large
+SMALLEST_DISC = 0.04  # m, drawn radius of a point obstacle
 
 
 def trajectories(canvas: Canvas) -> Picture | None:
@@ -61,16 +61,16 @@ def _fence_name(canvas: Canvas) -> str:
 
 def _caption(canvas: Canvas) -> str:
     text = (
-        "The flight from above, paler where it is longer ago. Open markers: starts; filled: ends; the leader is black. "
-        "Grey shapes link the followers at a few instants. The fence is drawn where it is in view."
+        "The flight from above; older parts are paler. Open markers: starts; filled: ends; the leader is black. "
+        "Grey lines connect the followers at a few times. The fence is drawn if it is in view."
     )
     if canvas.trace.swarm.obstacles:
-        text += " Dark discs are obstacles, the dashed ring is the clearance that must be kept."
+        text += " Dark discs are obstacles, the dashed ring is the required clearance."
     return text
 
 
 def _view(axes: Axes, canvas: Canvas, places: Floats) -> bool:
-    """Show the paths, and the fence with them unless that would make them small; return whether it is in view."""
+    """Show the paths, with the fence unless they would be small; return whether it is in view."""
     fence = canvas.trace.swarm.limits.fence
     width, depth = (fence.high[axis] - fence.low[axis] for axis in (0, 1))
     (left, lower, _), (right, upper, _) = fence.low, fence.high
@@ -89,7 +89,7 @@ def _view(axes: Axes, canvas: Canvas, places: Floats) -> bool:
 
 
 def _path(axes: Axes, path: Floats, colour: str, width: float) -> None:
-    """Draw a path that is paler where it is longer ago."""
+    """Draw a path whose older parts are paler."""
     segments = np.stack([path[:-1], path[1:]], axis=1)
     fade = np.linspace(0.0, 1.0, len(segments))
     colours = np.tile(to_rgba(colour), (len(segments), 1))
@@ -122,7 +122,7 @@ def _obstacles(axes: Axes, canvas: Canvas) -> None:
 
 
 def _snapshots(axes: Axes, canvas: Canvas) -> None:
-    """Link the followers at a few instants of the formation phase, once they have settled."""
+    """Connect the followers at a few instants of the formation phase, after they have settled."""
     if canvas.phase is None or LEADER not in canvas.trace.placed():
         return
     for stamp in _instants(canvas, canvas.phase):
@@ -141,7 +141,7 @@ def _snapshots(axes: Axes, canvas: Canvas) -> None:
 
 
 def _instants(canvas: Canvas, phase: Span) -> Integers:
-    """Return instants from when the formation has settled until the last at which everybody's place is known."""
+    """Return instants from settling to the last one at which all positions are known."""
     settled = settling_time(canvas.formation_errors, phase) or 0.0
     ends = [series.stamps[-1] for series in map(canvas.trace.positions, canvas.trace.placed())]
     begin = phase.begin + int(settled * SECOND)

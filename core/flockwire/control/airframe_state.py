@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from math import exp
 
+from flockwire.domain.fields import from_fields
 from flockwire.domain.motion import Motion
 from flockwire.domain.vector import ZERO, Vector
 
@@ -64,7 +65,7 @@ class AirframeState:
             position[1] + lag * v[1] + y1 - y0,
             position[2] + lag * v[2] + z1 - z0,
         )
-        return Motion(position, v, stopping)
+        return from_fields(Motion, (position, v, stopping))
 
     def _travelled(self, when: float) -> Vector:
         """Return the integral of the commands up to `when`, m."""
@@ -95,7 +96,8 @@ def _flown(p: Vector, v: Vector, u: Vector, dt: float, lag: float) -> tuple[Vect
     """Return position and velocity after `dt` s under the input u."""
     decay = exp(-dt / lag) if lag else 0.0
     drift = lag * (1.0 - decay)
-    (px, py, pz), (ux, uy, uz) = p, u
+    px, py, pz = p
+    ux, uy, uz = u
     ex, ey, ez = v[0] - ux, v[1] - uy, v[2] - uz
     return (
         (px + dt * ux + drift * ex, py + dt * uy + drift * ey, pz + dt * uz + drift * ez),
@@ -105,6 +107,7 @@ def _flown(p: Vector, v: Vector, u: Vector, dt: float, lag: float) -> tuple[Vect
 
 def _corrected(p: Vector, v: Vector, measured: Vector, alpha: float, beta: float) -> tuple[Vector, Vector]:
     """Return position and velocity after one step of an alpha-beta filter."""
-    (px, py, pz), (vx, vy, vz) = p, v
+    px, py, pz = p
+    vx, vy, vz = v
     rx, ry, rz = measured[0] - px, measured[1] - py, measured[2] - pz
     return (px + alpha * rx, py + alpha * ry, pz + alpha * rz), (vx + beta * rx, vy + beta * ry, vz + beta * rz)

@@ -48,7 +48,7 @@ def keep_clear(
     speed: float,
     recovery: float = inf,
 ) -> HalfSpace | None:
-    """Return the half-space of velocities that keep clear of one body, None where every velocity does.
+    """Return the half-space of velocities that keep clear of one body, None if every velocity does.
 
         z on the segment from `separation` to `stopping` nearest to the origin,   n = z / |z|,   g = |z| − r
         n·u >= −min(A(g) / 2, A(g) − c)   for a body that yields its half,   c = n·v_body

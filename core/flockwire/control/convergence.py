@@ -72,7 +72,7 @@ def _lyapunov(graph: Graph) -> tuple[tuple[float, ...], float, float]:
         gamma_i = 1 / (L_FF^−1 1)_i,   Lhat = Gamma L_FF + L_FF^T Gamma
 
     The norm is Frobenius', that is |Gamma Y|: what the Cauchy-Schwarz step of the proof needs. The induced norm is
-    equal when one follower hears the leader and smaller, hence less safe, otherwise.
+    equal when one follower receives from the leader and smaller, hence less safe, otherwise.
     """
     if not graph.followers:
         raise ValueError("followers = (): Lemma 3 needs at least one follower")

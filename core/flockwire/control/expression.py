@@ -45,7 +45,7 @@ Node = Number | Variable | Apply
 
 
 class Function(NamedTuple):
-    """What a function is worth, and its partial derivatives; `partials` is None where these would jump."""
+    """What a function is worth, and its partial derivatives; `partials` is None if these would jump."""
 
     value: Callable[..., float]
     arity: int
@@ -73,7 +73,7 @@ def depends_on_time(node: Node) -> bool:
 
 
 def derivative(node: Node) -> Node:
-    """Return d/dt of the tree, f(a, b)' = f_a a' + f_b b'; raises ExpressionError where it would jump."""
+    """Return d/dt of the tree, f(a, b)' = f_a a' + f_b b'; raises ExpressionError if it would jump."""
     if not depends_on_time(node):
         return Number(0.0)
     if not isinstance(node, Apply):
@@ -81,7 +81,7 @@ def derivative(node: Node) -> Node:
     partials = FUNCTIONS[node.function].partials
     if partials is None:
         raise ExpressionError(
-            f"{node.function!r} of what changes with t jumps, or its rate does; it takes i and n only"
+            f"{node.function!r} of a value that changes with t jumps, or its rate does; it may use only i and n"
         )
     total: Node = Number(0.0)
     for partial, argument in zip(partials(*node.arguments), node.arguments, strict=True):

@@ -29,7 +29,7 @@ def _tokens(text: str) -> list[str]:
     while at < end:
         found = _TOKEN.match(text, at)
         if found is None:
-            raise ExpressionError(f"{text[at:].strip()[0]!r} may not be in an expression")
+            raise ExpressionError(f"{text[at:].strip()[0]!r} is not allowed in an expression")
         tokens.append(found[found.lastindex or 0])
         at = found.end()
     return tokens
@@ -43,7 +43,7 @@ class _Parser:
         """Return the tree of all tokens; raises ExpressionError."""
         node = self._sum()
         if self._next():
-            raise ExpressionError(f"{self._next()!r} is where an operator or the end should be")
+            raise ExpressionError(f"{self._next()!r} is in the place of an operator or the end")
         return node
 
     def _next(self) -> str:
@@ -121,10 +121,10 @@ class _Parser:
 
 def _unexpected(token: str) -> str:
     if not token:
-        return "ends where a number or a name should be"
+        return "ends, but a number or a name must follow"
     if not token.isidentifier():
-        return f"{token!r} is where a number or a name should be"
+        return f"{token!r} is in the place of a number or a name"
     if token in NAMES:
         return f"{token!r} needs its arguments in brackets"
     names = ", ".join((*VARIABLES, *CONSTANTS))
-    return f"{token!r} is no name that it may use; it may use {names} and the functions {', '.join(NAMES)}"
+    return f"{token!r} is not a known name; it may use {names} and the functions {', '.join(NAMES)}"

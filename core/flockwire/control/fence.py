@@ -31,7 +31,9 @@ class Room:
 
     def outside(self, position: Vector) -> float:
         """Return how far `position` is outside, m (the largest excess; 0 inside)."""
-        (x, y, z), (a, b, c), (d, e, f) = position, self.low, self.high
+        x, y, z = position
+        a, b, c = self.low
+        d, e, f = self.high
         beyond = 0.0
         if not (a <= x <= d and b <= y <= e and c <= z <= f):
             beyond = max(a - x, x - d, b - y, y - e, c - z, z - f)

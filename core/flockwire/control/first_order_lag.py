@@ -1,11 +1,11 @@
-"""An airframe with first-order lag: its answer to a velocity command, and the feed-forward that leads it.
+"""An airframe with first-order lag and dead time: its answer to a command, what leads it, which gains suit it.
 
 lag v' + v = u(t − D),   x' = v        (lag = 0: v = u)
 """
 
 from __future__ import annotations
 
-from math import exp
+from math import atan, exp, inf, pi, sqrt
 
 from flockwire.domain.vector import Vector
 
@@ -49,3 +49,37 @@ def stopping_reference(position_ahead: Vector, rate_ahead: Vector, lag: float) -
         position_ahead[1] + lag * rate_ahead[1],
         position_ahead[2] + lag * rate_ahead[2],
     )
+
+
+def critical_gain(lag: float, dead_time: float) -> float:
+    """Return the gain k in 1/s at which the position loop round a lagging airframe oscillates without decay.
+
+        x' = v,   lag v' + v = −k x(t − D)
+        atan(w lag) + w D = pi/2,   k = w sqrt(1 + (w lag)^2)        (ours: the loop's phase margin is zero)
+
+    `lag` and `dead_time` D >= 0 in s; D counts every delay of the loop, half a control period included. Without
+    dead time the loop is of second order, hence stable at every gain: inf.
+    """
+    if dead_time <= 0.0:
+        return inf
+    w, phase_left = 0.0, pi / 2
+    while phase_left > 1e-12:
+        # The phase is concave in w, so Newton's iteration climbs to the root without overshoot.
+        w += phase_left / (dead_time + lag / (1.0 + (w * lag) ** 2))
+        phase_left = pi / 2 - atan(w * lag) - w * dead_time
+    return w * sqrt(1.0 + (w * lag) ** 2)
+
+
+def smallest_smoothing(
+    formation_gain: float, compensation_gain: float, lag: float, dead_time: float, margin: float = 2.0
+) -> float | None:
+    """Return the smallest epsilon in m that keeps the loop of (9) clear of oscillation, None if there is none.
+
+        K + phi / epsilon <= critical_gain / margin
+
+    The left side is the slope of (9) at zero error. `formation_gain` is K in 1/s, `compensation_gain` phi in m/s,
+    `lag` and `dead_time` in s as for `critical_gain`, `margin` >= 1 the gain margin. None means that K alone leaves
+    no room; 0.0 that every epsilon > 0 will do.
+    """
+    room = critical_gain(lag, dead_time) / margin - formation_gain
+    return compensation_gain / room if room > 0.0 else None

@@ -39,7 +39,7 @@ def blend_rate(s: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class FormationChange:
-    """From `before` to `after`, from mission time `begin` on, for `duration` s; both formations' time goes on.
+    """From `before` to `after`, from mission time `begin` on, for `duration` s; both formations' time continues.
 
         h_i = (1 − sigma) a_i + sigma b_i,     sigma = sigma((t − begin) / duration)        (ours)
 

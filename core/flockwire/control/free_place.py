@@ -53,7 +53,7 @@ def is_free(place: Corner, discs: Sequence[Disc]) -> bool:
 
 
 def nearest_free_place(place: Corner, discs: Sequence[Disc], room: Room) -> Corner | None:
-    """Return the free point of the room that is nearest to `place` (m, world frame), None where there is none.
+    """Return the free point of the room that is nearest to `place` (m, world frame), None if there is none.
 
         minimise |p − place|   subject to   |p − c_k| >= r_k for every disc k,   p in the room        (ours)
 

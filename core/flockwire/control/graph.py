@@ -1,4 +1,4 @@
-"""Who hears whom: the directed communication graph with the leader as its root."""
+"""Who receives from whom: the directed communication graph with the leader as its root."""
 
 from dataclasses import dataclass
 from math import inf
@@ -8,10 +8,10 @@ LEADER = 0
 
 @dataclass(frozen=True, slots=True)
 class Graph:
-    """Directed graph over the leader 0 and the followers; w_ij > 0 iff i hears j.
+    """Directed graph over the leader 0 and the followers; w_ij > 0 iff i receives from j.
 
     `followers` holds the followers' ids, `edges` one (source, target, weight) = (j, i, w_ij) for each link: the
-    target hears the source. Raises ValueError for an unknown or repeated id, an edge into the leader, a link to
+    target receives from the source. Raises ValueError for an unknown or repeated id, an edge into the leader, a link to
     itself, a repeated edge or a weight that is not positive and finite.
     """
 
@@ -30,7 +30,7 @@ class Graph:
             if target == LEADER:
                 raise ValueError(f"{name}: the leader has no in-neighbours")
             if source == target:
-                raise ValueError(f"{name}: nobody is a neighbour of itself")
+                raise ValueError(f"{name}: a drone is not its own neighbour")
             if (source, target) in seen:
                 raise ValueError(f"{name}: listed twice")
             if not 0.0 < weight < inf:

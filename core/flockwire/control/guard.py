@@ -94,7 +94,8 @@ class Guard:
         positions = [add(motion.position, body.relative_position) for body in bodies]
         velocities = self._tracks.update(positions, (stamp - self._epoch) / SECOND)
         rate, parameters = self._rate, self._parameters
-        (drone_distance, obstacle_distance), slowness = parameters.separation, parameters.slowness
+        drone_distance, obstacle_distance = parameters.separation
+        slowness = parameters.slowness
         own = scale(subtract(motion.stopping, motion.position), STOPPING_DISTANCE_FACTOR if slowness else 1.0)
         horizon = STOPPING_DISTANCE_FACTOR * slowness + (now - stamp) / SECOND
         found = []

@@ -66,7 +66,8 @@ def implicit_step(
     Arguments as for `explicit_step`. The estimate lands between itself and the neighbours' average a, for any dt.
     """
     g = ax = ay = az = 0.0
-    for w, (x, y, z) in neighbour_estimates:
+    for w, eta in neighbour_estimates:
+        x, y, z = eta
         g += w
         ax += w * x
         ay += w * y

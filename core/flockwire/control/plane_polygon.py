@@ -66,7 +66,7 @@ def area(corners: tuple[Corner, ...]) -> float:
 
 
 def crossing(corners: tuple[Corner, ...]) -> tuple[int, int] | None:
-    """Return the numbers of two edges that meet elsewhere than in a common corner, None where there are none."""
+    """Return the numbers of two edges that meet elsewhere than in a common corner, None if there are none."""
     every = tuple(edges(corners))
     last = len(every) - 1
     for i, one in enumerate(every):

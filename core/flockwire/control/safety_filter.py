@@ -46,7 +46,8 @@ def _solve(goal: Vector, ahead: bool, planes: Sequence[HalfSpace], radius: float
     the best for the planes before the one that failed.
     """
     v = _clip(goal, radius, ahead)
-    for i, (x, y, z, b) in enumerate(planes):
+    for i, plane in enumerate(planes):
+        x, y, z, b = plane
         if x * v[0] + y * v[1] + z * v[2] < b - _TOLERANCE:
             found = _on_plane(goal, ahead, planes, i, radius)
             if found is None:
@@ -64,7 +65,7 @@ def _clip(goal: Vector, radius: float, ahead: bool) -> Vector:
 
 
 def _on_plane(goal: Vector, ahead: bool, planes: Sequence[HalfSpace], i: int, radius: float) -> Vector | None:
-    """Return the best point on plane i that satisfies the planes before it, None where there is none."""
+    """Return the best point on plane i that satisfies the planes before it, None if there is none."""
     nx, ny, nz, b = planes[i]
     square = radius * radius - b * b
     if square < 0.0:

@@ -32,7 +32,8 @@ def sidestep(wanted: Vector, bodies: Sequence[Body], parameters: SidestepParamet
     if speed < 1e-6:
         return wanted
     ux, uy = wanted[0] / speed, wanted[1] / speed
-    blocked, (drone_distance, obstacle_distance), reach = 0.0, parameters.separation, parameters.reach
+    blocked, reach = 0.0, parameters.reach
+    drone_distance, obstacle_distance = parameters.separation
     for body in bodies:
         away = to_surface(body.relative_position, body.radius)
         distance = norm(away)

@@ -59,7 +59,7 @@ class Circling:
 
 @dataclass(frozen=True, slots=True)
 class Waypoints:
-    """Straight legs at constant `speed` m/s through `points` (relative to the start), once or for ever."""
+    """Straight legs at constant `speed` m/s through `points` (relative to the start), once or without end."""
 
     points: tuple[Vector, ...]
     speed: float

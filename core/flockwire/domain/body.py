@@ -31,6 +31,14 @@ class Body(NamedTuple):
     velocity: Vector = (0.0, 0.0, 0.0)
 
 
+class Nearby(NamedTuple):
+    """What a relative sensor on board sees at `stamp` (Unix ns), without identities."""
+
+    stamp: int
+    frame: str
+    bodies: tuple[Body, ...]
+
+
 class Separation(NamedTuple):
     """The distances to keep, m: between the centres of two drones, and from the surface of any other body."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import NamedTuple
 
 from flockwire.domain.vector import ZERO, Vector
@@ -31,3 +32,25 @@ class LeaderMotion(NamedTuple):
             (v[0] + dt * a[0], v[1] + dt * a[1], v[2] + dt * a[2]),
             a,
         )
+
+
+class Leading(IntEnum):
+    """What is known of the leader: whether it leads, in the air, or does not."""
+
+    UNKNOWN = 0
+    LEADS = 1
+    IS_DOWN = 2  # it lands, stands on the ground, has fallen, or its process is silent
+
+
+class Estimate(NamedTuple):
+    """One follower's estimate of the leader's motion at `stamp` (Unix ns).
+
+    `origin` is the time of the leader's pose that it is based on, Unix ns, after as many `hops`.
+    """
+
+    stamp: int
+    frame: str
+    motion: LeaderMotion
+    origin: int = 0
+    hops: int = 0
+    leading: Leading = Leading.UNKNOWN

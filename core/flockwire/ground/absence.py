@@ -35,7 +35,7 @@ def consequences(swarm: Swarm, without: tuple[int, ...]) -> Iterator[str]:
         lost = [uav(j) for j in swarm.topology.neighbours(i) if j in without]
         if lost:
             kept = ", ".join(uav(j) for j in left.neighbours(i))
-            yield f"{uav(i)} loses {', '.join(lost)} and hears {kept} alone"
+            yield f"{uav(i)} loses {', '.join(lost)} and receives only from {kept}"
     lemma = [
         convergence(graph, swarm.observer.gain, swarm.observer.exponent, swarm.leader.input_bound)
         for graph in (swarm.topology, left)

@@ -6,26 +6,25 @@ when the telemetry of every drone reports that it is down.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from enum import StrEnum
 
+from flockwire.domain.order import IN_FORMATION, Mission
 from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.ground.fleet import IN_THE_AIR, STALE, Fleet
-from flockwire.ground.knowledge import Knowledge
+from flockwire.ground.fleet import STALE, Fleet
+from flockwire.ground.lost import FLYING, Lost, how
+from flockwire.ground.order import Order
 from flockwire.ground.preflight import Preflight
+from flockwire.ground.standing import Standing
 from flockwire.pilot.orders import rank
-from flockwire.wire.messages import IN_FORMATION, FlightState, Mission, Telemetry
 from flockwire.wire.phase import Phase
-from flockwire.wire.status import Status
+from flockwire.wire.plan import Plan
 
 POLL_PERIOD = 0.05  # s between two looks at the statuses
 
 LEAD_TIME = SECOND // 2  # ns from the order to start until the formation's time 0, so that all begin together
 STAGE_TIME = 30 * SECOND  # ns that a stage may take
-GRACE = SECOND  # ns that a pilot may seem lost: one restarted in flight, or all after this process stood still
+GRACE = SECOND  # ns that a pilot may seem lost: one restarted in flight, or all after this process was frozen
 REPEAT = SECOND // 10  # ns between two repetitions of an order that somebody has not confirmed
-RIVALS = 4.0  # s by which an order may be older than one that crossed it on slow networks
-FLYING = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION})
 
 
 class Stage(StrEnum):
@@ -42,54 +41,39 @@ UNDER_WAY = (Stage.TAKING_OFF, Stage.FLYING)
 
 
 class Director:
-    """Conducts the flight of `pilots` (by drone) for `duration` s from take-off to landing (0: until ordered).
+    """Conducts the flight of `plan` that `order` starts, from take-off to landing, asked for at `asked` (Unix ns).
 
-    A hold or a landing that others ordered after it was `asked` for (Unix ns, default: `now`) counts. A pilot may seem
-    lost for `grace` ns before all land. Nobody takes off while `preflight` has a reason against it. The drones
-    `without` stay on the ground. `giver` numbers its orders: no other has the same.
+    It lands after `duration` s (0: when ordered). A hold or a landing that others ordered after `asked` counts. A pilot
+    may seem lost for `grace` ns before all land. Nobody takes off while the pre-flight checks have a reason against it.
+    The drones `order.without` stay on the ground. `giver` numbers its orders: no other has the same.
     """
 
     def __init__(
-        self,
-        pilots: Mapping[int, str],
-        frame: str,
-        duration: float,
-        now: int,
-        formation: str = "",
-        grace: int = GRACE,
-        preflight: Preflight = Preflight(),  # noqa: B008  (it is frozen)
-        without: tuple[int, ...] = (),
-        giver: int = 0,
-        asked: int | None = None,
+        self, plan: Plan, order: Order, giver: int, asked: int, now: int, duration: float = 0.0, grace: int = GRACE
     ) -> None:
         self.stage = Stage.PREPARING
         self.failure = ""
         self.took_off: int | None = None  # when the order to take off was given, Unix ns
-        self.pilots = {drone: pilot for drone, pilot in pilots.items() if drone not in without}
-        self._frame, self._formation, self._without = frame, formation, without
-        self._preflight = preflight
-        self._duration, self._grace = nanoseconds(duration), grace
+        self._frame, self._formation, self._without = plan.swarm.frame, order.formation, order.without
+        self._preflight, self._lost = Preflight.of(plan.swarm), Lost(grace)
+        self._duration = nanoseconds(duration)
         self._since = self._took_off = now
-        self._lost_since: dict[int, int] = {}
-        self._rose: set[int] = set()  # the drones that followed the order to take off
         self._aloft = False  # something flew at the last step
-        self._order: Mission | None = None  # the newest, its own or another operator's
-        self._started: Mission | None = None  # the newest order to start
-        self._adopted = now  # when the newest order became this flight's, Unix ns
-        self._sent = 0
-        self._giver, self._knowledge = giver, Knowledge(giver, now if asked is None else asked)
+        self._sent = 0  # when the newest order was published last, Unix ns; 0: not yet
+        self._standing = Standing(giver, asked)
 
-    def step(self, statuses: Mapping[str, Status], telemetry: Mapping[int, Telemetry], now: int) -> Mission | None:
-        """Return the order that is due at `now` (Unix ns), or again because not all confirmed it; else None."""
-        fleet = Fleet(self.pilots, statuses, telemetry, now)
-        self._aloft = any(state in IN_THE_AIR for state in fleet.states.values())
-        self._adopt(self._knowledge.look(fleet), fleet)
-        self._settle_rivals(fleet)
+    def step(self, fleet: Fleet) -> Mission | None:
+        """Return the order that is due by what is known of the whole swarm, or again because not all confirmed it."""
+        fleet, now, standing = fleet.without(self._without), fleet.now, self._standing
+        self._aloft = fleet.flies
+        self._adopt(standing.look(fleet), fleet)
+        if self.stage is not Stage.LANDING and standing.settle(fleet):
+            self._since = now
         order = self._next(fleet)
         if order is None and self.stage not in (Stage.FLYING, Stage.OVER) and now - self._since > STAGE_TIME:
             order = self._out_of_patience(fleet)
-        if order is None and self._order is not None and self.stage is not Stage.OVER and now - self._sent >= REPEAT:
-            order = self._again(self._order, fleet) if fleet.unconfirmed(self._order) else None
+        if order is None and standing.order is not None and self.stage is not Stage.OVER and now - self._sent >= REPEAT:
+            order = self._again(standing.order, fleet) if fleet.unconfirmed(standing.order) else None
         if order is not None:
             self._sent = now
         return order
@@ -108,35 +92,27 @@ class Director:
         return None
 
     def resume(self, now: int) -> Mission | None:
-        """Return the order to fly the formation, None when nobody flies; the time of one that was started goes on.
+        """Return the order to fly the formation, None when nobody flies; the time of one that was started continues.
 
         During take-off, that to take off again: it brings in a pilot that was restarted on the ground.
         """
         if self.stage not in UNDER_WAY:
             return None
-        if self._started is not None:
-            absent = tuple(sorted({*self._started.without, *self._without}))
-            order = self._knowledge.give(self._started._replace(stamp=now, verb="start", without=absent))
+        if (started := self._standing.started) is not None:
+            absent = tuple(sorted({*started.without, *self._without}))
+            order = started._replace(stamp=now, verb="start", without=absent)
         else:
             order = self._mission(now, "takeoff") if self.stage is Stage.TAKING_OFF else self._start(now)
         return self._go(self.stage, order)
 
-    def change(self, order: Mission, running: Mission) -> Mission | None:
-        """Return `order`, a change of formation planned from `running`; None when that holds no more."""
-        holding = self._knowledge.holding
-        if self.stage is not Stage.FLYING or holding is None or holding.version != running.version:
-            return None
-        return self._go(self.stage, self._knowledge.give(order))
-
     def unready(self, fleet: Fleet) -> tuple[str, ...]:
         """Return a sentence for each pilot that could not take off, and for what else is against it."""
-        late = [drone for drone in self.pilots if fleet.phase(drone) not in (Phase.READY, *FLYING)]
-        return (*(f"{self.pilots[drone]}: {fleet.why(drone)}" for drone in late), *self._preflight.reasons(fleet))
+        return (*fleet.others_than(Phase.READY, *FLYING), *self._preflight.reasons(fleet))
 
     def stop(self, now: int) -> None:
         """Take note of an emergency stop: the flight has failed, and is over when nothing flies."""
         self.failure = self.failure or "emergency stop"
-        self.stage, self._since, self._order = Stage.LANDING, now, None
+        self.stage, self._since, self._standing.order = Stage.LANDING, now, None
 
     def abort(self, reason: str, now: int) -> Mission | None:
         """Land because of `reason`, which becomes the flight's failure; before take-off, end without an order."""
@@ -149,18 +125,23 @@ class Director:
     @property
     def _others_fly(self) -> bool:
         """Whether something flies, or was ordered to by another station, before this flight took off."""
-        holding = self._knowledge.holding
+        holding = self._standing.holding
         return self._aloft or (holding is not None and holding.verb in ("takeoff", *IN_FORMATION))
 
     @property
     def order(self) -> Mission | None:
         """The newest order, this flight's own or another operator's; None before the first."""
-        return self._order
+        return self._standing.order
 
     @property
     def ordered(self) -> str:
         """The verb of the newest order; empty before the first."""
-        return self._order.verb if self._order is not None else ""
+        return self.order.verb if self.order is not None else ""
+
+    @property
+    def since(self) -> int:
+        """When the stage began, or the newest order came, Unix ns."""
+        return max(self._since, self._standing.since)
 
     def _next(self, fleet: Fleet) -> Mission | None:
         """Return the order with which the next stage begins, None while the stage lasts."""
@@ -174,10 +155,10 @@ class Director:
         if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.FORMATION):  # the last joined a formation that flew
             self.stage, self._since = Stage.FLYING, now
         if self.stage in UNDER_WAY:
-            lost = next((drone for drone in self.pilots if self._is_lost(fleet, drone)), None)
+            lost = self._lost.first(fleet, self.stage is Stage.TAKING_OFF)
             if lost is not None:
                 what = "left the formation" if self.stage is Stage.FLYING else "did not take off"
-                return self.abort(f"{self.pilots[lost]} {what}: {self._how(fleet, lost)}", now)
+                return self.abort(f"{fleet.pilots[lost]} {what}: {how(fleet, lost)}", now)
         if self.stage is Stage.FLYING and self._duration and now - self._took_off >= self._duration:
             return self.land(now)
         if self.stage is Stage.LANDING and not fleet.not_down(self._since) and self._settled(fleet):
@@ -186,21 +167,20 @@ class Director:
 
     def _settled(self, fleet: Fleet) -> bool:
         """Return whether nobody obeys an order from before the landing: all confirmed this one, or are long silent."""
-        return self._order is None or not fleet.unconfirmed(self._order) or fleet.now - self._since >= STALE
+        return self.order is None or not fleet.unconfirmed(self.order) or fleet.now - self._since >= STALE
 
     def _take_off(self, fleet: Fleet) -> Mission | None:
-        """Return the order that brings all into the air; who joins a formation that flies gets its start again."""
+        """Return the order that takes all off; a drone that joins a flying formation gets its restart."""
         now, running = fleet.now, fleet.flown()
         if self.ordered == "hold":
             return None
-        if self._without and self._order is None:  # who would wait for those left out must know
+        if self._without and self.order is None:  # who would wait for those left out must know
             return self._go(self.stage, self._mission(now, "prepare"))
         if not fleet.all_in(Phase.READY, Phase.HOLD, Phase.FORMATION) or self._preflight.reasons(fleet):
             return None
         self._took_off = self.took_off = now
         if running is not None:
-            joining = running._replace(stamp=now, verb="start", without=self._without)
-            return self._go(Stage.TAKING_OFF, self._knowledge.give(joining))
+            return self._go(Stage.TAKING_OFF, running._replace(stamp=now, verb="start", without=self._without))
         return self._go(Stage.TAKING_OFF, self._mission(now, "takeoff"))
 
     def _start(self, now: int) -> Mission:
@@ -208,11 +188,11 @@ class Director:
         return self._mission(now, "start", now + LEAD_TIME, self._formation)
 
     def _mission(self, now: int, verb: str, start: int = 0, formation: str = "") -> Mission:
-        return self._knowledge.give(Mission(now, self._frame, verb, start, formation, without=self._without))
+        return Mission(now, self._frame, verb, start, formation, without=self._without)
 
     def _adopt(self, news: Mission | None, fleet: Fleet) -> None:
         """Take another's order for this flight's. Before any of its own, only a hold and a landing count."""
-        own = self._order
+        own = self.order
         if news is None or (own is None and self.stage is not Stage.PREPARING):
             return
         if rank(news) == 0 and (own is None or self.stage is Stage.LANDING):
@@ -220,8 +200,8 @@ class Director:
         if own is not None and 0 < rank(news) < rank(own):  # a hold takes no landing back
             return
         if own is not None and own.version not in news.knows and rank(own) >= rank(news):
-            return  # it is repeated until all obey it; of two that take up at once `_settle_rivals` decides
-        self._follow(news, fleet.now)
+            return  # it is repeated until all obey it; of two that take up at once Standing.settle decides
+        self._standing.follow(news, fleet.now)
         grounded = self.stage is Stage.PREPARING and not self._aloft  # a hold there: nobody is to take off
         if self.stage is not Stage.OVER and (news.verb == "land" or (news.verb == "hold" and grounded)):
             self.stage, self._since = Stage.LANDING, fleet.now
@@ -229,69 +209,25 @@ class Director:
             self.stage = Stage.TAKING_OFF
             self._since = self._took_off = self.took_off = fleet.now
 
-    def _settle_rivals(self, fleet: Fleet) -> None:
-        """Where some pilots obey another order that takes up, have the one with the larger number hold for all.
-
-        It is given again, from what both ordered. What a pilot obeys for much longer is no rival: it was away.
-        """
-        own = self._order
-        if own is None or rank(own) or self.stage is Stage.LANDING or (rival := fleet.rival(own)) is None:
-            return
-        other, since = rival.mission, (fleet.now - self._adopted) / SECOND
-        if other is None:
-            return
-        if other.giver > own.giver and rival.order_age < since + RIVALS:
-            self._follow(other, fleet.now)
-        elif own.giver == self._giver:
-            self._go(self.stage, self._knowledge.give(own._replace(stamp=fleet.now)))
-
     def _again(self, order: Mission, fleet: Fleet) -> Mission:
         """Return `order` to be repeated: another's that some do not obey for long is given once more, as its own."""
-        if order.giver == self._giver or rank(order) or fleet.now - self._adopted < GRACE:
+        if self._standing.is_own or rank(order) or fleet.now - self._standing.since < GRACE:
             return order
-        return self._go(self.stage, self._knowledge.give(order._replace(stamp=fleet.now)))
-
-    def _is_lost(self, fleet: Fleet, drone: int) -> bool:
-        """Return whether a drone flies no more, by its status or telemetry; one that has not taken off yet waits."""
-        silent, phase, state = drone not in fleet.fresh, fleet.phase(drone), fleet.states.get(drone)
-        down = state in (FlightState.GROUNDED, FlightState.STOPPED)
-        if phase in FLYING and state in IN_THE_AIR:
-            self._rose.add(drone)
-        if self.stage is Stage.TAKING_OFF and not silent and drone not in self._rose:
-            return False
-        if not (silent or down or phase not in FLYING):
-            self._lost_since.pop(drone, None)
-            return False
-        since = self._lost_since.setdefault(drone, fleet.now)
-        return phase in (Phase.LANDING, Phase.STOPPED) or fleet.now - since >= self._grace
-
-    def _how(self, fleet: Fleet, drone: int) -> str:
-        state = fleet.states.get(drone)
-        if drone in fleet.fresh and state is FlightState.STOPPED:
-            return "its motors stopped"
-        return fleet.why(drone)
+        return self._go(self.stage, order._replace(stamp=fleet.now))
 
     def _go(self, stage: Stage, order: Mission) -> Mission:
-        self.stage, self._since = stage, order.stamp
-        self._follow(order, order.stamp)
+        """Give `order`, with which `stage` begins, or continues."""
+        order = self._standing.give(order)
+        self.stage, self._since, self._sent = stage, order.stamp, 0
         return order
 
-    def _follow(self, order: Mission, now: int) -> None:
-        """Take `order` for this flight's newest, since `now` (Unix ns)."""
-        self._order, self._adopted = order, now
-        self._started = order if order.in_formation else self._started
-
     def _out_of_patience(self, fleet: Fleet) -> Mission | None:
-        wanted = {Stage.PREPARING: Phase.READY, Stage.TAKING_OFF: Phase.HOLD}.get(self.stage)
-        if wanted is None:
-            reasons = f"not known to be down: {', '.join(fleet.not_down(self._since))}"
-        else:
-            late = [drone for drone in self.pilots if fleet.phase(drone) != wanted]
-            why = [f"{self.pilots[drone]}: {fleet.why(drone)}" for drone in late]
-            against = self._preflight.reasons(fleet) if self.stage is Stage.PREPARING else ()
-            reasons = "; ".join([*why, *against])
         was = self.stage
-        order = self.abort(f"still {was} after {STAGE_TIME // SECOND} s ({reasons})", fleet.now)
+        if was is Stage.LANDING:
+            why: tuple[str, ...] = (f"not known to be down: {', '.join(fleet.not_down(self._since))}",)
+        else:
+            why = self.unready(fleet) if was is Stage.PREPARING else fleet.others_than(Phase.HOLD)
+        order = self.abort(f"still {was} after {STAGE_TIME // SECOND} s ({'; '.join(why)})", fleet.now)
         if was is Stage.LANDING:
             self.stage = Stage.OVER
         return order

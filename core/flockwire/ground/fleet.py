@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.pilot.orders import came_down, rank
 from flockwire.swarm.model import uav
-from flockwire.wire.messages import FlightState, Mission, Telemetry
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 
@@ -38,18 +39,22 @@ class Fleet:
             if drone in telemetry and now - telemetry[drone].stamp < STALE
         }
 
-    @classmethod
-    def present(
-        cls, pilots: Mapping[int, str], statuses: Mapping[str, Status], telemetry: Mapping[int, Telemetry], now: int
-    ) -> Fleet:
+    def without(self, drones: Collection[int]) -> Fleet:
+        """Return what is known of all but `drones`."""
+        if not drones:
+            return self
+        pilots = {drone: pilot for drone, pilot in self.pilots.items() if drone not in drones}
+        return Fleet(pilots, self._statuses, self._telemetry, self.now)
+
+    def present(self) -> Fleet:
         """Return what is known of those who fly: who is left out of the flight, and silent, does not count."""
-        fleet = cls(pilots, statuses, telemetry, now)
-        running = fleet.mission()
-        silent = [drone for drone in (running.without if running is not None else ()) if drone not in fleet.fresh]
-        if not silent:
-            return fleet
-        there = {drone: pilot for drone, pilot in pilots.items() if drone not in silent}
-        return cls(there, statuses, telemetry, now)
+        running = self.mission()
+        return self.without([drone for drone in running.without if drone not in self.fresh] if running else ())
+
+    @property
+    def flies(self) -> bool:
+        """Whether a drone is in the air."""
+        return any(state in IN_THE_AIR for state in self.states.values())
 
     def has_stopped(self, drone: int) -> bool:
         """Return whether the drone's motors are known to be off."""
@@ -66,6 +71,11 @@ class Fleet:
     def all_in(self, *phases: Phase) -> bool:
         """Return whether every pilot is in one of `phases`."""
         return all(self.phase(drone) in phases for drone in self.pilots)
+
+    def others_than(self, *phases: Phase) -> tuple[str, ...]:
+        """Return a sentence for each pilot that is in none of `phases`."""
+        late = [drone for drone in self.pilots if self.phase(drone) not in phases]
+        return tuple(f"{self.pilots[drone]}: {self.why(drone)}" for drone in late)
 
     def clocks_off(self, bound: float) -> dict[str, float]:
         """Return by how many s clocks may be wrong, by process, where that is more than `bound` or unknown (-1)."""
@@ -86,7 +96,7 @@ class Fleet:
         return max(newest, key=_precedence, default=None)
 
     def flown(self) -> Mission | None:
-        """Return the order by which drones are in a formation, None where none is."""
+        """Return the order by which drones are in a formation, None if none is."""
         flown = [status.report.mission for status in self.fresh.values() if status.report.phase == Phase.FORMATION]
         return max((one for one in flown if one is not None and one.in_formation), key=_precedence, default=None)
 
@@ -122,7 +132,7 @@ class Fleet:
         return tuple(pilot for drone, pilot in self.pilots.items() if not self._obeys(drone, order))
 
     def overruled(self, order: Mission) -> Mission | None:
-        """Return an order that holds for a pilot and was made from `order`, which it ends; None where there is none."""
+        """Return an order that holds for a pilot and was made from `order`, which it ends; None if there is none."""
         missions = (status.report.mission for status in self.fresh.values())
         return next((one for one in missions if one is not None and order.version in one.knows), None)
 
@@ -145,7 +155,7 @@ class Fleet:
         if drone not in self.fresh:
             return False
         report = self.fresh[drone].report
-        if report.mission is None or order.version not in report.newest:
+        if report.mission is None or not (order.version in report.newest or _is_again(report.mission, order)):
             return False
         down = order.verb == "hold" and report.phase in ON_GROUND  # nobody takes off who does not know of it
         return down or report.mission.verb == order.verb
@@ -158,6 +168,12 @@ class Fleet:
         return (
             report.mission is not None and not rank(report.mission) and came_down(report.mission) in report.concurrent
         )
+
+
+def _is_again(mission: Mission, order: Mission) -> bool:
+    """Return whether `mission` is `order`, given once more by one who knew of it."""
+    given = order._replace(stamp=mission.stamp, giver=mission.giver, knows=mission.knows)
+    return mission == given and order.version in mission.knows
 
 
 def _left_out(report: Report) -> tuple[int, ...]:

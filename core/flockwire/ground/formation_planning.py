@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from itertools import chain
 
+from flockwire.domain.order import LONGEST_CHANGE, Change, Mission
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import Vector
 from flockwire.ground.formation_rehearsal import Rehearsal, Way
 from flockwire.swarm.model import Swarm
-from flockwire.wire.messages import LONGEST_CHANGE, Change, Mission
 
 LEAD_TIME = SECOND  # ns from the order until the change begins, so that all have it by then
 SHORTEST = 1.0  # s that a change takes at least, unless its duration is given

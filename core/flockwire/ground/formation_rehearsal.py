@@ -1,4 +1,7 @@
-"""Looks at a change of formation all along it, in steps of STEP: speed, acceleration, spacing, fence."""
+"""A change of formation: who takes which place, and all along it, in steps of STEP, what it keeps to.
+
+It is looked at for speed, acceleration, spacing and the fence.
+"""
 
 from __future__ import annotations
 
@@ -9,17 +12,17 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import pdist
 
 from flockwire.control.formation import Formation
 from flockwire.control.formation_change import blend, blend_rate
 from flockwire.control.graph import LEADER
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, add, subtract
-from flockwire.ground.assignment import assignment
 from flockwire.parameters import guard_parameters
 from flockwire.swarm.model import Swarm, uav
-from flockwire.wire.messages import Mission
 
 STEP = 0.02  # s
 FENCE_STEPS = 5  # steps between two looks at the fence
@@ -28,6 +31,16 @@ FASTER = 1.25  # times the speed of either formation: such a change is not calle
 CREEP = 0.3  # m/s at which drones may near each other, whatever the safety filter allows
 
 Array = NDArray[np.float64]
+
+
+def assignment(now: Array, then: Array) -> tuple[int, ...]:
+    """Return for each row of `now` the row of `then` that it goes to: the least sum of squared distances.
+
+    Both are m, shape (N, 3). Points that go straight there with a common sigma then keep, of the smaller of the least
+    distances in `now` and `then`, at least 1 / sqrt(2): (a_i − a_j)·(b_i − b_j) >= 0 for any two.
+    """
+    squares = np.sum((now[:, None, :] - then[None, :, :]) ** 2, axis=2)
+    return tuple(linear_sum_assignment(squares)[1].tolist())
 
 
 class Way(NamedTuple):
@@ -140,7 +153,7 @@ class Rehearsal:
                 if (far := room.outside(add(centre, (x, y, z)))) > 0.0:
                     yield (
                         f"{self._name(i)} would be {far:.2f} m outside limits.fence {second:.1f} s into the change, "
-                        "the leader going on as it does"
+                        "if the leader continues its course"
                     )
                     return
 

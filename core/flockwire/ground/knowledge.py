@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from flockwire.domain.order import MOST_VERSIONS, Mission, Version
 from flockwire.domain.time import nanoseconds
 from flockwire.ground.fleet import Fleet
 from flockwire.pilot.orders import CAME_DOWN, rank
-from flockwire.wire.messages import MOST_VERSIONS, Mission, Version
 from flockwire.wire.status import Report
 
 HISTORY = 16  # orders that are named though they hold no more: for a pilot that missed what ended one
@@ -27,7 +27,7 @@ class Knowledge:
         self.holding: Mission | None = None  # the order that held at the last look
 
     def look(self, fleet: Fleet) -> Mission | None:
-        """Take in which orders hold; return another's that was not known before, None where there is none.
+        """Receive which orders hold; return another's that was not known before, None if there is none.
 
         Of several the one that outranks the others is returned: also where another landing holds already, and a hold
         that came to those who land. What a pilot reports that was not heard before is no news if it was taken in

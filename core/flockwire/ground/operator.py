@@ -5,23 +5,30 @@ It is the same in real time (station/operator.py) and in virtual time (sim/opera
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
+from flockwire.domain.airframe import Telemetry
+from flockwire.domain.order import Stop
 from flockwire.ground.director import GRACE, Director, Stage
 from flockwire.ground.fleet import Fleet
-from flockwire.ground.giving import ENDING, LOOK_TIME, Answer, Giving, Order, giving
-from flockwire.ground.preflight import Preflight
+from flockwire.ground.giving import LOOK_TIME, ChangeGiving, DownGiving, Giving, StopGiving
+from flockwire.ground.order import ENDING, Answer, Order
+from flockwire.ground.starting import StartGiving
 from flockwire.swarm.model import uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, STOP, Key
-from flockwire.wire.messages import Message, Mission, Stop, Telemetry
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 
 ELSEWHERE = "resume: this host does not conduct the flight; `flockwire start` takes off and flies it"
+START = Order("start")
 ENDED = Answer(refusal="another order was given meanwhile")
 
 Answered = Callable[[Answer], None]
+GIVINGS: Mapping[str, type[Giving]] = {
+    "start": StartGiving, "formation": ChangeGiving, "hold": DownGiving, "land": DownGiving, "stop": StopGiving,
+}  # fmt: skip
 
 
 @dataclass(slots=True, eq=False)
@@ -53,7 +60,6 @@ class OperatorCore:
         self._plan, self._new_giver = plan, new_giver
         self._drones = {uav(drone): drone for drone in plan.pilots}
         self._asked: list[Asked] = []  # stops first
-        self._ordered: list[Mission] = []  # orders to the flight conducted here, not published yet
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Take a status or telemetry in; nobody publishes another's status."""
@@ -63,7 +69,7 @@ class OperatorCore:
             self.telemetry[self._drones[key.owner]] = message
 
     def correct(self, by: int) -> None:
-        """Take note that `now` goes on `by` ns ahead (behind when negative): so much has not passed."""
+        """Record that `now` jumps ahead by `by` ns (back if negative): this time has not passed."""
         for one in self._asked:
             if one.giving is None:
                 one.asked, one.since = one.asked + by, one.since + by
@@ -73,20 +79,11 @@ class OperatorCore:
         return Fleet(self._plan.pilots, self.statuses, self.telemetry, now)
 
     def conduct(
-        self,
-        now: int,
-        duration: float = 0.0,
-        formation: str = "",
-        without: tuple[int, ...] = (),
-        grace: int = GRACE,
-        asked: int | None = None,
+        self, now: int, duration: float = 0.0, order: Order = START, grace: int = GRACE, asked: int | None = None
     ) -> Director:
         """Conduct a flight from `now` (Unix ns) on, by a director of its own, which is returned (Director)."""
-        swarm = self._plan.swarm
-        self.director = Director(
-            self._plan.pilots, swarm.frame, duration, now, formation, grace, Preflight.of(swarm), without,
-            self._new_giver(), asked,
-        )  # fmt: skip
+        asked = now if asked is None else asked
+        self.director = Director(self._plan, order, self._new_giver(), asked, now, duration, grace)
         return self.director
 
     def order(self, verb: str, now: int, note: Callable[[str], None] = lambda _: None) -> None:
@@ -99,7 +96,6 @@ class OperatorCore:
             self.ask(Order(verb), now)
         elif director is not None:
             given = {"hold": director.hold, "land": director.land, "resume": director.resume}[verb](now)
-            self._publish(given)
             if given is None and director.stage is not Stage.OVER:
                 note(f"{verb}: nothing ordered while {director.stage}")
         elif verb == "resume":
@@ -107,16 +103,10 @@ class OperatorCore:
         else:
             self.ask(Order(verb), now, answered=lambda answer: note(f"{verb}: {_line(answer)}"))
 
-    def change(self, order: Mission, running: Mission) -> Mission | None:
-        """Change the formation of the flight conducted here as `order`, planned from `running`; None: too late."""
-        given = self.director.change(order, running) if self.director is not None else None
-        self._publish(given)
-        return given
-
     def abort(self, reason: str, now: int) -> None:
         """End the flight conducted here because of `reason`, unless it has failed already."""
         if self.director is not None and not self.director.failure:
-            self._publish(self.director.abort(reason, now))
+            self.director.abort(reason, now)
 
     def ask(self, order: Order, now: int, asked: int | None = None, answered: Answered = lambda _: None) -> None:
         """Give `order` from the next step on; it was asked for at `asked` (Unix ns, default: `now`).
@@ -148,31 +138,24 @@ class OperatorCore:
 
     def step(self, now: int) -> Iterator[tuple[Key, Message]]:
         """Yield what is to be published at `now`: a stop before anything else is looked at."""
+        fleet = self.fleet(now)
         for one in tuple(self._asked):
-            yield from self._give(one, now)
-        ordered, self._ordered = self._ordered, []
-        for order in ordered:
-            yield MISSION, order
+            yield from self._give(one, fleet)
         director = self.director
-        if director is not None and not ordered and director.stage is not Stage.OVER:
-            due = director.step(self.statuses, self.telemetry, now)
+        if director is not None and director.stage is not Stage.OVER:
+            due = director.step(fleet)
             if due is not None:
                 yield MISSION, due
 
-    def _publish(self, order: Mission | None) -> None:
-        """Publish an order to the flight conducted here at the next step, None: nothing."""
-        if order is not None:
-            self._ordered.append(order)
-
-    def _give(self, one: Asked, now: int) -> Iterator[tuple[Key, Message]]:
+    def _give(self, one: Asked, fleet: Fleet) -> Iterator[tuple[Key, Message]]:
         """Go on with an order; it is answered once, and over then, but for a stop that is repeated for STOP_TIME."""
         if one.giving is None:
-            if one.order.verb not in ENDING and not self.knows_time and now - one.since < LOOK_TIME:
+            if one.order.verb not in ENDING and not self.knows_time and fleet.now - one.since < LOOK_TIME:
                 return
-            one.giving = giving(self._plan, one.order, self._new_giver(), one.asked)
+            one.giving = GIVINGS[one.order.verb](self._plan, one.order, self._new_giver(), one.asked)
         message = None
         if one.giving.answer is None or one.order.verb == "stop":
-            message = one.giving.step(self.statuses, self.telemetry, now)
+            message = one.giving.step(fleet)
         if message is not None:
             yield STOP if isinstance(message, Stop) else MISSION, message
         if one.giving.answer is None:

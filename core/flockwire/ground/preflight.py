@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from math import dist, inf
 from typing import Self
 
+from flockwire.domain.order import Mission
 from flockwire.domain.vector import Vector
 from flockwire.ground.fleet import Fleet
 from flockwire.swarm.model import Swarm, uav
-from flockwire.wire.messages import Mission
 
 
 def has_flown(mission: Mission | None) -> bool:
@@ -40,7 +40,7 @@ class Preflight:
         return cls(swarm.limits.clock_offset_bound, starts, swarm.limits.start_tolerance)
 
     def reasons(self, fleet: Fleet) -> tuple[str, ...]:
-        """Return a sentence for each thing that must be mended first."""
+        """Return a sentence for each thing that must be corrected first."""
         return (*self._clocks(fleet), *self._places(fleet))
 
     def _clocks(self, fleet: Fleet) -> Iterator[str]:
@@ -57,7 +57,7 @@ class Preflight:
             if place is None or (beside := dist(place, start)) <= self.tolerance:
                 continue
             nearest = min(self.starts, key=lambda i: dist(self.starts[i], place))
-            other = f", where {uav(nearest)} should stand" if nearest != drone else ""
+            other = f", the start of {uav(nearest)}" if nearest != drone else ""
             x, y, z = place
             yield (
                 f"{uav(drone)}: its body is at [{x:.2f}, {y:.2f}, {z:.2f}]{other}, {beside:.2f} m from its start, "

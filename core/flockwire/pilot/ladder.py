@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from flockwire.domain.pose import IdentityDoubt
 from flockwire.domain.time import SECOND
 from flockwire.pilot.phases import NEVER
 from flockwire.swarm.model import uav
 from flockwire.swarm.tables import Limits, Staleness
-from flockwire.wire.messages import IdentityDoubt
 
 DOUBT_LASTS = 300_000_000  # ns that a doubt holds after its last message; the gateway repeats it with each frame
-MISTAKEN = "the tracker mistakes its body for another's"
+MISTAKEN = "the tracker confuses its body with another"
 
 
 class Inputs(NamedTuple):
@@ -62,7 +62,7 @@ def land_reason(inputs: Inputs, limits: Limits) -> str:
         if age > rung:
             return f"{name} lost for {age:.1f} s"
     if inputs.doubt > stale.identity_land:
-        return f"the tracker mistakes its body for another's for {inputs.doubt:.1f} s"
+        return f"the tracker confuses its body with another for {inputs.doubt:.1f} s"
     if inputs.battery < limits.battery_land:
         return f"battery at {inputs.battery:.0%}"
     if inputs.outside > limits.fence.margin:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from flockwire.control.trajectory import Trajectory
+from flockwire.domain.order import Mission
 from flockwire.domain.vector import Vector, add, subtract
 from flockwire.pilot.orders import Orders
 from flockwire.pilot.phases import FlightPhases
-from flockwire.wire.messages import Mission
 
 
 class MovingPoint:
     """Moves along `trajectory` from `position` (m) while the newest order is to start, and stands still otherwise.
 
-    `born` is when it is there, Unix ns. An order to start again goes on from where the point is, without a leap.
+    `born` is when it is there, Unix ns. An order to restart continues from where the point is, without a leap.
     """
 
     def __init__(self, trajectory: Trajectory, position: Vector, born: int) -> None:

@@ -6,13 +6,14 @@ from collections.abc import Callable, Container
 from dataclasses import dataclass
 
 from flockwire.control.graph import LEADER
-from flockwire.domain.motion import LeaderMotion
+from flockwire.domain.fields import from_fields
+from flockwire.domain.motion import Estimate, LeaderMotion, Leading
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 from flockwire.law import NeighbourEstimate
 from flockwire.pilot.phases import IN_FLIGHT, NEVER, age
 from flockwire.swarm.tables import Staleness
-from flockwire.wire.messages import Estimate, Leading, Pose
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Status
 
@@ -95,9 +96,10 @@ class Neighbourhood:
         oldest, oldest_origin = now - self._drop_after, now - self._origin_limit
         found = []
         for j, neighbour in self._neighbours.items():
-            if neighbour.stamp < oldest or neighbour.motion is None or neighbour.origin < oldest_origin:
+            stamp, motion = neighbour.stamp, neighbour.motion
+            if stamp < oldest or motion is None or neighbour.origin < oldest_origin:
                 continue
-            found.append(NeighbourEstimate(j, neighbour.weight, neighbour.stamp, neighbour.motion))
+            found.append(from_fields(NeighbourEstimate, (j, neighbour.weight, stamp, motion)))
             if neighbour.origin > self.origin:
                 self.origin, self.hops = neighbour.origin, min(neighbour.hops + 1, MOST_HOPS)
                 self.leading = neighbour.leading

@@ -12,8 +12,8 @@ from collections.abc import Iterable, Mapping
 
 from flockwire.control.formation import Formation
 from flockwire.control.formation_change import FormationChange
+from flockwire.domain.order import Mission, Version
 from flockwire.domain.time import SECOND
-from flockwire.wire.messages import Mission, Version
 from flockwire.wire.status import Counts, counted
 
 DOWN = {"hold": 1, "land": 2}  # the orders that need no knowledge, and their rank; all others are below
@@ -63,7 +63,7 @@ class Orders:
         return -1.0 if self.taken is None else max(0, now - self.taken) / SECOND
 
     def take(self, order: Mission, now: int) -> bool:
-        """Take in `order`, which came at `now` (Unix ns); returns whether another one holds than before."""
+        """Receive `order`, which came at `now` (Unix ns); returns whether another one holds than before."""
         version = order.version
         if version in self._past:
             return False

@@ -8,26 +8,25 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from flockwire.domain.order import Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
-from flockwire.domain.vector import Vector, limit
 from flockwire.pilot.orders import Orders
-from flockwire.wire.messages import Mission, Pose
 from flockwire.wire.phase import Phase
 
 NEVER = float("inf")
-SHUTDOWN = "its process is to end"
-OUTDATED = "on the ground since the last order: `flockwire start` brings it in"
+SHUTDOWN = "its process must end"
+OUTDATED = "on the ground since the last order: `flockwire start` takes it off"
 ORDERLESS = 10 * SECOND  # ns that a pilot which was started in flight waits for an order
-WITHOUT_ORDER = "in flight without an order: nobody repeats one"
+WITHOUT_ORDER = "in flight without an order: no station repeats one"
 LAST_HOLD = SECOND  # ns that it holds at a shutdown before it lands
-HOLDING_GAIN = 1.5  # 1/s, of the loop that keeps a place
 
 
 IN_FLIGHT = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION, Phase.LANDING})
 
 
 class Situation(NamedTuple):
-    """What the phases depend on; the three reasons are empty where there is none."""
+    """What the phases depend on; the three reasons are empty if there is none."""
 
     now: int  # Unix time, ns
     unready: str  # why it must not take off
@@ -118,24 +117,6 @@ class FlightPhases:
             return Phase.READY, ""
         outdated = self.orders.spent or mission.stamp <= self._born
         return (Phase.READY, OUTDATED) if outdated else (Phase.TAKEOFF, "")
-
-
-def keep_place(position: Vector, place: Vector, speed: float) -> Vector:
-    """Return the velocity, m/s, at most `speed`, that brings `position` to `place` (m, world frame) and keeps it."""
-    return limit(
-        (
-            HOLDING_GAIN * (place[0] - position[0]),
-            HOLDING_GAIN * (place[1] - position[1]),
-            HOLDING_GAIN * (place[2] - position[2]),
-        ),
-        speed,
-    )
-
-
-def climb(position: Vector, place: Vector, vertical_speed: float) -> Vector:
-    """Return the velocity, m/s, of going straight up (down: a negative `vertical_speed`) above `place`."""
-    x, y, _ = keep_place(position, (place[0], place[1], position[2]), abs(vertical_speed))
-    return (x, y, vertical_speed)
 
 
 def command_stamp(pose: Pose | None, now: int, stale_after: float) -> tuple[int, bool]:

@@ -9,13 +9,15 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from flockwire.control.airframe_state import AirframeState
-from flockwire.control.free_place import landing_place
 from flockwire.control.guard import Guard
-from flockwire.control.potential import repulsion
+from flockwire.domain.airframe import Command, FlightState, Telemetry
 from flockwire.domain.body import Body
+from flockwire.domain.fields import from_fields
 from flockwire.domain.motion import Motion
+from flockwire.domain.order import Stop
+from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND
-from flockwire.domain.vector import ZERO, Vector, add, limit, scale
+from flockwire.domain.vector import ZERO, Vector, limit
 from flockwire.parameters import PilotParameters
 from flockwire.pilot.ladder import (
     Inputs,
@@ -28,20 +30,21 @@ from flockwire.pilot.ladder import (
     unready_reason,
 )
 from flockwire.pilot.off_place import OffPlace
-from flockwire.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, age, climb, command_stamp, keep_place
+from flockwire.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, age, command_stamp
+from flockwire.pilot.place import Place
 from flockwire.pilot.surroundings import Surroundings
 from flockwire.swarm.model import uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import STOP, Key
-from flockwire.wire.messages import Command, FlightState, IdentityDoubt, Message, Pose, Stop, Telemetry
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Reason, Report
 
 AIRBORNE = frozenset({FlightState.FLYING, FlightState.LANDING})
 LEFT_OUT = "left out of this flight"
-HELD_UP = "off the ground with its motors standing: put it down, on a floor that its sensor sees"
+HELD_UP = "off the ground with stopped motors: put it down on a floor that its sensor detects"
 SET_DOWN = "its driver lands it"
 DRIVER_LOST = 10.0  # s of silence after which a driver is not coming back
-LONGEST_STEP = 0.1  # s: after a longer pause a pilot goes on as if only this had passed
+LONGEST_STEP = 0.1  # s: after a longer pause a pilot continues as if only this had passed
 
 
 class Pilot:
@@ -72,7 +75,7 @@ class Pilot:
         self._pose: Pose | None = None
         self._telemetry: Telemetry | None = None
         self._doubt: IdentityDoubt | None = None
-        self._place: Vector | None = None  # where it holds, or took off; None until it knows where it is
+        self._place = Place(parameters)  # where it holds, or took off
         self._inputs = Inputs(NEVER, NEVER, NEVER, NEVER, 1.0, 0.0)
         self._stepped = now
         self._down_since = 0  # when the leader went down, Unix ns
@@ -125,7 +128,7 @@ class Pilot:
         self._wanted = wanted
         velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity()
         self._airframe.command(velocity, (now - self.born) / SECOND)
-        return [(self._command_key, Command(self.stamp, self._frame, velocity))]
+        return [(self._command_key, from_fields(Command, (self.stamp, self._frame, velocity, 0.0)))]
 
     def report(self, now: int, formation_error: float = -1.0, estimate_age: float = -1.0) -> Report:
         """Return how the drone is; `formation_error` in m, `estimate_age` in s, -1 where there is none."""
@@ -162,7 +165,7 @@ class Pilot:
 
     def _read(self, now: int, silence: float, leader_down: float) -> Inputs:
         pose, telemetry = self._pose, self._telemetry
-        return Inputs(
+        ages = (
             (now - pose.stamp) / SECOND if pose is not None else NEVER,
             silence,
             age(self._surroundings.stamp, now) if self._parameters.sensing else 0.0,
@@ -172,6 +175,7 @@ class Pilot:
             leader_down,
             doubted(self._doubt, now),
         )
+        return from_fields(Inputs, ages)
 
     def retire(self, now: int) -> None:
         """Hold, then land: the process is to end."""
@@ -200,11 +204,11 @@ class Pilot:
         elif state is FlightState.HELD:
             unready = HELD_UP
         airborne = state in AIRBORNE
-        pose, place = self._pose, self._place
-        high = pose is not None and place is not None and pose.position[2] >= place[2] + 0.95 * limits.takeoff_height
-        phase = flight.update(Situation(now, left_out or fault or unready, fault or hold, land, airborne, high))
+        high = self._pose is not None and self._place.is_high(self._pose.position)
+        situation = (now, left_out or fault or unready, fault or hold, land, airborne, high)
+        phase = flight.update(from_fields(Situation, situation))
         if phase is not was:
-            self._place = None
+            self._place.forget()
         return phase
 
     def _velocity(self, wanted: Vector, motion: Motion, now: int) -> Vector:
@@ -213,34 +217,12 @@ class Pilot:
         if phase not in IN_FLIGHT:
             return ZERO
         if phase is not Phase.FORMATION:
-            wanted = self._keep(phase, position)
+            wanted = self._place.velocity(phase, position, self.bodies)
         speed, grounding = speed_limit(self._inputs, limits), phase in (Phase.LANDING, Phase.TAKEOFF)
         if self._guard is not None:
             last, seen = self._airframe.last_command, self._surroundings.stamp or self.stamp
             return self._guard.velocity(wanted, motion, self.bodies, seen, now, last, self.dt, speed, grounding)
         return wanted if grounding else limit(self._room.inwards(wanted, position), speed)
-
-    def _keep(self, phase: Phase, position: Vector) -> Vector:
-        """Return the velocity that keeps the place: on it, above it on the way up, or on the way down."""
-        rise = self._limits.vertical_speed
-        self._place = self._place or position
-        if phase is Phase.LANDING:
-            return self._descend(position, self._place)
-        if phase is Phase.TAKEOFF:
-            return climb(position, self._place, rise)
-        wanted = keep_place(position, self._place, rise)
-        if self._guard is not None:
-            return wanted
-        parameters = self._parameters
-        return add(wanted, scale(repulsion(self.bodies, parameters.potentials), -parameters.formation_gain))
-
-    def _descend(self, position: Vector, place: Vector) -> Vector:
-        """Return the velocity of going down on `place`, with the safety filter first over to a free one."""
-        rise, free = self._limits.vertical_speed, True
-        if self._guard is not None:
-            place, free = landing_place(position, place, self.bodies, self._parameters.separation, self._room)
-            self._place = place
-        return climb(position, place, -rise) if free else keep_place(position, (*place[:2], position[2]), rise)
 
     def _blind_velocity(self) -> Vector:
         """Return the velocity to command without a fresh pose: straight down when landing, else none."""

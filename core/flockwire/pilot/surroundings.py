@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
-from flockwire.domain.body import Body, BodyKind, to_axis
+from flockwire.domain.body import Body, BodyKind, Nearby, to_axis
+from flockwire.domain.pose import Pose
 from flockwire.domain.vector import ZERO, Vector, add, subtract
 from flockwire.swarm.tables import Obstacle
-from flockwire.wire.messages import Nearby, Pose
 
 
 class Surroundings:

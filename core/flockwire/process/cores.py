@@ -7,8 +7,8 @@ from typing import NamedTuple, Protocol, cast, runtime_checkable
 
 from flockwire.objects import load_object
 from flockwire.process.faults import Fault
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Message
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report
 
@@ -96,7 +96,7 @@ class Networked(Protocol):
         """The addresses to bind."""
 
     def datagram(self, data: bytes, sender: Address, at: Address, now: int) -> None:
-        """Take in a datagram that came from `sender` to its socket `at`, at `now` (Unix ns)."""
+        """Receive a datagram that came from `sender` to its socket `at`, at `now` (Unix ns)."""
 
     def outgoing(self, now: int) -> list[Datagram]:
         """Return what is to be sent at `now`; called after whatever the core takes in, and after each step."""
@@ -107,7 +107,7 @@ class Untimed(Protocol):
     """A core that begins before swarm time is known: what it drives cannot wait (`untimed` in the process table)."""
 
     def correct(self, by: int) -> None:
-        """Take note that `now` goes on `by` ns ahead (behind when negative): so much has not passed."""
+        """Record that `now` jumps ahead by `by` ns (back if negative): this time has not passed."""
 
 
 class Ground:

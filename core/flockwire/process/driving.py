@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Protocol, cast
 
+from flockwire.domain.airframe import Telemetry
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 from flockwire.objects import load_object
 from flockwire.process.cores import Address, Core, Datagram, Start
-from flockwire.wire.messages import Telemetry
 
 TELEMETRY_PERIOD = SECOND // 10  # ns
 SETTLED = SECOND  # ns that all drones are on the ground before the process may end
@@ -51,7 +51,7 @@ class Commanded(SimulatedAirframe, Protocol):
     land_at: int | None  # when it lands by itself
 
     def command(self, velocity: Vector, now: int) -> None:
-        """Take in a commanded velocity, m/s, world frame."""
+        """Receive a commanded velocity, m/s, world frame."""
 
     def telemetry(self, now: int, frame: str) -> Telemetry:
         """Return how it is, in the world frame `frame`."""
@@ -65,7 +65,7 @@ class Served(SimulatedAirframe, Protocol):
         """Where it is served."""
 
     def datagram(self, data: bytes, sender: Address, now: int) -> None:
-        """Take in a datagram from its driver."""
+        """Receive a datagram from its driver."""
 
     def outgoing(self, now: int) -> list[Datagram]:
         """Return what it sends up to `now`."""

@@ -209,7 +209,7 @@ def _problems(faults: tuple[Fault, ...], plan: Plan) -> Iterator[str]:
     for place, fault in enumerate(faults):
         key = f"faults.{place}"
         if fault.at < before:
-            yield f"{key}.at = {fault.at:g}: must not be before that of the fault above, {before:g}"
+            yield f"{key}.at = {fault.at:g}: must not be before the fault above, at {before:g}"
         before = max(before, fault.at)
         for name, process in _named(fault):
             if process not in processes:

@@ -12,10 +12,9 @@ from typing import Protocol
 from flockwire.domain.time import SECOND
 from flockwire.process.cores import Core, Untimed
 from flockwire.process.timekeeping import Timekeeping
-from flockwire.swarm.model import Swarm
+from flockwire.wire.codec import Message
 from flockwire.wire.inbox import Inbox
 from flockwire.wire.keys import Key, key_text
-from flockwire.wire.messages import Message
 from flockwire.wire.status import Counts, Report, Status
 
 STATUS_PERIOD = SECOND // 10
@@ -72,7 +71,7 @@ def next_deadline(deadline: int, now: int, period: int) -> int:
     """Return the next deadline (ns) of a periodic task whose last one was `deadline` and which is done at `now`.
 
     A step that comes a little early or late does not shift those after it; missed periods are not made up for, and a
-    clock that was set back begins again.
+    clock that was set back restarts.
     """
     return deadline + period if now < deadline + period <= now + 2 * period else now + period
 
@@ -83,18 +82,21 @@ def is_due(deadline: int, now: int, period: int) -> bool:
 
 
 class StatusPublisher:
-    """Publishes how a process is ten times a second, and logs a line when its state changes."""
+    """Publishes how the process `identity` is ten times a second, and logs a line when its state changes.
+
+    `frame` is the name of the world frame.
+    """
 
     def __init__(
         self,
-        swarm: Swarm,
+        frame: str,
         identity: str,
         publish: Publish,
         resources: Resources,
         timekeeping: Timekeeping,
         log: Callable[[str], None],
     ) -> None:
-        self._key, self._frame, self._identity = Key("status", identity), swarm.frame, identity
+        self._key, self._frame, self._identity = Key("status", identity), frame, identity
         self._publish, self._resources, self._timekeeping, self._log = publish, resources, timekeeping, log
         self.deadline = 0  # of the next status, Unix ns
         self._logged = ""
@@ -143,7 +145,7 @@ class Stepper:
     def __init__(
         self,
         core: Core,
-        swarm: Swarm,
+        swarm_name: str,
         buffered: Sequence[Input],
         inputs: Sequence[Input],
         publish: Publish,
@@ -158,14 +160,14 @@ class Stepper:
         self._receive = core.receive
         self._triggers = core.triggers
         self._buffered = tuple((source.inbox.key, source.message) for source in buffered)
-        self._named = tuple((key_text(swarm, source.inbox.key), source.inbox) for source in inputs)
+        self._named = tuple((key_text(swarm_name, source.inbox.key), source.inbox) for source in inputs)
         self._counts = StepCounts()
         self._period = round(core.period * SECOND)
         self._earliest = 0  # stamp of the trigger that makes the next step, Unix ns
         self._ticks = WATCHDOG_TICKS - 1  # since the last step; one less where that before it was long ago
 
     def arrived(self, source: Input, now: int) -> None:
-        """Take in what has arrived of a key that is not buffered; step when it is a trigger and a step is due."""
+        """Receive what has arrived of a key that is not buffered; step when it is a trigger and a step is due."""
         message = source.message(now)
         if message is None:
             return

@@ -13,9 +13,9 @@ from math import inf
 from typing import Protocol
 
 from flockwire.control.clock_offset import DRIFT, Offset, OffsetEstimator
-from flockwire.domain.time import SECOND
+from flockwire.domain.time import SECOND, TimeReply, TimeRequest
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import TIME_REPLY, TIME_REQUEST, Key
-from flockwire.wire.messages import Message, TimeReply, TimeRequest
 from flockwire.wire.plan import Plan
 
 FIRST, FASTEST = 200, SECOND // 20  # the first requests, and the ns between two of them, whatever the bound
@@ -38,7 +38,7 @@ class Timekeeping(Protocol):
     keys: frozenset[Key]
 
     def receive(self, key: Key, message: Message, now: int) -> Outgoing:
-        """Take in a message of `keys` that came at `now`, swarm time in ns; returns what to publish at once."""
+        """Receive a message of `keys` that came at `now`, swarm time in ns; returns what to publish at once."""
 
     def step(self, now: int) -> Outgoing:
         """Return what to publish at `now`; called at least ten times a second."""

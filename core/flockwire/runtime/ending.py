@@ -8,6 +8,7 @@ import logging
 import os
 import signal
 import threading
+from contextlib import AbstractContextManager, nullcontext
 
 from flockwire import clock
 from flockwire.process.cores import Core
@@ -18,6 +19,7 @@ LIFELINE = "FLOCKWIRE_LIFELINE"  # file descriptor whose end means that the pare
 LAST_RESORT = 1.8  # s that closing the session may take
 UNDONE = 70  # exit status of a process that was ended in the middle of its work
 POLL = 0.05  # s between two looks whether a process may end
+NO_LOCK: AbstractContextManager[object] = nullcontext()
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
@@ -48,20 +50,31 @@ class Ending:
         self.told.set()
 
 
-async def finished(core: Core, plan: Plan, identity: str, session: Session, ending: Ending) -> None:
+async def finished(
+    core: Core,
+    plan: Plan,
+    identity: str,
+    session: Session,
+    ending: Ending,
+    lock: AbstractContextManager[object] = NO_LOCK,
+) -> None:
     """Wait until the process is to end and may: nothing that it flies is in the air.
 
     One whose parent is gone also waits for all linked processes that the process table lets end before it.
+    `lock` is held while the core is asked.
     """
     await ending.told.wait()
     log, rank = logging.getLogger(identity), plan.rows[identity].rank
-    core.retire(clock.now())
-    if not core.may_end(clock.now()):
+    with lock:
+        core.retire(clock.now())
+        flying = not core.may_end(clock.now())
+    if flying:
         log.info("shutdown: lands first (a second signal ends it at once)")
     while not ending.insisted:
         before = [other for other in session.linked() if other in plan.rows and plan.rows[other].rank < rank]
-        if core.may_end(clock.now()) and not (ending.orphaned and before):
-            break
+        with lock:
+            if core.may_end(clock.now()) and not (ending.orphaned and before):
+                break
         await asyncio.sleep(POLL)
 
 
@@ -77,7 +90,7 @@ def last_resort(identity: str, done: bool) -> None:
 
 def _give_up(identity: str, done: bool) -> None:
     logging.getLogger(identity).warning(
-        f"the session did not close in {LAST_RESORT} s: others are gone without a word; ends "
-        + ("all the same, its work is done" if done else "with its work undone")
+        f"the session did not close in {LAST_RESORT} s: its peers have vanished; the process ends, "
+        + ("its work is done" if done else "its work is not done")
     )
     os._exit(0 if done else UNDONE)

@@ -8,11 +8,13 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from flockwire import clock
 from flockwire.objects import load_object
 from flockwire.process.faults import Fault
-from flockwire.runtime.detours import DetoursError
-from flockwire.runtime.session import EndpointInUseError
-from flockwire.security.files import CredentialsError
+from flockwire.runtime.detours import DetoursError, read_detours
+from flockwire.runtime.session import EndpointInUseError, Session, connect
+from flockwire.security.files import CredentialsError, default_folder
+from flockwire.security.verification import verify
 from flockwire.wire.plan import Plan
 
 
@@ -30,7 +32,7 @@ class Job:
 
 
 def serve(job: Job) -> int:
-    """Run the process of `job` until it is to end; returns its exit status."""
+    """Run the process of `job` until it must end; returns its exit status."""
     logging.basicConfig(
         level=logging.INFO,
         format="%(asctime)s.%(msecs)03d %(name)s: %(message)s",
@@ -48,3 +50,14 @@ def serve(job: Job) -> int:
         logging.getLogger(job.identity).error(str(error))
         return 1
     return 0
+
+
+async def connected(job: Job, ended: asyncio.Event) -> Session | None:
+    """Open the session of the process of `job` as `connect` does, its keys checked in a child.
+
+    Raises CredentialsError, DetoursError and EndpointInUseError.
+    """
+    plan, identity, swarm, detours = job.plan, job.identity, job.plan.swarm, read_detours()
+    if swarm.network.security == "mtls":
+        verify(job.keys or default_folder(swarm.name), identity, clock.utc(), plan.issuer(identity), plan.authorities)
+    return await connect(plan, identity, job.keys, ended, detours, verified=False)

@@ -23,8 +23,8 @@ from typing import TYPE_CHECKING
 from flockwire import clock
 from flockwire.runtime.configuration import NO_DETOURS, configuration, reserved_configuration
 from flockwire.runtime.linger import ignore_linger
-from flockwire.security.files import Credentials, default_folder, files_of
-from flockwire.security.holding import hold
+from flockwire.security.files import Credentials, default_folder, files_of, hold
+from flockwire.wire.codec import encode
 from flockwire.wire.inbox import ATTACHMENT, inbox_of, publisher_of
 from flockwire.wire.keys import ROWS, Delivery, Key
 from flockwire.wire.plan import Plan
@@ -41,7 +41,7 @@ import zenoh
 from flockwire.runtime.subscriptions import BACKLOG, Newest, Prompt, Ring, Rings, Wakeup
 
 if TYPE_CHECKING:
-    from flockwire.wire.messages import Message
+    from flockwire.wire.codec import Message
 
 _PRIORITIES = {
     Delivery.EVENT: zenoh.Priority.REAL_TIME,  # before all else: Zenoh's highest
@@ -67,15 +67,18 @@ async def connect(
     ended: asyncio.Event,
     detours: Mapping[str, str] = NO_DETOURS,
     note: Callable[[str], None] | None = None,
+    verified: bool = True,
 ) -> Session | None:
     """Open the session of `identity`, in router mode as soon as the router is there; None when `ended` comes first.
 
-    What it waits for goes to `note`, the log without one. Raises CredentialsError, and EndpointInUseError.
+    What it waits for goes to `note`, the log without one; `verified` is as `Session` has it.
+
+    Raises CredentialsError, and EndpointInUseError.
     """
     waiting = False
     while not ended.is_set():
         try:
-            return await asyncio.to_thread(Session, plan, identity, keys, detours)
+            return await asyncio.to_thread(Session, plan, identity, keys, detours, verified)
         except RouterAbsentError:
             if not waiting:
                 router = ", ".join(plan.endpoints[router] for router in plan.routers)
@@ -97,7 +100,8 @@ class Session:
     ) -> None:
         """Open the session of `identity`; `keys` is the folder of the certificates, the default one without it.
 
-        A process that is in a hurry does not have them `verified`: a peer then rejects a bad one silently.
+        A process that is in a hurry, or has verified them, does not have them `verified`: a peer then rejects a bad one
+        silently.
 
         Raises CredentialsError, EndpointInUseError, and in router mode RouterAbsentError.
         """
@@ -139,7 +143,7 @@ class Session:
             publishers = self._publishers[key]
             sequence = self._sequences.get(key, 0)
             self._sequences[key] = sequence + 1
-            payload, attached = message.encode(), ATTACHMENT.pack(sequence, clock.now(), 16, self._ids[key])
+            payload, attached = encode(message), ATTACHMENT.pack(sequence, clock.now(), 16, self._ids[key])
             for publisher in publishers:
                 publisher.put(payload, attachment=attached)
 

@@ -5,6 +5,7 @@ The stepper decides when to step, and what to count and to report (process/stepp
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import logging
 from collections.abc import Callable, Iterable
@@ -17,18 +18,17 @@ from flockwire.process.faults import of_core
 from flockwire.process.stepping import StatusPublisher, StepCounts, Stepper, at_once, tick_period
 from flockwire.process.timekeeping import Timekeeping, patience
 from flockwire.runtime.datagrams import Sockets, served
-from flockwire.runtime.detours import read_detours
 from flockwire.runtime.ending import Ending, finished, last_resort
-from flockwire.runtime.job import Job
+from flockwire.runtime.job import Job, connected
 from flockwire.runtime.refusals import Refusals
 from flockwire.runtime.resources import ProcessResources
-from flockwire.runtime.session import Session, connect
+from flockwire.runtime.session import Session
 from flockwire.runtime.subscriptions import Prompt, Wakeup
 from flockwire.runtime.supervision import Supervision
 from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.runtime.ticker import Ticker
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Message
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report, Status
@@ -38,7 +38,7 @@ Feed = Callable[[Core, Callable[[], None]], AbstractAsyncContextManager[None] | 
 
 
 class Shell:
-    """Runs one core on one session in the running loop."""
+    """Runs one core on one session, in the running loop and where it may on the thread on which Zenoh receives."""
 
     def __init__(
         self,
@@ -50,15 +50,16 @@ class Shell:
         status: StatusPublisher,
         sockets: Sockets | None,
     ) -> None:
-        self._running = False
-        timed, wakeup = swarm_clock.timekeeping, Wakeup(self._arrived)
+        self._running, self._lock = False, swarm_clock.lock
+        timed, wakeup = swarm_clock.timekeeping, Wakeup(self._arrived, swarm_clock.lock)
         keys, prompt_keys = [key for key in plan.subscribes[identity] if key not in timed.keys], at_once(core)
         buffered = [session.newest(key) for key in keys if key not in prompt_keys]
         prompts = [session.prompt(key, wakeup) for key in keys if key in prompt_keys]
+        self._wakeup = wakeup
         flush = None if sockets is None else sockets.flush
         self._stepper = Stepper(
             core,
-            plan.swarm,
+            plan.swarm.name,
             buffered,
             [*buffered, *prompts, *swarm_clock.prompts],
             session.publish,
@@ -68,34 +69,45 @@ class Shell:
         )
         self._ticker = Ticker(tick_period(core), self._tick)
 
-    def start(self) -> None:
-        """Begin."""
-        self._running = True
+    def start(self, direct: bool = False) -> None:
+        """Begin; `direct`: all that reaches the core comes by keys, so that it may step on the thread of one."""
+        self._running, self._wakeup.direct = True, direct
         self._ticker.start()
 
     def stop(self) -> None:
         """Step no more; what Zenoh's threads still announce is left alone."""
-        self._running = False
+        with self._lock:
+            self._running = self._wakeup.direct = False
         self._ticker.stop()
 
     def step(self) -> None:
         """Step for what has come to the core by a way of its own."""
-        if self._running:
-            self._stepper.fed(clock.now())
+        with self._lock:
+            if self._running:
+                self._stepper.fed(clock.now())
 
     def _arrived(self, prompt: Prompt) -> None:
         if self._running:
             self._stepper.arrived(prompt, clock.now())
 
     def _tick(self, lateness: int, skipped: int) -> None:
-        self._stepper.tick(lateness, skipped, clock.now())
+        with self._lock:
+            self._stepper.tick(lateness, skipped, clock.now())
 
 
 def status_publisher(
-    plan: Plan, identity: str, session: Session, refusals: Refusals, timed: Timekeeping
+    plan: Plan,
+    identity: str,
+    session: Session,
+    refusals: Refusals,
+    timed: Timekeeping,
+    loop: asyncio.AbstractEventLoop | None = None,
 ) -> StatusPublisher:
-    """Return what publishes how this process is, on its session, logs it and reports it to supervisors."""
-    resources, supervision = ProcessResources(session, refusals), Supervision(identity)
+    """Return what publishes how this process is, on its session, logs it and reports it to supervisors.
+
+    `loop` is as `ProcessResources` has it.
+    """
+    resources, supervision = ProcessResources(session, refusals, loop), Supervision(identity)
 
     def publish(messages: Iterable[tuple[Key, Message]]) -> None:
         for key, message in messages:
@@ -103,7 +115,7 @@ def status_publisher(
             if isinstance(message, Status):
                 supervision.completed(message.report)
 
-    return StatusPublisher(plan.swarm, identity, publish, resources, timed, logging.getLogger(identity).info)
+    return StatusPublisher(plan.swarm.frame, identity, publish, resources, timed, logging.getLogger(identity).info)
 
 
 def _waits(status: StatusPublisher) -> None:
@@ -116,26 +128,27 @@ def _waits(status: StatusPublisher) -> None:
 async def run_core(job: Job, feed: Feed | None = None) -> None:
     """Run the core that the process table names until the process is to end, with the input of its own that it has."""
     plan, identity = job.plan, job.identity
-    detours = read_detours()
     ending, refusals = Ending(), Refusals(identity)
     refusals.watch()
-    session = await connect(plan, identity, job.keys, ending.told, detours)
+    session = await connected(job, ending.told)
     if session is None:
         return
     async with contextlib.AsyncExitStack() as stack:
         stack.enter_context(session)
         swarm_clock = SwarmClock(plan, identity, session)
-        status = status_publisher(plan, identity, session, refusals, swarm_clock.timekeeping)
+        loop = asyncio.get_running_loop()
+        status = status_publisher(plan, identity, session, refusals, swarm_clock.timekeeping, loop)
         await swarm_clock.settled(ending.told, patience(plan, identity), lambda: _waits(status))
         chance = Random(plan.swarm.gateway.seed)  # noqa: S311  (noise)
         core = make_core(Start(plan, identity, clock.now(), chance, of_core(job.faults, plan, identity), job.took_off))
         sockets = await stack.enter_async_context(served(core))
         shell = Shell(core, plan, identity, session, swarm_clock, status, sockets)
-        shell.start()
+        fed = feed(core, shell.step) if feed is not None else None
+        shell.start(direct=sockets is None and fed is None)
         done = False
         try:
-            async with (feed(core, shell.step) if feed is not None else None) or nullcontext():
-                await finished(core, plan, identity, session, ending)
+            async with fed or nullcontext():
+                await finished(core, plan, identity, session, ending, swarm_clock.lock)
             done = True
         finally:
             shell.stop()

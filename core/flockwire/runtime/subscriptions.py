@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import ctypes
+import threading
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -10,12 +12,15 @@ from typing import TYPE_CHECKING, Protocol
 
 import zenoh
 
+from flockwire import clock
 from flockwire.wire.inbox import Inbox, Received
 
 if TYPE_CHECKING:
-    from flockwire.wire.messages import Message
+    from flockwire.wire.codec import Message
 
 BACKLOG = 256  # samples of one key that are buffered; beyond, the oldest is dropped and counted as an overflow
+BEHIND = 1_000_000  # ns since a key was handled within which its next sample has waited: this process is behind
+_thread = threading.local()
 
 
 class Ring(Protocol):
@@ -81,12 +86,14 @@ class Prompt(Subscription):
 
     def __init__(self, inbox: Inbox, wakeup: Wakeup) -> None:
         super().__init__(inbox)
+        self.handled = 0  # when Zenoh's thread was done with its last sample, monotonic ns
         self._wakeup = wakeup
         self._waiting: deque[zenoh.Sample] = deque(maxlen=BACKLOG)
         self._announced = False
 
     def arrived(self, sample: zenoh.Sample) -> None:
-        """Buffer the sample and wake the loop. Called by Zenoh, in its thread."""
+        """Buffer the sample and announce it. Called by Zenoh, in its thread."""
+        _keep_thread_state()
         self._waiting.append(sample)
         if self.inbox.each or not self._announced:
             self._announced = True
@@ -103,28 +110,57 @@ class Prompt(Subscription):
 
 
 class Wakeup:
-    """Wakes the running loop once for all that arrives at a time, and calls `handle` for each key in order."""
+    """Calls `handle` for each key that arrives, with `lock` held: in the loop, or when `direct` on Zenoh's thread.
 
-    def __init__(self, handle: Callable[[Prompt], None]) -> None:
-        self._handle = handle
+    Direct, nothing else has to wake, and what `handle` publishes leaves when it returns. All the same the loop does it
+    while the lock is held, since Zenoh's thread never waits, and where the process is behind: then Zenoh's thread takes
+    in what has come meanwhile, and the newest counts.
+    """
+
+    def __init__(self, handle: Callable[[Prompt], None], lock: threading.Lock) -> None:
+        self.direct = False
+        self._handle, self._lock = handle, lock
         self._loop = asyncio.get_running_loop()
         self._ready: deque[Prompt] = deque()
         self._called = False
 
     def announce(self, prompt: Prompt) -> None:
-        """Have `handle` called with `prompt` in the loop. Called by Zenoh, in its thread."""
+        """Have `handle` called with `prompt`. Called by Zenoh, in its thread."""
+        if self.direct and clock.monotonic() - prompt.handled > BEHIND and self._lock.acquire(blocking=False):
+            try:
+                self._handle(prompt)
+            except Exception as error:  # the loop reports it, as any other
+                self._call(_raise, error)
+            finally:
+                self._lock.release()
+                prompt.handled = clock.monotonic()
+            return
         self._ready.append(prompt)
         if not self._called:
             self._called = True
-            try:
-                self._loop.call_soon_threadsafe(self._wake)
-            except RuntimeError:  # the loop is closed: the process is ending
-                return
+            self._call(self._wake)
 
     def _wake(self) -> None:
         self._called = False
         while self._ready:
-            self._handle(self._ready.popleft())
+            with self._lock:
+                self._handle(self._ready.popleft())
+
+    def _call(self, function: Callable[..., None], *arguments: object) -> None:
+        try:
+            self._loop.call_soon_threadsafe(function, *arguments)
+        except RuntimeError:  # the loop is closed: the process is ending
+            return
+
+
+def _raise(error: Exception) -> None:
+    raise error
+
+
+def _keep_thread_state() -> None:
+    """Keep what Python has of this thread, one of Zenoh's: else each callback maps it, and unmaps it at its end."""
+    if not hasattr(_thread, "kept"):
+        _thread.kept = ctypes.pythonapi.PyGILState_Ensure()
 
 
 def _bytes(sample: zenoh.Sample) -> tuple[bytes, bytes]:

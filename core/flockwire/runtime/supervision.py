@@ -70,14 +70,16 @@ def _connected(address: str) -> socket.socket | None:
 
 
 def _answering(identity: str, path: str) -> socket.socket | None:
-    """Return a socket at `path`, in place of that of a process that was killed; None where it cannot be made."""
+    """Return a socket at `path`, in place of that of a process that was killed; None if it cannot be made."""
     receiver = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
     try:
         with contextlib.suppress(FileNotFoundError):
             os.unlink(path)  # noqa: PTH108  (a Path of it is needed nowhere else)
         receiver.bind(path)
     except OSError as error:
-        logging.getLogger(identity).warning("%s = %r: cannot be asked there: %s", HEALTH, path, error.strerror)
+        logging.getLogger(identity).warning(
+            "%s = %r: cannot answer health checks there: %s", HEALTH, path, error.strerror
+        )
         receiver.close()
         return None
     return receiver

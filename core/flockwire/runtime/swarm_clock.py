@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 from collections.abc import Callable
 
 from flockwire import clock
@@ -17,9 +18,13 @@ LONG = 1.0  # s
 
 
 class SwarmClock:
-    """Corrects this process's clock, in the running loop; on the gateway's host there is nothing to do."""
+    """Corrects this process's clock, in the running loop; on the gateway's host there is nothing to do.
+
+    `lock` is held while the clock is corrected, and by whoever runs a core while that does anything.
+    """
 
     def __init__(self, plan: Plan, identity: str, session: Session) -> None:
+        self.lock = threading.Lock()
         self.timekeeping: Timekeeping = timekeeping(plan, identity, clock.correct)
         self.prompts: list[Prompt] = []
         self._session, self._subscribed = session, False
@@ -51,7 +56,7 @@ class SwarmClock:
 
     def _subscribe(self) -> None:
         if self.timekeeping.keys:
-            wakeup = Wakeup(self._arrived)
+            wakeup = Wakeup(self._arrived, self.lock)
             self.prompts = [self._session.prompt(key, wakeup) for key in self.timekeeping.keys]
 
     def _arrived(self, prompt: Prompt) -> None:

@@ -1,9 +1,17 @@
-"""Where the certificates of a process are."""
+"""Where the certificates of a process are, and whether they are in use: every session holds those of its folder.
+
+Nobody may replace the authority of keys in use. It is a shared lock on its certificate, which the system releases when
+the process ends.
+"""
 
 from __future__ import annotations
 
+import fcntl
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
+
+AUTHORITY_FILE = "ca.crt"  # the certificate that all others are signed by
 
 
 class CredentialsError(ValueError):
@@ -30,4 +38,33 @@ class Credentials:
 
 def files_of(folder: Path, identity: str) -> Credentials:
     """Return the files of `identity` in `folder`, whether they are there or not."""
-    return Credentials(folder / "ca.crt", folder / f"{identity}.crt", folder / f"{identity}.key")
+    return Credentials(folder / AUTHORITY_FILE, folder / f"{identity}.crt", folder / f"{identity}.key")
+
+
+def hold(folder: Path) -> BinaryIO | None:
+    """Hold the keys in `folder` until the file that is returned is closed.
+
+    None where the file system has no locks: no order waits for one.
+    """
+    try:
+        held = (folder / AUTHORITY_FILE).open("rb")
+    except OSError:
+        return None
+    try:
+        fcntl.flock(held, fcntl.LOCK_SH)
+    except OSError:
+        held.close()
+        return None
+    return held
+
+
+def in_use(folder: Path) -> bool:
+    """Return whether a process of this machine, a container's too, holds the keys in `folder`."""
+    try:
+        with (folder / AUTHORITY_FILE).open("rb") as held:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+    return False

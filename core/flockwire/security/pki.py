@@ -26,7 +26,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-from flockwire.security.holding import in_use
+from flockwire.security.files import in_use
 from flockwire.wire.plan import AUTHORITY, Plan
 
 LIFE = timedelta(days=90)
@@ -53,7 +53,7 @@ def make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool = False) -> 
 
     With `rotate`, a new authority and all certificates again: whatever was signed before is rejected afterwards.
     No authority is made again while a process holds the folder's keys.
-    Raises KeysError, and OSError where the folder cannot be written.
+    Raises KeysError, and OSError if the folder cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True, mode=0o700)
     folder.chmod(0o700)
@@ -89,7 +89,7 @@ def _make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool) -> tuple[s
 
 
 def _without_authority(plan: Plan, folder: Path, now: datetime) -> tuple[str, ...]:
-    """Make nothing where the authority's key is kept elsewhere; raises KeysError when something would have to be."""
+    """Make nothing if the authority's key is kept elsewhere; raises KeysError when something would have to be."""
     needed = [*plan.authorities, *(name for name in plan.certified if (folder / f"{name}.crt").exists())]
     for name in needed:  # certificates that are missing are another host's
         if not _stays(plan, folder, name, now):
@@ -154,7 +154,7 @@ def save(signer: Signer, folder: Path, name: str) -> None:
 
 
 def read_authority(folder: Path) -> Signer:
-    """Read the authority with its key; raises FileNotFoundError where the key is kept elsewhere."""
+    """Read the authority with its key; raises FileNotFoundError if the key is kept elsewhere."""
     authority = _read_authority(folder, AUTHORITY)
     if authority is None:
         raise FileNotFoundError(f"{folder / 'authority' / 'ca.key'}: the authority's key is not here")

@@ -27,7 +27,7 @@ def cameras(swarm: Swarm) -> Iterator[str]:
         if (address := swarm.real_address(number)) is not None:
             yield (
                 f"drones.{swarm.row(number).kind}.address = {address!r}: no tracker sees {uav(number)}, "
-                "gateway.source = 'simulated'; name a real tracker there, or leave the address out to simulate the "
+                "gateway.source = 'simulated'; set a real tracker, or remove the address to simulate the "
                 "drone"
             )
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 
 class ByItself(NamedTuple):
-    """What an airframe does by itself when an input has been missing for `after` s; inf: nothing, for ever."""
+    """What an airframe does by itself when an input has been missing for `after` s; inf: nothing, without end."""
 
     does: str
     after: float = inf
@@ -43,9 +43,9 @@ class AirframeRow:
 KINEMATICS = AirframeRow(
     "kinematics",
     simulated="flockwire_kinematics.drone:standing",
-    without_setpoints=ByItself("goes on as it was commanded last"),
-    without_poses=ByItself("goes on"),
-    without_link=ByItself("goes on as it was commanded last"),
+    without_setpoints=ByItself("follows its last command"),
+    without_poses=ByItself("continues"),
+    without_link=ByItself("follows its last command"),
 )
 TELLO = AirframeRow(
     "tello",

@@ -17,9 +17,9 @@ from flockwire.swarm.tables import Finite, Model, NotNegative, Point, Positive
 class DroneKeys(Model):
     """One drone: 0 is the leader, the others follow."""
 
-    id: Annotated[int, Field(ge=0, le=999)]  # 0 is the leader; the others follow, in ascending order of their places
+    id: Annotated[int, Field(ge=0, le=999)]  # 0 is the leader; ascending ids take ascending places
     airframe: str = KINEMATICS.kind  # a name from [airframes]: a built-in one, or one of the file
-    start: Point  # m, where it stands before take-off, on the floor or on a table
+    start: Point  # m, its position before take-off, on the floor or on a table
     heading: Finite = 0.0  # rad, counter-clockwise from x, at its start, of a simulated airframe that turns
     body: str | Annotated[int, Field(ge=0)] | None = None  # its name, or number, at the tracker; default: uavID
     host: str | None = None  # the machine its agent runs on; default: the first of [hosts]
@@ -27,12 +27,12 @@ class DroneKeys(Model):
 
 
 class AirframeKeys(Model):
-    """How an airframe answers a velocity command: first-order lag behind a dead time. Laws know both."""
+    """An airframe's response to a velocity command: dead time, then first-order lag. Laws know both."""
 
-    kind: str = KINEMATICS.kind  # what it is; a kind may have a driver of its own
-    gain: Positive = 1.0  # speed over commanded speed, at rest (simulated airframes)
+    kind: str = KINEMATICS.kind  # its row in the airframe table
+    gain: Positive = 1.0  # speed over commanded speed, in steady state (simulated airframes)
     lag: NotNegative = 0.0  # s, time constant
-    dead_time: NotNegative = 0.0  # s, before it answers
+    dead_time: NotNegative = 0.0  # s, before it responds
     endurance: Positive = 900.0  # s, of flight on a full battery (simulated airframes)
 
 

@@ -17,7 +17,7 @@ from flockwire.swarm.tables import Finite, Model, Positive
 class FormationModel(Model):
     """What all kinds have in common."""
 
-    places: Literal["assigned", "fixed"] = "assigned"  # who takes which in a change to it: shortest ways, or by rank
+    places: Literal["assigned", "fixed"] = "assigned"  # assignment in a change to it: shortest paths, or by rank
 
 
 class CircleFormation(FormationModel):
@@ -72,7 +72,7 @@ class PolygonFormation(FormationModel):
 
 
 class KeyFramesFormation(FormationModel):
-    """Offsets from a CSV file `t,drone,x,y,z`, joined by a smooth curve; `frames` holds its text once it is read."""
+    """Offsets from a CSV file `t,drone,x,y,z`, joined by a smooth curve; `frames` is the file's text."""
 
     kind: Literal["key_frames"]  # by a CSV file `t,drone,x,y,z`
     file: str  # its path, from the swarm file's folder
@@ -87,12 +87,12 @@ class KeyFramesFormation(FormationModel):
 
 
 class ExpressionFormation(FormationModel):
-    """Offsets in m as expressions in t (s), i (the follower's rank, from 0) and n (how many followers there are)."""
+    """Offsets in m as expressions in t (s), i (the follower's rank, from 0) and n (the number of followers)."""
 
     kind: Literal["expression"]  # by formulas
     x: str  # m, in t, i and n
-    y: str  # m, likewise
-    z: str = "0"  # m, likewise
+    y: str  # m, in t, i and n
+    z: str = "0"  # m, in t, i and n
 
     @field_validator("x", "y", "z")
     @classmethod

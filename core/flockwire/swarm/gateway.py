@@ -39,7 +39,7 @@ Version = Annotated[str, AfterValidator(_version), Takes('a version like "4.1"')
 class Axes(Model):
     """How a source's own frame is."""
 
-    up_axis: Literal["y", "z"] = "z"  # which axis points up
+    up_axis: Literal["y", "z"] = "z"  # the axis that points up
     unit: Literal["m", "mm"] = "m"  # of its lengths
 
 
@@ -47,14 +47,14 @@ class NatNet(Axes):
     """OptiTrack's Motive, or another server of NatNet 3.0 to 4.5."""
 
     server: str = "127.0.0.1"  # its IPv4 address
-    command_port: Port = 1510  # where it takes requests
-    multicast: bool = False  # whether it streams to a group, or to each client
-    group: str | None = None  # of multicast; default: the one that the server announces
+    command_port: Port = 1510  # for requests
+    multicast: bool = False  # whether it streams to a group, not to each client
+    group: str | None = None  # of multicast; default: as the server announces
     data_port: Port = 1511  # of that group
-    interface: str = "0.0.0.0"  # noqa: S104  # this host's IPv4 address that leads to the server
-    bitstream: Version | None = None  # NatNet's version to ask for (multicast: that is streamed); default: the server's
-    request_model: bool = True  # whether to ask for the bodies' names
-    up_axis: Literal["y", "z"] = "y"  # which axis points up
+    interface: str = "0.0.0.0"  # noqa: S104  # this host's IPv4 address towards the server
+    bitstream: Version | None = None  # NatNet version to request (multicast: the streamed one); default: the server's
+    request_model: bool = True  # whether to request the bodies' names
+    up_axis: Literal["y", "z"] = "y"  # the axis that points up
 
 
 class Vrpn(Axes):
@@ -69,8 +69,8 @@ class Qualisys(Axes):
     """Qualisys QTM's real-time server (`scripts/extra qualisys`)."""
 
     server: str = "127.0.0.1"  # its name or address
-    port: Port = 22223  # of TCP, the one for little-endian
-    latency: NotNegative = 0.0  # s, from exposure to arrival, as far as it is known
+    port: Port = 22223  # of TCP, for little-endian
+    latency: NotNegative = 0.0  # s, from exposure to arrival, if known
     unit: Literal["m", "mm"] = "mm"  # of its lengths
 
 
@@ -78,14 +78,14 @@ class Vicon(Axes):
     """Vicon's Tracker or Nexus (`scripts/extra vicon`)."""
 
     server: str = "127.0.0.1"  # its name or address
-    latency: NotNegative = 0.0  # s, from exposure to arrival, as far as it is known
+    latency: NotNegative = 0.0  # s, from exposure to arrival, if known
 
 
 class Replay(Model):
     """The poses of an earlier trace."""
 
     trace: str = ""  # file, trace.mcap of an earlier flight
-    pace: Positive = 1.0  # times its own
+    pace: Positive = 1.0  # relative to the recorded pace
 
 
 class Twin(Model):
@@ -95,17 +95,22 @@ class Twin(Model):
     loss: Share = 0.0  # share of frames that are lost
     repetition: Share = 0.0  # share of frames that arrive twice
     reordering: Share = 0.0  # share of frames that arrive after the next
-    renamed: dict[str, str] = Field(default={})  # what it calls a body, by the name in this file
+    renamed: dict[str, str] = Field(default={})  # its names for bodies, by the name in this file
 
 
 class Gateway(Model):
-    """Where poses come from, and how the tracker's frame lies on the field (docs/tracking.md)."""
+    """The source of poses, and the tracker's frame on the field (docs/tracking.md)."""
 
     source: Literal["simulated", "natnet", "vrpn", "qualisys", "vicon", "replay"] = (
-        "simulated"  # which tracking system; its table below counts
+        "simulated"  # the tracking system; its table is below
     )
     rate_hz: Annotated[int, Field(ge=10, le=500)] = 100  # Hz, of the cameras
-    rotation: Rotation = (0.0, 0.0, 0.0, 1.0)  # quaternion x, y, z, w: tracker's axes, z already up, to the field's
+    rotation: Rotation = (
+        0.0,
+        0.0,
+        0.0,
+        1.0,
+    )  # quaternion x, y, z, w: from the tracker's axes, with z up, to the field's
     offset: Point = (0.0, 0.0, 0.0)  # m, of the tracker's origin on the field
     person_radius: Positive = 0.4  # m, round a body that this file does not name: a person with markers
     natnet: NatNet = NatNet()  # the table of source = "natnet"
@@ -113,7 +118,7 @@ class Gateway(Model):
     qualisys: Qualisys = Qualisys()  # the table of source = "qualisys"
     vicon: Vicon = Vicon()  # the table of source = "vicon"
     replay: Replay = Replay()  # the table of source = "replay"
-    twin: Twin | None = None  # a simulated tracker: there is one where this table is
+    twin: Twin | None = None  # a simulated tracker; this table enables it
     noise: NotNegative = 0.0  # m, standard deviation per axis (simulated cameras)
     latency: NotNegative = 0.0  # s, from exposure to sending (simulated cameras)
     dropout: Share = 0.0  # share of lost samples (simulated cameras)

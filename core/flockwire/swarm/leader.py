@@ -34,12 +34,12 @@ class CirclingTrajectory(Model):
 
 
 class WaypointsTrajectory(Model):
-    """The leader flies from point to point, relative to its start, and stays at the last one (or flies round)."""
+    """The leader flies through points relative to its start, and stays at the last one (or repeats them)."""
 
     kind: Literal["waypoints"]  # from point to point
     points: Annotated[tuple[Point, ...], Field(min_length=1)]  # m, relative to the start
     speed: Positive = 0.2  # m/s, between the points
-    loop: bool = False  # whether it begins again at the last one
+    loop: bool = False  # whether it restarts after the last one
 
     def build(self) -> Trajectory:
         """Return the trajectory."""
@@ -47,16 +47,18 @@ class WaypointsTrajectory(Model):
 
 
 class Leader(Model):
-    """Who leads: drone 0 on a trajectory or as a person steers it, a body that a person carries, or a virtual point."""
+    """The leader: drone 0 on a trajectory or steered by a person, a body that a person carries, or a virtual point."""
 
-    kind: Literal["trajectory", "teleoperated", "tracked", "virtual"] = "trajectory"  # who leads, see docs/leaders.md
+    kind: Literal["trajectory", "teleoperated", "tracked", "virtual"] = (
+        "trajectory"  # kind of leader, see docs/leaders.md
+    )
     trajectory: Annotated[ConstantVelocity | CirclingTrajectory | WaypointsTrajectory, Field(discriminator="kind")] = (
-        CirclingTrajectory(kind="circle")  # its path, flown while the formation is; of a simulated person: walked
+        CirclingTrajectory(kind="circle")  # its path in the formation phase; a simulated person walks it
     )
     input_bound: Positive = 0.1  # m/s, |u_0| per axis: unknown to the followers, used in Lemma 3
     tracking_gain: Positive = 2.0  # 1/s, of the leader's own position loop
     start: Point = (0.0, 0.0, 1.0)  # m, of a virtual leader
-    speed: Positive = 0.3  # m/s, at most, of a leader that a person steers or carries
+    speed: Positive = 0.3  # m/s, maximum, of a leader that a person steers or carries
     acceleration: Positive = 1.0  # m/s^2, of a teleoperated leader
 
     @property

@@ -24,7 +24,7 @@ def validated(table: dict[str, Any]) -> Swarm:
 
 
 def mended(table: dict[str, Any]) -> Swarm | None:
-    """Return `table` as a model after what is wrong has given way to defaults and stand-ins; None where it cannot."""
+    """Return `table` as a model after what is wrong has given way to defaults and stand-ins; None if it cannot."""
     rest = deepcopy(table)
     for _ in range(ROUNDS):
         try:

@@ -45,25 +45,25 @@ def uav(number: int) -> str:
 
 
 class Swarm(Model):
-    """A whole swarm; one that loading.py returns has passed every rule and may fly."""
+    """A whole swarm. A swarm returned by loading.py has passed every rule and may fly."""
 
-    name: str  # the swarm's: the first part of every key
-    frame: str = "world"  # the world frame's, ENU with Z up
+    name: str  # the swarm's name: the first part of every key
+    frame: str = "world"  # name of the world frame, ENU with Z up
     control: Control = Control()  # the control law
     observer: Observer = Observer()  # the fixed-time observer (8)
-    formation: FormationTable | None = None  # the formation that is flown first
-    formations: dict[str, FormationTable] = Field(default={})  # others, to change to by name
-    avoidance: Avoidance = Avoidance()  # what is sensed, and distances to keep
+    formation: FormationTable | None = None  # the first formation
+    formations: dict[str, FormationTable] = Field(default={})  # other formations, by name
+    avoidance: Avoidance = Avoidance()  # sensing and required distances
     limits: Limits = Limits()  # speeds, heights, battery, fence
-    checks: Checks = Checks()  # what a flight is judged by
-    leader: Leader = Leader()  # who leads, and where
+    checks: Checks = Checks()  # bounds that judge a flight
+    leader: Leader = Leader()  # the leader and its path
     graph: GraphTable  # who receives from whom
     drones: tuple[Drone, ...]  # every drone
-    airframes: dict[str, Airframe] = Field(default=BUILT_IN_AIRFRAMES)  # how airframes answer
-    obstacles: tuple[Obstacle, ...] = ()  # what stands in the way
-    tracked_obstacles: tuple[TrackedObstacle, ...] = ()  # what moves in the way, where the tracker sees it
+    airframes: dict[str, Airframe] = Field(default=BUILT_IN_AIRFRAMES)  # responses of airframes
+    obstacles: tuple[Obstacle, ...] = ()  # fixed obstacles
+    tracked_obstacles: tuple[TrackedObstacle, ...] = ()  # moving obstacles that the tracker sees
     gateway: Gateway = Gateway()  # where poses come from
-    network: Network = Network()  # how processes are linked
+    network: Network = Network()  # the links of processes
     sim: Sim = Sim()  # the network of `flockwire sim`
     hosts: dict[str, Host] = Field(default={"local": Host()})  # the machines
 

@@ -23,7 +23,7 @@ UNITS = ("m", "s", "m/s", "m/s^2", "rad", "rad/s", "1/s", "Hz", "s per s", "degr
 
 
 class Place(NamedTuple):
-    """Where a location leads in a model: the keys on the way, and what stands there (None where it is unknown)."""
+    """Where a location leads in a model: the keys on the way, and what stands there (None if it is unknown)."""
 
     keys: tuple[str | int, ...]
     kind: Any
@@ -71,7 +71,7 @@ def of_field(field: FieldInfo) -> tuple[Any, tuple[Any, ...]]:
 
 
 def kinds(annotation: Any) -> dict[str, type[BaseModel]]:  # noqa: ANN401  (any type)
-    """Return the models of a union that is told apart by `kind`, by kind; empty for any other type."""
+    """Return the models of a union that is distinguished by `kind`, by kind; empty for any other type."""
     if get_origin(annotation) not in (Union, UnionType):
         return {}
     found = {}
@@ -104,7 +104,7 @@ def place(model: type[BaseModel], location: tuple[str | int, ...]) -> Place:
 
 
 def _inside(kind: Any, part: str | int) -> tuple[Any, tuple[Any, ...]]:  # noqa: ANN401  (any type)
-    """Return what stands at `part` of a type, None where it is unknown."""
+    """Return what stands at `part` of a type, None if it is unknown."""
     if is_model(kind):
         named = {field.alias or name: field for name, field in kind.model_fields.items()}
         return of_field(named[str(part)]) if part in named else (None, ())

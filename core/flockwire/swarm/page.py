@@ -17,8 +17,8 @@ _HEAD = """# The swarm file
 <!-- made by scripts/document from the models in core/flockwire/swarm; change those -->
 
 One TOML file describes a whole swarm. `flockwire init` writes one with comments, `flockwire check` names every mistake.
-Lengths are metres, times seconds, angles radians; the world frame is ENU with Z up. What has no default must be
-given. In a message or a dotted key, numbers count places in lists from 0: `drones.2.start` is that of the third drone.
+Lengths are metres, times seconds, angles radians; the world frame is ENU with Z up. A key without a default must be
+given. In messages and dotted keys, list positions count from 0: `drones.2.start` is the start of the third drone.
 
 An editor that knows TOML and JSON Schema (Even Better TOML, taplo) completes and explains keys: `flockwire init` writes
 `.flockwire/swarm.schema.json` and a first line that names it."""

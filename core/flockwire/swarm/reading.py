@@ -21,16 +21,16 @@ _SYNTAX = {  # what the parser says, by a part of it; what it means to somebody 
     "Invalid value": "a value is a number, true, false, 'text' in quotes, a [list] or a { table }",
     "Expected '=' after": "a key is followed by = and a value",
     "Cannot overwrite": "this key or table has a value already",
-    "Cannot declare": "this table is there twice, or is a list",
-    "Cannot mutate": "this table was complete already; put the key into it",
+    "Cannot declare": "this table appears twice, or is a list",
+    "Cannot mutate": "this table is already complete; put the key into it",
     "Unclosed array": "a list ends with ]; its items are separated by commas",
     "Unclosed inline table": "a { table } ends with }; its keys are separated by commas",
-    "Expected newline or end": "one key and its value to a line; a decimal point is a point",
+    "Expected newline or end": "one key and its value per line; the decimal separator is a point",
     "Unterminated string": "the text lacks its closing quote",
-    "Illegal character": "the text lacks its closing quote, or holds a character that must not be there",
+    "Illegal character": "the text lacks its closing quote, or has an invalid character",
     "Expected ']'": "a [table] ends with ] (a [[list of tables]] with ]])",
     "Invalid initial character": "a key is letters, digits, _ and -",
-    "Invalid date": "this is no date; text stands in quotes",
+    "Invalid date": "this is not a date; text needs quotes",
 }
 
 
@@ -59,7 +59,7 @@ def _syntax(message: str, text: str) -> str:
     found = re.search(r"\(at line (\d+), column (\d+)\)", message)
     line = int(found[1]) if found else max(1, len(text.rstrip("\n").split("\n")))
     content = [*text.split("\n"), ""][line - 1].strip()
-    hint = next((meaning for part, meaning in _SYNTAX.items() if part in message), "what stands here is not complete")
+    hint = next((meaning for part, meaning in _SYNTAX.items() if part in message), "this value is not complete")
     column = f", column {found[2]}" if found else ""
     return f"line {line}{column}: not TOML: {shown(content)}: {hint}"
 
@@ -104,7 +104,7 @@ def _lines(model: type[BaseModel], where: Place, detail: dict[str, Any]) -> list
     if kind == "missing":
         return [f"{key}: missing; this key has no default" + (f" and must be {told}" if told else "")]
     near = meant(value, map(str, get_args(where.kind))) if get_origin(where.kind) is Literal else ""
-    return [f"{key} = {shown(value)}: " + (f"must be {told}{near}" if told else "this cannot be here")]
+    return [f"{key} = {shown(value)}: " + (f"must be {told}{near}" if told else "this is not allowed here")]
 
 
 def _unknown(model: type[BaseModel], where: Place, location: tuple[str | int, ...], value: object) -> Fault:

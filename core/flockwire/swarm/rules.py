@@ -70,7 +70,7 @@ def _drones(swarm: Swarm) -> Iterator[str]:
         yield "drones: at least one follower (an id above 0) is needed"
     virtual = swarm.leader.kind == "virtual"
     if not virtual and LEADER not in seen:
-        yield f"drones: the leader, id 0, is missing (leader.kind = {swarm.leader.kind!r} has a body of its own)"
+        yield f"drones: the leader, id 0, is missing (leader.kind = {swarm.leader.kind!r} has its own body)"
     if virtual and LEADER in seen:
         yield "drones: id 0 is the leader, and leader.kind = 'virtual' has no drone"
 
@@ -80,7 +80,7 @@ def _rates(swarm: Swarm) -> Iterator[str]:
     if swarm.gateway.rate_hz < swarm.control.rate_hz:
         yield (
             f"gateway.rate_hz = {swarm.gateway.rate_hz}: must be control.rate_hz = {swarm.control.rate_hz} or more, "
-            "each control step answers a pose"
+            "because each control step uses a pose"
         )
 
 
@@ -108,7 +108,7 @@ def _graph(swarm: Swarm) -> Iterator[str]:
         if source == target:
             problems.append(f"{key}: a drone is not its own neighbour")
         if (source, target) in seen:
-            problems.append(f"{key}: this edge is there twice")
+            problems.append(f"{key}: this edge appears twice")
         seen.add((source, target))
     yield from problems
     if not problems and (lost := swarm.topology.unreachable()):
@@ -152,7 +152,7 @@ def _polygon(corners: tuple[Corner, ...]) -> Iterator[str]:
     if len(corners) < 3:
         yield f"{key}: must have 3 corners or more"
     elif repeated := next((one for one in edges(corners) if one[0] == one[1]), None):
-        yield f"{key}: corner {list(repeated[0])} is there twice in a row; leave one out"
+        yield f"{key}: corner {list(repeated[0])} appears twice in a row; remove one"
     elif (found := crossing(corners)) is not None:
         one, other = (f"that from {list(corners[k])} to {list(corners[(k + 1) % len(corners)])}" for k in found)
         yield f"{key}: must not cross or touch itself, {one} meets {other}"

@@ -46,7 +46,7 @@ class Model(BaseModel):
 
 
 class Parameters(Model):
-    """Base of the model of `[control.parameters]` that a law of one's own has as its attribute `Parameters`."""
+    """Base of the model of `[control.parameters]` that a law of your own has as its attribute `Parameters`."""
 
     @classmethod
     def of(cls, given: Mapping[str, object]) -> Self:
@@ -59,11 +59,11 @@ class Control(Model):
 
     rate_hz: Annotated[int, Field(ge=10, le=500)] = 100  # Hz, of control steps
     law: str = "extended"  # "extended", "paper" or your own, "package.module:ClassName"
-    parameters: dict[str, JsonValue] = Field(default={})  # those of a law of your own, by its model
-    formation_gain: Positive = 3.0  # 1/s, K: how hard a follower is drawn to its place
-    compensation_gain: NotNegative = 0.2  # m/s, phi: makes up for the leader's unknown motion (law "paper")
+    parameters: dict[str, JsonValue] = Field(default={})  # those of your own law
+    formation_gain: Positive = 3.0  # 1/s, K: gain towards the follower's place
+    compensation_gain: NotNegative = 0.2  # m/s, phi: compensates the leader's unknown motion (law "paper")
     compensation_smoothing: Positive = 0.01  # m, epsilon: width of the soft sign behind it (law "paper")
-    safety_filter: bool | None = None  # whether it is round the law; default: round every law but "paper"
+    safety_filter: bool | None = None  # whether it is used; default: with every law but "paper"
 
     @property
     def filtered(self) -> bool:
@@ -74,7 +74,7 @@ class Control(Model):
 class Observer(Model):
     """The fixed-time observer (8)."""
 
-    step: Literal["implicit", "explicit"] = "implicit"  # (law "paper"; "extended" is implicit)
+    step: Literal["implicit", "explicit"] = "implicit"  # of the integration (law "paper"; "extended" is implicit)
     gain: Positive = 3.0  # m/s, mu
     exponent: Annotated[float, Field(gt=1, allow_inf_nan=False)] = 1.5  # p
     velocity_time_constant: Positive = 0.15  # s, of the filter behind the published velocity estimate (law "paper")
@@ -82,19 +82,19 @@ class Observer(Model):
 
 
 class Avoidance(Model):
-    """The repulsive potentials of (9), what is sensed, and the distances that must be kept."""
+    """The repulsive potentials of (9), the sensing, and the required distances."""
 
-    sensing: Literal["nearby", "neighbours"] = "nearby"  # whatever is near, or the neighbours' poses alone
+    sensing: Literal["nearby", "neighbours"] = "nearby"  # all nearby bodies, or only the neighbours' poses
     sensing_radius: Positive = 1.5  # m, within which bodies are sensed
     drone_gain: NotNegative = 0.3  # K_uav, of the potentials (law "paper")
-    obstacle_gain: NotNegative = 0.5  # K_obs, likewise
+    obstacle_gain: NotNegative = 0.5  # K_obs, of the potentials (law "paper")
     drone_influence_radius: Positive = 0.5  # m, rho_uav: where a drone begins to repel
     obstacle_influence_radius: Positive = 0.5  # m, rho_obs, from the obstacle's surface
-    drone_safety_distance: Positive = 0.4  # m, r_safe_uav: between centres, to be kept
-    obstacle_safety_distance: Positive = 0.3  # m, r_safe_obs: from the obstacle's surface, to be kept
-    margin: NotNegative = 0.03  # m, added to both by the safety filter, for noise and what the model does not know
+    drone_safety_distance: Positive = 0.4  # m, r_safe_uav: minimum between centres
+    obstacle_safety_distance: Positive = 0.3  # m, r_safe_obs: minimum from the obstacle's surface
+    margin: NotNegative = 0.03  # m, added to both by the safety filter, for noise and model errors
     barrier_rate: Positive = 5.0  # 1/s, alpha: how fast the safety filter lets a gap close
-    sidestep_reach: Positive = 0.6  # m, gap within which a body is in the way
+    sidestep_reach: Positive = 0.6  # m, gap below which a drone sidesteps
 
     @property
     def safe(self) -> Separation:
@@ -108,14 +108,14 @@ class Avoidance(Model):
 
 
 class Fence(Model):
-    """The room that no drone may leave: a box, and in it a polygon where there is one."""
+    """The room that no drone may leave: a box, and optionally a polygon in it."""
 
     min: Point | None = None  # m, the lowest corner of the box; else [-10, -10, -0.5], or the polygon's
     max: Point | None = None  # m, the highest corner of the box; else [10, 10, 3], or the polygon's
     polygon: tuple[Corner, ...] = ()  # m, corners [x, y] in order, convex or not
     floor: Finite | None = None  # m, in place of min's height
     ceiling: Finite | None = None  # m, in place of max's height
-    margin: Positive = 0.5  # m, this far outside a drone lands
+    margin: Positive = 0.5  # m, distance outside at which a drone lands
 
     @property
     def low(self) -> Point:
@@ -130,7 +130,7 @@ class Fence(Model):
         return (x, y, z if self.ceiling is None else self.ceiling)
 
     def _round(self, bound: Callable[[Iterable[float]], float], height: float) -> Point | None:
-        """Return a corner of the smallest box round the polygon, None where there is none."""
+        """Return a corner of the smallest box round the polygon, None if there is none."""
         if not self.polygon:
             return None
         return (bound(x for x, _ in self.polygon), bound(y for _, y in self.polygon), height)
@@ -144,22 +144,22 @@ class Staleness(Model):
     """How old each input may get before the agent or the driver reacts, in seconds."""
 
     pose_zero: Positive = 0.1  # s, age of the own pose at which a drone stops
-    pose_land: Positive = 1.0  # s, and lands
-    estimate_drop: Positive = 0.3  # s, age at which a neighbour's estimate no longer counts
-    estimates_hold: Positive = 1.0  # s, without any neighbour's estimate: hold
-    estimates_land: Positive = 5.0  # s, and land
+    pose_land: Positive = 1.0  # s, age of the own pose at which it lands
+    estimate_drop: Positive = 0.3  # s, age at which a neighbour's estimate is ignored
+    estimates_hold: Positive = 1.0  # s, time without any neighbour's estimate: hold
+    estimates_land: Positive = 5.0  # s, time without any neighbour's estimate: land
     leader_silent: Positive = (
-        1.0  # s, without the leader's status (of a tracked one: its pose), for its subscribers: then it counts as down
+        1.0  # s, time without the leader's status (tracked leader: pose) after which it counts as down
     )
-    leader_land: Positive = 5.0  # s, after it is down, who flies its formation lands
+    leader_land: Positive = 5.0  # s, after the leader is down, its followers land
     steering_stop: Positive = 0.3  # s, age of the steering command at which a teleoperated leader stops
-    nearby_slow: Positive = 0.1  # s, age of the nearby bodies at which a drone slows down to limits.blind_speed
-    nearby_hold: Positive = 0.5  # s, and holds
+    nearby_slow: Positive = 0.1  # s, age of the nearby bodies at which a drone slows to limits.blind_speed
+    nearby_hold: Positive = 0.5  # s, age of the nearby bodies at which it holds
     command_zero: Positive = 0.2  # s, age of the command at which the driver stops the drone
-    command_land: Positive = 1.0  # s, and lands it
-    identity_land: Positive = 5.0  # s, after the tracker mistook its body for another's
-    telemetry_warn: Positive = 1.0  # s, age of the drone's telemetry at which its status says so
-    telemetry_land: Positive = 3.0  # s, and it lands
+    command_land: Positive = 1.0  # s, age of the command at which the driver lands the drone
+    identity_land: Positive = 5.0  # s, after the tracker confused its body with another
+    telemetry_warn: Positive = 1.0  # s, age of the drone's telemetry at which its status reports it
+    telemetry_land: Positive = 3.0  # s, age of the drone's telemetry at which it lands
 
 
 class Limits(Model):
@@ -167,12 +167,12 @@ class Limits(Model):
 
     speed: Positive = 3.0  # m/s, of every drone
     acceleration: Positive = 10.0  # m/s^2, of commands (safety filter)
-    floor: Finite = 0.15  # m, no drone goes lower, except to land (safety filter)
+    floor: Finite = 0.15  # m, lowest height except for landing (safety filter)
     blind_speed: Positive = 0.5  # m/s, while the nearby bodies are stale
-    takeoff_height: Positive = 1.0  # m, that each drone climbs from its start before the formation begins
+    takeoff_height: Positive = 1.0  # m, above the start, of take-off
     vertical_speed: Positive = 0.7  # m/s, of take-off and landing
-    start_tolerance: Positive = 0.2  # m, between a drone's start and where it stands before its first flight
-    clock_offset_bound: Positive = 0.05  # s, the most that a process's offset from the swarm's time may be unknown by
+    start_tolerance: Positive = 0.2  # m, of a drone's position before its first flight
+    clock_offset_bound: Positive = 0.05  # s, largest uncertainty of a process's clock offset
     battery_takeoff: Probability = 0.2  # share of the battery below which no drone takes off
     battery_land: Probability = 0.1  # share of the battery below which a drone lands
     fence: Fence = Fence()  # the room that no drone may leave
@@ -180,20 +180,20 @@ class Limits(Model):
 
 
 class Checks(Model):
-    """What a flight must keep to, beside the safety distances and the limits (docs/checks.md)."""
+    """The bounds that judge a flight, besides the safety distances and the limits (docs/checks.md)."""
 
     formation_tail: Positive = 0.1  # m, formation error in the last 30 % of each formation phase
-    observation_tail: Positive = 0.1  # m, observation error, likewise
+    observation_tail: Positive = 0.1  # m, observation error in the same part
     settle_within: Positive = 20.0  # s, from the formation's time 0
-    off_place: Positive = 5.0  # s, that a follower may be off its place at a time, once all had settled
-    fence: NotNegative = 0.1  # m, that a drone in the air may be outside limits.fence
-    landing_radius: Positive = 0.5  # m, between where a landing begins and where it ends, on the ground plan
+    off_place: Positive = 5.0  # s, longest time off its place for a follower, after all have settled
+    fence: NotNegative = 0.1  # m, largest distance of a flying drone outside limits.fence
+    landing_radius: Positive = 0.5  # m, horizontal distance between begin and end of a landing
     control_rate: Probability = 0.95  # share of its steps that the slowest agent must make in the formation phases
-    recording_gap: Positive = 0.5  # s, of a topic that the recorder may miss
+    recording_gap: Positive = 0.5  # s, longest gap in a recorded topic
 
 
 class GraphTable(Model):
-    """Who hears whom: `[from, to]` or `[from, to, weight]`, 0 being the leader."""
+    """Who receives from whom: `[from, to]` or `[from, to, weight]`; 0 is the leader."""
 
     edges: tuple[Edge, ...]  # who receives from whom
 
@@ -215,9 +215,9 @@ class TrackedObstacle(Model):
 
 
 class Network(Model):
-    """Who links to whom and how; a process listens at a port from `base_port` on, for the operator at one below."""
+    """The links; processes listen at ports from `base_port` on, and for the operator at ports below it."""
 
-    mode: Literal["peers", "router"] = "peers"  # each dials those it exchanges keys with; or all dial one router
+    mode: Literal["peers", "router"] = "peers"  # processes dial each other, or all dial one router
     security: Literal["mtls", "none"] = "mtls"  # "none" is for measurements on one machine
     link: Literal["tls", "quic"] = "tls"  # "quic" carries state as datagrams, for radio links that lose packets
     base_port: Annotated[int, Field(ge=1024, le=64000)] = 7450  # the first of the ports
@@ -227,15 +227,15 @@ class Sim(Model):
     """The network and the clocks of `flockwire sim`; a real flight has its own."""
 
     delay: NotNegative = 0.0003  # s, from sending to arrival
-    jitter: NotNegative = 0.0  # s, at most, on top of the delay; a link keeps its order all the same
-    loss: Probability = 0.0  # share of the messages that never arrive; events (orders, stops) are sent again instead
-    reordering: Probability = 0.0  # share of the messages that are overtaken by those behind them
-    clock_offset: NotNegative = 0.0  # s, at most, plus or minus, between a process's clock and the true time
-    clock_drift: NotNegative = 0.0  # s per s, at most, plus or minus
+    jitter: NotNegative = 0.0  # s, largest addition to the delay; a link keeps its order
+    loss: Probability = 0.0  # share of lost messages; events (orders, stops) are repeated instead
+    reordering: Probability = 0.0  # share of messages that arrive after later ones
+    clock_offset: NotNegative = 0.0  # s, largest offset of a process's clock, either sign
+    clock_drift: NotNegative = 0.0  # s per s, largest drift, either sign
 
 
 class Host(Model):
-    """One machine: its address, and the processes beside its agents that it runs (by identity)."""
+    """One machine: its address, and its processes besides agents (by identity)."""
 
     address: str = "127.0.0.1"  # the machine's IP address
-    processes: tuple[str, ...] = ()  # what it runs beside its agents, by identity
+    processes: tuple[str, ...] = ()  # its processes besides agents, by identity

@@ -22,7 +22,7 @@ class Takes:
 
 
 def takes(kind: Any, metadata: tuple[Any, ...] = ()) -> str:  # noqa: ANN401  (any type)
-    """Return what a field of this type takes, to follow `must be`; empty where nothing can be said."""
+    """Return what a field of this type takes, to follow `must be`; empty if nothing can be said."""
     said = [data.text for data in metadata if isinstance(data, Takes)]
     if said:
         return said[0]
@@ -74,7 +74,7 @@ def one_of(words: Iterable[str]) -> str:
 
 
 def meant(value: object, words: Iterable[str]) -> str:
-    """Return which of `words` somebody may have meant by `value`, to follow a refusal; empty where none is near."""
+    """Return which of `words` somebody may have meant by `value`, to follow a refusal; empty if none is near."""
     near = get_close_matches(str(value), [*words], n=1)
     return f"; did you mean {near[0]!r}?" if near else ""
 

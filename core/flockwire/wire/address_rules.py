@@ -18,7 +18,7 @@ LOWEST_PORT, HIGHEST_PORT = 1024, 65535
 def _hosts(swarm: Swarm) -> Iterator[str]:
     """Yield what is wrong with the names and addresses of hosts, and with addresses of drones."""
     if not swarm.hosts:
-        yield "hosts = {}: at least one host is needed (leave the table out for one called local)"
+        yield "hosts = {}: at least one host is needed (without the table there is one called local)"
     for name, host in swarm.hosts.items():
         if not re.fullmatch(r"[A-Za-z0-9]([A-Za-z0-9-]{0,61}[A-Za-z0-9])?", name):
             yield f"hosts.{name}: must be a host name: letters, digits and hyphens, at most 63"
@@ -61,7 +61,7 @@ def _processes(plan: Plan) -> Iterator[str]:
     for name, host in plan.swarm.hosts.items():
         for process in host.processes:
             if process not in known:
-                yield f"hosts.{name}.processes has {process!r}: must be of {known}"
+                yield f"hosts.{name}.processes has {process!r}: must be one of {known}"
             elif process in claimed:
                 yield f"hosts.{name}.processes has {process!r}: host {claimed[process]} runs it already"
             claimed.setdefault(process, name)

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from flockwire.domain.time import SECOND
 
-HEADER = b"\x00\x01\x00\x00"  # little-endian CDR
+HEADER: Final = b"\x00\x01\x00\x00"  # little-endian CDR
 LONGEST_SEQUENCE = 4096
 _LENGTH: Final = Struct("<I")
 _TIME: Final = Struct("<iI")
@@ -98,7 +98,7 @@ class Writer:
 
 
 class Reader:
-    """Takes values from a CDR message; raises MessageError where it ends too soon or holds nonsense."""
+    """Takes values from a CDR message; raises MessageError if it ends too soon or holds nonsense."""
 
     def __init__(self, data: bytes) -> None:
         if data[:4] != HEADER:

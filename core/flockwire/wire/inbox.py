@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections import Counter
 from struct import Struct, error
-from typing import NamedTuple
+from typing import Final, NamedTuple
 from zlib import crc32
 
 from flockwire.domain.time import SECOND
 from flockwire.wire.cdr import MessageError
+from flockwire.wire.codec import CODECS, Message
 from flockwire.wire.keys import ANY_TIME, ROWS, Key, KeyRow
-from flockwire.wire.messages import Message
 
-ATTACHMENT = Struct("<qqB16s")  # as rmw_zenoh: sequence number, source time in ns, 16, publisher id
+ATTACHMENT: Final = Struct("<qqB16s")  # as rmw_zenoh: sequence number, source time in ns, 16, publisher id
 CANARY = b"flockwire canary"  # what the conformance probe publishes in place of a message: dropped, and counted as such
 MISDIRECTED = "of another key"  # the reason under which a message is counted that was published on another key
 OVER_QUOTA = "over quota"  # the reason under which a message is counted that is too large, or one too many
 MOST_MISSED = 1_000_000  # a larger gap is forged, and must not overflow a counter
 MOST_PUBLISHERS = 64  # of a key of which every message counts: their last sequence numbers are remembered
-BURST = 4  # s of its quota that a key may use at once: so much a receiver finds after it stood still
+BURST = 4  # s of its quota that a key may use at once: so much a receiver finds after it was frozen
 
 
 def publisher_of(session: bytes, key: Key) -> bytes:
@@ -65,7 +65,7 @@ Opened = tuple[Message, int, int, bytes]  # a sample that could be read: message
 def open_sample(row: KeyRow, payload: bytes, attached: bytes) -> Opened | None:
     """Decode a sample of a key of `row`; None when it is malformed."""
     try:
-        message = row.message.decode(payload)
+        message: Message = CODECS[row.message].decode(payload)
         sequence, sent, size, publisher = ATTACHMENT.unpack(attached)
     except (MessageError, error):
         return None

@@ -13,20 +13,14 @@ from enum import Enum
 from typing import NamedTuple
 
 from flockwire.control.graph import LEADER
+from flockwire.domain.airframe import Command, Telemetry
+from flockwire.domain.body import Nearby
+from flockwire.domain.motion import Estimate
+from flockwire.domain.order import Mission, Stop
+from flockwire.domain.pose import IdentityDoubt, Pose
+from flockwire.domain.time import TimeReply, TimeRequest
 from flockwire.swarm.model import Swarm, uav
-from flockwire.wire.messages import (
-    Command,
-    Estimate,
-    IdentityDoubt,
-    Message,
-    Mission,
-    Nearby,
-    Pose,
-    Stop,
-    Telemetry,
-    TimeReply,
-    TimeRequest,
-)
+from flockwire.wire.codec import Message
 from flockwire.wire.processes import (
     AGENT,
     DRIVER,
@@ -250,9 +244,9 @@ MISSION = Key("mission")
 STOP = Key("stop")
 
 
-def key_text(swarm: Swarm, key: Key) -> str:
+def key_text(swarm_name: str, key: Key) -> str:
     """Return the key as it stands on the wire; with a `/` before it, the ROS 2 topic."""
-    return f"{swarm.name}/{key.owner}/{key.kind}" if key.owner else f"{swarm.name}/{key.kind}"
+    return f"{swarm_name}/{key.owner}/{key.kind}" if key.owner else f"{swarm_name}/{key.kind}"
 
 
 def all_keys(roster: Roster) -> tuple[Key, ...]:

@@ -48,7 +48,7 @@ class Plan:
         self.flows = tuple(_flows(roster, self.recorders))
         self.publishes: dict[str, tuple[Key, ...]] = {}
         self.subscribes: dict[str, tuple[Key, ...]] = {}
-        self._passes: dict[tuple[str, str], list[Key]] = {}
+        self._flows = {flow.key: flow for flow in self.flows}
         self._collect()
         self.from_operators = frozenset(key for operator in self.operators for key in self.publishes[operator])
         self.to_operators = frozenset(key for operator in self.operators for key in self.subscribes[operator])
@@ -69,7 +69,7 @@ class Plan:
 
     def text(self, key: Key) -> str:
         """Return the key as it stands on the wire."""
-        return key_text(self.swarm, key)
+        return key_text(self.swarm.name, key)
 
     def of_kind(self, kind: str) -> tuple[str, ...]:
         """Return the identities of the processes of one kind, possibly none."""
@@ -92,11 +92,11 @@ class Plan:
             return self.subscribes[receiver]
         if receiver in self.routers:
             return self.publishes[sender]
-        return tuple(self._passes.get((sender, receiver), ()))
+        return self._between(sender, receiver)
 
     def publishes_to(self, sender: str, receiver: str) -> bool:
         """Return whether `receiver` subscribes to anything that `sender` publishes."""
-        return (sender, receiver) in self._passes
+        return bool(self._between(sender, receiver))
 
     def dialled(self, one: str, other: str) -> str:
         """Return the endpoint at which `one` dials `other`: an operator that which is reserved for operators."""
@@ -107,11 +107,15 @@ class Plan:
 
         An IPv6 address is without its brackets: Zenoh looks for what it dials, as it stands, in the certificate.
         """
-        network = self.swarm.network
-        if network.security == "none":
+        if self.swarm.network.security == "none":
             return f"tcp/{endpoint}"
         endpoint = endpoint.replace("[", "").replace("]", "")
-        return f"quic/{endpoint}?mixed_rel=1" if network.link == "quic" else f"tls/{endpoint}"
+        return f"quic/{endpoint}?mixed_rel=1" if self.over_quic else f"tls/{endpoint}"
+
+    @property
+    def over_quic(self) -> bool:
+        """Whether processes link over QUIC, which listens at UDP ports."""
+        return self.swarm.network.security != "none" and self.swarm.network.link == "quic"
 
     def bound(self, endpoint: str) -> str:
         """Return where the owner of `endpoint` listens: of a host that is called by name, at all addresses."""
@@ -132,20 +136,28 @@ class Plan:
         for key, publishers, subscribers in self.flows:
             for sender in publishers:
                 publishes[sender].append(key)
-                for receiver in subscribers:
-                    self._passes.setdefault((sender, receiver), []).append(key)
             for receiver in subscribers:
                 subscribes[receiver].append(key)
         self.publishes = {identity: tuple(keys) for identity, keys in publishes.items()}
         self.subscribes = {identity: tuple(keys) for identity, keys in subscribes.items()}
 
+    def _between(self, sender: str, receiver: str) -> tuple[Key, ...]:
+        """Return what `sender` publishes and `receiver` subscribes to; found when asked, a swarm has too many pairs."""
+        sent, received = self.publishes.get(sender, ()), self.subscribes.get(receiver, ())
+        if len(sent) <= len(received):
+            return tuple(key for key in sent if receiver in self._flows[key].subscribers)
+        return tuple(key for key in received if sender in self._flows[key].publishers)
+
     def _partners(self) -> dict[str, tuple[str, ...]]:
         """Return the identities with which each exchanges at least one key, in the order of dialling."""
         found: dict[str, set[str]] = {identity: set() for identity in self.identities}
-        for sender, receiver in self._passes:
-            if sender != receiver:
-                found[sender].add(receiver)
-                found[receiver].add(sender)
+        for _, publishers, subscribers in self.flows:
+            for sender in publishers:
+                found[sender].update(subscribers)
+                for receiver in subscribers:
+                    found[receiver].add(sender)
+        for identity, others in found.items():
+            others.discard(identity)
         place = {identity: rank for rank, identity in enumerate(self.identities)}
         return {one: tuple(sorted(others, key=place.__getitem__)) for one, others in found.items()}
 

@@ -55,7 +55,7 @@ class Process:
     faults: frozenset[str] = frozenset()  # the kinds of fault that its core injects by itself
     after: tuple[str, ...] = ("router", "recorder")  # kinds whose status is waited for before it is started
     driver: bool = False  # drives airframes: it may end only when they are down
-    restarts: bool = False  # one that dies in a flight is started again
+    restarts: bool = False  # one that dies in a flight is restarted
     untimed: bool = False  # begins before swarm time is known: its core is an Untimed one
     rank: int = 0  # of processes whose parent is gone, those of a lower rank end first
     alone: str = (
@@ -96,7 +96,7 @@ ROUTER = Process(
 )
 GATEWAY = Process(
     "gateway",
-    "Run the gateway, which serves poses and what is nearby.",
+    "Run the gateway, which publishes poses and nearby bodies.",
     _one("gateway"),
     "flockwire_mocap.core:make_core",
     port=0,

@@ -4,19 +4,13 @@ from __future__ import annotations
 
 import re
 
-from flockwire.wire.messages import (
-    Command,
-    Estimate,
-    IdentityDoubt,
-    Message,
-    Mission,
-    Nearby,
-    Pose,
-    Stop,
-    Telemetry,
-    TimeReply,
-    TimeRequest,
-)
+from flockwire.domain.airframe import Command, Telemetry
+from flockwire.domain.body import Nearby
+from flockwire.domain.motion import Estimate
+from flockwire.domain.order import Mission, Stop
+from flockwire.domain.pose import IdentityDoubt, Pose
+from flockwire.domain.time import TimeReply, TimeRequest
+from flockwire.wire.codec import Message
 from flockwire.wire.status import Status
 
 ROS_TYPES: dict[type[Message], str] = {

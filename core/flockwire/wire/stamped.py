@@ -17,9 +17,6 @@ from flockwire.wire.cdr import HEADER, MessageError, layout
 
 MOST_FRAMES = 64  # whose structs are kept: a swarm has one
 LONGEST_FRAME = 1 << 16  # bytes, more than any message has
-from_fields: Final = tuple.__new__
-"""`from_fields(Pose, fields)` makes the named tuple of all its fields, for half of what calling `Pose` costs."""
-
 Head = tuple[Callable[..., bytes], int, bytes]  # packs a message; the frame id's length with its NUL; the frame id
 
 
@@ -39,18 +36,26 @@ class Heads(dict[str, Head]):
         return head
 
 
-class Forms(dict[bytes, Struct]):
-    """By the frame id's length, as it stands in the message: the struct of messages with the numbers `body`."""
+class Form:
+    """How messages with one length of the frame id are read."""
+
+    def __init__(self, struct: Struct) -> None:
+        self.size = struct.size  # bytes
+        self.unpack: Callable[[bytes], tuple[Any, ...]] = struct.unpack_from
+
+
+class Forms(dict[bytes, Form]):
+    """By the frame id's length, as it stands in the message: how messages with the numbers `body` are read."""
 
     def __init__(self, body: str) -> None:
         super().__init__()
         self._body = body
 
-    def __missing__(self, length: bytes) -> Struct:
-        """Return the struct for another length."""
+    def __missing__(self, length: bytes) -> Form:
+        """Return the form for another length."""
         if len(self) >= MOST_FRAMES:
             self.clear()
-        form = self[length] = layout(min(int.from_bytes(length, "little"), LONGEST_FRAME), self._body)
+        form = self[length] = Form(layout(min(int.from_bytes(length, "little"), LONGEST_FRAME), self._body))
         return form
 
 
@@ -81,31 +86,33 @@ _FRAMES: Final = Frames()
 _FIRST: Final = Layout("I")
 
 
-def unpack(data: bytes, form: Layout) -> tuple[int, str, tuple[Any, ...]]:
+def unpack(data: bytes, expected: Layout) -> tuple[int, str, tuple[Any, ...]]:
     """Return the stamp (Unix ns), the frame and the numbers of a message; raises MessageError.
 
     Nothing but padding may follow the numbers, and all must be finite.
     """
-    struct = form.forms[data[12:16]]
+    form = expected.forms[data[12:16]]
     try:
-        found: tuple[Any, ...] = struct.unpack_from(data)
+        found = form.unpack(data)
     except error:
         raise _too_short(data) from None
-    if found[0] != HEADER or found[2] >= SECOND:
+    seconds: int = found[1]
+    rest: int = found[2]
+    if rest >= SECOND or found[0] != HEADER:
         raise MessageError("the header is not that of a stamped message in little-endian CDR")
-    size = struct.size
+    size = form.size
     if len(data) != size and (len(data) - size > 3 or any(data[size:])):
         raise MessageError(f"{len(data) - size} bytes are left over")
     values = found[5:]
     if not -inf < sum(values) < inf:
         raise MessageError("holds a number that is not finite")
-    return found[1] * SECOND + found[2], _FRAMES[found[4]], values
+    return seconds * SECOND + rest, _FRAMES[found[4]], values
 
 
 def peek_length(data: bytes) -> int:
     """Return the length of the sequence that a stamped message begins with; raises MessageError."""
     try:
-        return int(_FIRST.forms[data[12:16]].unpack_from(data)[5])
+        return int(_FIRST.forms[data[12:16]].unpack(data)[5])
     except error:
         raise _too_short(data) from None
 

@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 from math import isfinite
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
+from flockwire.domain.order import Mission, Version
 from flockwire.domain.vector import ZERO, Vector
 from flockwire.wire.cdr import MessageError, Reader, Writer
-from flockwire.wire.messages import (
-    Mission,
-    Version,
-    read_formation,
-    read_versions,
-    write_formation,
-    write_versions,
-)
+from flockwire.wire.orders import read_any_mission, read_versions, write_mission, write_versions
 from flockwire.wire.phase import phase_of
 
 NO_MISSION = Mission(0, "", "")
@@ -42,7 +36,7 @@ class Reason(NamedTuple):
 
     code: str
     text: str
-    remedy: str = ""  # empty where nothing is wrong
+    remedy: str = ""  # empty if nothing is wrong
 
     @property
     def line(self) -> str:
@@ -102,7 +96,7 @@ class Status(NamedTuple):
     clock_bound: float = 0.0  # s by which that may be wrong; -1 before it is known
 
     def bounded(self) -> Status:
-        """Return it with no more, and no longer, names and texts than `decode` takes."""
+        """Return it with no more, and no longer, names and texts than `read_status` takes."""
         report, rejected = self.report, self.rejected
         lists = (rejected, self.links, report.counts, report.reasons)
         if not any(lists) and len(report.detail) <= SURELY_SHORT:  # as nearly always
@@ -117,72 +111,68 @@ class Status(NamedTuple):
         links = tuple([_shortened(name) for name in self.links[:MOST_LINKS]])
         return self._replace(report=report, rejected=_short_names(rejected), links=links)
 
-    def encode(self) -> bytes:
-        """Return the CDR bytes."""
-        writer, report = Writer(), self.report
-        writer.time(self.stamp)
-        for text in (self.frame, self.identity, report.phase, report.detail):
-            writer.text(text)
-        ages = (report.pose_age, report.estimate_age, report.nearby_age, report.telemetry_age)
-        writer.put_all("d", report.formation_error, *ages, report.battery, self.cpu)
-        writer.put_all("Q", self.steps, self.delayed_1ms, self.delayed_5ms, self.skipped, self.refused, self.resident)
-        write_counts(writer, self.rejected)
-        writer.texts(self.links)
-        writer.put("d", report.latency)
-        write_counts(writer, report.counts)
-        mission = report.mission or NO_MISSION
-        writer.time(mission.stamp)
-        writer.text(mission.verb)
-        write_formation(writer, mission)
-        writer.put("B", report.position is not None)
-        writer.put_all("d", *(report.position or ZERO))
-        writer.put_all("d", self.clock_offset, self.clock_bound)
-        write_versions(writer, report.concurrent)
-        writer.put("d", report.order_age)
-        writer.texts(tuple([text for reason in report.reasons for text in reason]), len(Reason._fields))
-        return writer.finish()
 
-    @classmethod
-    def decode(cls, data: bytes) -> Self:
-        """Read CDR bytes; raises MessageError."""
-        reader = Reader(data)
-        stamp, frame, identity = reader.time(), reader.text(), reader.text()
-        phase, detail = phase_of(reader.text()), reader.text()
-        figures = reader.take_all("d", 7)
-        steps, delayed_1ms, delayed_5ms, skipped, refused, resident = reader.take_all("Q", 6)
-        keys, rejections, links = reader.texts(), reader.numbers("Q"), reader.texts()
-        latency, names, counts = reader.take_all("d", 1)[0], reader.texts(), reader.numbers("Q")
-        mission = Mission(reader.time(), frame, reader.text(), *read_formation(reader))
-        known, place = reader.take("B"), reader.take_all("d", 3)
-        clock_offset, clock_bound = reader.take_all("d", 2)
-        concurrent, order_age = read_versions(reader), reader.take_all("d", 1)[0]
-        told = reader.texts(len(Reason._fields))
-        reader.end()
-        if not isfinite(sum((*figures, latency, *place, clock_offset, clock_bound, order_age))):
-            raise MessageError("holds a number that is not finite")
-        if len(names) != len(counts) or len(names) > MOST_REJECTIONS:
-            raise MessageError(f"{len(names)} names with {len(counts)} counts, {MOST_REJECTIONS} at most")
-        if len(keys) > MOST_REJECTIONS or len(links) > MOST_LINKS:
-            raise MessageError(f"names {len(keys)} rejections and {len(links)} links, too many")
-        if len(told) > MOST_REASONS * len(Reason._fields):
-            raise MessageError(f"gives {len(told) // len(Reason._fields)} reasons, {MOST_REASONS} at most")
-        if max([len(text) for text in (frame, identity, phase, detail, *keys, *links, *names, *told)]) > LONGEST_TEXT:
-            raise MessageError(f"holds a text of more than {LONGEST_TEXT} characters")
-        if len(keys) != len(rejections):
-            raise MessageError(f"{len(keys)} keys with {len(rejections)} counts")
-        rejected = tuple(zip(keys, rejections, strict=True))
-        error, pose, estimate, nearby, telemetry, battery, cpu = figures
-        obeyed = mission if mission.stamp else None
-        position = (place[0], place[1], place[2]) if known else None
-        reasons = tuple([Reason(*told[k : k + 3]) for k in range(0, len(told), 3)])
-        report = Report(
-            phase, detail, error, pose, estimate, nearby, telemetry, battery, obeyed, latency,
-            tuple(zip(names, counts, strict=True)), position, concurrent, order_age, reasons,
-        )  # fmt: skip
-        return cls(
-            stamp, frame, identity, report, steps, delayed_1ms, delayed_5ms, skipped, refused, cpu, resident,
-            rejected, links, clock_offset, clock_bound,
-        )  # fmt: skip
+def write_status(writer: Writer, status: Status) -> None:
+    """Append a status, behind its stamp and frame."""
+    report = status.report
+    for text in (status.identity, report.phase, report.detail):
+        writer.text(text)
+    ages = (report.pose_age, report.estimate_age, report.nearby_age, report.telemetry_age)
+    writer.put_all("d", report.formation_error, *ages, report.battery, status.cpu)
+    counts = (status.steps, status.delayed_1ms, status.delayed_5ms, status.skipped, status.refused, status.resident)
+    writer.put_all("Q", *counts)
+    write_counts(writer, status.rejected)
+    writer.texts(status.links)
+    writer.put("d", report.latency)
+    write_counts(writer, report.counts)
+    mission = report.mission or NO_MISSION
+    writer.time(mission.stamp)
+    write_mission(writer, mission)
+    writer.put("B", report.position is not None)
+    writer.put_all("d", *(report.position or ZERO))
+    writer.put_all("d", status.clock_offset, status.clock_bound)
+    write_versions(writer, report.concurrent)
+    writer.put("d", report.order_age)
+    writer.texts(tuple([text for reason in report.reasons for text in reason]), len(Reason._fields))
+
+
+def read_status(stamp: int, frame: str, reader: Reader) -> Status:
+    """Take what `write_status` appends; raises MessageError."""
+    identity, phase, detail = reader.text(), phase_of(reader.text()), reader.text()
+    figures = reader.take_all("d", 7)
+    steps, delayed_1ms, delayed_5ms, skipped, refused, resident = reader.take_all("Q", 6)
+    keys, rejections, links = reader.texts(), reader.numbers("Q"), reader.texts()
+    latency, names, counts = reader.take_all("d", 1)[0], reader.texts(), reader.numbers("Q")
+    mission = read_any_mission(reader.time(), frame, reader)
+    known, place = reader.take("B"), reader.take_all("d", 3)
+    clock_offset, clock_bound = reader.take_all("d", 2)
+    concurrent, order_age = read_versions(reader), reader.take_all("d", 1)[0]
+    told = reader.texts(len(Reason._fields))
+    if not isfinite(sum((*figures, latency, *place, clock_offset, clock_bound, order_age))):
+        raise MessageError("holds a number that is not finite")
+    if len(names) != len(counts) or len(names) > MOST_REJECTIONS:
+        raise MessageError(f"{len(names)} names with {len(counts)} counts, {MOST_REJECTIONS} at most")
+    if len(keys) > MOST_REJECTIONS or len(links) > MOST_LINKS:
+        raise MessageError(f"names {len(keys)} rejections and {len(links)} links, too many")
+    if len(told) > MOST_REASONS * len(Reason._fields):
+        raise MessageError(f"gives {len(told) // len(Reason._fields)} reasons, {MOST_REASONS} at most")
+    if max([len(text) for text in (frame, identity, phase, detail, *keys, *links, *names, *told)]) > LONGEST_TEXT:
+        raise MessageError(f"holds a text of more than {LONGEST_TEXT} characters")
+    if len(keys) != len(rejections):
+        raise MessageError(f"{len(keys)} keys with {len(rejections)} counts")
+    rejected = tuple(zip(keys, rejections, strict=True))
+    error, pose, estimate, nearby, telemetry, battery, cpu = figures
+    obeyed = mission if mission.stamp else None
+    position = (place[0], place[1], place[2]) if known else None
+    reasons = tuple([Reason(*told[k : k + 3]) for k in range(0, len(told), 3)])
+    report = Report(
+        phase, detail, error, pose, estimate, nearby, telemetry, battery, obeyed, latency,
+        tuple(zip(names, counts, strict=True)), position, concurrent, order_age, reasons,
+    )  # fmt: skip
+    return Status(
+        stamp, frame, identity, report, steps, delayed_1ms, delayed_5ms, skipped, refused, cpu, resident,
+        rejected, links, clock_offset, clock_bound,
+    )  # fmt: skip
 
 
 def write_counts(writer: Writer, counts: Counts) -> None:

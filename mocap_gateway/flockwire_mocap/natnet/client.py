@@ -1,4 +1,4 @@
-"""A NatNet client: it carries datagrams between its sockets and a `NatNetSession`, and decides nothing."""
+"""A NatNet client: it carries datagrams between its sockets and a `NatNetSession`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from flockwire_mocap.natnet.session import NatNetSession
 from flockwire_mocap.natnet.sockets import command_socket, multicast_socket, waiting
 from flockwire_mocap.tracking import TrackerFrame
 
-TICK = 0.1  # s between two looks at what is to be sent
+TICK = 0.1  # s between two checks for datagrams to send
 
 Deliver = Callable[[TrackerFrame, int], None]
 
@@ -23,14 +23,11 @@ class NatNetClient:
     """Receives the frames of a session's server, and passes each on with the time of its arrival (Unix ns).
 
     Args:
-        session: what to ask, and what is known.
-        deliver: called in the event loop with each frame that is newer than all before.
-        local: IPv4 address of the interface to send from and to join the group on.
-        command_port: the server's.
-        group: (address, port) of the multicast group, where it is not what the server announces. For a server that
-            does not answer it is the protocol's default, which is left once one is announced: another server of the
-            same host may stream to it.
-        drained: called after all that had arrived was delivered.
+        session: the state of the connection. deliver: called in the event loop with each frame that is newer than all
+        before. local: IPv4 address of the interface to send from and to join the group on. command_port: the server's.
+        group: (address, port) of the multicast group, if it differs from the announced one. For a server that does not
+        answer it is the protocol's default. The client leaves it when a group is announced, because another server of
+        the same host may stream to it. drained: called after all received frames were delivered.
 
     """
 
@@ -52,7 +49,7 @@ class NatNetClient:
         self._task: asyncio.Task[None] | None = None
 
     async def open(self) -> None:
-        """Open the sockets and begin to greet the server; raises OSError if the interface is not there."""
+        """Open the sockets and start to greet the server; raises OSError if the interface does not exist."""
         self._listen(command_socket(self._local))
         if self._session.options.multicast and (self._group is not None or self._session.version is not None):
             self._join(self._group or (GROUP, DATA_PORT))  # else frames could not be read before the answer
@@ -60,7 +57,7 @@ class NatNetClient:
 
     @property
     def port(self) -> int:
-        """The port of this host that commands are sent from, and unicast frames come to."""
+        """The port of this host for commands and unicast frames."""
         return int(self._sockets[0].getsockname()[1])
 
     def close(self) -> None:
@@ -90,7 +87,7 @@ class NatNetClient:
     async def _keep_asking(self) -> None:
         while True:
             for request in self._session.requests(clock.now()):
-                with contextlib.suppress(OSError):  # no route, or refused: the silence shows
+                with contextlib.suppress(OSError):  # no route, or refused: reported as silence
                     self._sockets[0].sendto(request, self._server)
             info = self._session.info
             if info is not None and info.multicast and self._session.options.multicast and self._group is None:
@@ -106,7 +103,7 @@ class NatNetClient:
             self._session.failure = None
 
     def _join(self, group: tuple[str, int]) -> None:
-        """Receive what is sent to a group, and no longer what is sent to the one before."""
+        """Join a group and leave the previous one."""
         if group == self._joined:
             return
         left = self._sockets[1:]

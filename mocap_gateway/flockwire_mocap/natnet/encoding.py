@@ -1,4 +1,4 @@
-"""From packets to datagrams, of a server and of a client: what the twin sends, and what our client asks."""
+"""Encodes packets as datagrams: those of a server (the twin) and those of a client."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def encode(kind: Kind, body: bytes = b"") -> bytes:
 def encode_connect() -> bytes:
     """Return a client's greeting as the vendor's clients write it: name, its version, NatNet's; no bitstream asked for.
 
-    Some servers read all of it, whatever was sent; others look for "Ping" alone.
+    Some servers read all of it in any case; others check only "Ping".
     """
     return encode(Kind.CONNECT, SENDER.pack(b"Ping", 0, 0, 0, 0, *NEWEST, 0, 0))
 

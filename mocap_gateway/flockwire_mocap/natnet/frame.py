@@ -1,8 +1,8 @@
-"""The frame of motion capture data: rigid bodies and stamps; all other sections are passed over.
+"""The frame of motion capture data: rigid bodies and stamps; all other sections are skipped.
 
 Layout: i32 frame number; marker sets; other markers; rigid bodies; skeletons; from 4.1 assets; labelled markers; force
-plates; devices; from 4.5 IMU and GPIO; suffix; an end marker of four bytes, not looked at. Up to 4.0 a section is an
-i32 count and its elements; from 4.1 on a u32 size in bytes stands between both, and only the size is believed.
+plates; devices; from 4.5 IMU and GPIO; suffix; an end marker of four bytes, not checked. Up to 4.0 a section is an i32
+count and its elements; from 4.1 on a u32 size in bytes is between both, and only the size is used.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ def _counted_sections(reader: PacketReader) -> tuple[RigidBody, ...]:
     bodies = _counted_bodies(*reader.section())
     for _ in ("skeletons", "assets", "labelled markers", "force plates", "devices"):
         reader.section()
-    while reader.remaining >= PRECISE_SUFFIX.size + SECTION:  # IMU, GPIO, and what may come after them
+    while reader.remaining >= PRECISE_SUFFIX.size + SECTION:  # IMU, GPIO, and possible later sections
         reader.section()
     return bodies
 
 
 def _counted_bodies(count: int, section: PacketReader) -> tuple[RigidBody, ...]:
-    """Read bodies that share the section evenly: fields that a later version appends to each are passed over."""
+    """Read bodies of equal size: fields that a later version appends to each are skipped."""
     if not count:
         return ()
     length, surplus = divmod(section.remaining, count)
@@ -81,7 +81,7 @@ def _body(reader: PacketReader) -> RigidBody:
 
 
 def _suffix(reader: PacketReader, version: Version) -> tuple[Stamps, int]:
-    """Read the suffix. Sources disagree whether 4.0 has the precision fields: the bytes that are left decide."""
+    """Read the suffix. Sources disagree whether 4.0 has the precision fields: the number of remaining bytes decides."""
     precise = version >= COUNTED or (version >= ADJUSTABLE and reader.remaining >= PRECISE_SUFFIX.size)
     code, sub, timestamp, exposed, received, sent, *rest = reader.unpack(PRECISE_SUFFIX if precise else SUFFIX)
     precision = (rest[0], rest[1]) if precise else None

@@ -1,7 +1,7 @@
-"""The model definition: the names of rigid bodies; all other descriptions are passed over.
+"""The model definition: the names of rigid bodies; all other descriptions are skipped.
 
 Layout: i32 count of descriptions; each an i32 type, from 4.1 on a u32 size in bytes, and the description. From 4.1 on
-only the size is believed; before, a type that is not known ends the reading, and what was read until then is kept.
+only the size is used. Before, an unknown type ends the reading, and the descriptions read so far are kept.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _CAMERA = _POSITION + _TURN
 
 
 def read_model(reader: PacketReader, version: Version) -> ModelDefinition:
-    """Read the body of a model definition; raises MalformedError where not even the count of descriptions is there."""
+    """Read the body of a model definition; raises MalformedError if not even the count of descriptions is there."""
     bodies: list[BodyDescription] = []
     for _ in range(reader.count(8 if version >= COUNTED else 4)):
         try:

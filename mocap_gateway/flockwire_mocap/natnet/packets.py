@@ -52,7 +52,7 @@ class Kind(IntEnum):
 
 
 class ServerInfo(NamedTuple):
-    """Who serves, in which version, and where frames go; `clock_frequency` in Hz, 0 where it is not given."""
+    """The server's name, version and destination of frames; `clock_frequency` in Hz, 0 if it is not given."""
 
     name: str
     application_version: tuple[int, int, int, int]
@@ -64,7 +64,7 @@ class ServerInfo(NamedTuple):
 
     @property
     def version(self) -> Version:
-        """The version that decides how packets are laid out."""
+        """The version that determines the layout of packets."""
         return self.natnet_version[:2]
 
 
@@ -76,7 +76,7 @@ class BodyDescription(NamedTuple):
 
 
 class ModelDefinition(NamedTuple):
-    """The rigid bodies that the server streams; not `complete` where a description could not be read on."""
+    """The rigid bodies that the server streams; not `complete` if a description could not be read."""
 
     bodies: tuple[BodyDescription, ...]
     complete: bool
@@ -108,7 +108,7 @@ class Stamps(NamedTuple):
 
 
 class MocapFrame(NamedTuple):
-    """A frame of motion capture data, as far as rigid bodies go."""
+    """The rigid bodies and stamps of a frame of motion capture data."""
 
     number: int
     bodies: tuple[RigidBody, ...]
@@ -117,7 +117,7 @@ class MocapFrame(NamedTuple):
 
 
 class Response(NamedTuple):
-    """The answer to a command: a text, or a `code` that is 0 where all went well."""
+    """The answer to a command: a text, or a `code` that is 0 for success."""
 
     text: str | None
     code: int | None
@@ -130,7 +130,7 @@ class Other(NamedTuple):
 
 
 class Rejected(NamedTuple):
-    """A malformed packet; `reason` is for people."""
+    """A malformed packet; `reason` is a text for the user."""
 
     reason: str
 
@@ -139,7 +139,7 @@ Packet = ServerInfo | ModelDefinition | MocapFrame | Response | Other | Rejected
 
 
 class Connect(NamedTuple):
-    """A client's greeting, with the version of the bitstream that it asks for in it, if it does."""
+    """A client's greeting, with the bitstream version that it requests, if any."""
 
     version: Version | None = None
 
@@ -154,5 +154,5 @@ ClientPacket = Connect | RemoteCommand | Other | Rejected
 
 
 def can_adjust(version: Version, multicast: bool) -> bool:
-    """Return whether a server of this version lets a client choose an older bitstream."""
+    """Return whether a client may choose an older bitstream at a server of this version."""
     return version >= ADJUSTABLE and not multicast

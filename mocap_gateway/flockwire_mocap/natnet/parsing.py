@@ -1,4 +1,4 @@
-"""From datagrams to packets, of a server and of a client. Nothing is raised: what cannot be read is `Rejected`."""
+"""Parses datagrams of a server and of a client. Nothing is raised: an unreadable datagram is `Rejected`."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def parse(datagram: bytes, version: Version | None) -> Packet:
 
 
 def parse_request(datagram: bytes) -> ClientPacket:
-    """Return what a client's datagram asks for."""
+    """Return a client's request."""
     try:
         kind, body = _open(datagram)
         if kind == Kind.CONNECT:
@@ -46,7 +46,7 @@ def parse_request(datagram: bytes) -> ClientPacket:
 
 
 def _read_greeting(body: PacketReader) -> Connect:
-    """Read a greeting: "Ping" alone, or name and versions, or longer: then it may ask for a version, or for 0.0."""
+    """Read a greeting: only "Ping", or name and versions, or longer: then it may request a version, or 0.0."""
     if body.remaining < REQUESTED_VERSION.size:
         return Connect()
     major, minor = body.unpack(REQUESTED_VERSION)
@@ -54,7 +54,7 @@ def _read_greeting(body: PacketReader) -> Connect:
 
 
 def _open(datagram: bytes) -> tuple[int, PacketReader]:
-    """Return kind and body; bytes behind the announced ones are not looked at."""
+    """Return kind and body; bytes after the announced ones are ignored."""
     reader = PacketReader(datagram)
     kind, length = reader.unpack(HEADER)
     return kind, reader.part(length)

@@ -18,7 +18,7 @@ class NatNetServer(asyncio.DatagramProtocol):
     """Serves frames to NatNet clients.
 
     Args:
-        options: what the server is; with the data port 0, a free one is taken and announced.
+        options: of the server; with the data port 0, a free one is taken and announced.
         names: of bodies by number.
         address: IPv4 address of the interface to serve on; multicast leaves through it too.
         command_port: where it listens; 0 takes a free one.
@@ -69,7 +69,7 @@ class NatNetServer(asyncio.DatagramProtocol):
             self._commands.sendto(answer, addr)
 
     def _socket(self, port: int, shared: bool = False) -> socket.socket:
-        """Return a socket; `shared` with clients on this host, which receive what is sent to the group at its port."""
+        """Return a socket; `shared` with clients on this host, which receive the group's datagrams at its port."""
         sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, int(shared))
         sock.setblocking(False)

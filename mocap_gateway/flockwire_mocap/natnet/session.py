@@ -1,4 +1,4 @@
-"""A client of a NatNet server without sockets: datagrams and time in, frames and requests out."""
+"""The state of a NatNet client, without sockets: datagrams and time in, frames and requests out."""
 
 from __future__ import annotations
 
@@ -29,18 +29,17 @@ from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose
 PERIOD = SECOND  # ns between two keep-alives, and between two attempts at anything else
 SILENCE = 3 * SECOND  # ns without a packet after which the greeting is repeated
 MODEL_PAUSE = 4 * SECOND  # ns more between two model definitions; some servers mark every frame as changed
-MODEL_ATTEMPTS = 3  # a server that does not answer is not asked for ever: it may stop streaming over it
+MODEL_ATTEMPTS = 3  # requests are limited: a server that does not answer may stop streaming
 
 
 class Options(NamedTuple):
-    """How to address a server.
+    """The address and options of a server.
 
     Attributes:
-        server: its IPv4 address, from which frames come; packets of others are dropped.
-        multicast: whether frames come from a group; then no keep-alive is needed, and the version cannot be chosen.
-        bitstream: in unicast the version to ask for, 4.0 servers and newer. In multicast, the version that is
-            streamed; needed only where the server does not answer. None: the one that the server reports.
-        request_model: whether to ask for names. Frames do not need them.
+        server: its IPv4 address, from which frames come; packets of others are dropped. multicast: whether frames use a
+        group; then no keep-alive is needed, and the version cannot be chosen. bitstream: in unicast the version to
+        request, from 4.0 servers on. In multicast, the streamed version; needed only if the server does not answer.
+        None: as the server reports. request_model: whether to request names. Frames do not need them.
 
     """
 
@@ -52,14 +51,12 @@ class Options(NamedTuple):
 
 @dataclass(slots=True)
 class PacketCounts:
-    """What came, besides what `FrameSequence` counts.
+    """Counts of packets, besides those of `FrameSequence`.
 
     Attributes:
-        frames: frames passed on.
-        empty: those among them without a rigid body.
-        malformed: packets that could not be read.
-        foreign: packets from other addresses than the server's.
-        poses_rejected: poses marked as tracked that are none: not finite, or no unit quaternion.
+        frames: frames passed on. empty: those among them without a rigid body. malformed: packets that could not be
+        read. foreign: packets from other addresses than the server's. poses_rejected: poses marked as tracked that are
+        invalid: not finite, or not a unit quaternion.
 
     """
 
@@ -72,14 +69,14 @@ class PacketCounts:
 
 @dataclass(slots=True)
 class _Request:
-    """A request that is repeated until it is answered: when next (ns), and how often it was made."""
+    """A request that is repeated until it is answered: its next time (ns), and its count."""
 
     due: int = 0
     made: int = 0
     wanted: bool = True
 
     def make(self, now: int) -> bool:
-        """Return whether it is to be made now, and count it."""
+        """Return whether it is due now, and count it."""
         if not self.wanted or now < self.due:
             return False
         self.due, self.made = now + PERIOD, self.made + 1
@@ -87,15 +84,13 @@ class _Request:
 
 
 class NatNetSession:
-    """What is known of a server, from its packets.
+    """The state of a server, from its packets.
 
     Attributes:
-        info: the server's answer to the greeting, once it has come.
-        names: of rigid bodies by number, once a model definition has come.
-        counts, sequence: what came, what is missing.
-        foreign: the newest address that is not the server's and sent something.
-        rejected: why the newest malformed packet was rejected.
-        failure: why the sockets do not receive, None where they do.
+        info: the server's answer to the greeting, None before it. names: of rigid bodies by number, once a model
+        definition has come. counts, sequence: received and missing packets. foreign: the newest other address that sent
+        a packet. rejected: reason of the newest malformed packet. failure: why the sockets do not receive, None if they
+        do.
 
     """
 
@@ -138,9 +133,9 @@ class NatNetSession:
         return due
 
     def receive(self, datagram: bytes, source: str, now: int) -> TrackerFrame | None:
-        """Take in a datagram that came from the address `source` at `now`, ns; returns a frame newer than all before.
+        """Receive a datagram that came from the address `source` at `now`, ns; returns a frame newer than all before.
 
-        It may come from any port: unicast frames come to the socket of commands, from either of the server's.
+        Any port is accepted: unicast frames arrive at the command socket, from either port of the server.
         """
         if source != self.options.server:
             self.counts.foreign += 1

@@ -1,4 +1,4 @@
-"""The UDP sockets of a NatNet client, read until they are empty: what is handed on last is the newest there is."""
+"""The UDP sockets of a NatNet client, read until they are empty: the last datagram is the newest."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 BUFFER = 1 << 20  # bytes of the socket's queue: a second of frames and more
 LONGEST = 65535  # bytes of a datagram
-MOST = 512  # datagrams that are read in a row, before others get their turn
+MOST = 512  # datagrams that are read in a row before other tasks run
 
 
 def command_socket(local: str) -> socket.socket:

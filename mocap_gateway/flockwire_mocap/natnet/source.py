@@ -1,4 +1,4 @@
-"""NatNet as a source of the gateway: what its session knows, in the gateway's terms."""
+"""NatNet as a source of the gateway."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from flockwire_mocap.natnet.trouble import trouble
 from flockwire_mocap.source import SourceState
 from flockwire_mocap.streamed import StreamedSource, coordinates_of
 
-FIRST_ANSWER = SECOND  # ns that a server has to answer before it is said to be silent
+FIRST_ANSWER = SECOND  # ns without an answer after which a server is reported as silent
 
 
 class NatNetSource(StreamedSource):

@@ -1,4 +1,4 @@
-"""Why no poses come from a NatNet server: one line, with what to do about it."""
+"""The problem of a NatNet connection without poses, and its remedy, in one line."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from flockwire_mocap.natnet.session import NatNetSession
 
 
 def trouble(session: NatNetSession, command_port: int = COMMAND_PORT) -> str | None:
-    """Return what is wrong with a session that has had a second or more; None if frames with rigid bodies come."""
+    """Return the problem of a session after its first second; None if frames with rigid bodies arrive."""
     counts = session.counts
     if session.failure is not None:
         return f"{session.failure}: set the address of the interface that leads to the server"

@@ -1,4 +1,4 @@
-"""A NatNet server without sockets: what it answers, and to whom it sends each frame. The twin of Motive."""
+"""A NatNet server without sockets, the twin of Motive: its answers, and the receivers of each frame."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ Address = tuple[str, int]
 
 
 class TwinOptions(NamedTuple):
-    """What the server is.
+    """The options of the server.
 
     Attributes:
         version: of NatNet that it implements.
@@ -58,11 +58,11 @@ class _Client:
 
 
 class NatNetTwin:
-    """Answers clients, and turns frames into the datagrams that they get. `names` are of bodies by number.
+    """Answers clients, and encodes frames for them. `names` are of bodies by number.
 
-    A unicast client of 4.0 and newer may ask for an older bitstream, when it greets or later by a command. The answer
-    to its greeting then has that version, so that clients that use the answer and those that use what they requested
-    read the same; which of both Motive sends is not documented.
+    A unicast client from 4.0 on may request an older bitstream, in its greeting or later by a command. The answer to
+    the greeting then has that version, so it is right for clients that use the answer and for those that use their
+    request; Motive's choice is not documented.
     """
 
     def __init__(self, options: TwinOptions, names: Mapping[int, str]) -> None:
@@ -70,7 +70,7 @@ class NatNetTwin:
         self._clients: dict[Address, _Client] = {}
 
     def receive(self, datagram: bytes, client: Address, now: int) -> bytes | None:
-        """Take in a client's datagram at `now`, ns; returns the answer, if there is one."""
+        """Receive a client's datagram at `now`, ns; returns the answer, if there is one."""
         request = parse_request(datagram)
         if isinstance(request, Connect):
             wanted = request.version
@@ -89,7 +89,7 @@ class NatNetTwin:
         return None
 
     def datagrams(self, frame: TrackerFrame, now: int) -> list[tuple[bytes, Address]]:
-        """Return what is to be sent to whom for a frame, at `now`, ns."""
+        """Return the datagrams for a frame with their addresses, at `now`, ns."""
         if self.options.multicast:
             target = (self.options.group, self.options.data_port)
             return [(encode_frame(_mocap_frame(frame), self.options.version), target)]
@@ -121,7 +121,7 @@ class NatNetTwin:
         return self.options.version if known is None else known.version
 
     def _obey(self, command: str, client: Address) -> bytes:
-        """Answer a command: "Bitstream" returns the client's version, "Bitstream,3.1" changes it."""
+        """Execute a command: "Bitstream" returns the client's version, "Bitstream,3.1" changes it."""
         name, _, argument = command.partition(",")
         if name != "Bitstream":
             return encode(Kind.UNRECOGNIZED)

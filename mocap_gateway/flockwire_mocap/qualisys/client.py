@@ -1,4 +1,4 @@
-"""The connection to a QTM server by the package qtm-rt, repeated until it is there and when it is lost."""
+"""The connection to a QTM server by the package qtm-rt, which reconnects after each failure."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ANSWER_TIMEOUT = 2.0  # s for the server to answer
 class QualisysClient(PersistentConnection):
     """Feeds a source with the frames of its server; `drained` is called after each.
 
-    Raises MissingExtraError where qtm-rt is not installed.
+    Raises MissingExtraError if qtm-rt is not installed.
     """
 
     def __init__(self, source: QualisysSource, drained: Callable[[], None]) -> None:
@@ -31,11 +31,11 @@ class QualisysClient(PersistentConnection):
         self._lost = asyncio.Event()
 
     def failed(self, why: str) -> None:
-        """Take note of why there is no connection."""
+        """Record the reason of the failure."""
         self._source.failure = why
 
     async def connected(self) -> str:
-        """Stream until the connection is lost; returns why there is none."""
+        """Stream until the connection is lost; returns the reason."""
         table, self._lost = self._source.table, asyncio.Event()
         try:
             async with asyncio.timeout(ANSWER_TIMEOUT):
@@ -43,7 +43,7 @@ class QualisysClient(PersistentConnection):
                     table.server, port=table.port, on_disconnect=lambda _: self._lost.set(), timeout=ANSWER_TIMEOUT
                 )
         except TimeoutError:
-            return f"{self._where} accepts, but does not answer as QTM does: set the port for little-endian (22223)"
+            return f"{self._where} connects, but does not answer like QTM: set the port for little-endian (22223)"
         if connection is None:
             return f"{self._where} cannot be reached: check address, port (little-endian: 22223), firewall"
         try:
@@ -60,7 +60,7 @@ class QualisysClient(PersistentConnection):
         self._source.names = names_in(await connection.get_parameters(["6d"]))
         self._source.failure = f"{self._where} answers, but streams nothing: start a measurement or the preview in QTM"
         streaming = asyncio.ensure_future(connection.stream_frames(components=["6d"], on_packet=self._packet))
-        try:  # it is confirmed by the first frame, which may be long in coming
+        try:  # the first frame confirms it, which may take long
             await self._lost.wait()
         finally:
             streaming.cancel()

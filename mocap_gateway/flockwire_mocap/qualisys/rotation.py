@@ -7,18 +7,18 @@ from math import asin, atan2, degrees, hypot
 
 from flockwire_mocap.quaternion import Quaternion, rotate
 
-_UPRIGHT = 1e-6  # the cosine of b below which a and c cannot be told apart
+_UPRIGHT = 1e-6  # below this cosine of b, a and c cannot be distinguished
 
 
 def to_columns(q: Quaternion) -> tuple[float, ...]:
-    """Return the matrix of the unit quaternion `q`: the turned axes, one after the other."""
+    """Return the matrix of the unit quaternion `q`: the rotated axes, column by column."""
     return (*rotate(q, (1.0, 0.0, 0.0)), *rotate(q, (0.0, 1.0, 0.0)), *rotate(q, (0.0, 0.0, 1.0)))
 
 
 def to_angles(columns: Sequence[float]) -> tuple[float, float, float]:
     """Return QTM's usual angles of a rotation matrix, degrees: R = Rx(a) Ry(b) Rz(c), b from -90 to 90.
 
-    At b = ±90 only the sum or the difference of a and c is known: then c = 0.
+    At b = ±90 only the sum or the difference of a and c is defined: then c = 0.
     """
     ux, _, _, vx, vy, vz, wx, wy, wz = columns
     b = degrees(asin(max(-1.0, min(1.0, wx))))
@@ -28,11 +28,11 @@ def to_angles(columns: Sequence[float]) -> tuple[float, float, float]:
 
 
 def from_columns(columns: Sequence[float]) -> Quaternion:
-    """Return the unit quaternion of a rotation matrix; all zeros where it is none.
+    """Return the unit quaternion of a rotation matrix; all zeros if it is none.
 
         4 w² = 1 + trace,   4 x² = 1 + R11 − R22 − R33,  …;   4 w x = R32 − R23,   4 x y = R12 + R21,  …
 
-    Everything is divided by the largest of the four, so that nothing small is (S. Shepperd, 1978).
+    All are divided by the largest of the four, never by a small number (S. Shepperd, 1978).
     """
     a, b, c, d, e, f, g, h, i = columns
     candidates = (

@@ -17,15 +17,15 @@ from flockwire_mocap.source import SourceState
 from flockwire_mocap.streamed import StreamedSource, coordinates_of
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose, unseen
 
-Measured = tuple[Vector, Sequence[float]]  # mm, rotation matrix column by column; NaN where the body is lost
+Measured = tuple[Vector, Sequence[float]]  # mm, rotation matrix column by column; NaN if the body is lost
 
 
 class QualisysSource(StreamedSource):
     """The bodies that a QTM server streams.
 
     Attributes:
-        names: of the bodies, in the order of the frames.
-        failure: why nothing comes, and what to do, in one line; empty while there is a connection.
+        names: of the bodies, in the order of the frames. failure: the problem and its remedy in one line; empty while
+        connected.
 
     """
 
@@ -38,7 +38,7 @@ class QualisysSource(StreamedSource):
         super().__init__(coordinates_of(gateway), self._state, nanoseconds(self.table.latency))
 
     def measured(self, number: int, microseconds: int, bodies: Iterable[Measured], now: int) -> None:
-        """Take in a frame that arrived at `now` (Unix ns)."""
+        """Receive a frame that arrived at `now` (Unix ns)."""
         if self._sequence.arrived(number) is Arrival.NEXT:
             captured = microseconds * MICROSECOND
             reported = tuple(self._body(k, *body) for k, body in enumerate(bodies))
@@ -60,11 +60,11 @@ class QualisysSource(StreamedSource):
 def names_in(parameters: bytes) -> tuple[str, ...]:
     """Return the names of the bodies in QTM's settings, in the order of the frames; raises ValueError without any."""
     if b"<!" in parameters:  # a document type could define entities without end
-        raise ValueError("its settings are no plain XML")
+        raise ValueError("its settings are not plain XML")
     try:
         tree = Xml.fromstring(parameters)  # noqa: S314
     except Xml.ParseError as error:
-        raise ValueError(f"its settings are no XML: {error}") from None
+        raise ValueError(f"its settings are not XML: {error}") from None
     names = tuple((name.text or "").strip() for name in tree.iterfind(".//The_6D/Body/Name"))
     if not names:
         raise ValueError("it has no rigid bodies: enable 6DOF tracking and define bodies in QTM's project options")

@@ -1,4 +1,4 @@
-"""One client's connection to a QTM server, without a socket: commands in, answers out. The twin of QTM."""
+"""One client's connection to a QTM server (the twin of QTM), without a socket: commands in, answers out."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from flockwire_mocap.tracking import TrackerFrame
 
 CONNECTED = 1  # the event of a server that is ready to stream
 VERSIONS = ("1.25", "1.24", "1.23", "1.22", "1.21", "1.20", "1.19")
-HOW_OFTEN = ("allframes", "frequency", "frequencydivisor")  # every frame is sent, whatever of these is asked for
+HOW_OFTEN = ("allframes", "frequency", "frequencydivisor")  # every frame is sent for any of these
 
 
 class QtmTwin:
-    """What one client has asked for. `failed` where it is no client of this protocol.
+    """One client's requests. `failed` if it is not a client of this protocol.
 
     `send` sends a datagram to a port of the client's host.
     """
@@ -32,14 +32,14 @@ class QtmTwin:
         self.failed = False
         self._send = send
         self._version_set = VERSIONS[0]
-        self._components: tuple[int, ...] = ()  # what it wants of each frame; nothing: no frames
-        self._port: int | None = None  # where it wants datagrams
+        self._components: tuple[int, ...] = ()  # requested components of each frame; empty: no frames
+        self._port: int | None = None  # its port for datagrams
         self._names = tuple(names)
         self._unread = bytearray()
         self._outgoing = bytearray(encode_text(COMMAND, "QTM RT Interface connected"))
 
     def receive(self, data: bytes) -> None:
-        """Take in bytes as they come, cut anywhere."""
+        """Receive bytes, split anywhere."""
         self._unread += data
         while len(self._unread) >= HEADER.size and not self.failed:
             size, kind = HEADER.unpack_from(self._unread)
@@ -53,7 +53,7 @@ class QtmTwin:
                 self._outgoing += self._answer(text)
 
     def publish(self, frame: TrackerFrame) -> None:
-        """Stream a frame, if the client has asked for frames."""
+        """Stream a frame, if the client has requested frames."""
         if self._components and self._port is not None:
             self._send(encode_frame(frame, self._components), self._port)
         elif self._components:
@@ -90,7 +90,7 @@ class QtmTwin:
         return encode_text(ERROR, "Parse error")
 
     def _stream(self, arguments: list[str]) -> bytes:
-        """Begin or end to stream; QTM confirms neither but by the frames."""
+        """Start or stop streaming; QTM sends no confirmation."""
         self._components, self._port = (), None
         if arguments == ["stop"]:
             return b""
@@ -104,5 +104,5 @@ class QtmTwin:
 
 
 def _is_port(text: str) -> bool:
-    """Return whether `text` is a port; QTM takes an address before it too, a twin serves its clients' hosts alone."""
+    """Return whether `text` is a port; QTM also accepts an address before it, the twin does not."""
     return text.isascii() and text.isdecimal() and len(text) <= 5 and 0 < int(text) <= 65535

@@ -19,7 +19,7 @@ LONGEST = 1 << 16  # bytes of a client's packet
 HEADER = Struct("<II")
 _DATA = Struct("<qII")  # us since the measurement began, number of the frame, components
 _COMPONENT = Struct("<IIIHH")  # size, type, bodies, 2D drop rate, 2D out of sync rate
-_BODY = Struct("<12f")  # mm, rotation matrix column by column; NaN where the body is lost
+_BODY = Struct("<12f")  # mm, rotation matrix column by column; NaN if the body is lost
 _TURNED = Struct("<6f")  # mm, degrees about x, y, z
 _NAN = float("nan")
 

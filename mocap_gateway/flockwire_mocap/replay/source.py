@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from flockwire.domain.vector import Vector
 from flockwire.process.cores import Start
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Message
 
 from flockwire_mocap.quaternion import Quaternion
 from flockwire_mocap.source import SourceState
@@ -17,7 +17,7 @@ from flockwire_mocap.tracking import ReportedBody, TrackerFrame, framed
 
 
 class RecordedPose(NamedTuple):
-    """Where a drone was: ns since the trace's first pose, the drone, m in the field's frame, x y z w."""
+    """A recorded pose: ns since the trace's first pose, the drone, m in the field's frame, x y z w."""
 
     elapsed: int
     drone: int
@@ -26,7 +26,7 @@ class RecordedPose(NamedTuple):
 
 
 class ReplaySource:
-    """Serves `poses`, in the order of time, `pace` times as fast as they were recorded, from the first `take` on."""
+    """Serves `poses` in order of time, `pace` times as fast as recorded, from the first `take` on."""
 
     triggers: frozenset[Key] = frozenset()
 
@@ -69,9 +69,9 @@ class ReplaySource:
         return ReportedBody(pose.drone, self._names[pose.drone], pose.position, pose.orientation, tracked=True)
 
     def state(self, now: int) -> SourceState:
-        """Return why no poses come."""
+        """Return why there are no poses."""
         over = self._poses and self._next >= len(self._poses)
-        return SourceState(f"{self.table.trace} is over" if over else "")
+        return SourceState(f"{self.table.trace} has ended" if over else "")
 
 
 def make_source(start: Start) -> ReplaySource:

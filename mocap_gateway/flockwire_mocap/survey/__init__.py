@@ -1,1 +1,1 @@
-"""Before a flight: what a tracker delivers of each body, and how its frame lies on the field."""
+"""Before a flight: the quality of a tracker's data, and its frame on the field."""

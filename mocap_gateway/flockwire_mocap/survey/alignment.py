@@ -1,8 +1,8 @@
-"""Rotation and offset from the tracker's frame to the field's, from bodies on known places."""
+"""Rotation and offset from the tracker's frame to the field's, from bodies at known places."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +11,8 @@ from flockwire.domain.vector import Vector
 from flockwire_mocap.qualisys.rotation import from_columns
 from flockwire_mocap.quaternion import Quaternion
 
-COLLINEAR = 0.02  # m: places that lie nearer to a line leave the rotation about it open
+BAD_RESIDUAL = 0.05  # m: a body that is so far beside its place is not where it should be, or is another one
+COLLINEAR = 0.02  # m: places nearer to a line do not determine the rotation about it
 
 
 class AlignmentError(ValueError):
@@ -19,11 +20,32 @@ class AlignmentError(ValueError):
 
 
 class Alignment(NamedTuple):
-    """A point p of the tracker is `rotation` · p + `offset` on the field; `residuals` are what is left, m."""
+    """A point p of the tracker is `rotation` · p + `offset` on the field; `residuals` remain, m."""
 
     rotation: Quaternion
     offset: Vector
     residuals: tuple[float, ...]
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether a body is at a wrong place, or two are exchanged."""
+        return max(self.residuals) > BAD_RESIDUAL
+
+    def table(self) -> Iterator[str]:
+        """Yield the lines of the swarm file's table [gateway]."""
+        yield "[gateway]"
+        yield f"rotation = [{', '.join(f'{part:.6f}' for part in self.rotation)}]"
+        yield f"offset = [{', '.join(f'{part:.4f}' for part in self.offset)}]"
+
+
+def align_bodies(seen: Mapping[str, Vector], known: Mapping[str, Vector]) -> Alignment:
+    """Return the alignment by the bodies of `known`: where the tracker has seen each (its axes) and where it is, m.
+
+    Raises AlignmentError, also for a body that it has not seen.
+    """
+    if missing := [name for name in known if name not in seen]:
+        raise AlignmentError(f"the tracker does not see {', '.join(missing)}; it sees {', '.join(seen) or 'nothing'}")
+    return align([seen[name] for name in known], list(known.values()))
 
 
 def align(measured: Sequence[Vector], known: Sequence[Vector]) -> Alignment:
@@ -31,13 +53,13 @@ def align(measured: Sequence[Vector], known: Sequence[Vector]) -> Alignment:
 
         min sum |R p_k + o − q_k|²:   H = sum (p_k − p̄)(q_k − q̄)ᵀ = U S Vᵀ,   R = V diag(1, 1, det(V Uᵀ)) Uᵀ
 
-    (W. Kabsch, 1976.) Three places that are not on a line are enough; more show how good it is. Raises AlignmentError.
+    (W. Kabsch, 1976.) Three places that are not on a line are enough; more show the accuracy. Raises AlignmentError.
     """
     if len(measured) < 3:
         raise AlignmentError(f"{len(measured)} bodies: at least three on known places are needed")
     p, q = np.asarray(measured, float), np.asarray(known, float)
     if min(_width(p), _width(q)) < COLLINEAR:
-        raise AlignmentError("the bodies stand on a line: put one of them aside")
+        raise AlignmentError("the bodies are on a line: move one of them aside")
     centre, target = p.mean(axis=0), q.mean(axis=0)
     u, _, vt = np.linalg.svd((p - centre).T @ (q - target))
     turn = vt.T @ np.diag([1.0, 1.0, np.sign(np.linalg.det(vt.T @ u.T))]) @ u.T
@@ -48,6 +70,6 @@ def align(measured: Sequence[Vector], known: Sequence[Vector]) -> Alignment:
 
 
 def _width(places: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> float:
-    """Return how far places are from the line that fits them best: their second singular value, per place, m."""
+    """Return the distance of places from their best line: their second singular value, per place, m."""
     spread = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
     return float(spread[1] / np.sqrt(len(places)))

@@ -1,4 +1,4 @@
-"""What a tracker delivers of each body, over some seconds: rate, jitter, latency, loss, and how still the body is."""
+"""Measures a tracker's data for some seconds: rate, jitter, latency, loss and motion of each body."""
 
 from __future__ import annotations
 
@@ -17,16 +17,13 @@ STILL = 0.02  # m, standard deviation of the position of a body that stands stil
 
 
 class BodyFigures(NamedTuple):
-    """What came of one body.
+    """The measured figures of one body.
 
     Attributes:
-        name: the tracker's, or its number as text where it has none.
-        drone: whose body it is, None when it is no drone's.
-        rate: of frames with the body tracked, Hz.
-        jitter: standard deviation of the time between two, s.
-        latency: from capture to arrival, s, median; the smallest delay of the network counts as none.
-        lost: share of frames in which it was not tracked.
-        position: where it was on average, m; None where it never was tracked.
+        name: the tracker's, or its number as text if it has none. drone: the body's drone, None for other bodies. rate:
+        of frames with the body tracked, Hz. jitter: standard deviation of the time between two, s. latency: from
+        capture to arrival, s, median; the smallest delay of the network counts as none. lost: share of frames in which
+        it was not tracked. position: average, m; None if it was never tracked.
         motion: standard deviation of its position, m.
 
     """
@@ -55,7 +52,7 @@ class Inspection:
         self._bodies: dict[tuple[int, str | None], _Body] = {}
 
     def take(self, frame: TrackerFrame, now: int) -> None:
-        """Take in a frame that arrived at `now` (Unix ns)."""
+        """Receive a frame that arrived at `now` (Unix ns)."""
         for body in frame.bodies:
             found = self._bodies.setdefault((body.identity, body.name), _Body())
             if body.tracked:
@@ -66,14 +63,18 @@ class Inspection:
                 found.lost += 1
 
     def figures(self) -> list[BodyFigures]:
-        """Return what came, drones first."""
+        """Return the figures, drones first."""
         rows = [self._row(identity, name, body) for (identity, name), body in self._bodies.items()]
         return sorted(rows, key=lambda row: (row.drone is None, row.drone or 0, row.name))
 
-    def problems(self) -> list[str]:
-        """Return what must be mended before a flight, one line each.
+    def places(self) -> dict[str, Vector]:
+        """Return where each body that was tracked was on average, by its name, m."""
+        return {row.name: row.position for row in self.figures() if row.position is not None}
 
-        Every drone's body must be there, tracked, still, and at its start; one that a person carries may move.
+    def problems(self) -> list[str]:
+        """Return the problems to correct before a flight, one line each.
+
+        Every drone's body must be present, tracked, still, and at its start; one that a person carries may move.
         """
         rows = self.figures()
         there = {row.drone: row for row in rows if row.drone is not None}
@@ -95,11 +96,11 @@ class Inspection:
             return []
         beside = dist(row.position, start)
         if row.motion > STILL:
-            return [f"{who} moves by {row.motion:.2f} m: put it down, or it is another's"]
+            return [f"{who} moves by {row.motion:.2f} m: put it down, or it belongs to another drone"]
         if beside > self._swarm.limits.start_tolerance:
             x, y, z = row.position
             nearest = min(self._swarm.tracked, key=lambda i: dist(self._swarm.drone(i).start, row.position or start))
-            other = f" (there starts {uav(nearest)})" if nearest != row.drone else ""
+            other = f" (the start of {uav(nearest)})" if nearest != row.drone else ""
             return [f"{who} is at [{x:.2f}, {y:.2f}, {z:.2f}], {beside:.2f} m from its start{other}"]
         return []
 

@@ -1,4 +1,4 @@
-"""Listens to the tracker of a swarm file for some seconds, without the swarm: for `flockwire tracker` and `align`."""
+"""Receives from a tracker for some seconds, without the swarm: for `flockwire tracker` and `align`."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ NAMES = 1.2  # s before the first frame counts: connections and names come first
 
 
 async def listen(plan: Plan, seconds: float) -> tuple[Inspection, SourceState]:
-    """Return what came in `seconds`, and how the connection is; raises OSError where the source cannot be opened.
+    """Return the frames of `seconds`, and the state of the connection; raises OSError if the source cannot be opened.
 
-    Raises ValueError for a source without a connection of its own: there is nothing to look at.
+    Raises ValueError for a source without its own connection.
     """
     core = make_core(Start(plan, GATEWAY.kind, clock.now(), Random(0)))  # noqa: S311
     source, inspection = core.source, Inspection(plan.swarm)

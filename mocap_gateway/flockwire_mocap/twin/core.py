@@ -1,7 +1,6 @@
-"""The simulated tracker without sockets: truth in, frames out as a real tracker would send them, with all its faults.
+"""The simulated tracker without sockets: truth in, frames of a real tracker out, with its faults.
 
-Cameras, noise, latency and drop-outs are those of the simulated source; what goes wrong between tracker and gateway
-comes on top.
+Cameras, noise, latency and drop-outs are those of the simulated source; faults between tracker and gateway are added.
 """
 
 from __future__ import annotations
@@ -9,11 +8,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import inf
 
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.process.cores import Ground, Start
 from flockwire.swarm.model import uav
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Message, Pose
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
@@ -23,13 +23,13 @@ from flockwire_mocap.streamed import coordinates_of
 from flockwire_mocap.tracking import LOST, ReportedBody, TrackerFrame, unseen
 
 AIRBORNE = 0.02  # m above the highest start at which a drone has taken off
-UPTIME = 1000 * SECOND  # ns that the tracker's clock shows when the process begins: it is not the swarm's
+UPTIME = 1000 * SECOND  # ns of the tracker's clock at the start of the process: it differs from the swarm's
 
 Deliver = Callable[[TrackerFrame], None]
 
 
 class TwinCore(Ground):
-    """Sees the simulated airframes of a swarm; `deliver` gets each frame when it is to be sent."""
+    """Tracks the simulated airframes of a swarm; calls `deliver` with each frame at its send time."""
 
     def __init__(self, start: Start) -> None:
         super().__init__()
@@ -49,18 +49,18 @@ class TwinCore(Ground):
         self._bodies = {body.identity: body for body in bodies}
         self._highest = AIRBORNE + max(
             swarm.drone(i).start[2] for i in swarm.flying
-        )  # m; above it the flight has begun
+        )  # m; above it the flight has started
         self._walking = frozenset(Key("truth", uav(i)) for i in swarm.walking)
         self._epoch = start.now - UPTIME
         self._frames = 0
 
     @property
     def names(self) -> dict[int, str]:
-        """What the tracker calls the bodies, by its numbers."""
+        """The tracker's names for bodies, by number."""
         return {identity: body.name or f"body {identity}" for identity, body in self._bodies.items()}
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take in where an airframe is."""
+        """Receive an airframe's truth."""
         if isinstance(message, Pose):
             self._cameras.receive(key, message, now)
             if message.position[2] > self._highest and key not in self._walking:

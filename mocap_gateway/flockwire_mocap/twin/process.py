@@ -1,4 +1,4 @@
-"""The process of the simulated tracker: the shell round its core, and the server that speaks the tracker's protocol."""
+"""The process of the simulated tracker: the shell around its core, and the server of the tracker's protocol."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from random import Random
 from typing import cast
 
 from flockwire import clock
+from flockwire.domain.pose import Pose
 from flockwire.process.cores import Core, Start
 from flockwire.runtime.job import Job
 from flockwire.runtime.shell import run_core
 from flockwire.swarm.gateway import Gateway, Twin
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Pose
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import TRACKER
 
@@ -31,7 +31,7 @@ Server = NatNetServer | VrpnServer | QtmServer
 
 
 def _server(gateway: Gateway, names: dict[int, str]) -> Server:
-    """Return the server of the tracker that `gateway` names, where it looks for one."""
+    """Return the server of the tracker in `gateway`, at the configured address."""
     if gateway.source == "vrpn":
         return VrpnServer(names.values(), gateway.vrpn.server, gateway.vrpn.port)
     if gateway.source == "qualisys":
@@ -64,14 +64,14 @@ def _feed(core: Core, _: Callable[[], None]) -> AbstractAsyncContextManager[None
 
 
 async def run(job: Job) -> None:
-    """Serve until the process is to end; raises OSError where the port is taken, or the address is not of this host."""
+    """Serve until the process is to end; raises OSError if the port is taken, or the address is not of this host."""
     await run_core(job, _feed)
 
 
 def serve_alone(swarm: Swarm, protocol: str) -> None:
-    """Serve the bodies of `swarm`, standing at their starts, until it is interrupted.
+    """Serve the bodies of `swarm` at their starts, until it is interrupted.
 
-    Raises OSError where the port is taken, or the address is not of this host.
+    Raises OSError if the port is taken, or the address is not of this host.
     """
     gateway = swarm.gateway
     served = gateway.model_copy(update={"source": protocol, "twin": gateway.twin or Twin()})

@@ -20,7 +20,7 @@ class Conversation(Protocol):
         """Whether nothing more can be read from this client."""
 
     def receive(self, data: bytes) -> None:
-        """Take in bytes as they come, cut anywhere."""
+        """Receive bytes, split anywhere."""
 
     def publish(self, frame: TrackerFrame) -> None:
         """Have a frame sent, if the client wants it."""

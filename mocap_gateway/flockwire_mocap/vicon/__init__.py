@@ -1,1 +1,1 @@
-"""Vicon by the package `motioncapture`, in a child process: its connect may hold the interpreter for ever."""
+"""Vicon by the package `motioncapture`, in a child process, because its connect may block the interpreter."""

@@ -2,10 +2,10 @@
 
     python -m flockwire_mocap.vicon.child SERVER
 
-A frame is [when it came, {name: [x, y, z, qx, qy, qz, qw]}]: ns of the monotonic clock, read here, so that the age of a
-line that waits in the pipe shows. A line of text is an error of the package.
+A frame is [arrival, {name: [x, y, z, qx, qy, qz, qw]}]. The arrival is in ns of the monotonic clock, read here, so that
+it includes the time in the pipe. A line of text is an error of the package.
 
-It is a process of its own because the package's connect, without a server, neither returns nor lets anything else run.
+It is a separate process because the package's connect, without a server, neither returns nor releases the interpreter.
 """
 
 from __future__ import annotations

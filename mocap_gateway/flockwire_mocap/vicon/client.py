@@ -1,4 +1,4 @@
-"""Runs the child process of the Vicon source, and starts it again when it ends or hangs."""
+"""Runs the child process of the Vicon source; restarts it when it ends or hangs."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from flockwire_mocap.extras import imported
 from flockwire_mocap.persistent import PersistentConnection
 from flockwire_mocap.vicon.source import ViconSource
 
-FRAME_TIMEOUT = 2.5  # s without a frame after which the child is killed and started again
+FRAME_TIMEOUT = 2.5  # s without a frame after which the child is killed and restarted
 LONGEST_LINE = 1 << 20  # bytes: a frame of MOST_BODIES with long names is a quarter of that
 
 
 class ViconClient(PersistentConnection):
     """Feeds a source with the lines of its child; `drained` is called after each frame.
 
-    Raises MissingExtraError where motioncapture is not installed.
+    Raises MissingExtraError if motioncapture is not installed.
     """
 
     PAUSE = 0.3  # s between two children
@@ -34,17 +34,17 @@ class ViconClient(PersistentConnection):
         self._command = command or [sys.executable, "-m", "flockwire_mocap.vicon.child", source.table.server]
 
     def failed(self, why: str) -> None:
-        """Take note of why no frames come."""
+        """Record why there are no frames."""
         self._source.failure = why
 
     async def connected(self) -> str:
-        """Run a child until it ends or hangs; returns why."""
+        """Run a child until it ends or hangs; returns the reason."""
         child = await asyncio.create_subprocess_exec(*self._command, stdout=asyncio.subprocess.PIPE, limit=LONGEST_LINE)
         try:
             return await self._listen(child)
         finally:
             with contextlib.suppress(ProcessLookupError):
-                child.kill()  # nothing gentler reaches it while it connects
+                child.kill()  # other signals do not reach it while it connects
             await child.wait()
 
     async def _listen(self, child: asyncio.subprocess.Process) -> str:

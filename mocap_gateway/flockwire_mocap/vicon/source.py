@@ -1,4 +1,4 @@
-"""Vicon as a source of the gateway: what the child process writes, line by line."""
+"""Vicon as a source of the gateway: reads the child's lines."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class ViconSource(StreamedSource):
     """The bodies that a Vicon server reports.
 
     Attributes:
-        failure: why nothing comes, and what to do, in one line; empty while frames come.
-        child: the child's last line that is no frame: an error of the package.
+        failure: the problem and its remedy in one line; empty while frames arrive. child: the child's last line that is
+        not a frame: an error of the package.
 
     """
 
@@ -36,7 +36,7 @@ class ViconSource(StreamedSource):
         super().__init__(coordinates_of(gateway), self._state, nanoseconds(self.table.latency))
 
     def line(self, line: bytes, now: int) -> None:
-        """Take in a line of the child's that was read at `now` (Unix ns): a frame as the child describes, or a text."""
+        """Receive a line of the child, read at `now` (Unix ns): a frame or a text."""
         try:
             frame = json.loads(line)
             if isinstance(frame, str):

@@ -1,4 +1,4 @@
-"""The socket of a VRPN client: it carries bytes to and from a `VrpnConnection`, and reconnects when it is lost."""
+"""The socket of a VRPN client: it carries bytes of a `VrpnConnection`, and reconnects after a loss."""
 
 from __future__ import annotations
 
@@ -23,10 +23,8 @@ class VrpnClient(PersistentConnection):
     """Receives the pose reports of a VRPN server, and passes each on with the time of its arrival (Unix ns).
 
     Args:
-        host: name or address of the server.
-        deliver: called in the event loop with each report that is newer than all before of its body.
-        port: of the server.
-        session: what is known of the server.
+        host: name or address of the server. deliver: called in the event loop with each report that is newer than all
+        before of its body. port: of the server. session: the state of the server.
         drained: called after all that had arrived was delivered.
 
     """
@@ -44,7 +42,7 @@ class VrpnClient(PersistentConnection):
         self._host, self._port, self._deliver, self._drained = host, port, deliver, drained
 
     def receive(self, data: bytes) -> bytes:
-        """Take in bytes of the connection; returns those to be sent."""
+        """Receive bytes of the connection; returns those to be sent."""
         now = clock.now()
         for frame in self.session.receive(data):
             self._deliver(frame, now)
@@ -52,11 +50,11 @@ class VrpnClient(PersistentConnection):
         return self.session.connection.outgoing()
 
     def failed(self, why: str) -> None:
-        """Take note of why there is no connection."""
+        """Record the reason of the failure."""
         self.session.trouble = why
 
     async def connected(self) -> str:
-        """Connect, and return when the connection is lost, or there is none: why."""
+        """Connect, and return the reason when the connection fails or is lost."""
         session, where = self.session, f"{self._host}:{self._port}"
         try:
             async with asyncio.timeout(ACCEPT_TIMEOUT):

@@ -1,4 +1,4 @@
-"""One VRPN connection without a socket, either end of it: bytes in, poses out, and what is to be sent."""
+"""Either end of a VRPN connection, without a socket: bytes in, poses and bytes out."""
 
 from __future__ import annotations
 
@@ -37,14 +37,12 @@ class PoseReport(NamedTuple):
 
 
 class VrpnConnection:
-    """The state of a connection: what the other side has described, and what this side has.
+    """The state of a connection: the descriptions of both sides.
 
     Attributes:
-        failed: why nothing more can be read of the connection, which should be closed; None while all is well.
-        senders: names by the other side's numbers.
-        malformed: messages of a known type that could not be read.
-        undescribed: messages whose sender or type was never described.
-        poses_rejected: poses that are none: not finite, or no unit quaternion.
+        failed: why nothing more can be read, and the connection should be closed; None otherwise. senders: names by the
+        other side's numbers. malformed: messages of a known type that could not be read. undescribed: messages whose
+        sender or type was never described. poses_rejected: invalid poses: not finite, or not a unit quaternion.
 
     """
 
@@ -62,7 +60,7 @@ class VrpnConnection:
             self._number(self._own_types, TYPE, name)
 
     def receive(self, data: bytes) -> list[PoseReport]:
-        """Take in bytes as they come, cut anywhere; returns the poses that they complete, and answers pings."""
+        """Receive bytes, split anywhere; returns the completed poses, and answers pings."""
         if self.failed is not None:
             return []
         self._unread += data
@@ -92,11 +90,11 @@ class VrpnConnection:
         self._send(stamp, sender, POSE, encode_pose(pose))
 
     def ping(self, sender: str) -> None:
-        """Ask the other side whether `sender` is there; it answers with a pong."""
+        """Send a ping for `sender`; the other side answers with a pong."""
         self._send(0, sender, PING, b"")
 
     def _send(self, stamp: int, sender: str, kind: str, body: bytes) -> None:
-        number = self.describe(sender)  # what describes it goes first
+        number = self.describe(sender)  # its description is sent first
         self._outgoing += encode(VrpnMessage(stamp, number, self._own_types[kind], body))
 
     def _number(self, numbers: dict[str, int], kind: int, name: str) -> int:
@@ -106,7 +104,7 @@ class VrpnConnection:
         return numbers[name]
 
     def _messages(self) -> Iterator[VrpnMessage]:
-        """Yield all messages that have come; raises ValueError where the bytes are none."""
+        """Yield all received messages; raises ValueError if the bytes are not messages."""
         begin = 0
         if not self._greeted:
             if len(self._unread) < len(COOKIE):

@@ -1,4 +1,4 @@
-"""From pose reports to frames of one body each: bodies keep their number through reconnections, repetitions go."""
+"""Converts pose reports to frames of one body; bodies keep their number after reconnections."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from flockwire.domain.time import SECOND
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 from flockwire_mocap.vrpn.connection import MOST_NAMES, PoseReport
 
-RESTART = 10 * SECOND  # ns; a report that is older than that by its stamp comes from a clock that was set back
-SET_BACK = 3  # reports of a body in a row that are older than the newest, of which the last shows the same
+RESTART = 10 * SECOND  # ns; a report with an older stamp comes from a clock that was set back
+SET_BACK = 3  # older reports of a body in a row that show the same
 
 
 class Reports:
     """Counts reports: `frames` passed on, `repeated` and `late` ones dropped. VRPN has no numbers to count gaps with.
 
-    A body is named by its sender; sensors other than 0 of one sender are bodies of their own, named sender/sensor.
+    A body has its sender's name; other sensors than 0 of a sender are separate bodies, named sender/sensor.
     """
 
     def __init__(self) -> None:
@@ -28,7 +28,7 @@ class Reports:
     def frame(self, report: PoseReport) -> TrackerFrame | None:
         """Return the report as a frame of one body, if it is newer than all before of that body.
 
-        TCP keeps the order: several in a row that are older by their stamps are new ones of a clock that was set back.
+        TCP keeps the order: several older stamps in a row come from a clock that was set back.
         """
         sensor = report.pose.sensor
         name = report.name if sensor == 0 else f"{report.name}/{sensor}"

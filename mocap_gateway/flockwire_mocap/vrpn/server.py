@@ -24,7 +24,7 @@ class VrpnTwin:
         return self._connection.failed is not None
 
     def receive(self, data: bytes) -> None:
-        """Take in bytes as they come, cut anywhere."""
+        """Receive bytes, split anywhere."""
         self._connection.receive(data)
 
     def publish(self, frame: TrackerFrame) -> None:

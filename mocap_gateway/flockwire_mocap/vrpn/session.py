@@ -1,4 +1,4 @@
-"""A client of a VRPN server without a socket, over all its connections: bytes in, frames and answers out."""
+"""The state of a VRPN client over all its connections, without a socket: bytes in, frames and answers out."""
 
 from __future__ import annotations
 
@@ -8,12 +8,11 @@ from flockwire_mocap.vrpn.reports import Reports
 
 
 class VrpnSession:
-    """What is known of a server.
+    """The state of a server.
 
     Attributes:
-        connection: the newest connection, with what it has counted.
-        reports: what came over all connections.
-        trouble: why there is no connection, and what to do, in one line; None while there is one.
+        connection: the newest connection, with what it has counted. reports: of all connections. trouble: the problem
+        and its remedy in one line; None while connected.
 
     """
 
@@ -22,10 +21,10 @@ class VrpnSession:
         self.trouble = trouble
 
     def reconnect(self) -> None:
-        """Begin another connection."""
+        """Start another connection."""
         self.connection = VrpnConnection()
 
     def receive(self, data: bytes) -> list[TrackerFrame]:
-        """Take in bytes of the connection; returns the frames newer than all before, of one body each."""
+        """Receive bytes of the connection; returns the frames newer than all before, of one body each."""
         frames = [self.reports.frame(pose) for pose in self.connection.receive(data)]
         return [frame for frame in frames if frame is not None]

@@ -1,4 +1,4 @@
-"""VRPN as a source of the gateway: what its client knows, in the gateway's terms."""
+"""VRPN as a source of the gateway."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """VRPN's bytes: the cookie, the frame of a message, descriptions, poses. All is big-endian.
 
 A message is i32 length (header and body, without padding), i32 seconds, i32 microseconds, i32 sender, i32 type, padded
-with NUL to 24 bytes, then the body, padded to a multiple of 8. Senders and types are numbers that each side assigns
-afresh on each connection, and describes before their first use.
+with NUL to 24 bytes, then the body, padded to a multiple of 8. Each side numbers senders and types anew on each
+connection, and describes them before their first use.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _POSE = Struct(">ii7d")
 
 
 class VrpnMessage(NamedTuple):
-    """A message: `stamp` in ns of the sender's Unix time, `sender` and `kind` as numbered by who sent it."""
+    """A message: `stamp` in ns of the sender's Unix time, `sender` and `kind` as numbered by the sending side."""
 
     stamp: int
     sender: int
@@ -80,10 +80,10 @@ def decode_pose(body: bytes) -> PoseBody | None:
 
 
 def take_message(data: bytes | bytearray, begin: int) -> tuple[VrpnMessage | None, int]:
-    """Return the message that begins at `begin` and where the next one does; None if it has not all come.
+    """Return the message at `begin` and the start of the next; None if it is incomplete.
 
     Raises:
-        ValueError: no message begins there, and where the next one does cannot be known.
+        ValueError: there is no message, and the next one cannot be found.
 
     """
     if len(data) - begin < HEADER_SIZE:

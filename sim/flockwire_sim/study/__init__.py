@@ -1,1 +1,1 @@
-"""Monte Carlo: one swarm flown many times in virtual time, each time a little different, and what came of it."""
+"""Monte Carlo studies: one swarm flown many times in virtual time with variations, and the results."""

@@ -1,4 +1,4 @@
-"""What is drawn of a swarm: where its drones start, and who receives from whom."""
+"""Random starts and graphs of a swarm."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from flockwire.swarm.model import Swarm
 
 from flockwire_sim.study.file import RandomGraph, Starts, StudyError
 
-TRIES = 2000  # for one drone, until all are drawn again
+TRIES = 2000  # tries for one drone, until all are drawn again
 BEGINNINGS = 20
 
 
 def random_starts(swarm: Swarm, starts: Starts, chance: Random) -> list[tuple[float, float]]:
-    """Return where each of the swarm's drones starts, m, in their order; raises StudyError when the box is too full."""
+    """Return the starts of the swarm's drones, m, in their order; raises StudyError if the box is too full."""
     unknown = set(starts.fixed) - set(swarm.flying)
     if unknown:
         raise StudyError(f"starts.fixed = {list(starts.fixed)}: there is no drone {min(unknown)}")
@@ -53,7 +53,7 @@ def _free(place: tuple[float, float], taken: Iterable[tuple[float, float]], swar
 def random_edges(swarm: Swarm, graph: RandomGraph, chance: Random) -> list[list[int]]:
     """Return edges [from, to]: a random tree of bounded depth from the leader, and others; raises StudyError.
 
-    The followers join in random order, each under any drone that is in the tree and not yet at its full depth.
+    The followers join in random order, each below any drone of the tree that is not at full depth.
     """
     followers = list(swarm.followers)
     chance.shuffle(followers)

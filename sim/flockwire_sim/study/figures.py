@@ -1,4 +1,4 @@
-"""The figures of a study. Only this file of it knows matplotlib, which is slow to import."""
+"""The figures of a study. Only this file of the study imports matplotlib, which is slow to import."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def _distributions(findings: Findings, swarm: Swarm) -> Figure:
 
 
 def _distribution(axes: Axes, findings: Findings, quantity: Quantity) -> None:
-    """Draw which share of the runs has at most a value, by grid point; a run without a value leaves its share out."""
+    """Draw the share of the runs with at most a value, by grid point; runs without a value reduce the total."""
     is_error = quantity.key.endswith("tail_m")
     scale = 1000.0 if is_error else 1.0
     points = findings.plan.points

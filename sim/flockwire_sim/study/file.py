@@ -1,4 +1,4 @@
-"""What a study varies: TOML in, frozen models out.
+"""The study file: TOML in, frozen models out.
 
 seed = 0
 runs = 200                                   # of each grid point
@@ -39,7 +39,7 @@ KINDS = ("uniform", "log_uniform", "integer", "choice")
 
 
 class StudyError(ValueError):
-    """A study that cannot be made; the text names the key, its value and the rule."""
+    """A bad study; the text names the key, its value and the rule."""
 
 
 class Starts(Model):
@@ -49,7 +49,7 @@ class Starts(Model):
     centre: tuple[Finite, Finite] = (0.0, 0.0)
     spacing: Positive = 0.6
     obstacle_spacing: Positive = 0.6
-    fixed: tuple[int, ...] = ()  # drones that start where the swarm file has them, such as a leader on its path, 0
+    fixed: tuple[int, ...] = ()  # drones that start as in the swarm file, such as the leader, 0
 
 
 class RandomGraph(Model):
@@ -60,7 +60,7 @@ class RandomGraph(Model):
 
 
 class Draw(Model):
-    """A value left to chance: from a range (both ends in it), or one of a list."""
+    """A random value: from a range with both ends, or from a list."""
 
     uniform: tuple[Finite, Finite] | None = None
     log_uniform: tuple[Positive, Positive] | None = None
@@ -73,11 +73,11 @@ class Draw(Model):
             raise ValueError(f"must have exactly one of {', '.join(KINDS)}")
         ends = self.uniform or self.log_uniform or self.integer
         if ends is not None and ends[0] > ends[1]:
-            raise ValueError(f"the range must go upwards, {ends[0]:g} is above {ends[1]:g}")
+            raise ValueError(f"the range must be ascending, {ends[0]:g} is above {ends[1]:g}")
         return self
 
     def value(self, chance: Random) -> JsonValue:
-        """Return what `chance` draws."""
+        """Return a value drawn by `chance`."""
         if self.uniform is not None:
             return chance.uniform(*self.uniform)
         if self.log_uniform is not None:
@@ -88,7 +88,7 @@ class Draw(Model):
         return chance.choice(self.choice or ())
 
     def extremes(self) -> tuple[JsonValue, ...]:
-        """Return the values to try before the study begins."""
+        """Return the values to try before the study starts."""
         return self.choice or self.uniform or self.log_uniform or self.integer or ()
 
 
@@ -100,7 +100,7 @@ class RandomFault(Model):
 
 
 class Study(Model):
-    """A whole study: what is flown, how often, and what is different each time."""
+    """A whole study: runs, duration and variations."""
 
     seed: Annotated[int, Field(ge=0)] = 0
     runs: Annotated[int, Field(ge=1)] = 100
@@ -124,7 +124,7 @@ class Study(Model):
         return tuple(tuple(zip(self.grid, values, strict=True)) for values in product(*self.grid.values()))
 
     def equal_runs(self, swarm: Swarm) -> bool:
-        """Return whether all runs of a grid point fly the same flight, for nothing is left to chance."""
+        """Return whether all runs of a grid point are equal, because nothing is random."""
         gateway, world = swarm.gateway, swarm.sim
         chances = (world.jitter, world.loss, world.reordering, world.clock_offset, world.clock_drift)
         grid = any(key.startswith(("gateway.", "sim.")) for key in self.grid)
@@ -137,7 +137,7 @@ class Study(Model):
 
 
 def load_study(path: Path | None, options: dict[str, object]) -> Study:
-    """Read a study file (none: all defaults); `options` go before its keys. Raises StudyError."""
+    """Read a study file (none: all defaults); `options` override its keys. Raises StudyError."""
     origin = str(path) if path is not None else "options"
     table = read_toml(path, "study", StudyError) if path is not None else {}
     try:
@@ -147,7 +147,7 @@ def load_study(path: Path | None, options: dict[str, object]) -> Study:
 
 
 def _spelled_out(table: dict[str, Any]) -> dict[str, Any]:
-    """Take `control.law = [...]` for `"control.law" = [...]`, and part faults from their probability."""
+    """Take `control.law = [...]` for `"control.law" = [...]`, and separate faults from their probability."""
     for key in ("grid", "random"):
         if isinstance(table.get(key), dict):
             table[key] = dict(_leaves(table[key], ""))

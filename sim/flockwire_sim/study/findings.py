@@ -1,4 +1,4 @@
-"""What a study found: a row for each grid point, and the worst runs with all that it takes to fly them again."""
+"""The results of a study: a row for each grid point, and the worst runs with files to repeat them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ WORST = 5  # runs that are listed
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """A figure of every run: its key, how it is called, its unit, and which end is the bad one."""
+    """A figure of every run: its key, name, unit, and bad end."""
 
     key: str
     text: str
@@ -42,7 +42,7 @@ QUANTITIES = (
 
 @dataclass(frozen=True, slots=True)
 class GridPointFigures:
-    """What came of one grid point: `low` and `high` hold the true success rate with 95 % confidence (Wilson)."""
+    """The results of one grid point: `low` and `high` bound the true success rate with 95 % confidence (Wilson)."""
 
     point: dict[str, JsonValue]
     runs: int
@@ -50,7 +50,7 @@ class GridPointFigures:
     rate: float
     low: float
     high: float
-    failed: dict[str, int]  # how many runs failed each check
+    failed: dict[str, int]  # number of failed runs by check
     figures: dict[str, Quantiles | None]
 
 
@@ -66,7 +66,7 @@ class Findings:
 
     @property
     def failures(self) -> int:
-        """How many runs failed."""
+        """The number of failed runs."""
         return sum(not result.ok for result in self.results)
 
     def as_json(self) -> dict[str, Any]:
@@ -82,7 +82,7 @@ class Findings:
         }
 
     def again(self, result: Result) -> dict[str, str]:
-        """Return what flies a worst run once more; {} for one that was refused."""
+        """Return the files and the command that repeat a worst run; {} for a refused one."""
         if "refused" in result.failed:
             return {}
         stem = f"worst/{result.point}-{result.seed}"
@@ -92,7 +92,7 @@ class Findings:
 
 
 def find(swarm: Swarm, plan: Study, results: Sequence[Result]) -> Findings:
-    """Return what the runs of the plan show, flown in any order; runs beyond `plan.runs` do not count."""
+    """Return the findings of the plan's runs, in any order; runs beyond `plan.runs` are ignored."""
     counted = sorted((r for r in results if r.run < plan.runs), key=lambda r: (r.point, r.run))
     rows = []
     for number, point in enumerate(plan.points):
@@ -104,7 +104,7 @@ def find(swarm: Swarm, plan: Study, results: Sequence[Result]) -> Findings:
 
 
 def write_worst(findings: Findings, table: Table, out: Path) -> None:
-    """Write the swarm files (and faults) of the worst runs into `out`/worst, so that `flockwire sim` flies them."""
+    """Write the swarm files (and faults) of the worst runs into `out`/worst, for `flockwire sim`."""
     folder = out / "worst"
     folder.mkdir(exist_ok=True)
     for old in folder.glob("*.toml"):
@@ -141,7 +141,7 @@ def _goodness(result: Result) -> tuple[bool, float, float, int, int]:
 
 
 def _without_frames(table: Table) -> Table:
-    """Take the text of key frames out again: the swarm file names their file."""
+    """Remove the text of key frames: the swarm file names their file."""
     formations = table.get("formations", {})
     bare = {key: {k: v for k, v in table[key].items() if k != "frames"} for key in ("formation",) if key in table}
     named = {name: {k: v for k, v in one.items() if k != "frames"} for name, one in formations.items()}

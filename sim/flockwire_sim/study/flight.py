@@ -1,4 +1,4 @@
-"""One flight of a study, flown wherever there is a worker; the result is small and does not depend on the machine."""
+"""One flight of a study, on any worker; the result does not depend on the machine."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What came of a run: `figures` in m, s and m/s, None where there is none; `margin`: smallest distance / limit."""
+    """The result of a run: `figures` in m, s and m/s, None if there is none; `margin`: smallest distance / limit."""
 
     point: int
     run: int
@@ -45,12 +45,12 @@ class Result:
 
     @classmethod
     def from_json(cls, table: dict[str, Any]) -> Result:
-        """Return the run of a line; raises TypeError, KeyError when it is none."""
+        """Return the run of a line; raises TypeError, KeyError for a bad line."""
         return cls(**{**table, "failed": tuple(table["failed"])})
 
 
 def fly(task: Task) -> Result:
-    """Fly one run to its end; nothing in it is raised, a run that cannot be flown has failed."""
+    """Fly one run to its end; it raises nothing: a run that cannot be flown has failed."""
     plan, seed = task.plan, task.plan.seed_of(task.run)
     try:
         varied = vary(plan, task.table, plan.points[task.point], seed)
@@ -60,7 +60,7 @@ def fly(task: Task) -> Result:
         trace = TraceInMemory(varied.swarm, seed)
         outcome = World(varied.swarm, seed, plan.duration, varied.faults, trace.take).run()
         summary = summarise(trace.trace())
-    except Exception as error:  # a law of the user's own may raise anything; the study goes on
+    except Exception as error:  # a user's law may raise anything; the study continues
         reason = f"{type(error).__name__}: {error}"
         return Result(task.point, task.run, seed, False, ("flight",), reason, 0.0, varied.drawn, {})
     bad = [check for check in summary.checks if not check.ok and check.name not in ABOUT_THE_RECORD]

@@ -1,4 +1,4 @@
-"""How grid points and figures are written for people."""
+"""Texts of grid points and figures."""
 
 from __future__ import annotations
 

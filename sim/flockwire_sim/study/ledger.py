@@ -1,4 +1,4 @@
-"""The folder of a study: what it is (plan.json), and one line for each run that was flown (runs.jsonl)."""
+"""The folder of a study: its plan (plan.json), and one line for each finished run (runs.jsonl)."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ PLAN, RUNS = "plan.json", "runs.jsonl"
 
 
 class Ledger:
-    """Opens the folder `out` for a plan: a new one, or one whose earlier runs count (`results`).
+    """Opens the folder `out` for a plan: a new one, or one with earlier runs (`results`).
 
-    Raises StudyError, with nothing changed, where the folder holds something else; OSError where it cannot be written.
+    Raises StudyError, without changes, if the folder has other content; OSError if it cannot be written.
     """
 
     def __init__(self, out: Path, plan: Study, table: Table) -> None:
@@ -26,7 +26,7 @@ class Ledger:
         identity = _identity(plan, table)
         there = _read(out / PLAN)
         if there is None and out.exists() and (not out.is_dir() or any(out.iterdir())):
-            raise StudyError(f"--out = {out}: there is something that is no study; name a new folder")
+            raise StudyError(f"--out = {out}: this folder has other content; name a new one")
         if there is not None and there != identity:
             raise StudyError(
                 f"--out = {out}: there is another study ({_difference(there, identity)}); name a new folder"
@@ -40,34 +40,34 @@ class Ledger:
             self.results = self._flown(out)
         except BlockingIOError:
             self._file.close()
-            raise StudyError(f"--out = {out}: another call is at work on this study; wait for its end") from None
+            raise StudyError(f"--out = {out}: another command works on this study; wait until it ends") from None
         except StudyError:
             self._file.close()
             raise
 
     def __enter__(self) -> Ledger:
-        """Hold the folder."""
+        """Lock the folder."""
         return self
 
     def __exit__(self, _: type[BaseException] | None, __: BaseException | None, ___: TracebackType | None) -> None:
-        """Let go of the folder."""
+        """Unlock the folder."""
         self._file.close()
 
     def add(self, result: Result) -> None:
-        """Keep a run, on the disk too."""
+        """Add a run, on the disk too."""
         self.results.append(result)
         self._file.write(json.dumps(result.as_json()).encode() + b"\n")
         self._file.flush()
 
     def missing(self) -> list[Task]:
-        """Return what is still to be flown: the first run of each grid point, then the second ones, and so on."""
+        """Return the remaining runs: the first of each grid point, then the second ones, and so on."""
         flown = {(result.point, result.run) for result in self.results}
         plan, points = self._plan, range(len(self._plan.points))
         runs = [(point, run) for run in range(plan.runs) for point in points if (point, run) not in flown]
         return [Task(plan, self._table, point, run) for point, run in runs]
 
     def _flown(self, out: Path) -> list[Result]:
-        """Read the runs; a last line that was cut off by a crash is taken out."""
+        """Read the runs; remove a last line that was truncated by a crash."""
         self._file.seek(0)
         content = self._file.read()
         whole = content.rfind(b"\n") + 1
@@ -76,13 +76,13 @@ class Ledger:
             try:
                 found.append(Result.from_json(json.loads(line)))
             except (ValueError, TypeError, KeyError):
-                raise StudyError(f"{out / RUNS}: line {place} is no run of a study") from None
+                raise StudyError(f"{out / RUNS}: line {place} is not a run of a study") from None
         self._file.truncate(whole)
         return found
 
 
 def _identity(plan: Study, table: Table) -> str:
-    """Return what two calls must have in common to belong together: everything but the number of runs."""
+    """Return the identity of a study: everything but the number of runs."""
     content = {
         "flockwire": version("flockwire"),
         "study": plan.model_dump(mode="json", exclude={"runs"}),

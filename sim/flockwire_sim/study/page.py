@@ -1,4 +1,4 @@
-"""The study as one HTML page that needs nothing else (templates/study.html), beside study.json and its figures."""
+"""The study as one HTML page without other files (templates/study.html), beside study.json and its figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What some runs show of all: which value a share of them keeps to, and how sure one may be of that share."""
+"""Statistics of runs: quantiles, and the confidence interval of a success rate."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ CONFIDENCE_Z = 1.959963984540054  # standard deviations that hold 95 %
 
 
 def wilson(successes: int, runs: int, z: float = CONFIDENCE_Z) -> tuple[float, float]:
-    """Return Wilson's score interval for a share of which `successes` of `runs` were seen.
+    """Return Wilson's score interval of a rate with `successes` in `runs`.
 
     (s + z^2/2 -+ z sqrt(s (n - s) / n + z^2/4)) / (n + z^2), E. B. Wilson, JASA 22 (1927).
     Raises ValueError for no runs, and for more successes than runs.
@@ -28,7 +28,7 @@ SHARES = (0.50, 0.95, 0.99)
 
 @dataclass(frozen=True, slots=True)
 class Quantiles:
-    """Values that half, 95 %, 99 % and all of the runs keep to; None where some of these have no value at all."""
+    """Bounds that half, 95 %, 99 % and all of the runs keep; None if some of these have no value."""
 
     p50: float | None
     p95: float | None

@@ -1,4 +1,4 @@
-"""One run of a study: the swarm and the faults that a seed makes of the study's swarm file."""
+"""One run of a study: its swarm and faults, drawn by a seed."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Table = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Variation:
-    """A swarm as a table and checked, faults likewise, and what was drawn from [random] by key."""
+    """A swarm as a table and as a model, faults likewise, and the values drawn from [random] by key."""
 
     table: Table
     swarm: Swarm
@@ -34,13 +34,13 @@ class Variation:
 
 
 def vary(plan: Study, table: Table, point: GridPoint, seed: int) -> Variation:
-    """Return the run of `seed` at a grid point; raises StudyError when what was drawn cannot be flown."""
+    """Return the run of `seed` at a grid point; raises StudyError if its values are refused."""
     drawn = {key: draw.value(_chance(seed, key)) for key, draw in plan.random.items()}
     return _build(plan, table, [*point, *drawn.items()], seed, drawn)
 
 
 def swarm_table(path: Path) -> Table:
-    """Return the swarm file's content, its files of key frames named so that they are found from anywhere.
+    """Return the swarm file's content with absolute paths of key frames.
 
     Raises SwarmFileError.
     """
@@ -52,7 +52,7 @@ def swarm_table(path: Path) -> Table:
 
 
 def rehearse(plan: Study, table: Table) -> None:
-    """Try the first run of each grid point, and each range's ends; raises StudyError for what cannot be flown."""
+    """Try the first run of each grid point, and each range's ends; raises StudyError for refused values."""
     for point in plan.points:
         vary(plan, table, point, plan.seed_of(0))
     first = list(plan.points[0])
@@ -103,7 +103,7 @@ def _extremes(table: dict[str, Any]) -> Iterator[Table]:
 
 
 def _put(table: Table, key: str, value: JsonValue) -> None:
-    """Set the value at a dotted key; numbers count places in lists."""
+    """Set the value at a dotted key; numbers are list positions."""
     *path, last = key.split(".")
     inner: Any = table
     try:
@@ -116,7 +116,7 @@ def _put(table: Table, key: str, value: JsonValue) -> None:
         else:
             raise TypeError
     except (ValueError, IndexError, TypeError, AttributeError):
-        raise StudyError(f"{key} = {value!r}: the swarm file has no such place") from None
+        raise StudyError(f"{key} = {value!r}: the swarm file has no such key") from None
 
 
 def _swarm(table: Table) -> Swarm:

@@ -1,4 +1,4 @@
-"""Where the runs are flown: processes of this machine, or the workers of a Dask cluster. Both are executors."""
+"""Workers for the runs: processes of this machine, or a Dask cluster. Both are executors."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from flockwire.extras import remedy
 from flockwire_sim.study.file import StudyError
 from flockwire_sim.study.flight import Result, Task, fly
 
-PATIENCE = 10.0  # s that a scheduler may take to answer, and to have a worker
+PATIENCE = 10.0  # s for a scheduler to answer with a worker
 AHEAD = 3  # runs in the queue for each worker
 
 
 class WorkersLostError(RuntimeError):
-    """The workers cannot fly any more; the text gives the reason."""
+    """The workers failed; the text gives the reason."""
 
 
 @dataclass(frozen=True, slots=True)
 class Workers:
-    """An executor and how many runs it does at once."""
+    """An executor and its number of concurrent runs."""
 
     executor: Executor
     count: int
@@ -37,7 +37,7 @@ class Workers:
 
 @contextmanager
 def local(jobs: int) -> Iterator[Workers]:
-    """Start processes of this machine; they end with the block, and with this process whatever kills it."""
+    """Start processes of this machine; they end with the block, and with this process for any cause."""
     spawn = multiprocessing.get_context("spawn")
     executor = ProcessPoolExecutor(jobs, mp_context=spawn, initializer=_serve)
     try:
@@ -48,14 +48,14 @@ def local(jobs: int) -> Iterator[Workers]:
 
 @contextmanager
 def cluster(address: str) -> Iterator[Workers]:
-    """Connect to the Dask scheduler at `address`; raises StudyError when there is none, or none with workers."""
+    """Connect to the Dask scheduler at `address`; raises StudyError if there is none, or it has no workers."""
     try:
         from distributed import Client  # noqa: PLC0415  (an optional extra)
     except ImportError:
         line = f"--scheduler = {address}: needs the package distributed: {remedy('study')}"
         raise StudyError(line) from None
     for name in ("distributed.client", "distributed.core", "distributed.comm"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)  # what goes wrong is reported in one line
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # an error is reported in one line
     try:
         client = Client(  # type: ignore[no-untyped-call]
             address, timeout=PATIENCE, set_as_default=False
@@ -73,11 +73,11 @@ def cluster(address: str) -> Iterator[Workers]:
             try:
                 yield Workers(executor, cores)
             finally:
-                executor.shutdown(wait=False)  # which takes back what has not begun
+                executor.shutdown(wait=False)  # which cancels runs that have not started
 
 
 def conduct(tasks: Iterable[Task], workers: Workers) -> Iterator[Result]:
-    """Fly all tasks, in whatever order they end; raises WorkersLostError."""
+    """Fly all tasks, in any order they end; raises WorkersLostError."""
     waiting = iter(tasks)
     running: set[Future[Result]] = set()
     while True:
@@ -86,7 +86,7 @@ def conduct(tasks: Iterable[Task], workers: Workers) -> Iterator[Result]:
             running |= {workers.executor.submit(fly, task) for task in islice(waiting, room)}
             finished, running = wait(running, return_when=FIRST_COMPLETED)
             results = [future.result() for future in finished]
-        except (Exception, CancelledError) as error:  # fly() raises nothing: whatever this is, it is its executor's
+        except (Exception, CancelledError) as error:  # fly() raises nothing: the error is the executor's
             raise WorkersLostError(f"the workers are gone ({type(error).__name__}: {error})") from error
         yield from results
         if not (running or results):
@@ -94,7 +94,7 @@ def conduct(tasks: Iterable[Task], workers: Workers) -> Iterator[Result]:
 
 
 def _serve() -> None:
-    """Make this a good worker: its parent handles Ctrl-C, and it ends when its parent is gone."""
+    """Initialise a worker: its parent handles Ctrl-C, and it ends when its parent is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     if parent is not None:

@@ -1,7 +1,7 @@
-"""What `up` and `conduct` show while they fly: the live table, or a line for each new stage.
+"""The output of `up` and `conduct` in flight: the live table, or a line for each new stage.
 
-The latter without a terminal, and on one that cannot move its cursor (TERM=dumb). Nothing here waits for who reads it
-(standard_streams.py): a table comes only when the terminal has taken the one before.
+Lines are for outputs without a terminal, and for terminals that cannot move the cursor (TERM=dumb). Nothing here waits
+for the reader (standard_streams.py): the next table is drawn after the terminal has accepted the last one.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from flockwire_station.terminal.standard_streams import busy, later
 from flockwire_station.terminal.table import Rates, draw
 
 REFRESH = SECOND // 4  # ns between two tables
-SERVING = "serving"  # what a host does that does not conduct the flight
+SERVING = "serving"  # the stage of a host that does not conduct the flight
 
 
 class Display:
@@ -40,13 +40,13 @@ class Display:
         self._began, self._drawn = clock.now(), 0
 
     def begin(self, out: Path) -> None:
-        """Print what flies, and where its trace goes."""
+        """Print the swarm and the trace's folder."""
         if self._headless:
             print(f"flockwire: {self._name}, {len(self._order)} processes, into {out}", flush=True)
 
     @contextlib.contextmanager
     def shown(self) -> Iterator[None]:
-        """Show it for as long as the context lasts."""
+        """Show it during the context."""
         if self._headless:
             yield
             return
@@ -58,12 +58,12 @@ class Display:
             later(self._live.stop)
 
     def note(self, event: str) -> None:
-        """Print a line about an `event` of now, above the table while that shows."""
+        """Print a line about an `event`, above the table if it is shown."""
         line = self._line(event, clock.now())
         later(lambda: self._console.print(line, highlight=False, markup=False, soft_wrap=True))
 
     def update(self, operator: Operator, now: int) -> None:
-        """Show what `operator` knows at `now`."""
+        """Show the state of `operator` at `now`."""
         director = operator.core.director
         stage = director.stage if director is not None else SERVING
         if self._live is None:

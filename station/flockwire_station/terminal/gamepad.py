@@ -1,4 +1,4 @@
-"""A gamepad that is plugged in, read by the package evdev; Linux alone has it."""
+"""A connected gamepad, read by the package evdev (Linux only)."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from flockwire.extras import remedy
 from flockwire_station.terminal.gamepad_axes import EAST, SOUTH, AxisRange, GamepadAxes
 
 INPUTS = Path("/dev/input")
-MISSING = f"a gamepad is plugged in; to steer by it: {remedy('gamepad')}"
+MISSING = f"a gamepad is connected; to use it: {remedy('gamepad')}"
 KEYS, AXES = 0x01, 0x03  # EV_KEY, EV_ABS
 A_BUTTON = 0x130  # BTN_SOUTH: every gamepad has it, no mouse, tablet or keyboard
-SYNCHRONISATION, DROPPED = 0x00, 0x03  # EV_SYN, SYN_DROPPED: the kernel had more events than it could keep
+SYNCHRONISATION, DROPPED = 0x00, 0x03  # EV_SYN, SYN_DROPPED: the kernel's event queue was full
 
 
 class Gamepad:
-    """An open gamepad, `device` of evdev, whose sticks ask for at most `speed` m/s."""
+    """An open gamepad, `device` of evdev, whose sticks command at most `speed` m/s."""
 
     def __init__(self, device: Any, speed: float) -> None:  # noqa: ANN401  (evdev.InputDevice, which may be absent)
         self.name: str = device.name
@@ -31,7 +31,7 @@ class Gamepad:
         self.axes = GamepadAxes(speed, ranges)
 
     def read(self) -> None:
-        """Take what has happened; raises OSError when the gamepad is gone."""
+        """Read pending events; raises OSError if the gamepad is gone."""
         for event in self._device.read():
             if event.type == AXES:
                 self.axes.move(event.code, event.value)
@@ -41,7 +41,7 @@ class Gamepad:
 
     @contextlib.contextmanager
     def followed(self) -> Iterator[None]:
-        """Read in the running loop while the context lasts; one that is unplugged is at rest from then on."""
+        """Read in the running loop during the context; a disconnected gamepad is at rest."""
         loop = asyncio.get_running_loop()
 
         def readable() -> None:
@@ -61,7 +61,7 @@ class Gamepad:
 
 
 def plugged_in(speed: float, inputs: Path = INPUTS) -> tuple[Gamepad | None, str]:
-    """Return the first gamepad that is plugged in, None when there is none; and what is to be said of it."""
+    """Return the first connected gamepad, or None; and a note about it."""
     try:
         evdev: Any = importlib.import_module("evdev")
     except ImportError:
@@ -76,6 +76,6 @@ def plugged_in(speed: float, inputs: Path = INPUTS) -> tuple[Gamepad | None, str
 
 
 def is_gamepad(capabilities: dict[int, list[Any]]) -> bool:
-    """Return whether a device of these `capabilities` (codes by type, axes with ranges) has sticks to steer by."""
+    """Return whether a device of these `capabilities` (codes by type, axes with ranges) has sticks."""
     axes = {code for code, _ in capabilities.get(AXES, ())}
     return A_BUTTON in capabilities.get(KEYS, ()) and {EAST, SOUTH} <= axes

@@ -1,4 +1,4 @@
-"""How often the user, or the system, asked `up` to end."""
+"""Counts requests of the user, or the system, to end `up`."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class Interrupts:
-    """At the first the drones land; at the second `up` leaves, and they land by themselves."""
+    """At the first the drones land; at the second `up` exits, and they land by themselves."""
 
     def __init__(self) -> None:
         self.count = 0
         self.hung_up = False  # the terminal is gone
 
     def take(self, number: signal.Signals) -> None:
-        """Count one signal; a terminal that closes counts once, whatever signals it sends."""
+        """Count one signal; a closing terminal counts once for all its signals."""
         if number is signal.SIGHUP:
             self.hung_up = True
             self.count = max(self.count, 1)
@@ -28,7 +28,7 @@ class Interrupts:
 
 @contextlib.contextmanager
 def interrupts() -> Iterator[Interrupts]:
-    """Count SIGINT, SIGTERM and SIGHUP in the running loop for as long as the context lasts."""
+    """Count SIGINT, SIGTERM and SIGHUP in the running loop during the context."""
     loop, taken = asyncio.get_running_loop(), Interrupts()
     for number in SIGNALS:
         loop.add_signal_handler(number, taken.take, number)

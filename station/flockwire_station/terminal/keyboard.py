@@ -14,18 +14,18 @@ from typing import Protocol
 from flockwire import clock
 from flockwire.domain.time import SECOND
 
-TWICE = SECOND  # ns within which the second press must follow for a stop
+TWICE = SECOND  # ns for the second press of a stop
 VERBS = {"h": "hold", "l": "land", "f": "resume"}
 HINT = "h hold, f resume, l land, ss stop"
 INTERRUPT = "Ctrl-C lands"
 
 
 class Keyboard:
-    """Turns keys into orders; `order` is called with "hold", "land", "resume" or "stop"."""
+    """Converts keys to orders; calls `order` with "hold", "land", "resume" or "stop"."""
 
     def __init__(self, order: Callable[[str], None]) -> None:
         self._order = order
-        self._pressed = 0  # when s was pressed last, ns
+        self._pressed = 0  # last press of s, ns
 
     def press(self, key: str, now: int) -> None:
         """Take one key that was pressed at `now` (ns of a clock that does not go back)."""
@@ -38,7 +38,7 @@ class Keyboard:
 
 
 class Keys(Protocol):
-    """Takes the keys that are pressed."""
+    """Handles pressed keys."""
 
     def press(self, key: str, now: int) -> None:
         """Take one key that was pressed at `now` (ns of a clock that does not go back)."""
@@ -50,13 +50,13 @@ def attached() -> bool:
 
 
 def hint() -> str:
-    """Return which keys are orders here."""
+    """Return the keys that are orders here."""
     return f"{HINT}; {INTERRUPT}" if attached() else INTERRUPT
 
 
 @contextlib.contextmanager
 def keys_pressed(keyboard: Keys) -> Iterator[None]:
-    """Read keys from the terminal in the running loop for as long as the context lasts; without one do nothing."""
+    """Read keys from the terminal in the running loop during the context; without a terminal do nothing."""
     if not attached():
         yield
         return
@@ -73,7 +73,7 @@ def keys_pressed(keyboard: Keys) -> Iterator[None]:
         for key in data.decode(errors="replace"):
             keyboard.press(key, clock.monotonic())
 
-    tty.setcbreak(fd, termios.TCSANOW)  # another `when` waits for a terminal that is paused
+    tty.setcbreak(fd, termios.TCSANOW)  # another `when` waits for a paused terminal
     loop.add_reader(fd, readable)
     try:
         yield

@@ -1,4 +1,4 @@
-"""How far a command is that takes a while: a bar on the terminal's standard error, gone when it is done."""
+"""The progress of a command: a bar on the terminal's standard error, removed at the end."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from collections.abc import Callable, Iterator
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-Show = Callable[[str, float], None]  # takes what is done now, and how much of the total
+Show = Callable[[str, float], None]  # takes the current task, and its progress
 
 
 @contextlib.contextmanager
 def progress(text: str, total: float | None = None) -> Iterator[Show]:
-    """Show `text` and a bar up to `total` (None: not known) while the context lasts; nothing without a terminal."""
+    """Show `text` and a bar up to `total` (None: unknown) during the context; nothing without a terminal."""
     console = Console(stderr=True)
     off = not console.is_terminal or console.is_dumb_terminal
     columns = TextColumn("flockwire: {task.description}", markup=False), BarColumn(), TimeElapsedColumn()

@@ -1,7 +1,7 @@
-"""Standard output and error that may be gone or stand still: no flight ends, and no loop waits, because of them.
+"""Standard output and error that may be gone or blocked: no flight ends, and no loop waits, because of them.
 
-A disk that is full and a reader that has left cost the text, and are reported once, at the end of the command. While a
-swarm flies, a thread writes: a terminal that is paused, or a pipe that nobody reads, holds the thread alone.
+With a full disk or a lost reader the text is lost; this is reported once, at the end of the command. While a swarm
+flies, a thread writes: a paused terminal, or a pipe without a reader, blocks only this thread.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ LOST = "flockwire: the standard output could not be written: "
 
 
 class UnblockedStream(io.RawIOBase):
-    """Writes to the file descriptor `fd`; the first error is kept in `error`, and what follows it is lost."""
+    """Writes to the file descriptor `fd`; the first error is kept in `error`, and later text is lost."""
 
     def __init__(self, fd: int) -> None:
         self.error: OSError | None = None
@@ -44,7 +44,7 @@ class UnblockedStream(io.RawIOBase):
         return True
 
     def write(self, data: ReadableBuffer, /) -> int:
-        """Take all of `data`: at once, or for the thread to write."""
+        """Write all of `data`, directly or by the thread."""
         taken = bytes(data)
         if _writer is None:
             self.pass_on(taken)
@@ -53,7 +53,7 @@ class UnblockedStream(io.RawIOBase):
         return len(taken)
 
     def pass_on(self, data: bytes) -> None:
-        """Write `data`, however long that takes."""
+        """Write `data`, without a time limit."""
         try:
             while data and self.error is None:
                 data = data[os.write(self._fd, data) :]
@@ -62,28 +62,28 @@ class UnblockedStream(io.RawIOBase):
 
 
 class WritingThread:
-    """A thread that writes, and draws, one thing after the other."""
+    """A thread that writes and draws one after the other."""
 
     def __init__(self) -> None:
-        self._taken: deque[Callable[[], None]] = deque()  # the first one is under way
+        self._taken: deque[Callable[[], None]] = deque()  # the first one is in progress
         self._changed = threading.Condition()
         self._over = False
-        self._thread = threading.Thread(target=self._write, daemon=True)  # one that is held does not keep the process
+        self._thread = threading.Thread(target=self._write, daemon=True)  # a blocked one does not keep the process
         self._thread.start()
 
     @property
     def busy(self) -> bool:
-        """Whether something is left to do."""
+        """Whether work is pending."""
         return bool(self._taken)
 
     def take(self, work: Callable[[], None]) -> None:
-        """Do `work` after all else."""
+        """Do `work` after all other."""
         with self._changed:
             self._taken.append(work)
             self._changed.notify()
 
     def end(self) -> None:
-        """Wait until all is done, however long that takes."""
+        """Wait until all is done, without a time limit."""
         with self._changed:
             self._over = True
             self._changed.notify()
@@ -98,7 +98,7 @@ class WritingThread:
             try:
                 self._taken[0]()
             except Exception:
-                traceback.print_exc()  # a table that cannot be drawn ends no flight
+                traceback.print_exc()  # a failed table does not end a flight
             self._taken.popleft()
 
 
@@ -106,12 +106,12 @@ _writer: WritingThread | None = None  # while a swarm flies
 
 
 def busy() -> bool:
-    """Return whether the terminal, or who reads, has not taken yet what was written while a swarm flies."""
+    """Return whether text of a flying swarm still waits for the terminal or the reader."""
     return _writer is not None and _writer.busy
 
 
 def later(work: Callable[[], None]) -> None:
-    """Do `work`, which prints, in the thread that writes, or at once where there is none."""
+    """Do `work`, which prints, in the writing thread, or directly if there is none."""
     if _writer is None:
         work()
     else:
@@ -120,7 +120,7 @@ def later(work: Callable[[], None]) -> None:
 
 @contextlib.contextmanager
 def unblocked() -> Iterator[None]:
-    """Wait for no terminal and no reader for as long as the context lasts; wait at its end until all is written."""
+    """Do not wait for the terminal or a reader during the context; wait at its end until all is written."""
     global _writer  # noqa: PLW0603  (one process, one standard output)
     _writer = WritingThread()
     try:
@@ -134,7 +134,7 @@ def unblocked() -> Iterator[None]:
 def tolerant() -> Iterator[list[OSError]]:
     """Replace the standard streams by tolerant ones; after it the list has the standard output's error, if any.
 
-    What is no file (a test's) is left as it is.
+    A stream without a file (in tests) is not replaced.
     """
     before, errors = (sys.stdout, sys.stderr), list[OSError]()
     sys.stdout, out = _replaced(sys.stdout, sys.__stdout__)
@@ -151,9 +151,9 @@ def tolerant() -> Iterator[list[OSError]]:
 
 
 def report(error: OSError) -> int:
-    """Print that the standard output failed; returns the exit status of a command that went well otherwise.
+    """Print that the standard output failed; returns the exit status of an otherwise successful command.
 
-    A reader that leaves early has what it wants (`| head`).
+    A reader that ends early (`| head`) is not a failure.
     """
     print(f"{LOST}{error.strerror}", file=sys.stderr)
     return 0 if error.errno == errno.EPIPE else 1

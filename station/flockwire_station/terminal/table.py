@@ -1,4 +1,4 @@
-"""The live table of a flight: the drones, the other processes, and what keeps anybody; 80 columns are enough."""
+"""The live table of a flight: drones, other processes, and their problems; it fits 80 columns."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Rates:
         self._marks: dict[str, tuple[int, int, float]] = {}  # stamp, steps, rate
 
     def rate(self, status: Status) -> float:
-        """Return the rate, Hz, as of `status`."""
+        """Return the rate, Hz, at `status`."""
         stamp, steps, rate = self._marks.get(status.identity, (status.stamp, status.steps, 0.0))
         elapsed = status.stamp - stamp
         if status.steps < steps:  # the process restarted
@@ -102,7 +102,7 @@ def _phase(status: Status, now: int) -> str:
 
 
 def _notes(order: tuple[str, ...], statuses: Mapping[str, Status], now: int) -> Iterator[Text]:
-    """Yield what keeps a process, and what it rejected or refused, a line for each."""
+    """Yield a line for each problem of a process, and for each rejection or refusal."""
     for identity in order:
         status = statuses.get(identity)
         if status is None:
@@ -119,7 +119,7 @@ def _notes(order: tuple[str, ...], statuses: Mapping[str, Status], now: int) -> 
 
 
 def _plain(text: str) -> str:
-    """Return `text` as it may reach a terminal: what others publish is not markup, and controls nothing."""
+    """Return `text` without markup and control characters: other processes publish it."""
     return escape("".join(character for character in text if character.isprintable()))
 
 

@@ -1,1 +1,1 @@
-"""A simulated Tello: a faithful server of the SDK's protocol, and what it flies."""
+"""A simulated Tello: a server of the SDK's protocol and an airframe."""

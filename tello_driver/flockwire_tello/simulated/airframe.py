@@ -2,8 +2,8 @@
 
     lag v' + v = R(yaw) u(t − dead_time),   yaw_lag omega' + omega = omega_u(t − dead_time)
 
-Both are solved exactly over steps of at most STEP, in which the heading is that of their middle. The steps lie on a
-grid of their own and end where a command takes effect: the flight does not depend on how often it is looked at.
+Both are solved exactly over steps of at most STEP, with the heading of the step's middle. The steps have a fixed grid
+and end where a command takes effect: the flight does not depend on the rate of calls.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ STEP = SECOND // 200
 
 
 class AirframeMotion(NamedTuple):
-    """Where an airframe is and how it moves, in the world frame ENU."""
+    """Position and motion of an airframe, world frame ENU."""
 
     position: Vector  # m
     velocity: Vector  # m/s
@@ -35,7 +35,7 @@ class AirframeMotion(NamedTuple):
 
 
 class Attitude(NamedTuple):
-    """How an airframe is tilted, and what its accelerometer reads."""
+    """An airframe's tilt and accelerometer."""
 
     pitch: float  # rad, nose up
     roll: float  # rad, right side down
@@ -43,7 +43,7 @@ class Attitude(NamedTuple):
 
 
 class TelloAirframe:
-    """The body of one Tello; it stands at `now` (ns), motors off."""
+    """The body of one Tello, on the ground at `now` (ns), motors off."""
 
     def __init__(self, parameters: TelloParameters, now: int) -> None:
         self.motors = False
@@ -52,16 +52,16 @@ class TelloAirframe:
         self._motion = AirframeMotion(parameters.position, ZERO, parameters.yaw, 0.0, ZERO)
         self._ground = parameters.position[2]
         self._input: tuple[Vector, float] = (ZERO, 0.0)
-        self._coming: deque[tuple[int, Vector, float]] = deque()  # when it takes effect, velocity, yaw rate
+        self._coming: deque[tuple[int, Vector, float]] = deque()  # effective time, velocity, yaw rate
 
     @property
     def height(self) -> float:
-        """Height above where it stood, m."""
+        """Height above its start, m."""
         return self._motion.position[2] - self._ground
 
     @property
     def standing(self) -> bool:
-        """Whether it is on the ground and does not rise."""
+        """Whether it is on the ground and does not climb."""
         return self.height <= 0.0 and self._motion.velocity[2] <= 0.0
 
     def command(self, velocity: Vector, yaw_rate: float, now: int) -> None:
@@ -72,11 +72,11 @@ class TelloAirframe:
         self._coming.append((due, velocity, yaw_rate))
 
     def respond(self, lag: float, dead_time: float) -> None:
-        """Answer from now on with this lag and this dead time, s."""
+        """Set lag and dead time, s."""
         self._parameters = replace(self._parameters, lag=lag, dead_time=dead_time)
 
     def hold(self, height: float, now: int) -> None:
-        """Hold it in a hand at `height` m above where it stood, its motors off; put it down at 0."""
+        """Hold it in a hand at `height` m above its start, motors off; put it down at 0."""
         self._commit(now)
         x, y, _ = self._motion.position
         self._held = height > 0.0
@@ -88,14 +88,14 @@ class TelloAirframe:
         self.motors = True
 
     def cut(self, now: int) -> None:
-        """Turn the motors off at `now`: in the air it falls."""
+        """Stop the motors at `now`: in the air it falls."""
         self._commit(now)
         self.motors = False
         self._coming.clear()
         self._input = (ZERO, 0.0)
 
     def advance(self, now: int) -> None:
-        """Move on to the last step that ends at `now` or before."""
+        """Advance to the last step that ends at `now` or before."""
         if not self.motors and self.standing:
             self._commit(now)
         while (end := self._step_end()) <= now:
@@ -105,7 +105,7 @@ class TelloAirframe:
                 self._input = (velocity, yaw_rate)
 
     def motion(self, now: int) -> AirframeMotion:
-        """Return the motion at `now`, which `advance` was called for."""
+        """Return the motion at `now`; call `advance` first."""
         return self._flown(now) if now > self._moment else self._motion
 
     def attitude(self, now: int) -> Attitude:

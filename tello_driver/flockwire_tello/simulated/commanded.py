@@ -1,4 +1,4 @@
-"""What the commands of a simulated Tello act on, and what they answer with."""
+"""The target and the answers of a simulated Tello's commands."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ OUT_OF_RANGE: Final = "out of range"
 
 
 class NoText(Enum):
-    """What there is instead of a reply's text."""
+    """Stands for a reply without text."""
 
     SILENCE = "silence"
-    AT_END = "at the end"  # of the movement that begins, or is under way
+    AT_END = "at the end"  # of the current movement
 
 
 Reply = str | NoText
@@ -28,7 +28,7 @@ Reply = str | NoText
 
 @dataclass
 class CommandedTello:
-    """What the commands act on, besides the flight."""
+    """The state of a Tello besides its flight."""
 
     parameters: TelloParameters
     flight: SimulatedFlight
@@ -43,7 +43,7 @@ class CommandedTello:
         return quirk in self.parameters.quirks
 
 
-Handler = Callable[[CommandedTello, list[str], int], Reply]  # of the drone, the words after the name, and now (ns)
+Handler = Callable[[CommandedTello, list[str], int], Reply]  # arguments: drone, words after the name, now (ns)
 
 
 def whole(texts: list[str], *ranges: tuple[int, int]) -> list[int] | str:

@@ -11,14 +11,14 @@ from flockwire_tello.simulated.queries import SIGNAL, fixed_reply, motor_time, o
 
 
 def answer(drone: CommandedTello, text: str, now: int) -> Reply:
-    """Do the command `text` at `now` (ns); return the reply, with its end of line where it has one."""
+    """Execute the command `text` at `now` (ns); return the reply, with its end of line if it has one."""
     since, handler = _COMMANDS.get(word(text), ("", None))
     if handler is None or since > drone.parameters.generation:
         return f"unknown command: {text[:64]}"
     return handler(drone, text.split()[1:], now)
 
 
-_COMMANDS: Final[dict[str, tuple[str, Handler]]] = {  # the SDK that has it first, what it does
+_COMMANDS: Final[dict[str, tuple[str, Handler]]] = {  # first SDK with it, handler
     "command": ("1.3", fixed_reply(OK)),
     "takeoff": ("1.3", movements.take_off),
     "land": ("1.3", movements.land),

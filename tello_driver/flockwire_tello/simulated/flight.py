@@ -1,4 +1,4 @@
-"""The flight controller of a simulated Tello: what it flies by itself, sticks, battery, what the sensors read."""
+"""The flight controller of a simulated Tello: manoeuvres, sticks, battery, sensors."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CYCLE = SECOND // 50  # of the controller
 STICKS_CENTRE = SECOND // 2  # without the quirk STICKS_STAY
 TAKEOFF_BATTERY = 0.10  # share under which it refuses (user manual: low battery)
 LANDING_BATTERY = 0.05  # share under which it lands
-LOWEST_TOF, FARTHEST_TOF, NO_TOF = 10, 800, 6553  # cm: on the ground, and where nothing is seen
+LOWEST_TOF, FARTHEST_TOF, NO_TOF = 10, 800, 6553  # cm: on the ground, and without an echo
 
 
 class SimulatedFlight:
@@ -47,7 +47,7 @@ class SimulatedFlight:
         self.manoeuvre = TakeOff(self._ground + p.takeoff_height, p.takeoff_time, now)
 
     def land(self) -> None:
-        """Land; a landing under way goes on."""
+        """Land; a landing under way continues."""
         self._sticks = CENTRED
         if not isinstance(self.manoeuvre, Landing):
             self.manoeuvre = Landing(self._ground, self._parameters.sink)
@@ -75,7 +75,7 @@ class SimulatedFlight:
         self.airframe.cut(now)
 
     def sticks(self, sticks: Sticks, now: int) -> None:
-        """Set the sticks; they count, from now on, while nothing is flown by itself."""
+        """Set the sticks; they act while there is no manoeuvre."""
         self._sticks, self._sticks_at = sticks, now
         if self.manoeuvre is None and self.airframe.motors:
             self._command(self._by_sticks(now), now)
@@ -85,7 +85,7 @@ class SimulatedFlight:
         return self._cycle
 
     def cycle(self) -> bool:
-        """Move on by one cycle of the controller; return whether a manoeuvre was finished."""
+        """Run one cycle of the controller; return whether a manoeuvre was finished."""
         now = self._cycle
         self._cycle += CYCLE
         self.airframe.advance(now)
@@ -129,11 +129,11 @@ class SimulatedFlight:
         return ceil(100.0 * self.battery - 1e-9)
 
     def motion(self, now: int) -> AirframeMotion:
-        """Return where it is."""
+        """Return its motion."""
         return self.airframe.motion(now)
 
     def _control(self, now: int) -> bool:
-        """Command the airframe what the manoeuvre or the sticks want."""
+        """Send the airframe the command of the manoeuvre or the sticks."""
         motion, manoeuvre, done = self.airframe.motion(now), self.manoeuvre, False
         setpoint = self._by_sticks(now) if manoeuvre is None else manoeuvre.setpoint(motion, now)
         if setpoint is None:

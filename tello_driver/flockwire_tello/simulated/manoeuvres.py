@@ -1,4 +1,4 @@
-"""What a Tello flies by itself: take-off, landing, waypoints, turns. Each is queried for a velocity until it is done.
+"""A Tello's manoeuvres: take-off, landing, waypoints, turns. Each returns a velocity until it is done.
 
 v_u = limit(K (target − position), speed),   omega_u = limit(K_yaw (heading − yaw), rate)
 """
@@ -33,14 +33,14 @@ HOVER = Setpoint(ZERO, 0.0)
 
 
 class Manoeuvre(Protocol):
-    """Something flown by itself."""
+    """A manoeuvre of the flight controller."""
 
     def setpoint(self, motion: AirframeMotion, now: int) -> Setpoint | None:
-        """Return what to command at `now` (ns), None when it is done."""
+        """Return the setpoint at `now` (ns), None when it is done."""
 
 
 class Pause:
-    """Does nothing for a time: a flip, of which only the time is simulated."""
+    """Does nothing for a time; a flip is simulated only by its time."""
 
     def __init__(self, seconds: float, now: int) -> None:
         self._until = now + nanoseconds(seconds)
@@ -81,7 +81,7 @@ class Landing:
 
 
 class Legs:
-    """From point to point (m, world frame), at `speed` m/s; only at the last it stops."""
+    """From point to point (m, world frame), at `speed` m/s; it stops only at the last."""
 
     def __init__(self, points: tuple[Vector, ...], speed: float) -> None:
         self._points, self._speed = list(points), speed

@@ -1,6 +1,6 @@
-"""The commands of a simulated Tello that fly it: ranges and refusals as the guides and users have them.
+"""The movement commands of a simulated Tello: ranges and refusals as in guides and user reports.
 
-Where no source documents what a real one does, the docstring marks it as an assumption.
+Behaviour that no source documents is marked as an assumption.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def take_off(drone: CommandedTello, texts: list[str], now: int) -> Reply:
 
 
 def throw_fly(drone: CommandedTello, texts: list[str], now: int) -> Reply:
-    """Take off as from the ground, for nobody is there to throw it."""
+    """Take off as from the ground; a throw is not simulated."""
     return take_off(drone, texts, now)
 
 
@@ -55,13 +55,13 @@ def emergency(drone: CommandedTello, texts: list[str], now: int) -> Reply:
 
 
 def stop(drone: CommandedTello, texts: list[str], now: int) -> Reply:
-    """End what it flies by itself and hover."""
+    """End the manoeuvre and hover."""
     drone.flight.stop()
     return OK
 
 
 def rc(drone: CommandedTello, texts: list[str], now: int) -> Reply:
-    """Set the sticks; without reply, whatever the values, and bad ones change nothing (assumption)."""
+    """Set the sticks, without a reply; bad values have no effect (assumption)."""
     sticks = parse_sticks(" ".join(["rc", *texts]))
     if sticks is not None:
         drone.flight.sticks(sticks, now)
@@ -104,7 +104,7 @@ def turn(sign: int) -> Handler:
 
 
 def flip(drone: CommandedTello, texts: list[str], now: int) -> Reply:
-    """Take the time of a flip; the flip itself is not simulated."""
+    """Wait for the time of a flip; the flip itself is not simulated."""
     if texts not in (["l"], ["r"], ["f"], ["b"]) or drone.flight.battery < FLIP_BATTERY:
         return ERROR
     if (refusal := _refusal(drone)) is not None:
@@ -143,7 +143,7 @@ def _through(drone: CommandedTello, texts: list[str], speeds: tuple[tuple[int, i
 
 
 def _refusal(drone: CommandedTello) -> str | None:
-    """Return why no movement can begin; a drone that is busy refuses, `error` (assumption)."""
+    """Return why no movement can start; a busy drone refuses with `error` (assumption)."""
     if not drone.flight.flying:
         return "error Motor stop"
     if drone.flight.manoeuvre is not None:
@@ -155,7 +155,7 @@ def _refusal(drone: CommandedTello) -> str | None:
 
 
 def _radius(a: Vector, b: Vector) -> float:
-    """Return the radius (m) of the circle through the origin, `a` and `b`; infinite where they are on a line.
+    """Return the radius (m) of the circle through the origin, `a` and `b`; infinite if they are on a line.
 
     R = |a| |b| |a − b| / (2 |a × b|)
     """

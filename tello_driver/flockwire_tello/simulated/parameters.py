@@ -1,4 +1,4 @@
-"""What a simulated Tello is like: frozen numbers with units. No manual has most of them; assumptions are marked."""
+"""The parameters of a simulated Tello. No manual has most of them; assumptions are marked."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class TelloParameters:
     """One simulated Tello. Lengths m, times s, angles rad."""
 
     generation: Generation = "2.0"  # of the SDK: Tello, Tello EDU, RoboMaster TT
-    position: Vector = (0.0, 0.0, 0.0)  # world frame ENU, where it stands
+    position: Vector = (0.0, 0.0, 0.0)  # world frame ENU, its start
     yaw: float = 0.0  # counter-clockwise from world x
     gains: StickGains = field(default_factory=StickGains)
     lag: float = 0.25  # of velocity behind its command (assumption)
@@ -38,7 +38,7 @@ class TelloParameters:
     serial: str = "0TQZSIMULATED0"
 
     def __post_init__(self) -> None:
-        """Raise ValueError where a number cannot be."""
+        """Raise ValueError if a number is out of range."""
         for name in ("lag", "yaw_lag", "dead_time", "drag"):
             if not getattr(self, name) >= 0.0:
                 raise ValueError(f"{name} = {getattr(self, name)}: must be 0 or more")

@@ -1,4 +1,4 @@
-"""The queries of a simulated Tello: what it replies, in the units and with the ends of line of a real one."""
+"""The queries of a simulated Tello, with replies in a real one's units and ends of line."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def fixed_reply(text: str) -> Handler:
 
 
 def of_state(form: Callable[[TelloState], str]) -> Handler:
-    """Return the handler of a query for what is in the state too."""
+    """Return the handler of a query for a field of the state."""
     return lambda drone, texts, now: f"{form(drone.flight.state(now))}\r\n"
 
 

@@ -1,4 +1,4 @@
-"""What a real Tello does that no guide documents: each can be switched on and off in the simulated one."""
+"""Undocumented behaviour of real Tellos, which can be switched on and off in the simulated one."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class Quirk(StrEnum):
-    """One habit of real drones; `__doc__` of each describes it and names where it was seen."""
+    """One behaviour of real drones; its `__doc__` describes it and names the source."""
 
     def __new__(cls, name: str, doc: str) -> Quirk:
         """Make a member that is the string `name`."""
@@ -24,7 +24,7 @@ class Quirk(StrEnum):
     NO_EMERGENCY_REPLY = "no-emergency-reply", "`emergency` gets no reply, unlike in the guides (seen on the EDU)."
     NOT_JOYSTICK = (
         "not-joystick",
-        "Every third movement command is refused, `error Not joystick`, until it comes again (DJITelloPy issue 201; "
+        "Every third movement command is refused, `error Not joystick`, until it is repeated (DJITelloPy issue 201; "
         "when a real one does it is not known).",
     )
     NO_VALID_IMU = (

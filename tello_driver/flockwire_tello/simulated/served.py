@@ -1,4 +1,4 @@
-"""A simulated Tello as the airframe of one drone in a swarm: its protocol, and where it truly is."""
+"""A simulated Tello as the airframe of one drone in a swarm: its protocol and its true motion."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ class ServedTello:
 
     @property
     def position(self) -> Vector:
-        """Where it is, m, world frame."""
+        """Its position, m, world frame."""
         return self._motion.position
 
     @property
     def orientation(self) -> tuple[float, float, float, float]:
-        """How it is turned: a quaternion (x, y, z, w) about Z; its tilt is left out."""
+        """Its heading as a quaternion (x, y, z, w) about Z, without tilt."""
         half = self._motion.yaw / 2.0
         return (0.0, 0.0, sin(half), cos(half))
 
@@ -45,32 +45,32 @@ class ServedTello:
         return self._tello.flying or self.position[2] > self._ground + CONTACT
 
     def advance(self, now: int) -> None:
-        """Move on to `now`."""
+        """Advance to `now`."""
         self._now = self._time.at(now)
         self._tello.advance(self._now)
         self._motion = self._tello.motion(self._now)
 
     def datagram(self, data: bytes, sender: Address, now: int) -> None:
-        """Take in a datagram from its client."""
+        """Receive a datagram from its client."""
         self._now = self._time.at(now)
         self._tello.receive(data, sender, self._now)
 
     def outgoing(self, now: int) -> list[Datagram]:
-        """Return what it sends up to `now`."""
+        """Return the datagrams that it sends up to `now`."""
         self._now = self._time.at(now)
         return [Datagram(data, self.address, target) for data, target in self._tello.outgoing(self._now)]
 
     def stop(self) -> None:
-        """Motors off: in flight it falls."""
+        """Stop the motors: in flight it falls."""
         self._tello.fail(self._now)
 
     def respond(self, lag: float, dead_time: float) -> None:
-        """Answer from now on with this lag and this dead time, s."""
+        """Set lag and dead time, s."""
         self._tello.respond(lag, dead_time)
 
 
 def parameters_of(swarm: Swarm, number: int) -> TelloParameters:
-    """Return what the simulated Tello of drone `number` is like; `gain` is what it flies of what it is commanded."""
+    """Return the parameters of the simulated Tello of drone `number`; `gain` is flown over commanded speed."""
     drone, airframe = swarm.drone(number), swarm.airframe(number)
     sticks, gain = tello_keys(airframe).stick_gains, airframe.gain
     return TelloParameters(

@@ -1,4 +1,4 @@
-"""Serves a simulated Tello on UDP: the thin shell round simulated/tello.py."""
+"""Serves a simulated Tello on UDP: the shell around simulated/tello.py."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class TelloServer(asyncio.DatagramProtocol):
         self._run()
 
     def error_received(self, exc: Exception) -> None:
-        """Ignore that nobody listens, as a drone would."""
+        """Ignore that no client listens, like a drone."""
 
     def _run(self) -> None:
         if self._transport is None:
@@ -55,10 +55,9 @@ class TelloServer(asyncio.DatagramProtocol):
 
 
 def bound(address: Address) -> socket.socket:
-    """Return a socket bound to `address` alone, that a client on the same host which shares its port can live beside.
+    """Return a socket bound only to `address`; a client on the same host may share its port.
 
-    Raises OSError where the address is not this host's, or in use: by another simulated Tello, or by a client that has
-    begun before.
+    Raises OSError if the address is not this host's, or in use by another simulated Tello or an earlier client.
     """
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(address)  # SO_REUSEADDR alone would let two simulated Tellos bind it
@@ -75,9 +74,9 @@ def bound(address: Address) -> socket.socket:
 
 
 async def serve(parameters: TelloParameters, address: Address, seed: int, ready: Callable[[Address], None]) -> None:
-    """Serve one simulated Tello on `address` until Ctrl-C or SIGTERM; `ready` gets the address that it is bound to.
+    """Serve one simulated Tello on `address` until Ctrl-C or SIGTERM; calls `ready` with the bound address.
 
-    Raises OSError where that cannot be bound.
+    Raises OSError if it cannot be bound.
     """
     ended, sock = Ending().told, bound(address)
     tello = SimulatedTello(parameters, clock.monotonic(), Random(seed).random)  # noqa: S311  (no secret)

@@ -1,4 +1,4 @@
-"""The settings of a simulated Tello. Of most, only the ranges and the replies are simulated."""
+"""The settings of a simulated Tello. Most have only ranges and replies."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def speed(drone: CommandedTello, texts: list[str], now: int) -> Reply:
 
 
 def pads(on: bool) -> Handler:
-    """Return the handler that looks for mission pads, or stops to."""
+    """Return the handler that starts or stops the search for mission pads."""
 
     def switch(drone: CommandedTello, texts: list[str], now: int) -> Reply:
         drone.pads = on
@@ -29,7 +29,7 @@ def pads(on: bool) -> Handler:
 
 
 def checked(*ranges: tuple[int, int]) -> Handler:
-    """Return the handler of a setting of which nothing is simulated but its ranges."""
+    """Return the handler of a setting with only its ranges simulated."""
 
     def check(drone: CommandedTello, texts: list[str], now: int) -> Reply:
         numbers = whole(texts, *ranges)
@@ -39,7 +39,7 @@ def checked(*ranges: tuple[int, int]) -> Handler:
 
 
 def one_of(*values: str) -> Handler:
-    """Return the handler of a setting that takes one of `values`; nothing else of it is simulated."""
+    """Return the handler of a setting with one of `values`; its effect is not simulated."""
     return lambda drone, texts, now: OK if len(texts) == 1 and texts[0] in values else ERROR
 
 
@@ -55,7 +55,7 @@ def port(drone: CommandedTello, texts: list[str], now: int) -> Reply:
 
 
 def motors(on: bool) -> Handler:
-    """Return the handler that lets the motors turn on the ground, or stops them; `error` in the air."""
+    """Return the handler that runs the motors on the ground, or stops them; `error` in the air."""
 
     def switch(drone: CommandedTello, texts: list[str], now: int) -> Reply:
         flight = drone.flight
@@ -68,7 +68,7 @@ def motors(on: bool) -> Handler:
 
 
 def network(drone: CommandedTello, texts: list[str], now: int) -> Reply:
-    """Take in the name and password of a network, and restart."""
+    """Receive the name and password of a network, and restart."""
     if len(texts) != 2:
         return ERROR
     drone.rebooting = True

@@ -1,7 +1,7 @@
-"""A simulated Tello: a faithful server of the SDK's UDP protocol, without input, output, clock or chance of its own.
+"""A simulated Tello: the state of a server of the SDK's UDP protocol.
 
 Ports, as the user guides have them: commands come to 8889 and are answered to their sender; state goes ten times a
-second to port 8890 of the last sender of `command`. Before that, and while it restarts, it is silent.
+second to port 8890 of the last sender of `command`. Before it, and during a restart, the Tello is silent.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ SILENCE = nanoseconds(TELLO.without_setpoints.after)  # ns, after which it lands
 REBOOT_TIME = 3 * SECOND
 LATENESS = 3 * SECOND // 2  # of the quirk LATE_REPLIES
 LONGEST = 256  # bytes of a command, a longer one is ignored
-MOST_WAITING = 256  # datagrams that have not gone out, more are dropped
+MOST_WAITING = 256  # unsent datagrams, more are dropped
 NUMBERED = re.compile(r"(Re[0-9]{2})([0-9]{2} )(.+)", re.DOTALL)  # number, repetition, command: DJI's RoboMaster SDK
 JUNK = bytes(range(0xCC, 0xE8)) + b"VQZd"  # not ASCII, 32 bytes as in public logs
 
 
 class _Asker(NamedTuple):
-    """Who waits for a reply, and what it begins with."""
+    """A client that waits for a reply, and the reply's prefix."""
 
     address: Address
     prefix: str = ""
@@ -52,17 +52,17 @@ class SimulatedTello:
         self._outbox: list[tuple[int, int, bytes, Address]] = []
         self._order = count()
         self._drone = CommandedTello(parameters, SimulatedFlight(parameters, now), ports=(parameters.state_port, 11111))
-        self._client: Address | None = None  # who sent `command` last
-        self._first: Address | None = None  # who sent it first since power-on
-        self._mover: _Asker | None = None  # who waits for the end of a movement
+        self._client: Address | None = None  # last sender of `command`
+        self._first: Address | None = None  # its first sender since power-on
+        self._mover: _Asker | None = None  # waits for the end of a movement
         self._numbered: tuple[Address, str, str] | None = None  # sender, number and text of the newest such command
-        self._answered: str | None = None  # what was replied to it
+        self._answered: str | None = None  # its reply
         self._replies, self._last_reply = 0, now
         self._commanded_at = self._state_due = now
         self._silent_until = now
 
     def receive(self, datagram: bytes, sender: Address, now: int) -> None:
-        """Take in a datagram that came to the command port."""
+        """Receive a datagram of the command port."""
         self.advance(now)
         if now < self._silent_until or len(datagram) > LONGEST or self._lost():
             return
@@ -84,7 +84,7 @@ class SimulatedTello:
         self._command(text, _Asker(sender, prefix), now)
 
     def advance(self, now: int) -> None:
-        """Move on to `now`."""
+        """Advance to `now`."""
         flight = self._drone.flight
         while (moment := flight.next_cycle()) <= now:
             before = flight.manoeuvre
@@ -102,7 +102,7 @@ class SimulatedTello:
             self._state_due += STATE_PERIOD
 
     def outgoing(self, now: int) -> list[tuple[bytes, Address]]:
-        """Return what goes out up to `now`, in order."""
+        """Return the datagrams up to `now`, in order."""
         self.advance(now)
         found: list[tuple[bytes, Address]] = []
         while self._outbox and self._outbox[0][0] <= now:
@@ -112,7 +112,7 @@ class SimulatedTello:
         return found
 
     def next_deadline(self) -> int:
-        """Return when `outgoing` is to be called next, ns."""
+        """Return when to call `outgoing` next, ns."""
         times = [self._outbox[0][0]] if self._outbox else []
         if self._client is not None:
             times.append(self._state_due)
@@ -121,7 +121,7 @@ class SimulatedTello:
         return min(times)
 
     def state(self, now: int) -> TelloState:
-        """Return the state at `now`, to which `advance` has come."""
+        """Return the state at `now`; call `advance` first."""
         state, pads = self._drone.flight.state(now), self._drone.pads
         if self.parameters.generation == "1.3":
             return state
@@ -129,7 +129,7 @@ class SimulatedTello:
         return state._replace(pad=MissionPad(*((NO_PAD, -100, -100, -100, (-1, -1, -1)) if pads else off)))
 
     def motion(self, now: int) -> AirframeMotion:
-        """Return where it is at `now`, to which `advance` has come: the truth that a tracker would see."""
+        """Return its true motion at `now`; call `advance` first."""
         return self._drone.flight.motion(now)
 
     @property
@@ -138,15 +138,15 @@ class SimulatedTello:
         return self._drone.flight.flying
 
     def fail(self, now: int) -> None:
-        """Let the motors stop at `now`."""
+        """Stop the motors at `now`."""
         self._drone.flight.cut(now)
 
     def hold(self, height: float, now: int) -> None:
-        """Hold it in a hand at `height` m, its motors off, until it is put down at 0."""
+        """Hold it in a hand at `height` m, motors off; put it down at 0."""
         self._drone.flight.airframe.hold(height, now)
 
     def respond(self, lag: float, dead_time: float) -> None:
-        """Let the airframe answer from now on with this lag and this dead time, s."""
+        """Set the airframe's lag and dead time, s."""
         self._drone.flight.airframe.respond(lag, dead_time)
 
     def _enter(self, sender: Address, now: int) -> None:
@@ -170,7 +170,7 @@ class SimulatedTello:
             self._reboot(now)
 
     def _interrupt(self, by: str, now: int) -> None:
-        """Answer the movement that a command has ended; a `stop` first gives `forced stop` (so clients expect it)."""
+        """Answer the movement that a command has ended; a `stop` first gives `forced stop`, as clients expect."""
         mover, self._mover = self._mover, None
         if mover is None:
             return
@@ -180,14 +180,14 @@ class SimulatedTello:
             self._reply(OK if by == "stop" else ERROR, mover, now)
 
     def _watch(self, now: int) -> None:
-        """Land when nobody has commanded anything for long."""
+        """Land after a long time without commands."""
         flight = self._drone.flight
         idle = flight.flying and flight.manoeuvre is None
         if idle and now - self._commanded_at >= SILENCE and Quirk.AUTO_LAND in self.parameters.quirks:
             flight.land()
 
     def _reply(self, text: str, asker: _Asker, now: int) -> None:
-        """Send a reply after a reply time, as the quirks have it."""
+        """Send a reply after its reply time, with the quirks."""
         to, quirks = asker.address, self.parameters.quirks
         fastest, slowest = self.parameters.reply_time
         if Quirk.SECOND_SESSION_HANGS in quirks and to != self._first and to[1] != COMMAND_PORT:
@@ -210,7 +210,7 @@ class SimulatedTello:
             heappush(self._outbox, (due, next(self._order), datagram, to))
 
     def _reboot(self, now: int) -> None:
-        """Forget the session; what flew falls."""
+        """Reset the session; a flying drone falls."""
         self._drone.flight.cut(now)
         self._drone = CommandedTello(self.parameters, self._drone.flight, ports=(self.parameters.state_port, 11111))
         self._client = self._first = self._mover = self._numbered = None

@@ -41,7 +41,7 @@ def test_the_feed_forward_follows_a_ramp_and_its_stopping_point() -> None:
     assert stopping_reference((2.0, 0.0, 1.0), (1.0, 0.0, 0.0), 0.2) == pytest.approx((2.2, 0.0, 1.0))
 
 
-def test_a_clock_that_is_set_back_makes_no_way_to_go() -> None:
+def test_a_clock_that_is_set_back_adds_no_stopping_distance() -> None:
     state = AirframeState(0.2, 0.1)
     for k in range(300):
         state.measure((0.01 * k, 0.0, 0.0), 200.0 + 0.01 * k, 200.0 + 0.01 * k)

@@ -104,7 +104,7 @@ def test_ball_and_plane_hold_both_limits(last: tuple[float, ...], change: float,
         assert dist(v, last) <= change + 1e-9
 
 
-def test_who_sees_far_may_fly_fast() -> None:
+def test_a_larger_sensing_radius_allows_a_higher_speed() -> None:
     speed = sight_speed(1.5, 0.4, 0.35, 5.0)
     assert 2.0 * speed * 0.35 + speed**2 / 5.0 == pytest.approx(1.1)
     assert sight_speed(0.3, 0.4, 0.35, 5.0) == 0.0

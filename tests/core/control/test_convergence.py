@@ -65,12 +65,12 @@ def test_the_margin_changes_its_sign_at_the_smallest_gain(graph, leader_input_bo
         assert below.settling_time_bound == inf
 
 
-def test_the_leader_gain_is_the_norm_of_all_who_hear_the_leader():
+def test_the_leader_gain_is_the_norm_of_all_who_receive_from_the_leader():
     star = convergence(Graph((1, 2), ((0, 1, 1.0), (0, 2, 1.0))), 3.0, 1.5, 0.1)
     assert star.margin == pytest.approx(3.0 - 0.1 * 2**0.5)
 
 
-def test_lemma_3_proves_nothing_where_one_follower_has_nine_listeners():
+def test_lemma_3_proves_nothing_where_one_follower_has_nine_receivers():
     hub = Graph(tuple(range(1, 11)), ((0, 1, 1.0), *((1, i, 1.0) for i in range(2, 11))))
     assert convergence(hub, 3.0, 1.5, 0.1).lambda_min < 0
     assert smallest_observer_gain(hub, 0.1) == inf

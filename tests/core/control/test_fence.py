@@ -21,7 +21,7 @@ BOX = ((-9.0, -9.0, 0.0), (9.0, 9.0, 3.0))
 
 
 @given(vectors, vectors)
-def test_the_fence_takes_only_what_leads_further_out(velocity, position):
+def test_the_fence_removes_only_outward_velocity(velocity, position):
     for v, kept, p, low, high in zip(
         velocity, Room(LOW, HIGH).inwards(velocity, position), position, LOW, HIGH, strict=True
     ):
@@ -72,7 +72,7 @@ def test_a_square_polygon_is_the_box():
 
 @pytest.mark.parametrize("corners", [ELL, ELL[::-1], STAR])
 @pytest.mark.parametrize("wanted", [(3.0, 0.1), (0.2, -2.0), (-1.5, 2.5), (2.0, 2.0)])
-def test_whoever_obeys_stays_inside(corners, wanted):
+def test_a_drone_that_obeys_stays_inside(corners, wanted):
     """At 100 Hz, with an airframe that answers at once."""
     room, place = Room(*BOX, corners), (0.5, 0.5, 1.0)
     for k in range(300):

@@ -24,7 +24,7 @@ def test_the_offset_rate_is_the_derivative_of_the_offset(formation, index, t):
 
 
 @given(formations)
-def test_everybody_has_a_place_of_their_own_and_the_leader_keeps_its_own(formation):
+def test_every_drone_has_its_own_place_and_the_leader_keeps_its_own(formation):
     places = [(0.0, 0.0, 0.0), *(formation.offset(index, 3.0) for index in range(formation.count))]
     for rank, place in enumerate(places):
         assert all(distance(place, other) > 1e-3 for other in places[:rank])

@@ -12,7 +12,7 @@ def test_neighbours_are_the_sources_of_edges():
     assert TREE.neighbours(4) == {2: 1.0, 3: 2.0}
 
 
-def test_listeners_are_those_who_hear():
+def test_listeners_are_those_who_receive():
     assert TREE.out_neighbours(1) == (2, 3)
     assert TREE.out_neighbours(4) == ()
 
@@ -35,7 +35,7 @@ def test_followers_without_a_path_from_the_leader_are_named():
         ((0, 1), (), "ids must differ"),
         ((1,), ((0, 2, 1.0),), "edge 0 -> 2: both ends"),
         ((1,), ((1, 0, 1.0),), "edge 1 -> 0: the leader has no in-neighbours"),
-        ((1,), ((1, 1, 1.0),), "edge 1 -> 1: nobody is a neighbour of itself"),
+        ((1,), ((1, 1, 1.0),), "edge 1 -> 1: a drone is not its own neighbour"),
         ((1,), ((0, 1, 1.0), (0, 1, 2.0)), "edge 0 -> 1: listed twice"),
         ((1,), ((0, 1, 0.0),), r"edge 0 -> 1: weight = 0\.0 must be positive"),
         ((1,), ((0, 1, float("nan")),), "weight = nan must be positive"),
@@ -47,7 +47,7 @@ def test_a_wrong_graph_is_refused_by_name(followers, edges, rule):
 
 
 def test_the_control_path_does_not_import_numpy():
-    modules = ("graph", "observer", "formation", "key_frames", "survey", "potential", "protocol", "stability")
+    modules = ("graph", "observer", "formation", "key_frames", "survey", "potential", "protocol", "first_order_lag")
     imports = ", ".join(f"flockwire.control.{module}" for module in modules)
     code = f"import sys, {imports}; sys.exit('numpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

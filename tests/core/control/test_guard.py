@@ -10,7 +10,7 @@ from flockwire.domain.time import SECOND
 from flockwire.parameters import guard_parameters
 
 
-def test_a_drone_that_cannot_keep_clear_is_no_faster_all_the_same(make_swarm):
+def test_a_drone_that_cannot_keep_clear_is_no_faster_anyway(make_swarm):
     """A body comes from behind at 5 m/s: no velocity within the limits gets out of its way."""
     swarm = make_swarm({"control.law": "extended"})
     parameters = guard_parameters(swarm, 1)
@@ -25,9 +25,7 @@ def test_a_drone_that_cannot_keep_clear_is_no_faster_all_the_same(make_swarm):
 
 
 @pytest.mark.parametrize("kind", [BodyKind.OBSTACLE, BodyKind.MOVER])
-def test_out_of_what_has_grown_round_it_a_drone_flies_no_faster_than_it_lands_but_from_a_person_it_flees(
-    make_swarm, kind
-):
+def test_a_drone_inside_a_grown_body_leaves_slowly_but_flees_a_person(make_swarm, kind):
     swarm = make_swarm({"control.law": "extended"})
     parameters = guard_parameters(swarm, 1)
     filtered, last = Guard(parameters), (0.0, 0.0, 0.0)

@@ -22,7 +22,7 @@ def drone(x, y, z=-1.0):
     return Body(BodyKind.DRONE, (x, y, z), 0.0)
 
 
-def test_with_nothing_below_it_comes_down_on_its_place():
+def test_with_nothing_below_it_lands_on_its_place():
     assert landing(HERE, HERE, ()) == (HERE, True)
     assert landing(HERE, (1.2, 0.5, 1.0), (drone(-0.5, 0.0), drone(0.0, 0.9))) == ((1.2, 0.5, 1.0), True)
 
@@ -49,5 +49,5 @@ def test_an_obstacle_leaves_its_radius_and_more():
     assert not free
 
 
-def test_where_no_place_is_free_it_comes_down_straight():
+def test_without_a_free_place_it_lands_straight_down():
     assert landing(HERE, HERE, (Body(BodyKind.OBSTACLE, (0.0, 0.0, -0.5), 50.0),)) == (HERE, True)

@@ -4,7 +4,7 @@ from flockwire.control.leader_track import LeaderTrack, leader_time_constant, mo
 from flockwire.control.trajectory import Circling, Constant
 
 
-def test_noise_weighs_more_the_older_the_news_and_less_the_slower_the_tracker() -> None:
+def test_noise_weighs_more_with_older_data_and_less_the_slower_the_tracker() -> None:
     gains = [noise_gain(0.3, age, 0.01) for age in (0.0, 0.03, 0.3, 0.6)]
     assert gains == sorted(gains)
     assert gains[0] < 1.0
@@ -21,7 +21,7 @@ def test_deep_swarms_track_the_leader_more_slowly() -> None:
     assert leader_time_constant(1) < leader_time_constant(20)
 
 
-def test_a_track_begins_anew_after_a_gap() -> None:
+def test_a_track_restarts_after_a_gap() -> None:
     track = LeaderTrack(0.2)
     for k in range(100):
         track.update((0.01 * k, 0.0, 0.0), 0.01 * k)

@@ -108,7 +108,7 @@ def test_wrong_parameters_are_refused_by_name(gain, exponent, name):
         ObserverParameters(gain, exponent)
 
 
-def test_an_estimate_that_is_near_takes_over_what_it_hears() -> None:
+def test_an_estimate_that_is_near_takes_over_what_it_receives() -> None:
     neighbour = LeaderMotion((1.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.2, 0.0))
     assert relay_step(LeaderMotion((0.99, 0.0, 0.0)), [(2.0, neighbour)], PAPER, 0.01) == neighbour
 

@@ -13,13 +13,13 @@ PARAMETERS = SidestepParameters(Separation(0.4, 0.3), 0.6)
 AHEAD = Body(BodyKind.DRONE, (0.4, 0.0, 0.0), 0.0)  # where nobody may be nearer
 
 
-def test_both_turn_to_their_right() -> None:
+def test_both_turn_right() -> None:
     assert sidestep((1.0, 0.0, 0.2), [AHEAD], PARAMETERS, 1.0) == pytest.approx((0.0, -1.0, 0.2))
     assert sidestep((1.0, 0.0, 0.0), [AHEAD], PARAMETERS, -1.0) == pytest.approx((0.0, 1.0, 0.0))
 
 
 @pytest.mark.parametrize("place", [None, (-0.4, 0.0, 0.0), (1.1, 0.0, 0.0)], ids=["nothing", "behind", "far"])
-def test_nothing_in_the_way_turns_nobody(place: Vector | None) -> None:
+def test_nothing_in_the_way_turns_no_drone(place: Vector | None) -> None:
     wanted = (1.0, 0.0, 0.0)
     bodies = [] if place is None else [Body(BodyKind.DRONE, place, 0.0)]
     assert sidestep(wanted, bodies, PARAMETERS, 1.0) is wanted
@@ -42,7 +42,7 @@ def test_turning_keeps_the_speed(angle: float, away: float) -> None:
     assert hypot(*turned) == pytest.approx(hypot(1.0, 0.5))
 
 
-def test_who_gets_no_nearer_tries_the_other_side() -> None:
+def test_a_drone_without_progress_tries_the_other_side() -> None:
     drone, sides = Sidestep(PARAMETERS, 3.0), []
     for k in range(80):
         drone.turned((1.0, 0.0, 0.0), [AHEAD], 2.0, 0.1 * k)
@@ -56,7 +56,7 @@ def test_who_gets_no_nearer_tries_the_other_side() -> None:
     assert drone.side == 1.0
 
 
-def test_who_gets_nearer_keeps_to_its_side() -> None:
+def test_a_drone_with_progress_keeps_its_side() -> None:
     drone = Sidestep(PARAMETERS, 3.0)
     drone.turned((1.0, 0.0, 0.0), [], 20.0, 0.0)
     for k in range(100):

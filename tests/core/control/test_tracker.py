@@ -76,7 +76,7 @@ def test_each_body_has_a_velocity_also_where_another_one_has_the_same_stamp() ->
     assert [len(tracks.update(seen, 1.0)) for seen in ([HERE], [HERE, THERE], [THERE], [])] == [1, 2, 1, 0]
 
 
-def test_a_clock_that_was_set_back_begins_again() -> None:
+def test_a_clock_that_was_set_back_restarts() -> None:
     tracks = BodyTracks(0.05)
     moving(tracks, 100.0)
     assert tracks.update([HERE], 1.0) == [HERE]

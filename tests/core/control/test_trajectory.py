@@ -54,7 +54,7 @@ def test_waypoints_are_passed_at_the_speed_and_the_last_one_is_kept():
     assert path.rate(1e6) == (0.0, 0.0, 0.0)
 
 
-def test_a_loop_comes_back_to_the_start_and_goes_on():
+def test_a_loop_comes_back_to_the_start_and_continues():
     path = Waypoints(SQUARE[:2], 0.5, loop=True)
     lap = (1.0 + 1.0 + hypot(1.0, 1.0)) / 0.5
     assert path.position(lap) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)

@@ -30,7 +30,7 @@ def test_while_nothing_holds_it_back_it_is_exactly_mission_time(begin: float, st
         assert time.advance(t, 1.0) == t
 
 
-def test_it_goes_on_where_it_was_left() -> None:
+def test_it_continues_where_it_was_left() -> None:
     time = TrajectoryTime()
     time.restart(0.0)
     assert time.advance(0.1, 1.0) == 0.1
@@ -39,7 +39,7 @@ def test_it_goes_on_where_it_was_left() -> None:
     assert abs(time.advance(7.05, 1.0) - 0.15) < 1e-12
 
 
-def test_what_falls_is_one_first_and_zero_at_last() -> None:
+def test_the_falling_share_goes_from_one_to_zero() -> None:
     assert [falling(x, 1.0, 2.0) for x in (0.0, 1.0, 2.0, 3.0, 9.0)] == [1.0, 1.0, 0.5, 0.0, 0.0]
 
 

@@ -22,9 +22,9 @@ def test_the_graph_that_is_left_must_span_all_who_fly(make_swarm, without, reaso
     assert refusal(make_swarm(EDGES), without) == reason
 
 
-def test_who_loses_a_neighbour_is_told_and_what_lemma_3_says_then(make_swarm):
+def test_lost_neighbours_and_the_new_bounds_are_reported(make_swarm):
     loses, lemma = consequences(make_swarm(EDGES), (3,))
-    assert loses == "uav4 loses uav3 and hears uav2 alone"
+    assert loses == "uav4 loses uav3 and receives only from uav2"
     before, after = (float(part.split()[-1]) for part in lemma.split(",")[0].split(" -> "))
     assert 0.0 < before < after  # a shorter chain settles sooner
     assert lemma.endswith("the places of uav3 stay empty")

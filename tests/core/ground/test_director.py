@@ -1,19 +1,37 @@
 from dataclasses import dataclass, field
 
 import pytest
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.ground.director import GRACE, LEAD_TIME, REPEAT, STAGE_TIME, Director, Stage
 from flockwire.ground.fleet import STALE, Fleet
-from flockwire.ground.preflight import Preflight
+from flockwire.ground.order import Order
+from flockwire.loading import parse_swarm
 from flockwire.pilot.orders import Orders
 from flockwire.pilot.phases import OUTDATED
-from flockwire.wire.messages import FlightState, Mission, Telemetry
 from flockwire.wire.phase import Phase
+from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report, Status
 
 BEGAN = 1_790_000_000 * SECOND
 OURS, THEIRS = 7, 8  # the numbers of the director that is tested, and of another operator
-PILOTS = {0: "leader", 1: "uav1", 2: "uav2"}
+STARTS = ((3.0, 0.0, 0.0), (0.0, 0.0, 0.0), (1.0, 0.5, 0.0))
+PLAN = Plan(
+    parse_swarm(
+        {
+            "name": "three",
+            "control": {"law": "paper"},
+            "formation": {"kind": "circle", "radius": 2.0, "rate": 0.5},
+            "leader": {"trajectory": {"kind": "constant", "velocity": [0.1, 0.1, 0.0]}},
+            "graph": {"edges": [[0, 1], [1, 2]]},
+            "limits": {"start_tolerance": 0.2},
+            "drones": [{"id": i, "start": start} for i, start in enumerate(STARTS)],
+        },
+        "test.toml",
+    )
+)
+PILOTS = PLAN.pilots
 ON_GROUND = (Phase.GROUNDED, Phase.READY)
 GROUNDED, FLYING, STOPPED = FlightState.GROUNDED, FlightState.FLYING, FlightState.STOPPED
 
@@ -58,11 +76,16 @@ class Pilot:
         return Telemetry(self.driver_died or now, "world", state, 1.0, 0.0, 0.0)
 
 
+def conducting(duration=60.0, formation="", without=(), **options):
+    """Return a director that begins now."""
+    return Director(PLAN, Order("start", formation, without=without), OURS, BEGAN, BEGAN, duration, **options)
+
+
 class Tower:
     """A director, and its pilots, a tenth of a second between steps."""
 
     def __init__(self, duration=60.0, formation=""):
-        self.now, self.director = BEGAN, Director(PILOTS, "world", duration, BEGAN, formation, giver=OURS)
+        self.now, self.director = BEGAN, conducting(duration, formation)
         self.pilots = {name: Pilot(drone) for drone, name in PILOTS.items()}
 
     def step(self, seconds=0.1, **changes):
@@ -75,11 +98,15 @@ class Tower:
         given = []
         for _ in range(round(seconds * 10)):
             self.now += SECOND // 10
-            order = self.director.step(*self.received(), self.now)
+            order = self.director.step(self.fleet(self.now))
             if order is not None:
                 given.append(order)
                 self.take(order)
         return given
+
+    def fleet(self, now):
+        """Return what the director knows at `now`."""
+        return Fleet(PILOTS, *self.received(), now)
 
     def received(self):
         """Return the newest statuses and telemetry."""
@@ -169,7 +196,7 @@ def test_it_starts_the_formation_that_it_was_given():
     assert [order.formation for order in tower.orders(0.1, **dict.fromkeys(tower.pilots, Phase.HOLD))] == ["line"]
 
 
-def test_without_a_duration_it_flies_until_told():
+def test_without_a_duration_it_flies_until_an_order():
     tower = Tower(duration=0.0)
     tower.all(Phase.READY)
     tower.all(Phase.HOLD)
@@ -193,7 +220,7 @@ def test_an_order_is_repeated_until_every_pilots_status_names_it(tower):
 def test_an_order_is_repeated_no_faster_than_needed(tower):
     tower.pilots["uav2"].deaf = True
     tower.all(Phase.READY)
-    sent = [tower.director.step(*tower.received(), tower.now + k * REPEAT // 4) for k in range(1, 13)]
+    sent = [tower.director.step(tower.fleet(tower.now + k * REPEAT // 4)) for k in range(1, 13)]
     assert [k for k, order in enumerate(sent, 1) if order is not None] == [4, 8, 12]
 
 
@@ -247,11 +274,11 @@ def test_a_pilot_that_restarts_has_a_second_to_find_itself_in_flight(flying):
 
 
 def test_a_pilot_may_be_given_longer_to_come_back():
-    director = Director({1: "uav1"}, "world", 0.0, BEGAN, grace=5 * SECOND)
+    director = conducting(0.0, grace=5 * SECOND)
     director.stage = Stage.FLYING
-    orders = [director.step({}, {}, BEGAN + tenth * SECOND // 10) for tenth in range(51)]
+    orders = [director.step(Fleet(PILOTS, {}, {}, BEGAN + tenth * SECOND // 10)) for tenth in range(51)]
     assert [tenth for tenth, order in enumerate(orders) if order is not None] == [50]
-    assert director.failure.startswith("uav1 left the formation")
+    assert director.failure.startswith("leader left the formation")
 
 
 def test_a_pilot_that_holds_for_a_while_ends_nothing(flying):
@@ -266,7 +293,7 @@ def test_a_pilot_that_falls_silent_in_formation_ends_the_flight(flying):
     assert flying.failure == "uav1 left the formation: silent"
 
 
-def test_a_station_that_stood_still_judges_nobody_lost_before_it_received_from_them_again(flying):
+def test_a_station_that_was_frozen_counts_no_drone_as_lost_before_it_received_from_them_again(flying):
     for pilot in flying.pilots.values():
         pilot.died = pilot.driver_died = flying.now
     flying.now += 8 * SECOND
@@ -277,7 +304,7 @@ def test_a_station_that_stood_still_judges_nobody_lost_before_it_received_from_t
     assert (flying.stage, flying.failure) == (Stage.FLYING, "")
 
 
-def test_a_driver_that_falls_silent_is_no_drone_on_the_ground(flying):
+def test_a_driver_that_falls_silent_does_not_mean_a_drone_on_the_ground(flying):
     flying.pilots["uav1"].driver_died = flying.now
     assert flying.step(5.0) == []
 
@@ -295,7 +322,7 @@ def test_a_flight_is_not_over_while_telemetry_has_a_drone_in_the_air(flying):
     assert flying.stage is Stage.OVER
 
 
-def test_telemetry_from_before_the_order_to_land_is_no_landing(flying):
+def test_telemetry_from_before_the_order_to_land_is_not_a_landing(flying):
     for pilot in flying.pilots.values():
         pilot.state, pilot.driver_died = GROUNDED, flying.now
     flying.take(flying.director.land(flying.now + 1))
@@ -307,7 +334,7 @@ def test_telemetry_from_before_the_order_to_land_is_no_landing(flying):
     assert flying.stage is Stage.OVER
 
 
-def test_silence_is_no_landing(flying):
+def test_silence_is_not_a_landing(flying):
     flying.director.land(flying.now)
     flying.pilots["uav2"].driver_died, flying.pilots["uav2"].state = flying.now, FLYING
     flying.all(Phase.READY, 5.0)
@@ -340,7 +367,7 @@ def test_it_is_not_over_while_a_pilot_may_still_obey_the_take_off(tower):
 # The operator, and other operators.
 
 
-def test_another_operators_landing_is_this_flights_and_no_failure(flying):
+def test_another_operators_landing_is_this_flights_and_not_a_failure(flying):
     flying.take(Mission(flying.now, "world", "land"))
     assert flying.all(Phase.LANDING, 1.0) == []
     assert flying.stage is Stage.LANDING
@@ -372,7 +399,7 @@ def test_another_operators_formation_is_what_resume_goes_back_to(flying):
 @pytest.mark.parametrize("without", [(), (2,)])
 def test_another_operators_landing_or_hold_before_take_off_ends_the_flight(without, verb):
     tower = Tower()
-    tower.director = Director(PILOTS, "world", 60.0, BEGAN, without=without, giver=OURS)
+    tower.director = conducting(without=without)
     tower.step(leader=Phase.READY, uav1=Phase.READY, uav2=(Phase.GROUNDED, "waits for its own pose"))
     tower.take(Mission(tower.now + 1, "world", verb))
     assert tower.all(Phase.READY, 0.5) == []
@@ -443,7 +470,7 @@ def test_another_operators_hold_of_drones_in_flight_is_followed_by_no_formation(
     assert (tower.stage, tower.failure) == (Stage.FLYING, "")
 
 
-def test_a_hold_while_a_straggler_joins_interrupts_the_formation_whose_time_goes_on(tower):
+def test_a_hold_while_a_straggler_joins_interrupts_the_formation_whose_time_continues(tower):
     running = fly_without("uav2", tower)
     tower.orders()
     hold_by_another(tower)
@@ -474,7 +501,7 @@ def test_an_order_that_this_flights_own_was_made_from_changes_nothing(tower):
     assert tower.stage is not Stage.LANDING
 
 
-def test_after_a_hold_the_formations_time_goes_on(flying):
+def test_after_a_hold_the_formations_time_continues(flying):
     start = flying.pilots["leader"].mission
     hold = flying.director.hold(flying.now)
     flying.take(hold)
@@ -490,7 +517,7 @@ def test_on_the_ground_there_is_nothing_to_hold_or_to_resume(tower):
     assert tower.director.hold(tower.now) is tower.director.resume(tower.now) is None
 
 
-def test_a_pilot_restarted_on_the_ground_during_take_off_is_brought_in_by_the_order_again(tower):
+def test_a_pilot_restarted_on_the_ground_during_take_off_takes_off_by_the_order_again(tower):
     """It obeys no order from before its own start, so that nothing takes off that nobody looks at."""
     tower.all(Phase.READY)
     tower.step(3.0, leader=Phase.HOLD, uav1=Phase.HOLD, uav2=(Phase.READY, OUTDATED))
@@ -499,7 +526,7 @@ def test_a_pilot_restarted_on_the_ground_during_take_off_is_brought_in_by_the_or
     assert tower.all(Phase.HOLD) == ["start"]
 
 
-def test_who_is_not_brought_in_is_named_with_what_would_bring_it_in(tower):
+def test_a_drone_that_stays_on_the_ground_is_named_with_the_remedy(tower):
     tower.all(Phase.READY)
     tower.step(31.0, leader=Phase.HOLD, uav1=Phase.HOLD, uav2=(Phase.READY, OUTDATED))
     assert tower.failure == f"still taking off after 30 s (uav2: {OUTDATED})"
@@ -561,14 +588,14 @@ def test_a_straggler_that_is_not_ready_ends_the_waiting_with_its_reason(tower):
 
 
 def test_a_dead_process_lands_the_others(flying):
-    assert flying.director.abort("uav1 ended by itself (exit status 1)", flying.now).verb == "land"
+    assert flying.director.abort("uav1 ended unexpectedly (exit status 1)", flying.now).verb == "land"
     flying.all(Phase.GROUNDED, 0.2)
-    assert (flying.stage, flying.failure) == (Stage.OVER, "uav1 ended by itself (exit status 1)")
+    assert (flying.stage, flying.failure) == (Stage.OVER, "uav1 ended unexpectedly (exit status 1)")
 
 
 def test_a_dead_process_on_the_ground_ends_the_flight_at_once(tower):
-    assert tower.director.abort("gateway ended by itself", tower.now) is None
-    assert (tower.stage, tower.failure) == (Stage.OVER, "gateway ended by itself")
+    assert tower.director.abort("gateway ended unexpectedly", tower.now) is None
+    assert (tower.stage, tower.failure) == (Stage.OVER, "gateway ended unexpectedly")
 
 
 def test_the_first_failure_is_the_one_told(flying):
@@ -625,9 +652,9 @@ def test_before_take_off_an_order_to_land_lands_what_flies_already(tower):
     assert (tower.director.land(tower.now).verb, tower.stage) == ("land", Stage.LANDING)
 
 
-def test_who_is_left_out_is_told_first_and_not_waited_for():
+def test_who_is_left_out_is_reported_first_and_not_waited_for():
     tower = Tower()
-    tower.director = Director(PILOTS, "world", 60.0, BEGAN, without=(2,))
+    tower.director = conducting(without=(2,))
     (prepare,) = tower.orders(0.1, leader=Phase.READY, uav1=(Phase.GROUNDED, "waits for uav2's estimate"))
     assert (prepare.verb, prepare.without) == ("prepare", (2,))
     assert tower.step() == []
@@ -640,7 +667,7 @@ def test_who_is_left_out_is_told_first_and_not_waited_for():
     ]
 
 
-def test_a_drone_whose_driver_was_not_heard_yet_has_not_taken_off():
+def test_a_drone_whose_driver_was_not_received_yet_has_not_taken_off():
     tower = Mute()
     tower.all(Phase.READY)
     assert tower.all(Phase.TAKEOFF, 1.0) == []
@@ -653,23 +680,21 @@ def test_a_drone_whose_driver_was_not_heard_yet_has_not_taken_off():
 
 
 AWAY = (
-    "uav1: its body is at [1.00, 0.50, 0.00], where uav2 should stand, 1.12 m from its start, "
-    "limits.start_tolerance = 0.2 m"
+    "uav1: its body is at [1.00, 0.50, 0.00], the start of uav2, 1.12 m from its start, limits.start_tolerance = 0.2 m"
 )
 
 
 @pytest.fixture
 def placed():
     """Return a tower whose pilots are ready, with the drone of uav1 at the start of uav2."""
-    tower, starts = Tower(), {1: (0.0, 0.0, 0.0), 2: (1.0, 0.5, 0.0)}
-    tower.director = Director(PILOTS, "world", 60.0, BEGAN, preflight=Preflight(starts=starts, tolerance=0.2))
-    tower.pilots["uav1"].position, tower.pilots["uav2"].position = starts[2], (1.1, 0.5, 0.0)
+    tower = Tower()
+    tower.pilots["uav1"].position, tower.pilots["uav2"].position = STARTS[2], (1.1, 0.5, 0.0)
     return tower
 
 
-def test_nobody_takes_off_while_a_drone_stands_away_from_its_start(placed):
+def test_no_drone_takes_off_while_a_drone_stands_away_from_its_start(placed):
     assert placed.all(Phase.READY, 3.0) == []
-    assert placed.director.unready(Fleet(PILOTS, *placed.received(), placed.now)) == (AWAY,)
+    assert placed.director.unready(placed.fleet(placed.now)) == (AWAY,)
     placed.pilots["uav1"].position = (0.1, 0.1, 0.02)
     assert placed.all(Phase.READY) == ["takeoff"]
 
@@ -717,7 +742,7 @@ def test_where_the_other_station_is_gone_its_start_is_given_again(flying):
     assert crossed.version in flying.director.order.knows
 
 
-def test_an_order_that_a_pilot_brings_back_from_long_ago_is_no_rival(flying):
+def test_an_order_that_a_pilot_brings_back_from_long_ago_is_not_a_rival(flying):
     rival(flying, THEIRS)
     flying.pilots["uav2"].orders.taken = flying.now - 60 * SECOND
     flying.step()
@@ -745,7 +770,7 @@ def test_while_another_station_takes_off_a_key_counts_before_this_flight_does(to
 
 def test_who_is_left_out_stays_left_out_after_an_order_of_another_station_that_does_not_say_so():
     tower = Tower()
-    tower.director = Director(PILOTS, "world", 60.0, BEGAN, without=(2,), giver=OURS)
+    tower.director = conducting(without=(2,))
     tower.step(leader=Phase.READY, uav1=Phase.READY)
     for phase in (Phase.READY, Phase.HOLD, Phase.FORMATION):
         tower.step(0.2, leader=phase, uav1=phase)

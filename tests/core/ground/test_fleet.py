@@ -1,6 +1,7 @@
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.ground.fleet import STALE, Fleet
-from flockwire.wire.messages import FlightState, Mission, Telemetry
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 
@@ -37,7 +38,7 @@ def test_all_are_in_a_phase_when_each_is_in_one_of_those():
     assert known.why(3) == "why"
 
 
-def test_a_process_that_flies_nothing_is_nobodys_pilot():
+def test_a_process_that_flies_nothing_is_not_a_pilot():
     known = fleet([status("gateway", Report("serving", mission=LAND))])
     assert known.mission() is None
     assert known.fresh == {}

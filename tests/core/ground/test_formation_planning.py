@@ -3,11 +3,11 @@
 import re
 
 import pytest
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import distance, norm
 from flockwire.ground.formation_planning import LEAD_TIME, ChangeRefusedError, plan_change, plan_in_time
 from flockwire.pilot.orders import flown_formation
-from flockwire.wire.messages import Mission
 
 NOW = 1_790_000_100 * SECOND
 RUNNING = Mission(NOW - 30 * SECOND, "world", "start", NOW - 20 * SECOND)
@@ -44,7 +44,7 @@ def sampled(swarm, order):
     return [([shape.offset(i, t) for i in range(4)], [shape.offset_rate(i, t) for i in range(4)]) for t in times]
 
 
-def test_a_change_begins_in_time_and_goes_on_from_what_is_flown(swarm):
+def test_a_change_begins_in_time_and_continues_from_what_is_flown(swarm):
     order = plan_change(swarm, RUNNING, "row", NOW)
     assert (order.verb, order.stamp, order.start, order.formation) == ("formation", NOW, RUNNING.start, "row")
     assert (order.change.begin, order.change.before) == (NOW + LEAD_TIME, "")
@@ -85,7 +85,7 @@ def test_a_change_back_begins_from_the_places_that_were_taken(swarm):
         assert flown(swarm, back).offset(index, begin) == flown(swarm, there).offset(index, begin)
 
 
-def test_nobody_crosses_over_unless_the_file_fixes_places(make_swarm):
+def test_no_paths_cross_unless_the_file_fixes_places(make_swarm):
     """The ranks of the larger circle are those of the smaller one, half a turn on."""
     turned = {"kind": "expression", "x": "-3*sin(2*pi*i/n)", "y": "-3*cos(2*pi*i/n)"}
     still = {**FORMATIONS, "formation.rate": 0.0, "formations.turned": turned}
@@ -110,8 +110,8 @@ def test_too_fast_is_refused_with_drone_time_and_limit(swarm):
 def test_out_of_the_fence_is_refused_with_drone_time_and_limit(swarm):
     line = refusal(swarm, "wide", leader=(3.0, 0.0, 1.0))
     assert re.fullmatch(
-        r"uav\d would be \d\.\d\d m outside limits\.fence \d+\.\d s into the change, the leader going on as it does, "
-        r"however long the change takes \(up to 60 s\)",
+        r"uav\d would be \d\.\d\d m outside limits\.fence \d+\.\d s into the change, "
+        r"if the leader continues its course, however long the change takes \(up to 60 s\)",
         line,
     )
     assert plan_change(swarm, RUNNING, "wide", NOW, leader=(0.0, 0.0, 1.0)).formation == "wide"
@@ -131,7 +131,7 @@ def test_the_formation_that_is_flown_is_ordered_again_unchanged(swarm):
 
 
 @pytest.mark.parametrize("duration", [0.0, -1.0, float("nan"), 1e9])
-def test_a_duration_that_is_none_is_refused(swarm, duration):
+def test_a_bad_duration_is_refused(swarm, duration):
     assert refusal(swarm, "row", duration=duration).startswith("--duration = ")
 
 

@@ -1,7 +1,11 @@
 import pytest
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
-from flockwire.ground.giving import Answer, Order, giving
-from flockwire.wire.messages import FlightState, Mission, Telemetry
+from flockwire.ground.fleet import Fleet
+from flockwire.ground.giving import ChangeGiving
+from flockwire.ground.order import Answer, Order
+from flockwire.ground.starting import StartGiving
 from flockwire.wire.status import Report, Status
 
 NOW = 1_790_000_000 * SECOND
@@ -22,16 +26,21 @@ def statuses(now, ordered=START, age=60.0, **others):
     }  # fmt: skip
 
 
+def fleet(known, now, telemetry=None):
+    """Return what the five pilots' `known` statuses say at `now`."""
+    return Fleet(dict(enumerate(PILOTS)), known, telemetry or {}, now)
+
+
 @pytest.fixture
 def change(make_plan):
     """Return a change of formation that was planned and given."""
-    made = giving(
+    made = ChangeGiving(
         make_plan({"formations.wide": {"kind": "circle", "radius": 4.0}}), Order("formation", "wide"), OURS, NOW
     )
-    made.step(statuses(NOW), {}, NOW)
+    made.step(fleet(statuses(NOW), NOW))
     made.planned(START._replace(verb="formation", formation="wide", stamp=NOW))
     now = NOW + SECOND
-    assert made.step(statuses(now), {}, now).verb == "formation"
+    assert made.step(fleet(statuses(now), now)).verb == "formation"
     return made
 
 
@@ -40,26 +49,35 @@ def test_a_change_that_crossed_another_is_not_given_again_over_what_went_down_me
     rival = START._replace(verb="formation", stamp=NOW, giver=RIVAL, knows=(START.version,))
     down = START._replace(verb=verb, stamp=NOW, giver=THIRD)
     later = NOW + 6 * SECOND // 5
-    assert change.step(statuses(later, uav1=rival, uav2=down), {}, later) is None
+    assert change.step(fleet(statuses(later, uav1=rival, uav2=down), later)) is None
     assert change.answer == Answer(refusal=f"{verb} was ordered meanwhile")
 
 
 def test_a_change_that_crossed_another_of_a_smaller_number_is_given_again_for_all(change):
     rival = START._replace(verb="formation", stamp=NOW, giver=RIVAL, knows=(START.version,))
     later = NOW + 6 * SECOND // 5
-    again = change.step(statuses(later, uav1=rival), {}, later)
+    again = change.step(fleet(statuses(later, uav1=rival), later))
     assert (again.verb, again.giver) == ("formation", OURS)
     assert rival.version in again.knows
+
+
+def test_a_change_that_who_conducts_gave_once_more_is_confirmed(change):
+    later = NOW + 2 * SECOND
+    given = change.step(fleet(statuses(later), later))
+    again = given._replace(stamp=later, giver=THIRD, knows=(given.version, START.version))
+    assert change.step(fleet(statuses(later, again), later)) is None
+    assert change.answer.confirmed == PILOTS
+    assert change.answer.failure == ""
 
 
 def test_a_start_ends_with_a_landing_that_came_beside_anothers_start(make_plan):
     plan = make_plan()
     telemetry = {drone: Telemetry(NOW, "world", FlightState.FLYING, 1.0, 0.0, 0.0) for drone in plan.pilots}
-    start = giving(plan, Order("start"), OURS, NOW)
+    start = StartGiving(plan, Order("start"), OURS, NOW)
     hold = START._replace(verb="hold")
-    start.step(statuses(NOW, hold), telemetry, NOW)
+    start.step(fleet(statuses(NOW, hold), NOW, telemetry))
     land = START._replace(verb="land", stamp=NOW, giver=THIRD)
     other = START._replace(stamp=NOW, giver=RIVAL, knows=(hold.version, land.version))
     later = NOW + 6 * SECOND // 5
-    assert start.step(statuses(later, hold, uav1=land, uav2=other), telemetry, later) is None
+    assert start.step(fleet(statuses(later, hold, uav1=land, uav2=other), later, telemetry)) is None
     assert start.answer == Answer(refusal="land was ordered meanwhile")

@@ -1,9 +1,9 @@
 import pytest
+from flockwire.domain.order import MOST_VERSIONS, Mission
 from flockwire.domain.time import SECOND
 from flockwire.ground.fleet import Fleet
 from flockwire.ground.knowledge import HISTORY, Knowledge
 from flockwire.pilot.orders import came_down
-from flockwire.wire.messages import MOST_VERSIONS, Mission
 from flockwire.wire.status import Report, Status
 
 NOW = 1_790_000_000 * SECOND
@@ -86,7 +86,7 @@ def test_a_landing_is_news_though_a_start_that_ends_it_is_news_too(knowledge):
     assert knowledge.look(fleet(leader=[order("start", LAND, giver=11)], uav1=[LAND])) == LAND
 
 
-def test_what_a_pilot_that_is_heard_for_the_first_time_obeys_for_long_is_no_news(knowledge):
+def test_an_old_order_of_a_pilot_received_for_the_first_time_is_no_news(knowledge):
     second = order("land", giver=9)
     knowledge.look(fleet(leader=[LAND]))
     assert knowledge.look(fleet(leader=[LAND], uav1=[second, START.version])) is None

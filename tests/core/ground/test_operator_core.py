@@ -6,12 +6,14 @@ from itertools import count
 from typing import Any
 
 import pytest
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.order import Mission, Stop
 from flockwire.domain.time import SECOND
 from flockwire.ground.director import POLL_PERIOD, Stage
-from flockwire.ground.giving import ANSWER_TIME, LOOK_TIME, STOP_TIME, Answer, Order
+from flockwire.ground.giving import ANSWER_TIME, LOOK_TIME, STOP_TIME
 from flockwire.ground.operator import ELSEWHERE, ENDED, OperatorCore
+from flockwire.ground.order import Answer, Order
 from flockwire.wire.keys import MISSION, STOP, Key
-from flockwire.wire.messages import FlightState, Mission, Stop, Telemetry
 from flockwire.wire.status import Report, Status
 
 BEGAN = 1_790_000_000 * SECOND
@@ -89,7 +91,7 @@ def test_a_stop_is_repeated_for_a_while_though_all_confirm_it_and_is_answered_on
         assert [answer.missing for answer in station.answers] == [()]
 
 
-def test_a_stop_that_nobody_confirms_is_repeated_for_longer(station: Station) -> None:
+def test_a_stop_that_no_driver_confirms_is_repeated_for_longer(station: Station) -> None:
     station.ask("stop")
     assert len(station.step(5.0)) == round(ANSWER_TIME / STEP)
     assert station.answers[0].missing == ("uav0", "uav1", "uav2", "uav3", "uav4")
@@ -125,13 +127,13 @@ def test_what_takes_up_waits_for_swarm_time_and_what_goes_down_does_not(station:
     assert station.answers == []  # it has not begun to look round, which takes as long
     station.core.knows_time = True
     station.step(2 * LOOK_TIME / SECOND)
-    assert station.answers[0].refusal.startswith("nobody flies a formation")
+    assert station.answers[0].refusal.startswith("no drone flies a formation")
     station.core.knows_time = False
     station.ask("land")
     assert station.step() == ["land"]
 
 
-def test_without_a_gateway_the_own_clock_has_to_do_after_a_while(station: Station) -> None:
+def test_without_a_gateway_the_own_clock_is_used_after_a_while(station: Station) -> None:
     station.core.knows_time = False
     station.ask("formation")
     station.step(3 * LOOK_TIME / SECOND)
@@ -156,7 +158,7 @@ def test_a_clock_that_is_set_moves_when_an_order_was_asked_for(station: Station)
     assert station.core.asked
 
 
-def test_nobody_reports_how_another_is(station: Station) -> None:
+def test_no_process_reports_another(station: Station) -> None:
     status = Status(BEGAN, "world", "uav2", Report("ready"), 1, 0, 0, 0, 0, 0.0, 0, (), ())
     station.core.receive(Key("status", "uav1"), status, BEGAN)
     assert station.core.statuses == {}
@@ -164,8 +166,8 @@ def test_nobody_reports_how_another_is(station: Station) -> None:
 
 def test_each_flight_has_a_director_and_a_number_of_its_own(station: Station) -> None:
     first = station.core.conduct(station.now)
-    station.core.abort("uav1 ended by itself", station.now)
-    assert (first.failure, first.stage) == ("uav1 ended by itself", Stage.OVER)
+    station.core.abort("uav1 ended unexpectedly", station.now)
+    assert (first.failure, first.stage) == ("uav1 ended unexpectedly", Stage.OVER)
     second = station.core.conduct(station.now)
     assert second is not first
     assert (second.failure, second.stage) == ("", Stage.PREPARING)
@@ -182,7 +184,7 @@ def test_keys_beside_a_flight_that_another_host_conducts(station: Station) -> No
     assert station.notes[1:] == [f"land: confirmed by nobody; not confirmed by {missing}"]
 
 
-def test_a_key_that_orders_nothing_says_why(station: Station) -> None:
+def test_a_key_that_orders_nothing_reports_why(station: Station) -> None:
     station.core.conduct(station.now)
     station.order("hold")
     station.order("resume")

@@ -1,10 +1,11 @@
 import pytest
-from flockwire.domain.motion import LeaderMotion
+from flockwire.domain.motion import Estimate, LeaderMotion, Leading
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.pilot.neighbourhood import Neighbourhood
 from flockwire.pilot.phases import NEVER
 from flockwire.swarm.tables import Staleness
-from flockwire.wire.messages import Estimate, Leading, Pose
+from flockwire.wire.codec import decode, encode
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 
@@ -122,7 +123,7 @@ def test_hops_do_not_overflow_what_carries_them(chained):
     chained.take_estimate(1)(estimate(T, hops=255))
     chained.update(T)
     assert chained.hops == 255
-    assert Estimate.decode(estimate(T, hops=chained.hops).encode()).hops == 255
+    assert decode(Estimate, encode(estimate(T, hops=chained.hops))).hops == 255
 
 
 @pytest.mark.parametrize(

@@ -1,9 +1,9 @@
 from itertools import permutations
 
 import pytest
+from flockwire.domain.order import MISSION_VERBS, Mission
 from flockwire.domain.time import SECOND
 from flockwire.pilot.orders import AHEAD, REMEMBERED, Orders, came_down, rank
-from flockwire.wire.messages import MISSION_VERBS, Mission
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -84,7 +84,7 @@ def test_of_all_orders_of_arrival_the_same_order_holds():
     assert found == {"start"}
 
 
-def test_who_comes_down_by_itself_is_not_taken_up_by_what_did_not_know():
+def test_who_lands_by_itself_is_not_taken_up_by_what_did_not_know():
     orders = after(START)
     orders.ended()
     assert orders.spent

@@ -1,6 +1,6 @@
-from math import hypot
-
 import pytest
+from flockwire.domain.order import Change, Mission
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.pilot.phases import (
     NEVER,
@@ -10,19 +10,14 @@ from flockwire.pilot.phases import (
     FlightPhases,
     Situation,
     age,
-    climb,
     command_stamp,
-    keep_place,
 )
-from flockwire.wire.messages import Change, Mission, Pose
 from flockwire.wire.phase import Phase
 from hypothesis import given
 from hypothesis import strategies as st
 
 BORN = 1_790_000_000 * SECOND
 LOW, HIGH = (-1.0, -2.0, 0.0), (1.0, 2.0, 3.0)
-coordinates = st.floats(-5.0, 5.0)
-vectors = st.tuples(coordinates, coordinates, coordinates)
 
 
 class Pilot:
@@ -129,7 +124,7 @@ def test_a_reason_to_hold_interrupts_the_formation(flyer):
     assert flyer.update(hold="") is Phase.FORMATION
 
 
-def test_a_reason_to_land_lands_and_is_told_until_the_ground(flyer):
+def test_a_reason_to_land_lands_and_is_reported_until_the_ground(flyer):
     assert flyer.update(land="battery at 9%") is Phase.LANDING
     assert flyer.update(land="") is Phase.LANDING
     assert flyer.flight.reason == "battery at 9%"
@@ -154,13 +149,13 @@ def test_a_failure_during_take_off_lands(pilot):
     assert pilot.update(airborne=True, land="own pose lost for 1.1 s") is Phase.LANDING
 
 
-def test_a_process_that_begins_anew_in_flight_holds_and_goes_on(pilot):
+def test_a_process_that_restarts_in_flight_holds_and_continues(pilot):
     pilot.give(Mission(BORN - 60 * SECOND, "world", "start", BORN - 50 * SECOND))
     assert pilot.update(airborne=True, high=True) is Phase.HOLD
     assert pilot.update() is Phase.FORMATION
 
 
-def test_a_process_that_begins_anew_in_flight_holds_even_when_unready(pilot):
+def test_a_process_that_restarts_in_flight_holds_even_when_unready(pilot):
     assert pilot.update(airborne=True, high=True, unready="waits for its own pose") is Phase.HOLD
 
 
@@ -203,7 +198,7 @@ def test_mission_time_counts_from_the_start_and_is_none_before_one(pilot):
     assert pilot.flight.mission_time(BORN) is None
 
 
-def test_told_to_end_it_holds_for_a_second_and_lands(flyer):
+def test_asked_to_end_it_holds_for_a_second_and_lands(flyer):
     flyer.flight.retire(flyer.now + SECOND)
     assert flyer.update() is Phase.HOLD
     assert flyer.flight.reason == SHUTDOWN
@@ -214,7 +209,7 @@ def test_told_to_end_it_holds_for_a_second_and_lands(flyer):
     assert flyer.order("takeoff") is Phase.GROUNDED
 
 
-def test_told_to_end_during_take_off_it_lands(pilot):
+def test_asked_to_end_during_take_off_it_lands(pilot):
     pilot.update()
     pilot.order("takeoff")
     pilot.update(airborne=True)
@@ -222,25 +217,10 @@ def test_told_to_end_during_take_off_it_lands(pilot):
     assert pilot.update() is Phase.LANDING
 
 
-def test_told_to_end_another_reason_to_land_comes_first(flyer):
+def test_asked_to_end_another_reason_to_land_comes_first(flyer):
     flyer.flight.retire(flyer.now)
     assert flyer.update(land="battery at 9%") is Phase.LANDING
     assert flyer.flight.reason == "battery at 9%"
-
-
-@given(vectors, vectors, st.floats(0.1, 2.0))
-def test_keeping_a_place_leads_there_within_the_speed(position, place, speed):
-    velocity = keep_place(position, place, speed)
-    assert hypot(*velocity) <= speed * (1 + 1e-12)
-    assert sum(v * (b - a) for v, a, b in zip(velocity, position, place, strict=True)) >= 0.0
-
-
-@given(vectors, vectors, st.sampled_from([0.7, -0.7]))
-def test_a_climb_is_straight_above_its_place(position, place, vertical):
-    x, y, z = climb(position, place, vertical)
-    assert z == vertical
-    assert hypot(x, y) <= 0.7 * (1 + 1e-12)
-    assert climb((place[0], place[1], 9.0), place, vertical) == (0.0, 0.0, vertical)
 
 
 def test_what_never_came_is_infinitely_old():

@@ -1,11 +1,11 @@
 from itertools import chain, combinations
 
 import pytest
+from flockwire.domain.order import MISSION_VERBS, Mission
 from flockwire.domain.time import SECOND
 from flockwire.pilot.orders import came_down
 from flockwire.pilot.phases import IN_FLIGHT, LAST_HOLD, ORDERLESS, FlightPhases, Situation
 from flockwire.pilot.transitions import CONDITIONS, PHASES, transition, transitions
-from flockwire.wire.messages import MISSION_VERBS, Mission
 from flockwire.wire.phase import Phase
 
 BORN = 1_790_000_000 * SECOND

@@ -3,11 +3,11 @@
 from random import Random
 
 import pytest
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.process.cores import Ground, Start, Untimed, make_core
 from flockwire.process.timekeeping import patience
 from flockwire.wire.keys import Key
-from flockwire.wire.messages import Pose
 from flockwire_agent.core import AgentCore
 from flockwire_kinematics.core import KinematicsCore
 from flockwire_leader.core import FlyingLeader, VirtualLeader
@@ -35,7 +35,7 @@ def test_every_process_gets_its_core(make_plan, identity):
     assert type(make_core(start(make_plan(), identity))) is CORES[identity]
 
 
-def test_who_begins_before_swarm_time_is_known_is_told_of_corrections(make_plan):
+def test_a_core_that_starts_before_swarm_time_is_known_receives_corrections(make_plan):
     plan = make_plan({"drones.1.airframe": "tello"})
     untimed = {identity for identity in plan.started if isinstance(make_core(start(plan, identity)), Untimed)}
     assert untimed == {identity for identity in plan.started if plan.rows[identity].untimed} == {"driver1"}
@@ -67,7 +67,7 @@ def test_a_start_knows_its_drone(make_plan):
 
 
 @pytest.mark.parametrize("changes", [None, VIRTUAL])
-def test_on_the_ground_every_process_may_end_when_it_is_told(make_plan, changes):
+def test_on_the_ground_every_process_may_end_when_asked(make_plan, changes):
     plan = make_plan(changes)
     for identity in plan.started:
         core, later = make_core(start(plan, identity)), NOW + 2 * SECOND

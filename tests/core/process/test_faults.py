@@ -60,9 +60,7 @@ def test_every_kind_is_read(make_plan: Callable[..., Plan]) -> None:
         ({"at": 1.0, "kind": "partition", "processes": ["x"], "duration": 1.0}, "processes.0 = 'x'"),
     ],
 )
-def test_what_makes_no_sense_is_refused_in_one_line(
-    make_plan: Callable[..., Plan], fault: dict[str, object], said: str
-) -> None:
+def test_nonsense_is_refused_in_one_line(make_plan: Callable[..., Plan], fault: dict[str, object], said: str) -> None:
     with pytest.raises(FaultFileError) as caught:
         parse_faults({"faults": [fault]}, make_plan(), "f.toml")
     assert said in str(caught.value)
@@ -75,7 +73,7 @@ def test_times_must_be_in_order(make_plan: Callable[..., Plan]) -> None:
         parse_faults({"faults": [{"at": t, "kind": "kill", "process": "uav1"} for t in (3.0, 2.0)]}, make_plan(), "f")
 
 
-def test_a_file_that_is_none_is_named(make_plan: Callable[..., Plan], tmp_path: Path) -> None:
+def test_a_bad_file_is_named(make_plan: Callable[..., Plan], tmp_path: Path) -> None:
     with pytest.raises(FaultFileError, match="cannot read the faults"):
         load_faults(tmp_path / "none.toml", make_plan())
     (tmp_path / "bad.toml").write_text("faults = [")

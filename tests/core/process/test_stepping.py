@@ -95,7 +95,7 @@ class AlwaysKnown:
 @pytest.fixture(name="stepper_of")
 def stepper_of_fixture(make_swarm: Callable[[], Swarm]) -> Callable[[Counting], Stepper]:
     """Return what makes the stepper of a core."""
-    return lambda core: Stepper(core, make_swarm(), (), (), lambda _: None, AlwaysKnown(), None)
+    return lambda core: Stepper(core, make_swarm().name, (), (), lambda _: None, AlwaysKnown(), None)
 
 
 @pytest.fixture(name="steps_of")

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import pytest
 from flockwire.control.clock_offset import DRIFT
-from flockwire.domain.time import SECOND
+from flockwire.domain.time import SECOND, TimeReply
 from flockwire.loading import parse_swarm
 from flockwire.process.timekeeping import CorrectedClock
 from flockwire.wire.keys import TIME_REPLY, Key
-from flockwire.wire.messages import TimeReply
 from flockwire.wire.plan import Plan
 
 START = 1_790_000_000 * SECOND

@@ -6,7 +6,7 @@ from flockwire.runtime.detours import DETOURS, DetoursError, detour_environment,
 
 
 @pytest.mark.parametrize("detours", [{}, {"gateway": "127.0.0.1:40001"}, {"gateway": "[::1]:1", "uav12": "10.0.0.1:2"}])
-def test_what_is_told_is_read(detours):
+def test_what_is_set_is_read(detours):
     assert read_detours(detour_environment(detours)) == detours
 
 
@@ -23,7 +23,7 @@ def test_without_detours_the_environment_says_nothing():
 
 
 @pytest.mark.parametrize("text", ["uav1", "uav1=", "uav1=127.0.0.1", "uav1=a:1,", "=127.0.0.1:1", "uav1=127.0.0.1:x"])
-def test_what_makes_no_sense_is_refused_with_its_name_value_and_rule(text):
+def test_nonsense_is_refused_with_its_name_value_and_rule(text):
     with pytest.raises(DetoursError) as caught:
         read_detours({DETOURS: text})
     assert str(caught.value) == f"{DETOURS} = {text!r}: must be IDENTITY=IP:PORT, several separated by commas"

@@ -60,7 +60,7 @@ async def passes():
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_any_of_three_signals_tells_it_to_end_and_the_second_insists(number):
+def test_any_of_three_signals_asks_it_to_end_and_the_second_insists(number):
     async def run():
         ending = Ending()
         raised(number)
@@ -72,7 +72,7 @@ def test_any_of_three_signals_tells_it_to_end_and_the_second_insists(number):
     asyncio.run(run())
 
 
-def test_a_parent_that_is_gone_tells_it_to_end(lifeline):
+def test_a_parent_that_is_gone_asks_it_to_end(lifeline):
     async def run():
         ending = Ending()
         os.write(lifeline, b"x")
@@ -102,7 +102,7 @@ def waiting(make_plan, identity, core, links, act):
     asyncio.run(run())
 
 
-def test_what_flies_is_told_to_land_once_and_ends_when_it_is_down(make_plan):
+def test_flying_drones_are_asked_to_land_once_and_end_when_down(make_plan):
     core = Flyer()
 
     async def act(_, task):
@@ -117,7 +117,7 @@ def test_what_flies_is_told_to_land_once_and_ends_when_it_is_down(make_plan):
     assert len(core.retired) == 1
 
 
-def test_told_twice_it_ends_in_the_air(make_plan):
+def test_asked_twice_to_end_it_ends_in_the_air(make_plan):
     core = Flyer()
 
     async def act(_, task):
@@ -130,7 +130,7 @@ def test_told_twice_it_ends_in_the_air(make_plan):
     assert not core.down
 
 
-def test_with_its_parent_it_waits_for_nobody_else(make_plan):
+def test_with_its_parent_it_waits_for_no_other_process(make_plan):
     async def act(*_):
         raised(signal.SIGTERM)
 
@@ -172,9 +172,9 @@ def test_without_its_parent_a_pilot_waits_for_its_own_drone_alone(make_plan, lif
 
 
 @pytest.mark.parametrize(
-    ("done", "status", "told"), [(True, 0, "its work is done"), (False, UNDONE, "with its work undone")]
+    ("done", "status", "told"), [(True, 0, "its work is done"), (False, UNDONE, "its work is not done")]
 )
-def test_a_session_that_does_not_close_ends_the_process_with_a_word_and_well_where_its_work_is_done(
+def test_a_session_that_does_not_close_ends_the_process_with_a_log_line_and_status_0_if_its_work_is_done(
     monkeypatch, caplog, done, status, told
 ):
     ended, statuses = threading.Event(), []

@@ -58,7 +58,7 @@ def test_all_reasons_count(refusals):
     assert len(refusals.reasons) == 3
 
 
-def test_each_reason_is_told_once(refusals, caplog):
+def test_each_reason_is_logged_once(refusals, caplog):
     with caplog.at_level(logging.WARNING, logger="uav1"):
         for told in (UNKNOWN, expired(1), UNKNOWN, expired(2), UNKNOWN):
             refusals.take(told)

@@ -9,8 +9,7 @@ import zenoh
 from flockwire import clock
 from flockwire.runtime.configuration import BURST, SPARE_SESSIONS, configuration, reserved_configuration
 from flockwire.runtime.session import Session
-from flockwire.security.files import Credentials, CredentialsError
-from flockwire.security.holding import in_use
+from flockwire.security.files import Credentials, CredentialsError, in_use
 from flockwire.security.pki import make_keys
 from flockwire.wire.access import access_control
 
@@ -69,7 +68,7 @@ def test_over_quic_every_link_carries_state_as_datagrams_under_the_same_mutual_t
 
 
 @pytest.mark.parametrize("mode", ["peers", "router"])
-def test_everybody_dials_as_planned_and_listens_at_its_own_endpoint(make_plan, mode):
+def test_every_process_dials_as_planned_and_listens_at_its_own_endpoint(make_plan, mode):
     plan = make_plan({"network.mode": mode})
     for identity in plan.identities:
         config = configuration(plan, identity, FILES)

@@ -38,7 +38,7 @@ def received(receiver):
             return messages
 
 
-def test_systemd_is_told_of_the_first_step_and_then_at_half_the_watchdogs_time(systemd, now):
+def test_systemd_is_notified_of_the_first_step_and_then_at_half_the_watchdogs_time(systemd, now):
     receiver, address = systemd
     told = Supervision("uav1", {supervision.NOTIFY: address, supervision.WATCHDOG: "2000000"})
     assert received(receiver) == []  # no step yet
@@ -90,7 +90,7 @@ def asked(monkeypatch, path, told, *reports, age=0.0):
     return answers[0]
 
 
-def test_a_process_that_steps_is_healthy_and_says_what_it_does(tmp_path, monkeypatch):
+def test_a_process_that_steps_is_healthy_and_reports_what_it_does(tmp_path, monkeypatch):
     path = str(tmp_path / "health")
     assert asked(monkeypatch, path, health.ask, Report("hold", "no fresh pose")) == (True, "uav1: hold no fresh pose")
     assert asked(monkeypatch, path, health.ask, Report("ready")) == (True, "uav1: ready")  # in place of the one before
@@ -104,13 +104,13 @@ def test_one_that_has_not_stepped_or_not_for_long_is_not(tmp_path, monkeypatch):
     assert line.startswith("uav1: formation; last step 5.")
 
 
-def test_one_that_stands_still_or_is_gone_is_not(tmp_path, monkeypatch):
+def test_a_frozen_or_missing_process_is_not_healthy(tmp_path, monkeypatch):
     monkeypatch.setattr(health, "PATIENCE", 0.05)
     path = str(tmp_path / "health")
-    assert health.ask(path) == (False, f"{path}: nobody answers: No such file or directory")
+    assert health.ask(path) == (False, f"{path}: no process answers: No such file or directory")
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as frozen:
         frozen.bind(path)
-        assert health.ask(path) == (False, "no answer within 0.05 s: its loop stands still")
+        assert health.ask(path) == (False, "no answer within 0.05 s: its loop is frozen")
 
 
 def test_the_answer_is_json(tmp_path):
@@ -121,6 +121,6 @@ def test_the_answer_is_json(tmp_path):
     assert answer["step_age_s"] == pytest.approx(1.0, abs=0.5)
 
 
-def test_where_it_cannot_answer_it_runs_all_the_same(tmp_path, caplog):
+def test_where_it_cannot_answer_it_runs_anyway(tmp_path, caplog):
     Supervision("uav1", {supervision.HEALTH: str(tmp_path / "no" / "folder")}).completed(Report("hold"))
-    assert "cannot be asked there" in caplog.text
+    assert "cannot answer health checks there" in caplog.text

@@ -13,8 +13,7 @@ from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID
 from flockwire.security.credentials import common_name, load_credentials
-from flockwire.security.files import CredentialsError
-from flockwire.security.holding import hold
+from flockwire.security.files import CredentialsError, hold
 from flockwire.security.pki import (
     AUTHORITY_LIFE,
     BACKDATED,
@@ -60,7 +59,7 @@ def plan(make_plan):
 
 
 @pytest.mark.parametrize("mode", ["peers", "router"])
-def test_everybody_gets_a_certificate_of_its_own_name(make_plan, tmp_path, made, mode):
+def test_every_process_gets_a_certificate_of_its_own_name(make_plan, tmp_path, made, mode):
     plan = make_plan({"network.mode": mode})
     assert make_keys(plan, tmp_path, made) == (*plan.authorities, *plan.certified)
     for identity in plan.certified:
@@ -285,7 +284,7 @@ def test_no_key_is_written_through_a_link(plan, tmp_path, made):
     assert not (tmp_path / "keys" / "uav1.key").is_symlink()
 
 
-def test_two_who_make_keys_at_once_leave_whole_ones(plan, tmp_path, made):
+def test_two_concurrent_key_makers_leave_valid_keys(plan, tmp_path, made):
     failures = []
 
     def work():
@@ -313,7 +312,7 @@ def test_a_swarm_with_the_longest_name_gets_keys(make_plan, tmp_path, made):
     assert load_credentials(tmp_path, "uav1", made)
 
 
-def test_a_certificate_of_a_strangers_making_is_made_again(keys, plan, made):
+def test_a_foreign_certificate_is_replaced(keys, plan, made):
     (keys / "uav1.crt").write_bytes((keys / "ca.crt").read_bytes())  # it names no addresses
     assert make_keys(plan, keys, made) == ("uav1",)
     assert load_credentials(keys, "uav1", made)
@@ -336,7 +335,7 @@ def test_an_authoritys_key_with_a_password_is_an_error_that_the_command_line_kno
         make_keys(plan, keys, made)
 
 
-def test_two_weeks_before_its_end_a_certificate_is_warned_of(keys, plan, made):
+def test_two_weeks_before_its_end_a_certificate_gives_a_warning(keys, plan, made):
     assert list(expiring(plan, keys, made + LIFE - WARN)) == []
     warned = list(expiring(plan, keys, made + LIFE - WARN + SECOND))
     assert warned[0] == f"{keys / 'gateway.crt'}: ends on 2027-02-19; `flockwire keys` renews it"
@@ -344,12 +343,12 @@ def test_two_weeks_before_its_end_a_certificate_is_warned_of(keys, plan, made):
     assert list(expiring(plan, keys, made + 2 * LIFE)) == warned  # it has ended: all the more
 
 
-def test_the_authoritys_end_is_warned_of_too(keys, plan, made):
+def test_the_authoritys_end_gives_a_warning_too(keys, plan, made):
     end = certificate(keys, "ca").not_valid_after_utc
     assert any(str(keys / "ca.crt") in line for line in expiring(plan, keys, end - WARN + SECOND))
 
 
-def test_where_there_are_no_keys_nothing_is_warned_of(plan, tmp_path, made):
+def test_where_there_are_no_keys_nothing_gives_a_warning(plan, tmp_path, made):
     assert list(expiring(plan, tmp_path / "nowhere", made)) == []
 
 

@@ -45,7 +45,7 @@ WRONG = [
     ({"drones.0": None}, "drones: the leader, id 0, is missing (leader.kind = 'trajectory'"),
     ({"leader.kind": "virtual"}, "drones: id 0 is the leader, and leader.kind = 'virtual' has no drone"),
     # a person who leads
-    (TRACKED | {"drones.0": None}, "drones: the leader, id 0, is missing (leader.kind = 'tracked' has a body"),
+    (TRACKED | {"drones.0": None}, "drones: the leader, id 0, is missing (leader.kind = 'tracked' has its own body"),
     ({"leader.kind": "tracked"}, "drones.0.start = [0.0, 0.0, 0.0]: leader.kind = 'tracked' is carried by a person"),
     (
         TRACKED | {"drones.1.start": [0.0, 0.6, 0.0]},
@@ -60,7 +60,7 @@ WRONG = [
     ({"graph.edges.1": [1, 7]}, "graph.edges.1 = [1, 7]: there is no drone 7"),
     ({"graph.edges.0": [0, 0]}, "graph.edges.0 = [0, 0]: the leader has no in-neighbours"),
     ({"graph.edges.2": [2, 2]}, "graph.edges.2 = [2, 2]: a drone is not its own neighbour"),
-    ({"graph.edges.2": [1, 2]}, "graph.edges.2 = [1, 2]: this edge is there twice"),
+    ({"graph.edges.2": [1, 2]}, "graph.edges.2 = [1, 2]: this edge appears twice"),
     ({"graph.edges.1": [4, 3]}, "graph.edges: no spanning tree from the leader: it does not reach uav2, uav3, uav4"),
     ({"graph.edges": []}, "graph.edges: no spanning tree from the leader: it does not reach uav1, uav2, uav3, uav4"),
     # addresses
@@ -102,7 +102,7 @@ WRONG = [
     ),
     (
         {"limits.fence": {"polygon": [[-5, -5], [5, 5], [5, 5], [-5, 5]]}},
-        "limits.fence.polygon = [[-5.0, -5.0], [5.0, 5.0], [5.0, 5.0], [-5.0, 5.0]]: corner [5.0, 5.0] is there twice",
+        "limits.fence.polygon = [[-5.0, -5.0], [5.0, 5.0], [5.0, 5.0], [-5.0, 5.0]]: corner [5.0, 5.0] appears twice",
     ),
     ({"limits.fence": {"polygon": [[-5, "a"]]}}, "limits.fence.polygon.0.1 = 'a': must be"),
     ({"limits.fence": {"polygon": 5}}, "limits.fence.polygon = 5: must be"),
@@ -135,7 +135,7 @@ WRONG = [
     ),
     (
         {"formation": {"kind": "expression", "x": "w*t", "y": "0"}},
-        "formation.x = 'w*t': 'w' is no name that it may use; it may use t, i, n, pi, e and the functions sin, cos",
+        "formation.x = 'w*t': 'w' is not a known name; it may use t, i, n, pi, e and the functions sin, cos",
     ),
     ({"formations.kink": {"kind": "expression", "x": "abs(t)", "y": "0"}}, "formations.kink.x = 'abs(t)': 'abs' of"),
     ({"formation.rate": 1.6}, "formation: its drones fly up to 3.20 m/s, limits.speed = 3.0 m/s"),

@@ -38,7 +38,10 @@ WRONG = {
     ),
     "an invented key": ((("[limits]", "[limits]\nwind = 2"),), ("limits.wind = 2: unknown key; known here: speed, ",)),
     "a table is misspelt": ((("[limits]", "[limit]"), ("[limits.f", "[limit.f")), ("did you mean limits?",)),
-    "a decimal comma": ((("radius = 1.5", "radius = 1,5"),), ("line 11", "radius = 1,5", "a decimal point is a point")),
+    "a decimal comma": (
+        (("radius = 1.5", "radius = 1,5"),),
+        ("line 11", "radius = 1,5", "the decimal separator is a point"),
+    ),
     "text without quotes": ((('"circle"', "circle"),), ("line 10", "kind = circle", "'text' in quotes")),
     "a quote is missing": ((('"circle"', '"circle'),), ("line 10", "closing quote")),
     "a bracket is missing": ((("[1, 3]]", "[1, 3]"),), ("line 3", "a list ends with ]")),

@@ -23,7 +23,7 @@ def candidates(swarm):
     """Return all keys of the swarm as they stand on the wire, and what an attacker might ask for instead."""
     name = swarm.name
     return [
-        *(key_text(swarm, key) for key in all_keys(Roster(swarm))),
+        *(key_text(swarm.name, key) for key in all_keys(Roster(swarm))),
         "**", f"{name}/**", f"{name}/*/estimate", f"{name}/*/*", "*/uav1/*", f"{name}/uav1/*", f"{name}/uav$*/pose",
         f"{name}/uav1", f"{name}/uav1/estimate/more", f"{name}/uav99/pose", f"{name}/uav0/estimate", "other/uav1/pose",
         "uav1/pose", f"{name}/uav1/secret", f"{name}/stop/more", "@/**",
@@ -63,7 +63,7 @@ def promised(swarm, identity):
     roster = Roster(swarm)
     for row in TABLE:
         for owner in row.owners(roster):
-            text = key_text(swarm, Key(row.kind, owner.name))
+            text = key_text(swarm.name, Key(row.kind, owner.name))
             subscribers = {*row.subscribers(roster, owner), RECORDER}
             for publisher, subscriber in product(row.publishers(roster, owner), subscribers):
                 for sender, receiver in legs(swarm, publisher, subscriber):

@@ -8,14 +8,14 @@ WRONG = [
     # processes
     (
         {"hosts.a.processes": ["uav1"]},
-        "hosts.a.processes has 'uav1': must be of ['router', 'gateway', 'tracker-sim', 'kinematics', "
+        "hosts.a.processes has 'uav1': must be one of ['router', 'gateway', 'tracker-sim', 'kinematics', "
         "'leader', 'recorder']",
     ),
     (
         {"hosts": {"a": {}, "b": {"address": "10.0.0.2"}}, "drones.2.host": "b", "drones.2.airframe": "tello"},
         "drones.host: driver2 runs on b, its simulated airframe on a; both must be on one host",
     ),
-    ({"hosts.a.processes": ["operator"]}, "hosts.a.processes has 'operator': must be of ['router', "),
+    ({"hosts.a.processes": ["operator"]}, "hosts.a.processes has 'operator': must be one of ['router', "),
     (
         {"hosts": {"a": {"processes": ["leader"]}, "b": {"processes": ["leader"]}}},
         "hosts.b.processes has 'leader': host a runs it already",

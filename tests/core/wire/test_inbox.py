@@ -1,10 +1,12 @@
 import tracemalloc
 
 import pytest
-from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.domain.order import Mission, Stop
+from flockwire.domain.pose import Pose
+from flockwire.domain.time import SECOND, TimeReply, TimeRequest, nanoseconds
+from flockwire.wire.codec import encode
 from flockwire.wire.inbox import ATTACHMENT, CANARY, MISDIRECTED, Inbox, attachment, publisher_of
 from flockwire.wire.keys import MISSION, ROWS, STOP, TIME_REPLY, TIME_REQUEST, Key
-from flockwire.wire.messages import Mission, Pose, Stop, TimeReply, TimeRequest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -15,7 +17,7 @@ AHEAD = nanoseconds(ROWS["pose"].ahead)
 
 
 def pose(stamp=NOW):
-    return Pose(stamp, "world", (1.0, 2.0, 3.0)).encode()
+    return encode(Pose(stamp, "world", (1.0, 2.0, 3.0)))
 
 
 def inbox_of(key):
@@ -62,18 +64,18 @@ def test_a_message_past_its_maximum_age_is_expired():
 
 def test_a_stop_expires_too():
     inbox = inbox_of(STOP)
-    assert inbox.accept(Stop(NOW, "world", "").encode(), attachment(0, NOW, US, STOP), NOW + 121 * SECOND) is None
+    assert inbox.accept(encode(Stop(NOW, "world", "")), attachment(0, NOW, US, STOP), NOW + 121 * SECOND) is None
 
 
 @pytest.mark.parametrize("offset", [-119, -4, 4, 119])
-def test_clocks_that_are_two_minutes_apart_keep_no_stop_out(offset):
+def test_clocks_that_are_two_minutes_apart_do_not_block_a_stop(offset):
     inbox = inbox_of(STOP)
-    assert inbox.accept(Stop(NOW, "world", "").encode(), attachment(0, NOW, US, STOP), NOW + offset * SECOND)
+    assert inbox.accept(encode(Stop(NOW, "world", "")), attachment(0, NOW, US, STOP), NOW + offset * SECOND)
 
 
 def test_a_mission_never_expires():
     day = 86_400 * SECOND
-    assert inbox_of(MISSION).accept(Mission(NOW - day, "world", "hold").encode(), attachment(0, NOW, US, MISSION), NOW)
+    assert inbox_of(MISSION).accept(encode(Mission(NOW - day, "world", "hold")), attachment(0, NOW, US, MISSION), NOW)
 
 
 def test_a_stamp_may_be_ahead_by_the_clocks_offset(inbox):
@@ -165,7 +167,7 @@ def recording(count, first=0):
 
 
 @pytest.mark.parametrize("pause", [0, 100, 6000])
-def test_a_recorded_minute_played_back_beside_the_living_moves_nobody_and_is_counted(pause):
+def test_a_minute_replayed_beside_live_messages_moves_no_drone_and_is_counted(pause):
     inbox, minute, living = inbox_of(POSE), recording(6000), recording(6000, 6000 + pause)
     for sample in minute:
         assert inbox.accept(*sample)
@@ -175,14 +177,14 @@ def test_a_recorded_minute_played_back_beside_the_living_moves_nobody_and_is_cou
     assert inbox.rejected == {"repeated": 6000}
 
 
-def test_a_recorded_minute_played_back_to_a_process_that_hears_nobody_else_is_counted_too():
+def test_a_minute_replayed_to_a_process_without_other_publishers_is_counted_too():
     inbox, minute = inbox_of(POSE), recording(6000)
     for payload, attached, _ in minute:
         assert inbox.accept(payload, attached, NOW + 66 * SECOND) is None
     assert inbox.rejected == {"expired": 4000 + 1, "over quota": 1999}  # all at one time: four seconds' worth is judged
 
 
-def test_a_recorded_minute_under_new_numbers_and_names_moves_nobody_either():
+def test_a_minute_replayed_under_new_numbers_and_names_moves_no_drone():
     inbox, minute = inbox_of(POSE), recording(600)
     for payload, attached, now in minute:
         inbox.accept(payload, attached, now)
@@ -237,7 +239,7 @@ def test_a_sample_that_the_network_delivers_under_another_key_is_rejected():
 def test_what_asks_for_the_time_passes_though_its_clock_was_set_back(kind, message):
     key = Key(kind, "uav1")
     inbox = inbox_of(key)
-    assert inbox.accept(message._replace(stamp=NOW).encode(), attachment(0, NOW, US, key), NOW)
-    assert inbox.accept(message.encode(), attachment(1, NOW, US, key), NOW)
-    assert inbox.accept(message.encode(), attachment(1, NOW, US, key), NOW) is None
+    assert inbox.accept(encode(message._replace(stamp=NOW)), attachment(0, NOW, US, key), NOW)
+    assert inbox.accept(encode(message), attachment(1, NOW, US, key), NOW)
+    assert inbox.accept(encode(message), attachment(1, NOW, US, key), NOW) is None
     assert inbox.rejected == {"repeated": 1}

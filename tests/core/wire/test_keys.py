@@ -118,7 +118,7 @@ def test_orders_are_events_and_only_the_mission_lasts():
 
 def test_a_keys_text_is_a_topic_below_the_swarms_name(make_swarm):
     swarm = make_swarm()
-    assert key_text(swarm, Key("pose", "uav3")) == "flock/uav3/pose"
-    assert key_text(swarm, MISSION) == "flock/mission"
-    texts = [key_text(swarm, key) for key in all_keys(Roster(swarm))]
+    assert key_text(swarm.name, Key("pose", "uav3")) == "flock/uav3/pose"
+    assert key_text(swarm.name, MISSION) == "flock/mission"
+    texts = [key_text(swarm.name, key) for key in all_keys(Roster(swarm))]
     assert len(texts) == len(set(texts))

@@ -117,7 +117,7 @@ def test_agents_are_linked_along_the_graph_only(make_plan):
     assert plan.links["uav3"] == plan.partners["uav3"]
 
 
-def test_with_a_router_it_is_everybodys_only_link_and_all_dial_it(make_plan):
+def test_with_a_router_it_is_the_only_link_of_each_process_and_all_dial_it(make_plan):
     plan = make_plan({"network.mode": "router"})
     others = plan.identities[1:]
     assert plan.identities[0] == ROUTER
@@ -128,7 +128,7 @@ def test_with_a_router_it_is_everybodys_only_link_and_all_dial_it(make_plan):
         assert plan.links[identity] == plan.dials[identity] == (ROUTER,)
 
 
-def test_a_router_changes_nobodys_partners(make_plan):
+def test_a_router_changes_no_links(make_plan):
     plan, routed = make_plan(), make_plan({"network.mode": "router"})
     for identity in plan.identities:
         assert [other for other in routed.partners[identity] if other != ROUTER] == list(plan.partners[identity])
@@ -144,7 +144,7 @@ def test_over_a_link_to_the_router_goes_what_its_client_publishes_and_subscribes
 
 
 @pytest.mark.parametrize("mode", ["peers", "router"])
-def test_nobody_dials_the_operator(make_plan, mode):
+def test_no_process_dials_the_operator(make_plan, mode):
     plan = make_plan({"network.mode": mode})
     assert plan.dials["operator"]
     assert all("operator" not in dialled for dialled in plan.dials.values())

@@ -52,7 +52,7 @@ def test_every_kind_that_is_started_names_a_core_and_a_runner_that_exist(row):
     assert callable(load_object(row.runner))
 
 
-def test_what_is_waited_for_is_a_kind_and_nobody_waits_in_a_circle():
+def test_what_is_waited_for_is_a_kind_and_there_is_no_waiting_cycle():
     before = {row.kind: set(row.after) for row in PROCESSES}
     assert set().union(*before.values()) <= set(before)
     started = set()

@@ -63,7 +63,7 @@ def test_every_frame_arrives_once_with_names(version, multicast):
     assert trouble(session) is None
 
 
-def test_frames_come_by_number_from_a_server_that_tells_no_names():
+def test_frames_come_by_number_from_a_server_that_publishes_no_names():
     options = TwinOptions((4, 1), answers_model=False)
     session, delivered = asyncio.run(fly(options, False, ready=lambda session: session.info is not None))
     assert [body.identity for body in delivered[-1][0].bodies] == list(NAMES)
@@ -133,7 +133,7 @@ def test_a_stranger_on_the_same_host_is_not_the_server():
 
 
 @pytest.mark.parametrize(("multicast", "shared"), [(True, True), (False, False)], ids=["multicast", "unicast"])
-def test_who_listens_to_the_group_on_the_servers_host_has_its_port_too(multicast, shared):
+def test_a_client_of_the_group_on_the_servers_host_shares_its_port(multicast, shared):
     async def listen():
         server = NatNetServer(TwinOptions((4, 1), multicast=multicast, data_port=0), NAMES, command_port=0)
         await server.open()

@@ -12,7 +12,7 @@ FRAME = TrackerFrame(5, SECOND, SECOND + 4_000_000, (BODY, BODY._replace(identit
 NAMES = {7: "one", 8: "two"}
 
 
-def test_unicast_serves_those_who_have_greeted_and_stay_in_touch():
+def test_unicast_serves_clients_that_connected_and_stay_alive():
     twin = NatNetTwin(TwinOptions((4, 1)), NAMES)
     assert twin.datagrams(FRAME, 0) == []
     twin.receive(encode_connect(), ALICE, 0)
@@ -82,7 +82,7 @@ def test_other_commands_are_not_recognized():
     assert parse(twin.receive(encode_command("TimelinePlay"), ALICE, 0), None) == Other(Kind.UNRECOGNIZED)
 
 
-def test_it_tells_names_unless_it_is_one_that_does_not():
+def test_it_publishes_names_unless_it_is_one_that_does_not():
     told = parse(NatNetTwin(TwinOptions((4, 2)), NAMES).receive(encode(Kind.REQUEST_MODEL), ALICE, 0), (4, 2))
     assert told == ModelDefinition(((7, "one"), (8, "two")), complete=True)
     silent = NatNetTwin(TwinOptions((4, 2), answers_model=False), NAMES)

@@ -114,15 +114,15 @@ def test_a_server_of_another_kind_or_none_is_a_line_with_a_remedy(start, serve, 
         other.close()
         return source.failure
 
-    assert ("does not answer as QTM does" if serve else "check address, port") in asyncio.run(wait())
+    assert ("does not answer like QTM" if serve else "check address, port") in asyncio.run(wait())
 
 
 def test_settings_without_bodies_and_hostile_ones_are_lines():
     with pytest.raises(ValueError, match="no rigid bodies"):
         names_in(b"<QTM><The_6D><Bodies>0</Bodies></The_6D></QTM>")
-    with pytest.raises(ValueError, match="no XML"):
+    with pytest.raises(ValueError, match="not XML"):
         names_in(b"<QTM>")
-    with pytest.raises(ValueError, match="no plain XML"):
+    with pytest.raises(ValueError, match="not plain XML"):
         names_in(b'<!DOCTYPE x [<!ENTITY a "b">]><x/>')
 
 
@@ -191,7 +191,7 @@ def test_an_old_client_gets_angles_by_datagrams():
     assert all(map(isnan, bodies[4]))
 
 
-def test_a_client_may_stop_and_go_on_over_tcp():
+def test_a_client_may_stop_and_continue_over_tcp():
     twin, sent = twin_and_datagrams()
     for text, over_tcp, datagrams in (
         ("StreamFrames AllFrames UDP:5000 6D", False, 1),

@@ -19,7 +19,7 @@ def test_the_poses_of_a_trace_are_read_also_where_it_is_cut_off(make_swarm, tmp_
 
 
 @pytest.mark.parametrize("content", [b"", b"nothing of the kind", None])
-def test_what_is_no_trace_is_refused_in_a_line(tmp_path, content):
+def test_a_file_that_is_not_a_trace_is_refused_in_a_line(tmp_path, content):
     path = tmp_path / "a.mcap"
     if content is not None:
         path.write_bytes(content)

@@ -25,4 +25,4 @@ def test_its_end_is_reported(start):
     core = make_core(start(source="replay", replay={"trace": "a.mcap"}))
     core.source.load([RecordedPose(0, 1, (0.0, 0.0, 1.0), LEVEL)])
     core.step(NOW)
-    assert core.report(NOW + 2 * SECOND).detail == "a.mcap is over"
+    assert core.report(NOW + 2 * SECOND).detail == "a.mcap has ended"

@@ -2,7 +2,7 @@ from math import cos, sin
 
 import pytest
 from flockwire_mocap.quaternion import rotate
-from flockwire_mocap.survey.alignment import AlignmentError, align
+from flockwire_mocap.survey.alignment import AlignmentError, align, align_bodies
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
@@ -32,7 +32,7 @@ def test_a_motion_is_found_again(points, axis, angle, offset):
     assert moved(found.rotation, found.offset, points) == [pytest.approx(place, abs=1e-6) for place in turned]
 
 
-def test_places_on_the_floor_are_enough_and_the_turn_is_no_mirror():
+def test_places_on_the_floor_are_enough_and_the_turn_is_not_a_mirror():
     q = about((0.0, 0.0, 1.0), 0.7)
     found = align(PLANE, moved(q, (1.0, -2.0, 0.1), PLANE))
     assert found.rotation == pytest.approx(q, abs=1e-9)
@@ -50,3 +50,21 @@ def test_a_body_that_is_elsewhere_shows_in_the_residuals():
 def test_what_does_not_determine_it_is_refused(points, said):
     with pytest.raises(AlignmentError, match=said):
         align(points, points)
+
+
+def test_bodies_are_aligned_by_their_names_and_one_that_is_not_seen_is_named():
+    known = dict(zip("abcd", PLANE, strict=True))
+    seen = {
+        "other": (9.0, 9.0, 9.0),
+        **dict(zip("dcba", moved(about((0.0, 0.0, 1.0), 0.7), (1.0, 0.0, 0.0), PLANE[::-1]), strict=True)),
+    }
+    found = align_bodies(seen, known)
+    assert max(found.residuals) < 1e-9
+    assert not found.doubtful
+    with pytest.raises(AlignmentError, match="does not see b; it sees other, d, c, a"):
+        align_bodies({name: place for name, place in seen.items() if name != "b"}, known)
+
+
+def test_two_bodies_exchanged_are_doubtful():
+    a, b, *others = PLANE
+    assert align([b, a, *others], PLANE).doubtful

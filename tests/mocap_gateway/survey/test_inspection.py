@@ -36,7 +36,7 @@ def test_a_swarm_at_its_starts_may_fly(inspect):
     assert row.jitter == pytest.approx(0.0, abs=1e-9)
 
 
-def test_who_carries_the_leader_may_move_and_stand_anywhere_but_must_be_seen(inspect):
+def test_the_person_who_carries_the_leader_may_move_but_must_be_tracked(inspect):
     tracked = {"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2]}
 
     def walking(name, k, place):

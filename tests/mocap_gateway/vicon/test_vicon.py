@@ -64,7 +64,7 @@ def test_a_frame_that_waited_to_be_read_is_as_old_as_it_is(start):
     assert ages[30:] == pytest.approx([0.3 - 0.01 * k for k in range(30)])
 
 
-def test_the_child_stamps_a_frame_when_it_comes(monkeypatch, capsys):
+def test_the_child_stamps_a_frame_at_arrival(monkeypatch, capsys):
     body = SimpleNamespace(position=(1.0, 2.0, 3.0), rotation=SimpleNamespace(x=0, y=0, z=0, w=1))
     waits = Mock(side_effect=(None, None, BrokenPipeError))  # two frames, then the parent is gone
     times, system = iter((70, 80)), SimpleNamespace(rigidBodies={"uav1": body}, waitForNextFrame=waits)
@@ -84,7 +84,7 @@ def test_the_child_stamps_a_frame_when_it_comes(monkeypatch, capsys):
         ("", "the client has ended"),
     ],
 )
-def test_a_child_that_hangs_or_ends_is_a_line_and_started_again(start, script, said, monkeypatch, tmp_path):
+def test_a_child_that_hangs_or_ends_is_reported_and_restarted(start, script, said, monkeypatch, tmp_path):
     monkeypatch.setattr("flockwire_mocap.vicon.client.FRAME_TIMEOUT", 0.5)
     monkeypatch.setattr(ViconClient, "PAUSE", 0.01)
     source, begun = make_core(start(source="vicon")).source, tmp_path / "begun"

@@ -128,7 +128,7 @@ def test_repeated_and_late_reports_are_dropped_and_counted():
     assert (gathered.frames, gathered.repeated, gathered.late) == (2, 2, 2)
 
 
-def test_a_clock_set_back_begins_again_and_sensors_are_bodies_of_their_own():
+def test_a_clock_set_back_restarts_and_sensors_are_bodies_of_their_own():
     gathered = Reports()
     pose = VrpnConnection().receive(reports(1))[0]
     assert gathered.frame(pose) is not None

@@ -22,7 +22,7 @@ def hostile_findings(hostile: Hostile) -> Findings:
     return Findings(hostile("swarm"), varied, (row,), (failed, well), (failed, well))
 
 
-def test_hostile_text_is_shown_and_never_becomes_markup(tmp_path: Path) -> None:
+def test_hostile_text_never_becomes_markup(tmp_path: Path) -> None:
     hostile = Hostile()
     findings = hostile_findings(hostile)
     picture = tmp_path / "\"'><b>.png"

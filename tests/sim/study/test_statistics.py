@@ -24,7 +24,7 @@ def test_the_true_rate_lies_in_the_interval_as_often_as_promised() -> None:
     assert 0.93 < held / 2000 < 0.975
 
 
-def test_a_spread_tells_what_each_share_of_the_runs_keeps_to() -> None:
+def test_a_spread_gives_what_each_share_of_the_runs_keeps_to() -> None:
     values = [(seed, float(seed)) for seed in range(1, 101)]
     errors, distances = quantiles(values, high_is_bad=True), quantiles(values, high_is_bad=False)
     assert errors is not None

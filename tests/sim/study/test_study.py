@@ -85,7 +85,7 @@ def test_random_starts_keep_their_distances(make_swarm: Callable[..., Swarm]) ->
         random_starts(swarm, Starts(box=(0.8, 0.8), spacing=0.7), Random(0))
 
 
-def test_random_trees_reach_everybody_within_their_depth(make_swarm: Callable[..., Swarm]) -> None:
+def test_random_trees_reach_every_drone_within_their_depth(make_swarm: Callable[..., Swarm]) -> None:
     swarm, drawn = make_swarm(), set()
     for seed in range(50):
         edges = random_edges(swarm, RandomGraph(depth=2, extra_edges=3), Random(seed))
@@ -100,7 +100,7 @@ def test_random_trees_reach_everybody_within_their_depth(make_swarm: Callable[..
 
 
 @pytest.mark.long
-def test_a_study_goes_on_where_it_stopped_and_ends_like_one_in_a_single_call(
+def test_a_study_continues_where_it_stopped_and_ends_like_one_in_a_single_call(
     files: tuple[Path, Path], tmp_path: Path
 ) -> None:
     said = flockwire(*files, "--out", tmp_path / "parts", "--runs", 1, "--jobs", 1)
@@ -159,7 +159,7 @@ def test_a_dask_cluster_finds_the_same(files: tuple[Path, Path], tmp_path: Path)
         ('[grid]\n"control.lwa" = ["paper"]', "control.lwa = 'paper': unknown key"),
         ('[grid]\n"drones.9.start" = [[0.0, 0.0, 0.0]]', "drones.9.start = [0.0, 0.0, 0.0]: the swarm file has no"),
         ("[random]\ngateway.noise = { uniform = [-0.1, 0.1] }", "gateway.noise = -0.1: must be a number of 0 or more"),
-        ("[random]\ngateway.noise = { uniform = [0.2, 0.1] }", "the range must go upwards, 0.2 is above 0.1"),
+        ("[random]\ngateway.noise = { uniform = [0.2, 0.1] }", "the range must be ascending, 0.2 is above 0.1"),
         ("[random]\ngateway.noise = { log_uniform = [0.0, 0.1] }", "random.gateway.noise.log_uniform.0 = 0.0"),
         ("[graph]\nextra_edges = 9", "graph.extra_edges = 9: at most"),
         ('[[faults]]\nkind = "kill"\nat = 3.0\nprocess = { choice = ["uav1", "uav7"] }', "there is no such process"),
@@ -204,10 +204,10 @@ def test_runs_that_are_equal_for_nothing_is_drawn_are_known_as_such(
     assert Study.model_validate_json(json.dumps(study)).equal_runs(make_swarm(changes)) is equal
 
 
-def test_a_study_without_chance_is_warned_of(files: tuple[Path, Path], tmp_path: Path) -> None:
+def test_a_study_without_chance_gives_a_warning(files: tuple[Path, Path], tmp_path: Path) -> None:
     (tmp_path / "none.toml").write_text("duration = 1.0\n")
     ended = flockwire(files[0], tmp_path / "none.toml", "--out", tmp_path / "out", "--runs", 2, "--jobs", 1)
-    assert "warning: runs = 2: nothing is left to chance" in ended.stderr
+    assert "warning: runs = 2: nothing is random" in ended.stderr
 
 
 def test_bad_random_starts_are_refused(files: tuple[Path, Path]) -> None:
@@ -223,7 +223,7 @@ def test_a_folder_with_another_study_or_something_else_is_left_alone(files: tupl
     table = load_table(files[0])
     with Ledger(out, load_study(files[1], {}), table):
         busy = flockwire(*files, "--out", out)
-        assert (busy.exit_code, "another call is at work" in busy.stderr) == (2, True)
+        assert (busy.exit_code, "another command works" in busy.stderr) == (2, True)
     content = {path.name: path.read_bytes() for path in out.iterdir()}
     for arguments in ((files[0],), (*files, "--seed", 1), (*files, "--duration", 5)):
         result = flockwire(*arguments, "--out", out)
@@ -231,7 +231,7 @@ def test_a_folder_with_another_study_or_something_else_is_left_alone(files: tupl
         assert "there is another study (its study differs)" in result.stderr
     assert {path.name: path.read_bytes() for path in out.iterdir()} == content
     result = flockwire(*files, "--out", tmp_path)
-    assert (result.exit_code, "something that is no study" in result.stderr) == (2, True)
+    assert (result.exit_code, "this folder has other content" in result.stderr) == (2, True)
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense://x", "127.0.0.1:notaport"])

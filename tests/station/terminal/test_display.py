@@ -46,7 +46,9 @@ def test_a_terminal_without_a_cursor_gets_a_line_for_each_new_stage(make_plan, s
     assert stages == ["preparing", "taking off", "in formation", "landing", "over"]
 
 
-def test_a_terminal_that_is_paused_holds_nobody_and_gets_one_table_when_it_goes_on(make_plan, screen, monkeypatch):
+def test_a_terminal_that_is_paused_blocks_no_process_and_gets_one_table_when_it_continues(
+    make_plan, screen, monkeypatch
+):
     monkeypatch.setenv("TERM", "xterm")
     termios.tcflow(screen[1], termios.TCOOFF)
     with redirect_stdout(screen[2]), unblocked():

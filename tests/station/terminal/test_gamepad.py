@@ -96,7 +96,7 @@ def test_events_of_axes_count_and_dropped_ones_are_asked_for():
     assert pad.axes.velocity() == pytest.approx((0.4, 0.0, 0.0))
 
 
-def test_a_mouse_is_no_gamepad():
+def test_a_mouse_is_not_a_gamepad():
     assert is_gamepad(Device().capabilities())
     assert not is_gamepad({1: [0x110], 2: [0, 1]})
     assert not is_gamepad({1: [0x130], 3: [(EAST, Info(0, 1, 0))]})

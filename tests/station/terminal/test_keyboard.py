@@ -56,7 +56,7 @@ def test_keys_come_from_the_terminal_and_it_is_left_as_it_was(orders, terminal):
     os.close(ours)
 
 
-def test_a_terminal_that_goes_away_is_no_error(orders, terminal):
+def test_a_terminal_that_goes_away_is_not_an_error(orders, terminal):
     async def run():
         with keys_pressed(Keyboard(orders.append)):
             os.close(terminal[0])
@@ -83,7 +83,7 @@ def test_keys_are_shown_only_where_there_is_a_terminal_to_press_them(terminal, m
     assert hint() == "Ctrl-C lands"
 
 
-def test_a_terminal_that_closes_counts_once_however_it_says_so():
+def test_a_terminal_that_closes_counts_once_however_it_reports_it():
     taken = Interrupts()
     taken.take(signal.SIGHUP)
     taken.take(signal.SIGHUP)

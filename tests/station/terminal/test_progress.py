@@ -12,6 +12,7 @@ from flockwire_analysis.reading import read_trace
 from flockwire_cli import sim
 from flockwire_probe import probe
 from flockwire_probe.attackers import Attacker
+from flockwire_sim.flight import Flight
 from flockwire_station.operator import Operator
 from flockwire_station.terminal.progress import progress
 from simulated_pilots import SimulatedSwarm
@@ -62,7 +63,7 @@ class Recorded:
 
 def test_a_virtual_flight_shows_each_second(make_plan, monkeypatch, capsys):
     bar = Recorded(monkeypatch, sim)
-    sim.simulate_in_memory(make_plan().swarm, 1, 3.0, ())
+    sim.simulate_in_memory(Flight(make_plan().swarm, 1, 3.0))
     assert bar.seen[:3] == [("1 s of flight", 1.0), ("2 s of flight", 2.0), ("3 s of flight", 3.0)]
 
 

@@ -17,7 +17,7 @@ def told(*statuses):
     return [rates.rate(status(*each)) for each in statuses][-1]
 
 
-def test_the_first_status_tells_no_rate():
+def test_the_first_status_gives_no_rate():
     assert told((0.0, 500)) == 0.0
 
 
@@ -30,11 +30,11 @@ def test_in_between_the_last_rate_stays():
     assert told((0.0, 0), (0.5, 50), (0.6, 90), (0.9, 95)) == pytest.approx(100.0)
 
 
-def test_one_that_stands_still_has_no_rate():
+def test_a_frozen_one_has_no_rate():
     assert told((0.0, 0), (0.5, 50), (1.0, 50)) == 0.0
 
 
-def test_a_process_that_began_anew_counts_from_there():
+def test_a_process_that_restarted_counts_from_there():
     assert told((0.0, 1000), (0.5, 1050), (0.7, 10), (1.2, 60)) == pytest.approx(100.0)
 
 

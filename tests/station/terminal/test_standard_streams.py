@@ -34,7 +34,7 @@ def test_a_full_disk_is_one_line_and_a_failure(arguments):
         )
 
 
-def test_a_reader_that_has_left_is_one_line_and_no_failure():
+def test_a_reader_that_has_left_is_one_line_and_not_a_failure():
     read_end, write_end = os.pipe()
     os.close(read_end)
     with os.fdopen(write_end, "w") as gone:
@@ -65,7 +65,7 @@ def test_an_import_that_is_interrupted_or_lacks_memory_is_one_line(command, rais
     assert flockwire(command, stand_in=f"raise {raised}", folder=tmp_path) == (status, f"flockwire: {line}\n")
 
 
-def test_while_a_swarm_flies_nobody_waits_for_a_reader_and_nothing_is_lost():
+def test_while_a_swarm_flies_no_process_waits_for_a_reader_and_nothing_is_lost():
     read_end, write_end = os.pipe()
     found, data = [], 300 * b"0123456789" * 100  # more than a pipe holds
     reader = threading.Thread(target=lambda: found.append(_all(read_end)))

@@ -3,8 +3,8 @@
 from io import StringIO
 
 import pytest
+from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
-from flockwire.wire.messages import Mission
 from flockwire.wire.status import Report, Status
 from flockwire_station.terminal.table import Rates, draw
 from rich.console import Console
@@ -68,5 +68,5 @@ def test_what_keeps_a_process_is_said_under_the_table(drawn):
     assert "uav3: waits for gateway" in drawn(of("uav3", phase="grounded", detail="waits for gateway"))
 
 
-def test_who_has_no_status_is_there_all_the_same(drawn):
+def test_who_has_no_status_is_there_anyway(drawn):
     assert line_of(drawn(), "uav4") == ["uav4", "no", "status"]

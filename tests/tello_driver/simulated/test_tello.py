@@ -160,7 +160,7 @@ def test_mission_pads_are_off_or_not_seen(talk):
     assert here.state.pad.mid == -2
 
 
-def test_the_sticks_are_worth_their_gains(flying):
+def test_the_sticks_follow_their_gains(flying):
     here = flying()
     assert here.ask("rc 0 50 0 0", 3.0) is None
     assert here.tello.motion(here.now).velocity == pytest.approx((0.5, 0.0, 0.0), abs=1e-3)
@@ -255,7 +255,7 @@ def test_no_datagram_harms_it(datagrams, generation):
     assert tello.motion(now).position[2] >= 0.0
 
 
-def test_what_nobody_collects_is_bounded():
+def test_uncollected_data_is_bounded():
     tello = SimulatedTello(TelloParameters(), 0)
     for k in range(2000):
         tello.receive(b"command", ("127.0.0.9", 9), k * SECOND // 10)

@@ -1,0 +1,80 @@
+"""How a flight went: prints its figures, where its report is, and the verdict, which is the exit status."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from flockwire.extras import lacking
+from flockwire_station.terminal.progress import progress
+
+if TYPE_CHECKING:
+    from flockwire_analysis.summary import Summary
+
+
+def conclude(failure: str, out: Path, trace_due: bool = True) -> int:
+    """Write the report of the flight in `out`, print its figures and verdict; returns the exit status.
+
+    A failure to read the trace or to write the report also fails the flight.
+    """
+    trace = out / "trace.mcap"
+    failures = [failure] if failure else []
+    if trace.exists():
+        failures += _report(trace, out)
+    elif trace_due:
+        failures.append("there is no trace")
+    return verdict(failures)
+
+
+def verdict(failures: Iterable[str]) -> int:
+    """Print the verdict, with all `failures` in the last line; returns the exit status."""
+    reasons = "; ".join(failures)
+    if reasons:
+        print(f"flockwire: the flight failed: {reasons}", file=sys.stderr)
+        return 1
+    print("flockwire: all well")
+    return 0
+
+
+def _report(trace: Path, out: Path) -> Iterable[str]:
+    """Print the figures of `trace` and write its report into `out`; yields why the flight failed."""
+    from flockwire_analysis.reading import read_trace  # noqa: PLC0415  (numpy)
+    from flockwire_analysis.report import write_files  # noqa: PLC0415
+    from flockwire_analysis.summary import summarise  # noqa: PLC0415
+
+    try:
+        with progress("reads the trace"):
+            read = read_trace(trace)
+    except (OSError, ValueError) as error:
+        yield f"the trace cannot be read: {error}"
+        return
+    summary = summarise(read)
+    yield from print_figures(summary)
+    try:
+        with progress("draws the figures"):
+            write_files(read, summary, out)
+    except OSError as error:
+        yield f"the report cannot be written: {out}: {error.strerror}"
+    except (ImportError, MemoryError) as error:  # its libraries are large
+        if isinstance(error, ModuleNotFoundError) and (line := lacking(error)):
+            print(f"  no report: {line}")
+        else:
+            yield f"the report cannot be written: {str(error) or 'not enough memory'}"
+    else:
+        print_place(out)
+
+
+def print_figures(summary: Summary) -> tuple[str, ...]:
+    """Print the key figures and the checks; returns a sentence for each failed check."""
+    from flockwire_analysis.key_figures import lines  # noqa: PLC0415  (numpy)
+
+    for line in lines(summary):
+        print(f"  {line}")
+    return summary.failures()
+
+
+def print_place(out: Path) -> None:
+    """Print where the report is."""
+    print(f"  report: {out / 'report.html'}")

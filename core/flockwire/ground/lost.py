@@ -1,0 +1,43 @@
+"""Which drones of a flight fly no more, though no order brought them down."""
+
+from __future__ import annotations
+
+from flockwire.domain.airframe import FlightState
+from flockwire.ground.fleet import IN_THE_AIR, Fleet
+from flockwire.wire.phase import Phase
+
+FLYING = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION})
+DOWN_STATES = (FlightState.GROUNDED, FlightState.STOPPED)
+
+
+class Lost:
+    """Watches the drones of one flight; each may seem lost for `grace` ns before it is."""
+
+    def __init__(self, grace: int) -> None:
+        self._grace = grace
+        self._since: dict[int, int] = {}  # when each began to seem lost, Unix ns
+        self._rose: set[int] = set()  # the drones that followed the order to take off
+
+    def first(self, fleet: Fleet, taking_off: bool) -> int | None:
+        """Return a drone that is lost, None if there is none; while `taking_off` it waits for who has not risen."""
+        return next((drone for drone in fleet.pilots if self._is_lost(fleet, drone, taking_off)), None)
+
+    def _is_lost(self, fleet: Fleet, drone: int, taking_off: bool) -> bool:
+        """Return whether a drone flies no more, by its status or telemetry."""
+        silent, phase, state = drone not in fleet.fresh, fleet.phase(drone), fleet.states.get(drone)
+        if phase in FLYING and state in IN_THE_AIR:
+            self._rose.add(drone)
+        if taking_off and not silent and drone not in self._rose:
+            return False
+        if phase in FLYING and state not in DOWN_STATES:
+            self._since.pop(drone, None)
+            return False
+        since = self._since.setdefault(drone, fleet.now)
+        return phase in (Phase.LANDING, Phase.STOPPED) or fleet.now - since >= self._grace
+
+
+def how(fleet: Fleet, drone: int) -> str:
+    """Return what is known of how a drone was lost."""
+    if drone in fleet.fresh and fleet.states.get(drone) is FlightState.STOPPED:
+        return "its motors stopped"
+    return fleet.why(drone)

@@ -1,0 +1,57 @@
+"""An order as an operator gives it, and its answer: what every sender of orders makes, and gets."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from flockwire.domain.order import Mission
+from flockwire.domain.vector import Vector
+
+ENDING = ("hold", "land", "stop")  # orders that end a start, or a change, that is under way
+
+
+class Order(NamedTuple):
+    """One order, as an operator gives it.
+
+    Args:
+        verb: "start", "formation", "hold", "land" or "stop".
+        formation: what a start or a change flies: a name from [formations], empty: the first formation.
+        duration: s that a change takes, None: the shortest that keeps to all limits.
+        without: the drones that a start leaves on the ground.
+        reason: why the motors are to stop.
+
+    """
+
+    verb: str
+    formation: str = ""
+    duration: float | None = None
+    without: tuple[int, ...] = ()
+    reason: str = "the operator's order"
+
+
+class Answer(NamedTuple):
+    """Who confirmed an order, who did not, why (empty: not known), and what else is to be known of it."""
+
+    confirmed: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
+    refusal: str = ""
+    note: str = ""
+
+    @property
+    def failure(self) -> str:
+        """Why not all confirmed it, empty if they did."""
+        return self.refusal or (f"sent, but not confirmed by {', '.join(self.missing)}" if self.missing else "")
+
+
+class ToPlan(NamedTuple):
+    """A change of formation to be planned, which takes longer than a step may: arguments of `plan_in_time`."""
+
+    running: Mission
+    formation: str
+    leader: Vector | None  # where the leader is, m, world frame
+    duration: float | None  # s
+
+
+def overtaken(verb: str) -> Answer:
+    """Return the answer to an order in whose place `verb` was ordered by another, or by another station."""
+    return Answer(refusal=f"{verb} was ordered meanwhile")

@@ -1,0 +1,227 @@
+"""The wire: how each message stands in bytes; nothing else knows the layout of one.
+
+The payloads are ROS 2 messages in CDR (schemas.py), so that a trace or a bridge needs no translation. Each begins with
+its stamp, Unix ns: the time for which the content holds, and the name of the world frame. The messages of the 100 Hz
+path are numbers from there on, one compiled struct each (stamped.py); the others hold texts and sequences.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final, NamedTuple, Protocol, TypeVar
+
+from flockwire.domain.airframe import Command, FlightState, Telemetry
+from flockwire.domain.body import Body, BodyKind, Nearby
+from flockwire.domain.fields import from_fields
+from flockwire.domain.motion import Estimate, LeaderMotion, Leading
+from flockwire.domain.order import Mission, Stop
+from flockwire.domain.pose import IdentityDoubt, Pose
+from flockwire.domain.time import SECOND, TimeReply, TimeRequest
+from flockwire.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer
+from flockwire.wire.orders import read_mission, read_stop, write_mission, write_stop
+from flockwire.wire.stamped import Layout, peek_length, unpack
+from flockwire.wire.status import Status, read_status, write_status
+
+
+class Message(Protocol):
+    """What all messages share."""
+
+    @property
+    def stamp(self) -> int:
+        """Unix time in ns for which the content holds."""
+
+    @property
+    def frame(self) -> str:
+        """The name of the world frame."""
+
+
+M = TypeVar("M", bound=Message)
+MOST_LAYOUTS = 256  # of messages of nearby bodies, that are kept
+SMALLEST_BODY = 57  # bytes that a nearby body takes at least
+_POSE: Final = Layout("ddddddd")
+_ESTIMATE: Final = Layout("dddddddddiIBB")
+_COMMAND: Final = Layout("dddddd")
+_NEARBY: Final[dict[int, Layout]] = {}  # by the number of bodies
+_DOUBT: Final = Layout("iI")
+_TELEMETRY: Final = Layout("BdddB")
+_TIME_REQUEST: Final = Layout("")
+_TIME_REPLY: Final = Layout("iIiI")
+_KINDS: Final[dict[object, BodyKind]] = {int(kind): kind for kind in BodyKind}
+_LEADING: Final[dict[object, Leading]] = {int(state): state for state in Leading}
+_STATES: Final[dict[object, FlightState]] = {int(state): state for state in FlightState}
+
+
+def _encode_pose(pose: Pose) -> bytes:
+    stamp, frame, position, orientation = pose
+    pack, length, raw = _POSE.heads[frame]
+    return pack(HEADER, stamp // SECOND, stamp % SECOND, length, raw, *position, *orientation)
+
+
+def _decode_pose(data: bytes) -> Pose:
+    stamp, frame, v = unpack(data, _POSE)
+    return from_fields(Pose, (stamp, frame, v[:3], v[3:]))
+
+
+def _encode_estimate(estimate: Estimate) -> bytes:
+    stamp, frame, motion, origin, hops, leading = estimate
+    position, velocity, acceleration = motion
+    pack, length, raw = _ESTIMATE.heads[frame]
+    return pack(
+        HEADER, stamp // SECOND, stamp % SECOND, length, raw, *position, *velocity, *acceleration,
+        origin // SECOND, origin % SECOND, hops, leading,
+    )  # fmt: skip
+
+
+def _decode_estimate(data: bytes) -> Estimate:
+    stamp, frame, v = unpack(data, _ESTIMATE)
+    leading = _LEADING.get(v[12])
+    if leading is None or v[10] >= SECOND:
+        raise MessageError(f"there is no state {v[12]} of a leader, or {v[10]} ns are more than a second")
+    motion = from_fields(LeaderMotion, (v[:3], v[3:6], v[6:9]))
+    return from_fields(Estimate, (stamp, frame, motion, v[9] * SECOND + v[10], v[11], leading))
+
+
+def _encode_command(command: Command) -> bytes:
+    stamp, frame, velocity, yaw_rate = command
+    pack, length, raw = _COMMAND.heads[frame]
+    return pack(HEADER, stamp // SECOND, stamp % SECOND, length, raw, *velocity, 0.0, 0.0, yaw_rate)
+
+
+def _decode_command(data: bytes) -> Command:
+    stamp, frame, v = unpack(data, _COMMAND)
+    return from_fields(Command, (stamp, frame, v[:3], v[5]))
+
+
+def _encode_nearby(nearby: Nearby) -> bytes:
+    stamp, frame, bodies = nearby
+    values: list[object] = []
+    for kind, relative_position, radius, velocity in bodies:
+        values += (kind, *relative_position, radius, *velocity)
+    pack, length, raw = _bodies(len(bodies)).heads[frame]
+    return pack(HEADER, stamp // SECOND, stamp % SECOND, length, raw, len(bodies), *values)
+
+
+def _decode_nearby(data: bytes) -> Nearby:
+    count = peek_length(data)
+    if count > LONGEST_SEQUENCE or count * SMALLEST_BODY > len(data):
+        raise MessageError(f"{count} nearby bodies in {len(data)} bytes; the most is {LONGEST_SEQUENCE}")
+    stamp, frame, v = unpack(data, _bodies(count))
+    if not count:
+        return from_fields(Nearby, (stamp, frame, ()))
+    if min(v[5::8]) < 0.0:
+        raise MessageError(f"a nearby body of radius {min(v[5::8])}, below 0")
+    bodies: list[Body] = []
+    for k in range(1, 8 * count, 8):
+        kind = _KINDS.get(v[k])
+        if kind is None:
+            raise MessageError(f"there is no body of kind {v[k]}")
+        bodies.append(from_fields(Body, (kind, v[k + 1 : k + 4], v[k + 4], v[k + 5 : k + 8])))
+    return from_fields(Nearby, (stamp, frame, tuple(bodies)))
+
+
+def _bodies(count: int) -> Layout:
+    """Return the layout of a message with `count` nearby bodies."""
+    found = _NEARBY.get(count)
+    if found is None:
+        if len(_NEARBY) >= MOST_LAYOUTS:
+            _NEARBY.clear()
+        found = _NEARBY[count] = Layout("I" + "Bddddddd" * count)
+    return found
+
+
+def _decode_telemetry(data: bytes) -> Telemetry:
+    stamp, frame, v = unpack(data, _TELEMETRY)
+    state = _STATES.get(v[0])
+    if state is None:
+        raise MessageError(f"there is no flight state {v[0]}")
+    if v[4] not in (0, 1):
+        raise MessageError(f"stop_received = {v[4]}: must be 0 or 1")
+    return Telemetry(stamp, frame, state, v[1], v[2], v[3], bool(v[4]))
+
+
+def _decode_doubt(data: bytes) -> IdentityDoubt:
+    stamp, frame, v = unpack(data, _DOUBT)
+    return IdentityDoubt(stamp, frame, *_times(v))
+
+
+def _decode_time_request(data: bytes) -> TimeRequest:
+    stamp, frame, _ = unpack(data, _TIME_REQUEST)
+    return TimeRequest(stamp, frame)
+
+
+def _decode_time_reply(data: bytes) -> TimeReply:
+    stamp, frame, v = unpack(data, _TIME_REPLY)
+    return TimeReply(stamp, frame, *_times(v))
+
+
+def _times(v: tuple[int, ...]) -> list[int]:
+    """Return what are builtin_interfaces/Time, each two numbers, in ns."""
+    if max(v[1::2]) >= SECOND:
+        raise MessageError(f"{max(v[1::2])} ns are more than a second")
+    return [seconds * SECOND + rest for seconds, rest in zip(v[::2], v[1::2], strict=True)]
+
+
+class Codec(NamedTuple):
+    """What writes one kind of message, and what reads it; the latter raises MessageError."""
+
+    encode: Callable[[Any], bytes]
+    decode: Callable[[bytes], Any]
+
+
+def _numbers(layout: Layout, numbers: Callable[[M], tuple[object, ...]], decode: Callable[[bytes], M]) -> Codec:
+    """Return the codec of a message that is not of the 100 Hz path: `numbers` are its, of `layout`."""
+
+    def encode(message: M) -> bytes:
+        pack, length, raw = layout.heads[message.frame]
+        return pack(HEADER, *divmod(message.stamp, SECOND), length, raw, *numbers(message))
+
+    return Codec(encode, decode)
+
+
+def _texts(write: Callable[[Writer, M], None], read: Callable[[int, str, Reader], M]) -> Codec:
+    """Return the codec of a message with texts or sequences: `write` and `read` are of what follows the frame."""
+
+    def encode(message: M) -> bytes:
+        writer = Writer()
+        writer.time(message.stamp)
+        writer.text(message.frame)
+        write(writer, message)
+        return writer.finish()
+
+    def decode(data: bytes) -> M:
+        reader = Reader(data)
+        message = read(reader.time(), reader.text(), reader)
+        reader.end()
+        return message
+
+    return Codec(encode, decode)
+
+
+CODECS: Final[dict[type[Any], Codec]] = {
+    Pose: Codec(_encode_pose, _decode_pose),
+    Estimate: Codec(_encode_estimate, _decode_estimate),
+    Command: Codec(_encode_command, _decode_command),
+    Nearby: Codec(_encode_nearby, _decode_nearby),
+    Telemetry: _numbers(_TELEMETRY, lambda telemetry: telemetry[2:], _decode_telemetry),
+    IdentityDoubt: _numbers(_DOUBT, lambda doubt: divmod(doubt.since, SECOND), _decode_doubt),
+    TimeRequest: _numbers(_TIME_REQUEST, lambda _: (), _decode_time_request),
+    TimeReply: _numbers(
+        _TIME_REPLY,
+        lambda reply: (*divmod(reply.requested, SECOND), *divmod(reply.received, SECOND)),
+        _decode_time_reply,
+    ),
+    Mission: _texts(write_mission, read_mission),
+    Stop: _texts(write_stop, read_stop),
+    Status: _texts(write_status, read_status),
+}
+
+
+def encode(message: Message) -> bytes:
+    """Return the CDR bytes of `message`."""
+    return CODECS[type(message)].encode(message)
+
+
+def decode(kind: type[M], data: bytes) -> M:
+    """Return the message of that kind that `encode` made `data` of; raises MessageError."""
+    message: M = CODECS[kind].decode(data)
+    return message

@@ -1,0 +1,73 @@
+"""How an order stands on the wire: in a message of its own, and in the status of who obeys it."""
+
+from __future__ import annotations
+
+from flockwire.domain.order import LONGEST_CHANGE, MISSION_VERBS, MOST_VERSIONS, Change, Mission, Stop, Version
+from flockwire.wire.cdr import MessageError, Reader, Writer
+
+NO_CHANGE = Change(0, 0.0, "", (), ())
+
+
+def write_mission(writer: Writer, mission: Mission) -> None:
+    """Append what a mission orders, behind its stamp and frame."""
+    writer.text(mission.verb)
+    writer.time(mission.start)
+    writer.text(mission.formation)
+    begin, duration, before, places_before, places = mission.change or NO_CHANGE
+    writer.time(begin)
+    writer.put("d", duration)
+    writer.text(before)
+    for ranks in (places_before, places, mission.without):
+        writer.numbers("H", ranks)
+    writer.put("I", mission.giver)
+    write_versions(writer, mission.knows)
+
+
+def read_any_mission(stamp: int, frame: str, reader: Reader) -> Mission:
+    """Take what `write_mission` appends, whatever the verb; raises MessageError."""
+    verb, start, formation = reader.text(), reader.time(), reader.text()
+    change = Change(reader.time(), reader.take_all("d", 1)[0], reader.text(), reader.numbers("H"), reader.numbers("H"))
+    without, giver, knows = reader.numbers("H"), reader.take("I"), read_versions(reader)
+    if change == NO_CHANGE:
+        return Mission(stamp, frame, verb, start, formation, None, without, giver, knows)
+    ranks = list(range(len(change.places)))
+    if sorted(change.places) != ranks or sorted(change.places_before) != ranks:
+        raise MessageError("a change of formation in which two have one place")
+    if not 0.0 < change.duration <= LONGEST_CHANGE:
+        raise MessageError(f"a change of formation that takes {change.duration} s")
+    return Mission(stamp, frame, verb, start, formation, change, without, giver, knows)
+
+
+def read_mission(stamp: int, frame: str, reader: Reader) -> Mission:
+    """Take what `write_mission` appends; raises MessageError, also for a verb that does not exist."""
+    mission = read_any_mission(stamp, frame, reader)
+    if mission.verb not in MISSION_VERBS:
+        raise MessageError(f"there is no mission {mission.verb!r}")
+    return mission
+
+
+def write_stop(writer: Writer, stop: Stop) -> None:
+    """Append why the motors are to stop."""
+    writer.text(stop.reason)
+
+
+def read_stop(stamp: int, frame: str, reader: Reader) -> Stop:
+    """Take what `write_stop` appends; raises MessageError."""
+    return Stop(stamp, frame, reader.text())
+
+
+def write_versions(writer: Writer, versions: tuple[Version, ...]) -> None:
+    """Append which orders are named; of more than MOST_VERSIONS the last."""
+    named = versions[-MOST_VERSIONS:]
+    writer.put("I", len(named))
+    for stamp, giver in named:
+        writer.time(stamp)
+        writer.put("I", giver)
+
+
+def read_versions(reader: Reader) -> tuple[Version, ...]:
+    """Take what `write_versions` appends; raises MessageError."""
+    count = reader.length()
+    if count > MOST_VERSIONS:
+        raise MessageError(f"names {count} orders, the most is {MOST_VERSIONS}")
+    return tuple([Version(reader.time(), reader.take("I")) for _ in range(count)])

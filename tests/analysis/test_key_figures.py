@@ -1,0 +1,43 @@
+"""The key figures as people read them."""
+
+from dataclasses import replace
+
+import pytest
+from flockwire_analysis.key_figures import beside, lines
+from flockwire_analysis.reading import read_trace
+from flockwire_analysis.summary import summarise
+
+
+@pytest.fixture(scope="module")
+def summary(good_flight):
+    """Return the summary of a flight in which all is well."""
+    return summarise(read_trace(good_flight))
+
+
+def test_errors_latency_and_each_check_have_a_line(summary):
+    found = list(lines(summary))
+    assert [line[:17].rstrip() for line in found[:3]] == ["observation error", "formation error", "pose to command"]
+    tail = summary.formation_error_m.max_tail
+    assert f"{1000 * tail:.1f} mm at most" in found[1]
+    assert [line[5:] for line in found if line.startswith("ok   ")] == [c.sentence() for c in summary.checks if c.ok]
+    assert not [line for line in found if line.startswith("FAIL")]
+
+
+def test_what_is_not_known_reports_it(summary):
+    unsettled = replace(summary.formation_error_m, max_tail=None, settled_s=None)
+    found = list(
+        lines(replace(summary, formation_error_m=unsettled, missing=("uav3 has no poses",), left_out=("uav2",)))
+    )
+    assert "unknown at most" in found[1]
+    assert found[1].endswith("never settled")
+    assert found[3].split() == ["left", "out", "uav2"]
+    assert found[-1] == "missing: uav3 has no poses"
+
+
+def test_flights_beside_each_other_have_a_column_each(summary):
+    unknown = replace(summary, min_distance_obstacle_m=None)
+    head, *rows = beside(("first", "another-flight"), (summary, unknown))
+    assert head.split() == ["first", "another-flight"]
+    assert {len(row) for row in rows} == {len(head)}
+    assert rows[-1].split() == ["failed", "checks", "0", "0"]
+    assert next(row for row in rows if row.startswith("to an obstacle")).endswith("unknown")

@@ -1,0 +1,48 @@
+"""What cores fly by comes from the swarm file, key by key."""
+
+import pytest
+from flockwire.control.trajectory import Circling
+from flockwire.parameters import (
+    agent_parameters,
+    course_parameters,
+    leader_parameters,
+    tracked_parameters,
+    virtual_parameters,
+)
+
+RATE = {"control.rate_hz": 50}
+AIRFRAME = {"airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}}
+
+
+def test_an_agent_flies_in_its_rank_by_what_its_neighbours_say(make_swarm):
+    swarm = make_swarm({**RATE, "graph.edges": [[0, 1], [1, 2], [1, 3, 0.5], [2, 3], [3, 4]]})
+    parameters = agent_parameters(swarm, 3)
+    assert (parameters.pilot.number, parameters.pilot.period, parameters.rank) == (3, 0.02, 2)
+    assert parameters.neighbours == {1: 0.5, 2: 1.0}
+    assert parameters.law == swarm.control.law
+    assert parameters.settings.number == 3
+    assert set(parameters.formations) == set(swarm.formation_names)
+    assert parameters.leader_kind == "trajectory"
+
+
+def test_the_course_counts_lag_dead_time_and_three_periods_until_a_pose_shows_a_command(make_swarm):
+    course = course_parameters(make_swarm({**RATE, **AIRFRAME, "leader.tracking_gain": 1.5}))
+    assert course.delay == pytest.approx(0.25 + 0.1 + 3 / 50)
+    assert course.gain == 1.5
+
+
+def test_a_leader_is_steered_only_where_it_is_teleoperated(make_swarm):
+    assert leader_parameters(make_swarm()).teleoperation is None
+    steered = {"leader": {"kind": "teleoperated", "speed": 0.4, "acceleration": 2.0}, "control.law": "extended"}
+    found = leader_parameters(make_swarm({**steered, "limits.staleness.steering_stop": 0.7})).teleoperation
+    assert found is not None
+    assert (found.speed, found.acceleration, found.stale) == (0.4, 2.0, 0.7)
+
+
+def test_a_leader_without_an_airframe_has_a_trajectory_or_a_body(make_swarm):
+    virtual = {"leader": {"kind": "virtual", "start": [1.0, 2.0, 1.5], "trajectory": {"kind": "circle"}}}
+    point = virtual_parameters(make_swarm({**RATE, **virtual, "drones.0": None}))
+    assert (point.period, point.start) == (0.02, (1.0, 2.0, 1.5))
+    assert isinstance(point.trajectory, Circling)
+    carried = {"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2], "drones.0.body": "wand"}
+    assert tracked_parameters(make_swarm({**RATE, **carried})).body == "wand"

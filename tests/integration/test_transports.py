@@ -1,0 +1,55 @@
+"""The transports that bench/transport.py compares, and the traffic that its floor repeats."""
+
+import os
+from itertools import count
+from unittest import mock
+
+import floor
+import pytest
+import transport
+import transports
+from counting import PAPER
+from flockwire import clock
+from flockwire.loading import load_swarm
+from flockwire_sim.recording import TraceFile
+from flockwire_sim.world import World
+from transports import Place
+
+
+@pytest.fixture
+def free_ports(monkeypatch):
+    """Have processes of other tests, and of benches, at other ports."""
+    monkeypatch.setattr(transport, "PORTS", count(31000 + os.getpid() % 500 * 2, 10))
+    for name, value in clock.epoch_environment().items():
+        monkeypatch.setenv(name, value)
+
+
+def test_what_is_not_installed_is_named_with_what_installs_it():
+    with mock.patch.object(transports, "find_spec", return_value=None), mock.patch("shutil.which", return_value=None):
+        lacking = {one.name: one.lacks for one in transports.transports() if one.lacks}
+    assert lacking == {
+        "CycloneDDS": "uv pip install --python .venv -r bench/requirements.txt",
+        "MQTT": "uv pip install --python .venv -r bench/requirements.txt; apt-get install mosquitto",
+    }
+
+
+@pytest.mark.parametrize("name", ["flockwire", "Zenoh", "UDP"])
+def test_both_ends_receive_each_message(name, tmp_path, free_ports):
+    (one,) = (one for one in transports.transports() if one.name == name)
+    transports.prepare(Place(tmp_path, next(transport.PORTS), 2))
+    p50, p99, cost, lost = transport.run(one, "ping-pong", tmp_path, 100)
+    assert 0.0 < p50 <= p99
+    assert cost > 0.0
+    assert lost <= 0.1  # of a machine that does much else
+
+
+def test_the_floor_repeats_what_a_flight_carried(tmp_path):
+    swarm = load_swarm(PAPER)
+    trace = TraceFile(tmp_path / "trace.mcap", swarm, "", 0)
+    World(swarm, 0, 4.0, tap=trace.take).run()
+    trace.close()
+    carried = floor.traffic(tmp_path / "trace.mcap")
+    assert carried.rates["uav1/pose"] == pytest.approx(100.0, rel=0.05)
+    assert carried.rates["uav1/command"] == pytest.approx(100.0, rel=0.05)
+    assert carried.rates["uav1/status"] == pytest.approx(10.0, rel=0.1)
+    assert 100 < carried.sizes["uav1/estimate"] < 300
