@@ -1,4 +1,4 @@
-"""Compiles the modules of the 100 Hz path with mypyc, where that is asked for (scripts/compile).
+"""Compiles the modules of the 100 Hz path with mypyc, where that is asked for (scripts/compile, scripts/fly).
 
 The code is the same; compiled it takes about half the time, which studies are glad of.
 """

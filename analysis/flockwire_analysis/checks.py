@@ -66,6 +66,7 @@ class Measured:
     observation_tail: float | None
     grounded: tuple[str, ...]
     lost_drones: tuple[str, ...]
+    deviations: tuple[str, ...]
     landing: LandingFigures
     rate: dict[str, float | None]
     gap: Gap
@@ -134,13 +135,14 @@ def _drones(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
     landing, radius = measured.landing, swarm.checks.landing_radius
     grounded = _none("on the ground in formation", measured.grounded)
     lost = _none("lost drones", measured.lost_drones)
+    found = (grounded, lost, _none("conformance", measured.deviations))
     if measured.stops:  # no landing to judge
-        return grounded, lost
+        return found
     if landing.not_down or landing.distance is None:
         ok, reason = not landing.not_down, _listed(landing.not_down) or "no landing was recorded"
-        return grounded, lost, Check("landed", None, radius, ok, "", "m", reason)
+        return *found, Check("landed", None, radius, ok, "", "m", reason)
     rule = "from where the landing began"
-    return grounded, lost, _at_most("landed", landing.distance, radius, "m", "", rule, landing.drone)
+    return *found, _at_most("landed", landing.distance, radius, "m", "", rule, landing.drone)
 
 
 def _record(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:

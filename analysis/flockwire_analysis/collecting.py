@@ -15,6 +15,7 @@ from flockwire.wire.plan import Plan
 from flockwire.wire.status import LAW_FAILED, Status
 from flockwire_recorder.trace import count_lost, published_at
 
+from flockwire_analysis.observed import Observed, keep, observed
 from flockwire_analysis.recorded import ProcessRecord, StateChange, Trace, is_repeated
 from flockwire_analysis.series import Columns
 
@@ -52,6 +53,7 @@ class Collector:
         self._obeyed: set[Version] = set()  # missions that a process obeyed
         self._stops: dict[int, Stop] = {}
         self._states: dict[str, list[StateChange]] = {}
+        self._histories: dict[str, list[Observed]] = {identity: [] for identity in self.plan.pilots.values()}
         self._failed_laws: dict[str, None] = {}
         self._begin = self._end = 0
         self._recorded = self._malformed = 0
@@ -93,6 +95,8 @@ class Collector:
                 for reason in message.report.reasons:
                     if reason.code == LAW_FAILED:
                         self._failed_laws[f"{message.identity}: {reason.text}"] = None
+                if (history := self._histories.get(message.identity)) is not None:
+                    keep(history, observed(message, channel))
                 states = self._states.setdefault(message.identity, [])
                 if not states or states[-1].phase != message.report.phase:
                     states.append(StateChange(message.stamp, message.report.phase))
@@ -114,6 +118,7 @@ class Collector:
                 if publisher.last is not None
             ),
             {identity: tuple(states) for identity, states in self._states.items()},
+            {identity: tuple(history) for identity, history in self._histories.items()},
             tuple(self._failed_laws),
             self._begin, self._end, self._recorded,
             self._lost(), self._malformed, closed, lost_bytes,

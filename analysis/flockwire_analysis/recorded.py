@@ -14,6 +14,7 @@ from flockwire.wire.keys import ROWS, TIME_REQUEST, Delivery, Key
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 
+from flockwire_analysis.observed import Observed
 from flockwire_analysis.series import Columns, Series
 
 
@@ -43,10 +44,11 @@ class Trace:
     """The data of a trace.
 
     `series` has the messages of each key, `missions` each mission once, by stamp; `vitals` one entry for each publisher
-    of a status, `states` the changes of reported phases by identity, `failed_laws` a sentence for each error of a law.
-    `begin` and `end` are the first and the last log time (Unix ns). `lost` counts missing messages of topics that are
-    not repeated, and missing orders that pilots obeyed; `malformed` the messages that could not be decoded. A trace
-    that was not `closed` was read up to its last complete record; `lost_bytes` follow it.
+    of a status, `states` the changes of reported phases by identity, `histories` what pilots reported of phase and
+    orders, `failed_laws` a sentence for each error of a law. `begin` and `end` are the first and the last log time
+    (Unix ns). `lost` counts missing messages of topics that are not repeated, and missing orders that pilots obeyed;
+    `malformed` the messages that could not be decoded. A trace that was not `closed` was read up to its last complete
+    record; `lost_bytes` follow it.
     """
 
     path: Path
@@ -57,6 +59,7 @@ class Trace:
     stops: tuple[Stop, ...]
     vitals: tuple[ProcessRecord, ...]
     states: dict[str, tuple[StateChange, ...]]
+    histories: dict[str, tuple[Observed, ...]]
     failed_laws: tuple[str, ...]
     begin: int
     end: int

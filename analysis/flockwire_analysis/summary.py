@@ -11,6 +11,7 @@ from flockwire.swarm.model import uav
 
 from flockwire_analysis import gaps, outcomes, separation, tracking
 from flockwire_analysis.checks import Check, Measured, checks, kept_within
+from flockwire_analysis.conformance import deviations
 from flockwire_analysis.latency import HOPS, Percentiles, latencies, percentiles
 from flockwire_analysis.phases import FormationPhase, Span, airborne, formation_of, formation_phases
 from flockwire_analysis.recorded import Trace
@@ -118,7 +119,7 @@ def summarise(trace: Trace) -> Summary:
         tuple(dict.fromkeys(stop.reason for stop in trace.stops)), formation.settled_s, trace.failed_laws,
         _unsettled(judged), tracking.largest([phase.longest_off_s for phase in judged]),
         tracking.largest([phase.judged_tail_m for phase in judged]), observation.max_tail,
-        outcomes.grounded(trace, phases), outcomes.lost(trace), outcomes.landing(trace),
+        outcomes.grounded(trace, phases), outcomes.lost(trace), deviations(trace), outcomes.landing(trace),
         rate, gap, gaps.where(trace, gap), trace.lost,
     )  # fmt: skip
     return Summary(

@@ -80,8 +80,7 @@ def feed(core: Core, step: Callable[[], None]) -> AbstractAsyncContextManager[No
         case NatNetSource():
             return _natnet(source, drained)
         case VrpnSource():
-            table = source.table
-            return _kept(VrpnClient(table.server, source.arrived, table.port, source.session, drained))
+            return _kept(VrpnClient(source, drained))
         case QualisysSource():
             return _kept(QualisysClient(source, drained))
         case ViconSource():

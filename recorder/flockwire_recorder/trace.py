@@ -173,14 +173,14 @@ FARTHEST = 10 * SECOND  # ns between publication and record: a receiver that was
 
 
 def published_at(claimed: int, received: int) -> int:
-    """Return when a message was published, Unix ns: as `claimed` where it was `received` about then, else that."""
+    """Return when a message was published, Unix ns: `claimed` if it is near `received`, else `received`."""
     return claimed if abs(received - claimed) <= FARTHEST else received
 
 
 def count_lost(sequences: Collection[int], rate: int, duration: int) -> int:
-    """Return how many messages are missing between those recorded within `duration` ns, by their `sequences`.
+    """Return the number of missing messages within `duration` ns, from the recorded `sequences`.
 
-    No more than `rate` per s can have been published in a gap: a wider one is no count of messages.
+    A gap counts only up to `rate` messages per s: a wider one is not a count of messages.
     """
     most, found = rate * (duration // SECOND + 1 + BURST), sorted(set(sequences))
     gaps = (later - earlier - 1 for earlier, later in pairwise(found))

@@ -65,7 +65,7 @@ def test_a_trace_without_a_mission_says_what_it_lacks(fly, tmp_path):
     summary = write_report(path, tmp_path / "out")
     words = Page((tmp_path / "out" / "report.html").read_text()).text
     assert not summary.ok
-    assert "5 of 14 checks failed" in words
+    assert "5 of 15 checks failed" in words
     assert "No mission `start` was recorded" in words
     assert "The trace was not closed" in words
     assert not (tmp_path / "out" / "formation_error.png").exists()
@@ -160,7 +160,7 @@ def test_missing_data_leaves_no_empty_table(trace):
     counts = replace(summary.messages, rejected_by_key={})
     read = Page(page(replace(trace, vitals=()), replace(summary, messages=counts), [], None))
     assert "No process published its status." in read.text
-    for absent in ("What the trace lacks", "key and reason", "Conformance probe", "Emergency stop"):
+    for absent in ("Missing in the trace", "key and reason", "Conformance probe", "Emergency stop"):
         assert absent not in read.text
 
 

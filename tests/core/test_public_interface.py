@@ -120,7 +120,7 @@ def test_the_members_that_stay_are_there():
         assert all(named(dict(rows)[name], field.name) for field in fields(getattr(public, name))), name
 
 
-def test_a_law_of_ones_own_loads_nothing_heavy():
+def test_a_law_of_your_own_loads_nothing_heavy():
     code = f"import sys, flockwire.law; print(*sys.modules.keys() & set({HEAVY}))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "\n"

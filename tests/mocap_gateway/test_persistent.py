@@ -64,8 +64,10 @@ def pull_cable(server):
     link.setsockopt(socket.SOL_SOCKET, SO_ATTACH_FILTER, struct.pack("@HP", 1, ctypes.addressof(program)))
 
 
-def vrpn(_, server):
-    client = VrpnClient(HOME, lambda frame, now: None, server.port)
+def vrpn(start, server):
+    client = VrpnClient(
+        make_core(start(source="vrpn", vrpn={"server": HOME, "port": server.port})).source, lambda: None
+    )
     return client, lambda: client.session.trouble is None and len(client.session.connection.senders) == len(NAMES)
 
 

@@ -19,6 +19,7 @@ from flockwire.domain.order import Mission, Stop
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.loading import parse_swarm
+from flockwire.pilot.orders import came_down
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.codec import Message, encode
 from flockwire.wire.keys import MISSION, ROWS, STOP, Key, key_text
@@ -111,13 +112,26 @@ class Flight:
             return FlightState.STOPPED
         return FlightState.FLYING if self.height(i, t) > 0.0 else FlightState.GROUNDED
 
-    def phase(self, i: int, t: float) -> str:
-        """Return what the pilot of drone i says."""
-        if i == 2 and self.crash_at is not None and t > self.crash_at:
+    def report(self, i: int, t: float, order: Mission | None, heard: Telemetry) -> Report:
+        """Return what the pilot of drone i says, which obeys `order` and has `heard` of its drone."""
+        phase = self.phase(i, t, order, heard.state)
+        crashed = order is not None and order.verb != "land" and phase == "ready"
+        came = (came_down(order),) if order is not None and crashed else ()
+        return Report(
+            phase, telemetry_age=(T0 + round(t * 100) * STEP - heard.stamp) / SECOND, mission=order, concurrent=came
+        )
+
+    def phase(self, i: int, t: float, order: Mission | None, state: FlightState) -> str:
+        """Return what the pilot of drone i does, which obeys `order` and knows the `state` of its airframe."""
+        if order is None or (i == 2 and self.crash_at is not None and t > self.crash_at):
             return "ready"
-        if t <= self.end:
-            return "formation"
-        return "landing" if self.height(i, t) > 0.0 else "grounded"
+        if self.stops_at is not None and t > self.stops_at:
+            return "stopped"
+        if order.verb == "land":
+            return "landing" if state is FlightState.FLYING else "ready"
+        if self.height(i, t) < 0.95 and t < 0.0:
+            return "take-off"
+        return "formation" if order.in_formation and t >= (order.start - T0) / SECOND else "hold"
 
     def position(self, i: int, t: float) -> tuple[float, float, float]:
         """Return x_i."""
@@ -170,6 +184,7 @@ class Flight:
         flying, pilot, sequence = self.swarm.flying, Plan(self.swarm).pilot, -1
         yield from self.missions()
         orders = sorted({order for _, key, _, _, order in self.missions() if key == MISSION}, key=lambda one: one.stamp)
+        heard: dict[int, Telemetry] = {}  # by each pilot
         for k in steps:
             stamp, t, sequence = T0 + k * STEP, k / 100, sequence + 1
             delay = self.command_delay + round(0.4 * MS * (1.0 + sin(k * 0.37)))
@@ -189,13 +204,15 @@ class Flight:
                     yield stamp + MS + delay - MS // 10, Key("estimate", name), who, sequence, said
                     yield stamp + MS, Key("nearby", name), "gateway", sequence, Nearby(stamp, "world", ())
                 if k % 10 == i:
+                    state = Telemetry(stamp, "world", self.state(i, t), 1.0 - t / 900, place[2], 0.002)
+                    yield stamp + 2 * MS, Key("telemetry", name), "kinematics", sequence // 10, state
+                    if i != 3 or self.sits_at is None or t < self.sits_at:
+                        heard[i] = state
                     if i != 4 or self.pilot_ends_at is None or t < self.pilot_ends_at:
                         obeyed = next((order for order in reversed(orders) if order.stamp <= stamp), None)
                         obeyed = self.obeyed or obeyed if t > self.end else obeyed
-                        status = self.status(who, stamp, sequence, self.phase(i, t), obeyed)
+                        status = self.status(who, stamp, sequence, self.report(i, t, obeyed, heard[i]))
                         yield stamp + 5 * MS, Key("status", who), who, sequence // 10, status
-                    state = Telemetry(stamp, "world", self.state(i, t), 1.0 - t / 900, place[2], 0.002)
-                    yield stamp + 2 * MS, Key("telemetry", name), "kinematics", sequence // 10, state
 
     def missions(self) -> Iterator[Event]:
         """Yield what the operator says."""
@@ -216,12 +233,15 @@ class Flight:
             orders.append(Mission(T0 + int(self.holds_at * SECOND), "world", "hold"))
         if self.resumes_at is not None:
             orders.append(Mission(T0 + int(self.resumes_at * SECOND), "world", "start", T0))
+        orders.sort(key=lambda one: one.stamp)
+        versions = [order.version for order in orders]
+        orders = [order._replace(knows=tuple(versions[:place])) for place, order in enumerate(orders)]
         for place, order in enumerate(orders):
             sequence = place + self.orders_lost * (order is orders[-1])
             yield order.stamp, MISSION, "operator", sequence, order
             yield order.stamp + MS, MISSION, "gateway", sequence, order
 
-    def status(self, who: str, stamp: int, steps: int, phase: str, obeyed: Mission | None) -> Status:
+    def status(self, who: str, stamp: int, steps: int, report: Report) -> Status:
         """Return how agent `who` is after `steps`."""
         rejected = (("paper/uav1/pose older than the last", 3),) if who == "uav1" else ()
         links = ("gateway", "kinematics")
@@ -229,7 +249,7 @@ class Flight:
             stamp,
             "world",
             who,
-            Report(phase, mission=obeyed),
+            report,
             steps,
             steps // 50,
             steps // 500,

@@ -37,7 +37,7 @@ class Message(Protocol):
 
 M = TypeVar("M", bound=Message)
 MOST_LAYOUTS = 256  # of messages of nearby bodies, that are kept
-SMALLEST_BODY = 57  # bytes that a nearby body takes at least
+SMALLEST_BODY = 57  # least bytes of a nearby body
 
 
 class _Layouts(dict[int, Layout]):

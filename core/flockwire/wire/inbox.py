@@ -157,7 +157,7 @@ class Inbox:
             reason = MISDIRECTED
         if reason:
             pass
-        elif stamp < self._newest and not self._any_time:  # its sequence number shows what is repeated
+        elif stamp < self._newest and not self._any_time:  # its sequence number shows repetitions
             reason = "older than the last"
         elif stamp > now + self._ahead:
             reason = "ahead of time"

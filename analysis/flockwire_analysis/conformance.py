@@ -1,0 +1,193 @@
+"""Whether pilots did what the protocol allows: each change of phase and of order, replayed through the same rules.
+
+Each status shows a pilot just after a step. Between two statuses there are others, under conditions of which the trace
+shows only a part. A change is allowed where some conditions that agree with the trace lead to it: for phases by the
+table pilot/transitions.csv, for orders by Orders.take.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from itertools import pairwise, product
+from typing import NamedTuple
+
+from flockwire.domain.airframe import FlightState
+from flockwire.domain.order import IN_FORMATION, Mission, Version
+from flockwire.domain.time import SECOND
+from flockwire.pilot.orders import Orders, came_down
+from flockwire.pilot.transitions import PHASES, Conditions, reachable
+from flockwire.swarm.model import uav
+from flockwire.wire.phase import Phase
+
+from flockwire_analysis.observed import Observed, version_of
+from flockwire_analysis.recorded import Trace
+
+TOLERANCE = SECOND // 1000  # ns by which an age in a status may be rounded
+UNSEEN = 10 * SECOND  # ns before a status from which on an order may have been given that no status shows
+SHORTEST_CLIMB = 3 * SECOND // 10  # ns: no drone takes off to its height sooner
+AIRBORNE = (FlightState.FLYING, FlightState.LANDING)
+NOTHING: Conditions = frozenset()
+
+
+class Life(NamedTuple):
+    """What one process of a pilot reported; it began after `after` and not later than `before`, Unix ns."""
+
+    history: tuple[Observed, ...]
+    after: int
+    before: int
+
+
+def deviations(trace: Trace) -> tuple[str, ...]:
+    """Return a sentence for each change of a phase or an order that the protocol forbids."""
+    return tuple(
+        sentence
+        for number in trace.plan.pilots
+        for life in lives(trace.histories.get(trace.plan.pilots[number], ()))
+        for sentence in _Replay(trace, number, life).deviations()
+    )
+
+
+def lives(history: Iterable[Observed]) -> Iterator[Life]:
+    """Yield what each process of one pilot reported, in turn."""
+    own: list[Observed] = []
+    after = 0
+    for one in history:
+        if one.phase not in PHASES:  # it waits for swarm time
+            continue
+        if own and one.restarted_since(own[-1]):
+            yield Life(tuple(own), after, own[0].stamp)
+            after, own = own[-1].stamp, []
+        own.append(one)
+    if own:
+        yield Life(tuple(own), after, own[0].stamp)
+
+
+class _Replay:
+    """Replays one life of the pilot of drone `number`."""
+
+    def __init__(self, trace: Trace, number: int, life: Life) -> None:
+        self._trace, self._number, self._life = trace, number, life
+        self._telemetry = trace.of("telemetry", number)
+
+    def deviations(self) -> Iterator[str]:
+        past: set[Version] = set()  # of these none holds again
+        for before, after in pairwise(self._life.history):
+            orders = self._orders(before, after)
+            where = f"{uav(self._number)} at {(after.stamp - self._trace.begin) / SECOND:.1f} s of the recording"
+            if after.phase not in self._phases(before, after, orders):
+                yield f"{where}: {after.phase} after {before.phase} ({_verb(before)}, {_verb(after)})"
+            if version_of(before.mission) == version_of(after.mission):
+                continue
+            past.update(version for version in (version_of(before.mission),) if version is not None)
+            if version_of(after.mission) in past or not _may_hold(before, after, orders):
+                yield f"{where}: {_verb(after)} holds after {_verb(before)}"
+
+    def _phases(self, before: Observed, after: Observed, orders: tuple[Mission | None, ...]) -> frozenset[Phase]:
+        """Return the phases in which the pilot may be by `after`."""
+        found = frozenset({Phase(before.phase)})
+        possible = self._conditions(before, after, orders)
+        for _ in PHASES:
+            found |= reachable(found, possible)
+        return reachable(found, self._last_conditions(before, after))
+
+    def _conditions(
+        self, before: Observed, after: Observed, orders: tuple[Mission | None, ...]
+    ) -> frozenset[Conditions]:
+        """Return the conditions under which a step between two statuses may have been made."""
+        return _combined(
+            [one for order in orders for one in self._by_order(order, before, after)],
+            _either("airborne", *self._airborne(before.telemetry, after.telemetry)),
+            *(_either(name, False, True) for name in ("unready", "disturbed")),
+            *self._rest(before, after),
+        )
+
+    def _last_conditions(self, before: Observed, after: Observed) -> frozenset[Conditions]:
+        """Return the conditions under which the step that the later status shows may have been made.
+
+        A pilot on the ground that is not ready gives its reason, and so does one that holds against an order.
+        """
+        order, early = after.mission, after.mission is not None and after.mission.start > after.stamp
+        holds = after.phase == Phase.HOLD and order is not None and order.in_formation and not early
+        ready = {Phase.GROUNDED: (after.reasoned,), Phase.READY: (False,)}
+        return _combined(
+            self._by_order(order, before, after),
+            _either("airborne", *self._airborne(after.telemetry, after.telemetry)),
+            _either("unready", *ready.get(Phase(after.phase), (False, True))),
+            _either("disturbed", *((after.reasoned or early,) if holds or early else (False, True))),
+            *self._rest(before, after),
+        )
+
+    def _rest(self, before: Observed, after: Observed) -> Iterator[tuple[Conditions, ...]]:
+        """Yield the conditions that any step between two statuses may have had.
+
+        Nobody takes off and is high at once; a pilot that lands without an order gives a reason.
+        """
+        high = before.phase == Phase.TAKEOFF or after.stamp - before.stamp > SHORTEST_CLIMB
+        landed = after.phase == Phase.LANDING != before.phase and not after.reasoned
+        yield _either("high", *((False, True) if high else (False,)))
+        yield _either("stop", *((False, True) if self._trace.stops else (False,)))
+        yield _either("danger", *((False,) if landed else (False, True)))
+
+    def _by_order(self, order: Mission | None, before: Observed, after: Observed) -> list[Conditions]:
+        """Return the conditions that `order` may make hold."""
+        verb = order.verb if order is not None else ""
+        made = {"up": verb in ("takeoff", "start"), "landing": verb == "land", "formation": verb in IN_FORMATION}
+        fixed = frozenset(name for name, so in made.items() if so)
+        return [fixed | outdated for outdated in _either("outdated", *self._outdated(order, before, after))]
+
+    def _outdated(self, order: Mission | None, before: Observed, after: Observed) -> tuple[bool, ...]:
+        """Return whether `order` may be from before the process, or the drone have come down since."""
+        if order is None or order.stamp <= self._life.after:
+            return (True,)
+        spent = [came_down(order) in one.concurrent for one in (before, after)]
+        if all(spent):
+            return (True,)
+        return (False, True) if any(spent) or order.stamp <= self._life.before else (False,)
+
+    def _airborne(self, first: int, last: int) -> tuple[bool, ...]:
+        """Return whether the drone may have flown, by the telemetry from `first` to `last` (Unix ns, 0: none)."""
+        if not last:
+            return (False,)
+        stamps, states = self._telemetry.stamps, self._telemetry.values[:, 0]
+        known = (stamps >= first - TOLERANCE) & (stamps <= last + TOLERANCE)
+        found = {bool(state in AIRBORNE) for state in states[known]} | ({False} if not first else set())
+        return tuple(found) if known.any() else (False, True)
+
+    def _orders(self, before: Observed, after: Observed) -> tuple[Mission | None, ...]:
+        """Return the orders that may have held between two statuses: the pilot may take several in."""
+        if version_of(before.mission) == version_of(after.mission):
+            return (after.mission,)
+        ends = (before.mission, after.mission)
+        known = {version_of(order) for order in ends}
+        given = range(before.stamp - UNSEEN, after.stamp + SECOND)
+        return (*ends, *(one for one in self._trace.missions if one.version not in known and one.stamp in given))
+
+
+def _may_hold(before: Observed, after: Observed, orders: tuple[Mission | None, ...]) -> bool:
+    """Return whether the order of `after` may have taken the place of that of `before`, one of `orders` between."""
+    order = after.mission
+    if order is None:
+        return False
+    for between in (None, *orders):
+        taken = Orders()
+        taken.mission, taken.concurrent = before.mission, before.concurrent
+        if between is not None and between.version not in (version_of(before.mission), order.version):
+            taken.take(between, after.stamp)
+        taken.take(order, after.stamp)
+        if version_of(taken.mission) == order.version:
+            return True
+    return False
+
+
+def _combined(*alternatives: Iterable[Conditions]) -> frozenset[Conditions]:
+    """Return every choice of one from each of the alternatives, together."""
+    return frozenset(NOTHING.union(*choice) for choice in product(*alternatives))
+
+
+def _either(name: str, *holds: bool) -> tuple[Conditions, ...]:
+    """Return the condition `name` as it may be: holding, not holding."""
+    return tuple(frozenset({name}) if so else NOTHING for so in holds)
+
+
+def _verb(one: Observed) -> str:
+    return one.mission.verb if one.mission is not None else "no order"

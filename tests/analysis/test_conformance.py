@@ -1,0 +1,94 @@
+"""Flights in which a pilot did once what the protocol forbids, and those of the suite in virtual time, which do not."""
+
+import pytest
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.order import Mission
+from flockwire.domain.time import SECOND
+from flockwire.wire.keys import Key
+from flockwire.wire.status import Report, Status
+from flockwire_analysis.collecting import Collector
+from flockwire_analysis.conformance import deviations
+from flockwire_analysis.reading import read_trace
+from flockwire_analysis.summary import summarise
+from recorded_flights import swarm_of
+
+BEGIN = 1_790_000_000 * SECOND
+TAKEOFF = Mission(BEGIN - SECOND, "world", "takeoff", giver=1)
+START = Mission(BEGIN, "world", "start", BEGIN, giver=1, knows=(TAKEOFF.version,))
+HOLD = Mission(BEGIN + 1, "world", "hold", giver=2)
+LAND = Mission(BEGIN + 2, "world", "land", giver=2)
+AGAIN = Mission(BEGIN + 3, "world", "start", BEGIN, giver=1, knows=(TAKEOFF.version, START.version))
+KNOWING = AGAIN._replace(knows=(*AGAIN.knows, LAND.version))
+FLYING, GROUNDED, STOPPED = FlightState.FLYING, FlightState.GROUNDED, FlightState.STOPPED
+
+
+def replayed(*reports, steps=None):
+    """Return the deviations where the pilot of uav1 reports (phase, order, state, detail), ten times a second."""
+    swarm = swarm_of()
+    collector = Collector(swarm, {})
+    for place, (phase, order, state, *detail) in enumerate(reports):
+        stamp = BEGIN + place * SECOND // 10
+        known = Telemetry(stamp, "world", state, 1.0, 0.0, 0.0)
+        collector.add("telemetry", Key("telemetry", "uav1"), known, place, stamp, stamp)
+        report = Report(phase, *detail, telemetry_age=0.0, mission=order)
+        count = steps[place] if steps is not None else 10 * place
+        status = Status(stamp, "world", "uav1", report, count, 0, 0, 0, 0, 0.0, 0, (), ())
+        collector.add("status", Key("status", "uav1"), status, place, stamp, stamp)
+    return deviations(collector.trace(None))
+
+
+def test_a_flight_that_conforms():
+    flight = [("grounded", None, GROUNDED, "waits"), ("ready", None, GROUNDED), ("take-off", TAKEOFF, FLYING)]
+    flight += [("hold", TAKEOFF, FLYING), ("formation", START, FLYING), ("hold", START, FLYING, "own pose is stale")]
+    flight += [
+        ("formation", START, FLYING),
+        ("hold", HOLD, FLYING),
+        ("landing", LAND, FLYING),
+        ("ready", LAND, GROUNDED),
+    ]
+    assert replayed(*flight, ("take-off", KNOWING, GROUNDED)) == ()
+
+
+@pytest.mark.parametrize(("before", "after"), [
+    (("landing", LAND, FLYING), ("hold", LAND, FLYING)),  # a landing taken back
+    (("landing", LAND, FLYING), ("take-off", LAND, FLYING)),
+    (("formation", START, FLYING), ("formation", LAND, FLYING)),  # an order that is not obeyed
+    (("formation", START, FLYING), ("formation", HOLD, FLYING)),
+    (("hold", START, FLYING), ("hold", START, FLYING)),  # no reason why it is not in formation
+    (("formation", START, FLYING), ("landing", START, FLYING)),  # no reason why it lands
+    (("ready", HOLD, GROUNDED), ("take-off", HOLD, GROUNDED)),  # nobody takes off by a hold
+    (("ready", None, GROUNDED), ("take-off", None, GROUNDED)),
+    (("ready", None, GROUNDED), ("formation", START, GROUNDED)),  # from the ground
+    (("formation", START, FLYING), ("ready", START, FLYING)),  # in the air
+    (("grounded", None, GROUNDED), ("grounded", None, GROUNDED)),  # no reason why it is not ready
+    (("formation", START, FLYING), ("stopped", START, FLYING)),  # nobody stopped it
+    (("stopped", START, STOPPED), ("ready", START, GROUNDED)),
+    (("landing", LAND, FLYING), ("formation", AGAIN, FLYING)),  # by an order that does not know the landing
+    (("ready", LAND, GROUNDED), ("take-off", AGAIN, GROUNDED)),
+    (("landing", LAND, FLYING), ("landing", HOLD, FLYING)),  # a hold takes no landing back
+    (("hold", HOLD, FLYING), ("hold", None, FLYING)),
+])  # fmt: skip
+def test_one_change_that_the_protocol_forbids(before, after):
+    first = ("hold", TAKEOFF, FLYING) if before[0] in ("hold", "formation", "landing") else ("ready", None, GROUNDED)
+    assert replayed(before) == ()
+    assert replayed(first, before, after), "is allowed"
+
+
+def test_a_process_that_was_restarted_begins_again_but_obeys_no_order_from_before():
+    flight = [("formation", START, FLYING), ("hold", None, FLYING)]
+    assert replayed(*flight, steps=(50, 1)) == ()
+    assert replayed(*flight, steps=(50, 60))
+    landed = [("ready", None, GROUNDED), ("ready", None, GROUNDED), ("take-off", TAKEOFF, GROUNDED)]
+    (sentence,) = replayed(*landed, steps=(50, 1, 10))
+    assert sentence == "uav1 at 0.2 s of the recording: take-off after ready (no order, takeoff)"
+
+
+def test_a_deviation_fails_the_flight(good_flight):
+    trace = read_trace(good_flight)
+    assert all(check.ok for check in summarise(trace).checks)
+    history = trace.histories["uav2"]
+    at = next(place for place, one in enumerate(history) if one.phase == "landing")
+    trace.histories["uav2"] = (*history[: at + 1], history[at]._replace(phase="formation"), *history[at + 1 :])
+    (failure,) = summarise(trace).failures()
+    assert failure.startswith("conformance: 1 (uav2 at ")
+    assert failure.endswith("s of the recording: formation after landing (land, land)), must be none")
