@@ -16,12 +16,17 @@ from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 
 from flockwire_station.connecting import UNANSWERED, connected
-from flockwire_station.flown import flown, flown_by
+from flockwire_station.flown import as_flown, flown, flown_by
 from flockwire_station.operator import Operator
 from flockwire_station.processes import Children, PortInUseError, busy_endpoint
 from flockwire_station.terminal.interrupts import Interrupts
 
 START_TIME = 10.0  # s that a process may take to be there before those that wait for it are started all the same
+
+STILL_FLIES = (
+    "{file}: processes of this swarm still run on this host; after `up` was killed they land the drones and end by "
+    "themselves (`flockwire status` shows them)"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,11 +74,16 @@ def alone(host: Host) -> Iterator[None]:
         if lock >= 0:
             _lock(lock, host.keys)
         if busy := busy_endpoint(host.plan, host.processes):
-            raise PortInUseError(busy)
+            raise PortInUseError(STILL_FLIES.format(file=host.swarm_file) if _flies(host) else busy)
         yield
     finally:
         if lock >= 0:
             os.close(lock)
+
+
+def _flies(host: Host) -> bool:
+    """Return whether processes of this swarm run on this machine."""
+    return as_flown(host.swarm_file) is not None
 
 
 def _lock(lock: int, keys: Path) -> None:

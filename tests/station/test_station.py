@@ -18,6 +18,7 @@ from flockwire.wire.phase import Phase
 from flockwire_station import hosting, operator
 from flockwire_station.conduct import LEFT_TO_THEMSELVES, serve
 from flockwire_station.connecting import UNANSWERED
+from flockwire_station.flown import flown, flown_by
 from flockwire_station.hosting import Host, UnansweredError, alone
 from flockwire_station.operator import Operator
 from flockwire_station.processes import MOST_RESTARTS, PortInUseError
@@ -387,6 +388,18 @@ def test_a_terminal_that_takes_no_output_is_not_taken_for_another_station(make_p
     host = Host(make_plan(), None, "local", None, tmp_path)
     with pytest.raises(BlockingIOError), alone(host):
         raise BlockingIOError
+
+
+def test_nobody_is_told_to_end_processes_whose_drones_still_land(make_plan, tmp_path, monkeypatch):
+    plan, file = make_plan(), tmp_path / "lab.toml"
+    file.write_text("")
+    host = Host(plan, file, "local", None, tmp_path / "keys")
+    monkeypatch.setattr(hosting, "busy_endpoint", lambda *_: "in use; end that process")
+    with pytest.raises(PortInUseError, match="in use; end that process"), alone(host):
+        pass
+    still = pytest.raises(PortInUseError, match="they land the drones and end by themselves")
+    with flown(file, flown_by(plan.swarm, file, host.keys)), still, alone(host):  # its station was killed
+        pass
 
 
 def test_without_a_folder_of_keys_there_is_no_lock(make_plan, tmp_path):
