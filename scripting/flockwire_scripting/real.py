@@ -44,6 +44,7 @@ class RealFlight(Flight):
             restarts = Restarts(self._host.plan, children, lambda event: print(f"flockwire: {event}", file=sys.stderr))
             stack.push_async_callback(restarts.end)
             self._conducting = asyncio.create_task(self._operator.run(partial(self._look_after, restarts)))
+            stack.push_async_callback(self._end_conducting)
             self._resources = stack.pop_all()
         return self
 
@@ -55,9 +56,6 @@ class RealFlight(Flight):
         try:
             await self._land_what_flies()
         finally:
-            self._conducting.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await self._conducting
             await self._resources.aclose()
         out = self._host.out
         try:
@@ -65,6 +63,11 @@ class RealFlight(Flight):
         except (OSError, ValueError) as error:
             if failure is None:
                 raise FlightError(f"there is no report: {error}") from error
+
+    async def _end_conducting(self) -> None:
+        self._conducting.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await self._conducting
 
     async def sleep(self, seconds: float) -> None:
         """Wait."""

@@ -190,6 +190,26 @@ def test_a_process_that_died_before_the_start_is_why_nobody_starts(opened, child
     asyncio.run(fly())
 
 
+def test_the_processes_end_with_the_script_whatever_ends_its_conducting(opened, children, monkeypatch):
+    ended = []
+
+    async def end(_):
+        ended.append("all")
+
+    def unreadable():
+        raise OSError("no log to read")
+
+    async def fly():
+        with pytest.raises(OSError, match="no log to read"):
+            async with opened() as flight:
+                monkeypatch.setattr(children, "ended", unreadable)
+                await flight.sleep(0.2)
+        return tuple(ended)
+
+    monkeypatch.setattr(children, "end", end)
+    assert asyncio.run(fly()) == ("all",)
+
+
 def test_without_a_trace_the_flights_own_failure_is_what_the_script_gets(opened_without_trace):
     async def fly(failure):
         async with opened_without_trace():
