@@ -44,8 +44,8 @@ class Rates:
         self._marks: dict[str, tuple[int, int, float]] = {}  # stamp, steps, rate
 
     def rate(self, status: Status) -> float:
-        """Return the rate, Hz, at `status`."""
-        stamp, steps, rate = self._marks.get(status.identity, (status.stamp, status.steps, 0.0))
+        """Return the rate, Hz, at `status`; -1 before it is known."""
+        stamp, steps, rate = self._marks.get(status.identity, (status.stamp, status.steps, -1.0))
         elapsed = status.stamp - stamp
         if status.steps < steps:  # the process restarted
             stamp, steps, elapsed = status.stamp, status.steps, 0
@@ -83,13 +83,13 @@ def _drone(status: Status, rates: Rates, now: int) -> tuple[str, ...]:
     name = "" if flown is None else _plain(flown.formation[:LONGEST_NAME]) or "(first)"
     battery = "" if report.battery < 0.0 else f"{report.battery:.0%}"
     error, age = _figure(report.formation_error, 1000), _figure(report.pose_age, 1000)
-    return _phase(status, now), name, x, y, z, battery, error, age, f"{rates.rate(status):.0f}"
+    return _phase(status, now), name, x, y, z, battery, error, age, _figure(rates.rate(status), 1, 0)
 
 
 def _process(status: Status, rates: Rates, now: int) -> tuple[str, ...]:
     delayed = status.delayed_1ms / status.steps if status.steps else 0.0
     return (
-        _phase(status, now), f"{rates.rate(status):.1f}", f"{delayed:.1%}", f"{status.cpu:.1%}",
+        _phase(status, now), _figure(rates.rate(status), 1), f"{delayed:.1%}", f"{status.cpu:.1%}",
         f"{status.resident / 2**20:.0f}", str(len(status.links)), str(sum(count for _, count in status.rejected) or ""),
     )  # fmt: skip
 
@@ -123,5 +123,5 @@ def _plain(text: str) -> str:
     return escape("".join(character for character in text if character.isprintable()))
 
 
-def _figure(value: float, factor: float) -> str:
-    return "" if value < 0.0 else f"{value * factor:.1f}"
+def _figure(value: float, factor: float, digits: int = 1) -> str:
+    return "" if value < 0.0 else f"{value * factor:.{digits}f}"

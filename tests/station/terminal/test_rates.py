@@ -18,7 +18,7 @@ def told(*statuses):
 
 
 def test_the_first_status_gives_no_rate():
-    assert told((0.0, 500)) == 0.0
+    assert told((0.0, 500)) == -1.0
 
 
 def test_the_rate_is_that_of_the_last_half_second_or_more():
