@@ -119,16 +119,22 @@ class Pilot:
     def command(self, wanted: Vector, now: int) -> list[tuple[Key, Message]]:
         """Return the command to publish at `now` (Unix ns); `wanted` (m/s) counts in the formation phase alone.
 
-        None after an emergency stop, nor before the driver has said whether the drone flies: then it lands for want of
-        commands, and does not hover for good.
+        None after an emergency stop, nor while nobody says whether the drone flies: then the driver lands it for want
+        of commands, and it does not hover for good.
         """
-        if self.flight.phase is Phase.STOPPED or self._telemetry is None:
+        if self.flight.phase is Phase.STOPPED or self._telemetry is None or self._is_deaf:
             return []
         motion = self.motion
         self._wanted = wanted
         velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity()
         self._airframe.command(velocity, (now - self.born) / SECOND)
         return [(self._command_key, from_fields(Command, (self.stamp, self._frame, velocity, 0.0)))]
+
+    @property
+    def _is_deaf(self) -> bool:
+        """Whether it takes its drone for down by telemetry that is long old: the drone may have taken off since."""
+        lost = self._inputs.telemetry > self._limits.staleness.telemetry_land
+        return lost and self.flight.phase not in IN_FLIGHT
 
     def report(self, now: int, formation_error: float = -1.0, estimate_age: float = -1.0) -> Report:
         """Return how the drone is; `formation_error` in m, `estimate_age` in s, -1 where there is none."""
