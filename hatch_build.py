@@ -1,4 +1,4 @@
-"""Compiles the modules of the 100 Hz path with mypyc, where that is asked for (scripts/compile).
+"""Compiles the modules of the 100 Hz path with mypyc, where that is asked for (scripts/compile, scripts/fly).
 
 The code is the same; compiled it takes about half the time, which studies are glad of.
 """
@@ -11,9 +11,7 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-TRACKED = (
-    "completeness", "core", "identities", "jumps", "owners", "field_bodies", "simulated", "tracking", "vicinity",
-)  # fmt: skip
+TRACKED = ("completeness", "core", "field_bodies", "identities", "jumps", "simulated", "tracking")
 COMPILED = (
     "core/flockwire/control",
     "core/flockwire/domain",
@@ -26,7 +24,7 @@ COMPILED = (
     *(f"mocap_gateway/flockwire_mocap/{name}.py" for name in TRACKED),
     *(f"kinematics/flockwire_kinematics/{name}.py" for name in ("airframe", "core", "drone")),
     "recorder/flockwire_recorder/chunked.py",
-    *(f"sim/flockwire_sim/{name}.py" for name in ("local_clock", "network", "process", "sample", "scheduler")),
+    *(f"sim/flockwire_sim/{name}.py" for name in ("network", "process", "virtual_time")),
 )
 LEFT_ALONE = {  # of whole folders: no mathematics in floats, or a class that others may build on
     "__init__.py",

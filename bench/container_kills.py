@@ -4,12 +4,12 @@
 
 The paper's swarm is deployed by `flockwire deploy --target compose`; its leader flies a small circle at the paper's
 0.1 m/s, so that many flights fit into the fence. In each flight all fly the formation; then the main process of one
-container gets SIGKILL by its pid on the host, or its container `docker kill`. What the engine has not started again
+container gets SIGKILL by its pid on the host, or its container `docker kill`. What the engine has not restarted
 after ENGINE s, `docker start` does. The swarm has rejoined by itself when within REJOIN s of the container's start all
 fly the formation within 0.1 m of their places, for STEADY s; else one `start` must bring them back. Then all land.
 
 At the end an independent reader of the trace finds the smallest distance between two drones in the air, and how high
-they were when all had landed. With the kinematics the simulated world ends, and begins again with all drones at their
+they were when all had landed. With the kinematics the simulated world ends, and restarts with all drones at their
 starts: that flight's distances count up to the kill. What is flown without a recorder is not in the trace.
 Takes some 40 s a flight.
 """
@@ -120,7 +120,7 @@ def land(swarm: Containers) -> None:
 
 
 def inject(swarm: Containers, kill: Kill) -> int:
-    """Kill; returns when the container was started again, by the engine or by hand, Unix ns."""
+    """Kill; returns when the container was restarted, by the engine or by hand, Unix ns."""
     if kill.victim == "operator":
         swarm.up("operator")
         until(lambda: conducts(swarm, 1), PATIENCE, "a conductor of the flight")

@@ -7,7 +7,7 @@ Drawn are the law, the airframe, for most of the flights other limits, and kinds
 A tap judges on the fly, by the true positions; there is no trace. A collision is two drones in the air (above 0.15 m)
 closer than 0.2 m. Counted separately: what a falling drone strikes (failed, or stopped), which nobody can avoid. When
 the kinematics are killed the simulated world has ended, drones and all, and the flight is judged up to there;
-restarted, the world begins again with all drones on the ground.
+restarted, it puts all drones on the ground.
 """
 
 from __future__ import annotations

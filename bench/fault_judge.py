@@ -108,7 +108,7 @@ class Judge:
         return result
 
     def take(self, published: Published) -> None:
-        """Take in what is published."""
+        """Receive what is published."""
         take = self._take.get(published.key.kind)
         if take is not None:
             opened = published.sample.opened()
@@ -201,7 +201,7 @@ class Judge:
                     self._bad(f"collision of {one} and {other}")
                 result.closest = gap
         dt = (self._at - self._before) / SECOND
-        if dt > PAUSE:  # the world stood still, or began again
+        if dt > PAUSE:  # the world was frozen, or restarted
             self._last, self._speeds = {}, {}
             return
         for owner, place in frame.items():

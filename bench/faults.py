@@ -61,7 +61,7 @@ class Outcome:
     exit_status: int | None = None
     verdict: str = ""
     closest: float = float("inf")
-    silent: float = 0.0  # longest pause of a drone's telemetry: how long a driver that is started again takes
+    silent: float = 0.0  # longest pause of a drone's telemetry: how long a driver that is restarted takes
     highest_at_end: float = 0.0
     left_running: int = 0
     readable: bool = True

@@ -2,7 +2,7 @@
 
     sudo bench/hosts.py [--only probe|partition|lossy|clocks] [--repeats 3] [--seconds 20] [--out FOLDER]
 
-probe: all is attacked from a further host, over TLS and over QUIC. partition: one host hears and reaches nobody for
+probe: all is attacked from a further host, over TLS and over QUIC. partition: one host is cut off for
 5 s, in formation. lossy: 3, 10, 30 % of all frames are lost, the others take 50 ± 20 ms; 20 steps a second. clocks:
 5 % loss, 20 ± 20 ms, once with true clocks and once with clocks that are 200 ms off (`faketime`; drift is flown in
 virtual time). The swarm is that of bench/common_time.toml; a row for each flight. Needs root, `ip`, /dev/net/tun.

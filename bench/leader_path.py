@@ -59,7 +59,7 @@ class Watch:
         self._since: int | None = None
 
     def tap(self, published: Published) -> None:
-        """Take in one message."""
+        """Receive one message."""
         if published.key.kind not in ("truth", "mission"):
             return
         opened = published.sample.opened()

@@ -27,9 +27,9 @@ from flockwire.loading import parse_swarm
 from flockwire.swarm.model import Swarm
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
-from flockwire_sim.local_clock import LocalClock
 from flockwire_sim.network import Conditions
 from flockwire_sim.process import Published
+from flockwire_sim.virtual_time import LocalClock
 from flockwire_sim.world import EPOCH, World
 
 VERBS = ("start", "formation", "hold", "land", "stop")

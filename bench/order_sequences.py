@@ -6,8 +6,8 @@
 A draw has three to seven orders, 0.02 to 2 s apart, then one to hold or to land. Each order of a terminal is a process
 of its own, which takes up to 1.5 s until it is linked and knows nothing before; the page's orders that go down end its
 own starts. Half of the draws have a slow network; in half of them processes are frozen for up to 0.7 s. After the last
-hold nobody takes off or flies the formation, after the last landing all are down and stay so. Half of the draws go on
-with one start, which must bring all into the formation.
+hold nobody takes off or flies the formation, after the last landing all are down and stay so. Half of the draws
+continue with one start, which must bring all into the formation.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report, Status
-from flockwire_sim.local_clock import LocalClock
 from flockwire_sim.network import Conditions
 from flockwire_sim.process import Published
+from flockwire_sim.virtual_time import LocalClock
 from flockwire_sim.world import EPOCH, World
 from order_pairs import ON_GROUND, swarm
 

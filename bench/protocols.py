@@ -33,9 +33,8 @@ from flockwire_mocap.natnet.source import NatNetSource
 from flockwire_mocap.natnet.twin import NatNetTwin, TwinOptions
 from flockwire_mocap.qualisys.source import QualisysSource
 from flockwire_mocap.qualisys.wire import HEADER, encode_frame
-from flockwire_mocap.source import SourceState
 from flockwire_mocap.streamed import StreamedSource
-from flockwire_mocap.tracking import TrackerFrame
+from flockwire_mocap.tracking import SourceState, TrackerFrame
 from flockwire_mocap.twin.core import TwinCore
 from flockwire_mocap.vrpn.connection import VrpnConnection
 from flockwire_mocap.vrpn.source import VrpnSource
@@ -112,7 +111,7 @@ class Carried:
         self.triggers = self._twin.triggers
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take in where an airframe is."""
+        """Receive where an airframe is."""
         self._twin.receive(key, message, now)
 
     def complete(self) -> bool:

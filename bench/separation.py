@@ -3,7 +3,7 @@
     python bench/separation.py [RUNS] [--jobs 2] [--out runs/separation]
 
 Flies `flockwire study` on the files in bench/separation. RUNS is the number of starts for each law, a twentieth of it
-with forty drones; without it the files' own, which takes hours. A call that was stopped goes on where it was.
+with forty drones; without it the files' own, which takes hours. A call that was stopped continues where it was.
 """
 
 from __future__ import annotations

@@ -61,7 +61,7 @@ class Counts:
         return sum(last - first for first, last in self._ahead.values())
 
     def take(self, published: Published) -> None:
-        """Take in one message."""
+        """Receive one message."""
         kind, owner = published.key
         if kind == "pose":
             self._poses[owner] += 1

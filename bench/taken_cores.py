@@ -30,7 +30,7 @@ class TakenCores:
         self._seen = seen
 
     def reset(self) -> None:
-        """Begin again."""
+        """Reset all values."""
         for worst in self._seen:
             worst.value = 0.0
 

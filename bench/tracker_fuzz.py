@@ -19,8 +19,6 @@ from resource import getpagesize
 from struct import pack
 
 from flockwire_mocap.natnet.encoding import (
-    OtherSections,
-    Section,
     encode,
     encode_command,
     encode_connect,
@@ -28,11 +26,23 @@ from flockwire_mocap.natnet.encoding import (
     encode_model,
     encode_server_info,
 )
-from flockwire_mocap.natnet.packets import BodyDescription, Kind, MocapFrame, RigidBody, ServerInfo, Stamps, Version
+from flockwire_mocap.natnet.packets import (
+    COUNTED,
+    HEADER,
+    NEWEST,
+    RIGID_BODY,
+    BodyDescription,
+    Kind,
+    MocapFrame,
+    RigidBody,
+    ServerInfo,
+    Stamps,
+    Version,
+)
 from flockwire_mocap.natnet.session import NatNetSession, Options
 from flockwire_mocap.natnet.twin import NatNetTwin, TwinOptions
 from flockwire_mocap.vrpn.connection import VrpnConnection
-from flockwire_mocap.vrpn.reports import Reports
+from flockwire_mocap.vrpn.session import Reports
 from flockwire_mocap.vrpn.wire import PoseBody
 
 VERSIONS: tuple[Version, ...] = ((3, 0), (3, 1), (4, 0), (4, 1), (4, 2), (4, 5))
@@ -65,28 +75,40 @@ def mutated(packet: bytes, corpus: list[bytes], dice: Random) -> bytes:
     return bytes(data)
 
 
+def filled(
+    frame: bytes, bodies: int, before: list[tuple[int, bytes]], behind: list[tuple[int, bytes]], version: Version
+) -> bytes:
+    """Return a frame with these sections (count, elements) in place of the empty ones round its rigid bodies."""
+    empty = 8 if version >= COUNTED else 4
+    begin = HEADER.size + 4 + 2 * empty
+    end = begin + empty + bodies * RIGID_BODY.size
+
+    def encoded(sections: list[tuple[int, bytes]]) -> bytes:
+        return b"".join(pack("<II", n, len(data))[:empty] + data for n, data in sections)
+
+    number, suffix = frame[HEADER.size : HEADER.size + 4], frame[end + len(behind) * empty :]
+    return encode(Kind.FRAME, number + encoded(before) + frame[begin:end] + encoded(behind) + suffix)
+
+
 def natnet_corpus(version: Version) -> list[bytes]:
     """Return one packet of each kind that a server of that version sends, each section of the frame in use."""
     bodies = tuple(RigidBody(i, (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0), 0.001, True) for i in range(4))
     body = pack("<i7ffH", 1, 1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1)
     channels = pack("<iiif", 1, 1, 1, 2.5)
-    around = OtherSections(
-        marker_sets=Section(1, b"all\0" + pack("<i3f", 1, 1.0, 2.0, 3.0)),
-        other_markers=Section(1, pack("<3f", 1.0, 2.0, 3.0)),
-        skeletons=Section(1, pack("<ii", 1, 1) + body),
-        assets=Section(1, pack("<ii", 1, 1) + body + pack("<i", 0)),
-        labelled_markers=Section(1, pack("<i4fHf", 1, 1.0, 2.0, 3.0, 0.01, 0, 0.0)),
-        force_plates=Section(1, channels),
-        devices=Section(1, channels),
-        imus=Section(1, bytes(32)),
-        gpios=Section(1, bytes(8)),
-    )
+    before = [(1, b"all\0" + pack("<i3f", 1, 1.0, 2.0, 3.0)), (1, pack("<3f", 1.0, 2.0, 3.0))]  # marker sets, others
+    behind = [
+        (1, pack("<ii", 1, 1) + body),  # skeletons
+        *([(1, pack("<ii", 1, 1) + body + pack("<i", 0))] if version >= COUNTED else []),  # assets
+        (1, pack("<i4fHf", 1, 1.0, 2.0, 3.0, 0.01, 0, 0.0)),  # labelled markers
+        *[(1, channels)] * 2,  # force plates, devices
+        *([(1, bytes(32)), (1, bytes(8))] if version >= NEWEST else []),  # IMU, GPIO
+    ]
     stamps = Stamps(0, 0, 12.5, 1000, 1500, 2000, (1, 2))
     info = ServerInfo("Motive", (*version, 0, 0), (*version, 0, 0), 10_000_000, 1511, True, "239.255.42.99")
     return [
         encode_server_info(info),
         encode_model([BodyDescription(i, f"body{i}") for i in range(4)], version),
-        encode_frame(MocapFrame(17, bodies, stamps, 0), version, around),
+        filled(encode_frame(MocapFrame(17, bodies, stamps, 0), version), len(bodies), before, behind, version),
         encode(Kind.RESPONSE, b"Bitstream,3.0\0"),
     ]
 

@@ -17,9 +17,11 @@ import sys
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
+from types import SimpleNamespace
 from typing import NamedTuple
 
 from flockwire import clock
+from flockwire.swarm.gateway import Vrpn
 from flockwire_mocap.natnet.client import NatNetClient
 from flockwire_mocap.natnet.packets import Version
 from flockwire_mocap.natnet.server import NatNetServer
@@ -28,6 +30,7 @@ from flockwire_mocap.natnet.twin import TwinOptions
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 from flockwire_mocap.vrpn.client import VrpnClient
 from flockwire_mocap.vrpn.server import VrpnServer
+from flockwire_mocap.vrpn.session import VrpnSession
 from streaming import stream
 
 HOME = "127.0.0.1"
@@ -99,7 +102,7 @@ class Seen:
     whole: list[int] = field(default_factory=list)
 
     def deliver(self, frame: TrackerFrame, received: int) -> None:
-        """Take in a frame."""
+        """Receive a frame."""
         now = clock.now()
         self.inside.append(now - received)
         self.whole.append(now - frame.transmitted)
@@ -122,7 +125,9 @@ async def natnet(case: Case, port: int, seen: Seen, bodies: int) -> AsyncIterato
 @asynccontextmanager
 async def vrpn(case: Case, port: int, seen: Seen, bodies: int) -> AsyncIterator[Callable[[], bool]]:
     """Connect a VRPN client; yields whether it is ready."""
-    client = VrpnClient(HOME, seen.deliver, port)
+    table = Vrpn(server=HOME, port=port)
+    source = SimpleNamespace(table=table, session=VrpnSession(), arrived=seen.deliver)
+    client = VrpnClient(source, lambda: None)
     client.open()
     yield lambda: len(client.session.connection.senders) == bodies
     await client.close()

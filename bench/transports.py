@@ -90,7 +90,7 @@ def prepare(place: Place) -> None:
 
 @contextlib.asynccontextmanager
 async def by_flockwire(place: Place, receive: Receive) -> AsyncIterator[Send]:
-    """Open a process's session: mutual TLS, access list, quota, age, codec, and into the loop."""
+    """Open a process's session: mutual TLS, access list, quota, age, codec; it answers where an agent steps."""
 
     def arrived(prompt: Prompt) -> None:
         message = prompt.message(clock.now())
@@ -100,10 +100,11 @@ async def by_flockwire(place: Place, receive: Receive) -> AsyncIterator[Send]:
     def send(stamp: int) -> None:
         session.publish(((own, Estimate(stamp, FRAME, MOTION)),))
 
-    own = Key("estimate", uav(place.number + 1))
+    own, wakeup = Key("estimate", uav(place.number + 1)), Wakeup(arrived, threading.Lock())
     with Session(plan_of(place), own.owner, place.folder) as session:
         if place.source is not None:
-            session.prompt(Key("estimate", uav(place.source + 1)), Wakeup(arrived))
+            session.prompt(Key("estimate", uav(place.source + 1)), wakeup)
+        wakeup.direct = True
         yield send
 
 

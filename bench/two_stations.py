@@ -73,7 +73,7 @@ class Page:
         self._run(self._socket.send_json({"order": verb, "formation": formation}))
 
     def answered(self) -> list[str]:
-        """Wait until all orders are answered; return why each failed, empty where it did not."""
+        """Wait until all orders are answered; return why each failed, empty if it did not."""
         deadline = time.monotonic() + LONGEST_ORDER
         while len(self._answers) < self._asked and time.monotonic() < deadline:
             time.sleep(0.02)

@@ -1,4 +1,4 @@
-# Sourced by the scripts beside it: makes ../.venv from uv.lock, at once when all is in place. Needs Python 3.11 or
+# Sourced by the scripts beside it: makes ../.venv from uv.lock, at once if it is up to date. Needs Python 3.11 or
 # newer and no root; uv comes from PyPI, into ../.uv, where the machine has none.
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -26,8 +26,15 @@ find_uv() { # Python to get it with
   fi
 }
 
+# Those who change the code run it as it is; compiling takes a C compiler and Python's headers.
+may_compile() {
+  [ ! -f .venv/flockwire-dev ] && command -v cc > /dev/null && command -v flock > /dev/null &&
+    [ -f "$(.venv/bin/python -c 'import sysconfig; print(sysconfig.get_path("include"))')/Python.h" ]
+}
+
 sync_environment() { # groups as uv names them
   local stamp=.venv/flockwire-"$1" python uv
+  [ "$1" != dev ] || rm -f .venv/lib/python*/site-packages/flockwire_compiled_first.*
   if [ -f "$stamp" ] && [ "$stamp" -nt uv.lock ] && [ "$stamp" -nt pyproject.toml ]; then
     return
   fi

@@ -13,7 +13,7 @@ from flockwire.wire.codec import Message
 from flockwire.wire.keys import ROWS, Key
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import LAW_FAILED, Status
-from flockwire_recorder.publication import count_lost, published_at
+from flockwire_recorder.trace import count_lost, published_at
 
 from flockwire_analysis.observed import Observed, keep, observed
 from flockwire_analysis.recorded import ProcessRecord, StateChange, Trace, is_repeated

@@ -29,14 +29,10 @@ def latencies(trace: Trace, hop: str) -> Floats:
     """
     cause, answer = hop.split("_to_")
     if cause == CAPTURE:
-        return np.concatenate([_ages(trace.of(answer, number)) for number in trace.flying])
+        answers = [trace.of(answer, number) for number in trace.flying]
+        return np.concatenate([(series.published - series.stamps) / 1e6 for series in answers])
     numbers = sorted({0, *trace.flying})
     return np.concatenate([_delays(trace.of(cause, number), trace.of(answer, number)) for number in numbers])
-
-
-def _ages(series: Series) -> Floats:
-    """Return ms from the stamp of each message to its publication."""
-    return np.asarray((series.published - series.stamps) / 1e6, np.float64)
 
 
 def percentiles(delays: Floats) -> Percentiles:

@@ -76,12 +76,6 @@ def formation_phases(trace: Trace) -> tuple[FormationPhase, ...]:
     return tuple(found)
 
 
-def formation_phase(trace: Trace) -> Span | None:
-    """Return the span of the first formation phase, None when there was none."""
-    phases = formation_phases(trace)
-    return phases[0].span if phases else None
-
-
 def _end(trace: Trace, begin: int) -> int:
     """Return the end of a phase that began at `begin`, if no order ends it."""
     return min([trace.end, *(stop.stamp for stop in trace.stops if stop.stamp > begin)])

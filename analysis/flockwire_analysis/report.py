@@ -1,25 +1,187 @@
-"""Writes the report of a trace: summary.json, figures and report.html."""
+"""Writes the report of a trace: summary.json, figures and one HTML page without other files (templates/report.html)."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from flockwire.wire.status import Status
+
+from flockwire_analysis.graph_picture import graph_picture
+from flockwire_analysis.recorded import ProcessRecord, Trace
+from flockwire_analysis.summary import StepFigures, Summary
+
+if TYPE_CHECKING:
+    from flockwire_analysis.figures.drawing import Picture
 import json
+from base64 import b64encode
 from pathlib import Path
 
-from flockwire_analysis.page import page
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
+
 from flockwire_analysis.reading import read_trace
-from flockwire_analysis.recorded import Trace
-from flockwire_analysis.summary import Summary, summarise
+from flockwire_analysis.summary import summarise
+
+SHARED = "flockwire_analysis"  # templates that those of any package may use
 
 
-def write_report(trace: Path, out: Path, vector: bool = False) -> Summary:
-    """Read `trace` with its other parts, and write its report as `write_files` does.
+def render(package: str, template: str, /, **values: object) -> str:
+    """Render a template from the folder templates/ of `package` with `values`.
+
+    Raises jinja2.UndefinedError if the template needs a value that is not given.
+    """
+    return _environment(package).get_template(template).render(values)
+
+
+def _environment(package: str) -> Environment:
+    environment = Environment(
+        loader=ChoiceLoader([PackageLoader(name) for name in (package, SHARED)]),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["data_uri"] = _data_uri
+    return environment
+
+
+def _data_uri(picture: Path) -> str:
+    """Return a PNG file as a data URI."""
+    return f"data:image/png;base64,{b64encode(picture.read_bytes()).decode()}"
+
+
+UNKNOWN = "\N{EN DASH}"
+
+
+def page(trace: Trace, summary: Summary, pictures: Sequence[Picture], probe: dict[str, Any] | None) -> str:
+    """Return the page; figures are embedded, all text is escaped. `probe` is the content of probe.json."""
+    return render(
+        "flockwire_analysis",
+        "report.html",
+        name=trace.swarm.name.replace("_", " "),
+        failed=len(summary.failures()),
+        subtitle=_subtitle(trace, summary),
+        stops=tuple(dict.fromkeys(stop.reason for stop in trace.stops)),  # each is published several times
+        tiles=_tiles(summary),
+        checks=_checks(summary),
+        phases=_phases(summary),
+        missing=summary.missing,
+        pictures=pictures,
+        graph=graph_picture(trace.swarm.topology),
+        latency=_latency(summary),
+        steps=_steps(summary.steps),
+        processes=_processes(trace, summary),
+        messages=summary.messages,
+        rejected=[(key, f"{count:,}") for key, count in summary.messages.rejected_by_key.items()],
+        tracker=[(name, f"{count:,}") for name, count in summary.tracker.items()],
+        probe=probe,
+        attackers=_attackers(probe) if probe else (),
+        toml=trace.metadata.get("toml", ""),
+        versions=_versions(trace),
+    )
+
+
+def _subtitle(trace: Trace, summary: Summary) -> str:
+    drones = f"{summary.drones} drone{'s' if summary.drones != 1 else ''}"
+    started = trace.metadata.get("started", "").replace("T", " ").replace("+00:00", " UTC")
+    return " · ".join(part for part in (drones, f"{summary.duration_s:.1f} s recorded", started) if part)
+
+
+def _tiles(summary: Summary) -> Iterable[tuple[str, str]]:
+    yield length(summary.formation_error_m.rms_tail), "formation error, rms in the tail"
+    yield length(summary.observation_error_m.max_tail), "observation error, largest in the tail"
+    yield number(summary.formation_error_m.settled_s, "s"), "until the formation had settled"
+    yield length(summary.min_distance_uav_m), "smallest distance between drones"
+    if summary.min_distance_obstacle_m is not None:
+        yield length(summary.min_distance_obstacle_m), "smallest distance to an obstacle"
+    yield number(summary.max_speed_m_s, "m/s"), "highest speed"
+    yield number(summary.latency_ms["pose_to_command"].p99, "ms"), "pose to command, 99th percentile"
+
+
+def _checks(summary: Summary) -> list[tuple[bool, str, str, str]]:
+    return [(check.ok, check.name, check.found(), check.rule) for check in summary.checks]
+
+
+def _phases(summary: Summary) -> list[tuple[str, ...]]:
+    return [
+        (
+            phase.formation or "the first of the swarm file", number(phase.begin_s, "s"), number(phase.length_s, "s"),
+            number(phase.formation_error_m.settled_s, "s"), length(phase.formation_error_m.max_tail),
+            length(phase.judged_tail_m), length(phase.observation_error_m.max_tail),
+        )
+        for phase in summary.phases
+    ]  # fmt: skip
+
+
+def _latency(summary: Summary) -> Iterable[tuple[str, ...]]:
+    for hop, delay in summary.latency_ms.items():
+        yield hop.replace("_to_", " → "), number(delay.p50, "ms"), number(delay.p99, "ms")
+
+
+def _steps(found: StepFigures) -> tuple[str, ...]:
+    return tuple(f"{count:,}" for count in (found.made, found.delayed_1ms, found.delayed_5ms, found.skipped))
+
+
+def _processes(trace: Trace, summary: Summary) -> list[tuple[str, ...]]:
+    vitals = sorted(trace.vitals, key=lambda vitals: vitals.last.identity)
+    return [_process(one, summary.rate.get(one.last.identity)) for one in vitals]
+
+
+def _process(vitals: ProcessRecord, rate: float | None) -> tuple[str, ...]:
+    last = vitals.last
+    return (
+        last.identity, last.report.phase, UNKNOWN if rate is None else f"{100 * rate:.1f} %",
+        f"{last.steps:,}", f"{last.delayed_1ms:,}", f"{last.delayed_5ms:,}", f"{last.skipped:,}",
+        f"{100 * vitals.cpu:.1f} %", f"{last.resident / 2**20:.0f} MB",
+        f"{sum(count for _, count in last.rejected):,}", f"{last.refused:,}", _clock(last), ", ".join(vitals.links),
+    )  # fmt: skip
+
+
+def _clock(status: Status) -> str:
+    """Return the correction of the process's clock and its bound."""
+    if status.clock_bound < 0.0:
+        return "not known"
+    return f"{1e3 * status.clock_offset:+.1f} \u00b1 {1e3 * status.clock_bound:.1f}" if status.clock_bound else "shared"
+
+
+def _attackers(probe: dict[str, Any]) -> list[tuple[str, ...]]:
+    return [
+        (
+            attacker["identity"], attacker["mode"], str(attacker["links"]),
+            f"{len(attacker['received'])} of {len(attacker['received_expected'])}",
+            f"{len(attacker['published'])} of {len(attacker['published_expected'])}",
+            str(attacker["refused"]),
+        )
+        for attacker in probe["attackers"]
+    ]  # fmt: skip
+
+
+def _versions(trace: Trace) -> str:
+    named = (("flockwire", "version"), ("Zenoh", "zenoh"), ("Python", "python"), ("host", "host"), ("seed", "seed"))
+    return " · ".join(f"{text} {trace.metadata[key]}" for text, key in named if trace.metadata.get(key))
+
+
+def number(value: float | None, unit: str) -> str:
+    """Return a value with three digits and its unit, a dash for None."""
+    return UNKNOWN if value is None else f"{value:.3g} {unit}".strip()
+
+
+def length(value: float | None) -> str:
+    """Return a length in the unit that suits it, a dash for None; `value` in m."""
+    if value is None:
+        return UNKNOWN
+    return f"{1000 * value:.1f} mm" if abs(value) < 0.1 else f"{value:.2f} m"
+
+
+def write_report(path: Path, out: Path, vector: bool = False) -> Summary:
+    """Read the trace `path` with its other parts, and write its report as `write_files` does.
 
     A truncated trace is read up to its end. Raises ValueError for a file that is not a trace of a swarm, OSError if one
     cannot be read or written.
     """
-    read = read_trace(trace)
-    summary = summarise(read)
-    write_files(read, summary, out, vector)
+    trace = read_trace(path)
+    summary = summarise(trace)
+    write_files(trace, summary, out, vector)
     return summary
 
 

@@ -9,10 +9,10 @@ from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND
 from flockwire.swarm.tables import Obstacle
 
-from flockwire_analysis.phases import Span
+from flockwire_analysis.phases import Span, offsets
 from flockwire_analysis.recorded import Trace
-from flockwire_analysis.series import Booleans, Floats, Integers, Series
-from flockwire_analysis.tracking import interpolated
+from flockwire_analysis.series import Booleans, Floats, Integers
+from flockwire_analysis.tracking import Errors, interpolated
 
 GRID = SECOND // 100  # ns between the instants of distances
 POLYGON_STEP = 0.1  # s between two checks of the walls of a fence's polygon
@@ -42,12 +42,8 @@ def obstacle_distances(trace: Trace, times: Integers) -> dict[int, Floats]:
 
 def mover_distances(trace: Trace, span: Span) -> dict[int, Floats]:
     """Return each airframe's published distances in m to the nearest moving body that is not a drone."""
-    return {number: _within(trace.of("nearby", number), span) for number in trace.flying}
-
-
-def _within(series: Series, span: Span) -> Floats:
-    found: Floats = series.values[span.holds(series.stamps), 0]
-    return found
+    nearby = {number: trace.of("nearby", number) for number in trace.flying}
+    return {number: series.values[span.holds(series.stamps), 0] for number, series in nearby.items()}
 
 
 def surface_distance(places: Floats, obstacle: Obstacle) -> Floats:
@@ -116,3 +112,32 @@ def _max_speed(trace: Trace, number: int, span: Span) -> float | None:
         return None
     moved = np.sqrt(np.sum((places[after[first]] - places[first]) ** 2, axis=1))
     return float((moved * SECOND / (stamps[after[first]] - stamps[first])).max())
+
+
+RECOVERY = 4 * SECOND  # ns for a follower to return to its place
+
+
+def undisturbed(trace: Trace, errors: dict[int, Errors]) -> dict[int, Errors]:
+    """Return `errors` without the samples of followers whose places were near obstacles.
+
+    A place is h_i + x_0; near means within the obstacles' influence radius. Samples within RECOVERY after it are left
+    out too.
+    """
+    return {
+        number: Errors(error.stamps[free], error.values[free])
+        for number, error in errors.items()
+        for free in [~_disturbed(trace, number, error.stamps)]
+    }
+
+
+def _disturbed(trace: Trace, number: int, stamps: Integers) -> Booleans:
+    """Return at which of `stamps` (Unix ns, ascending) follower `number` is, or just was, near an obstacle."""
+    if not trace.swarm.obstacles or not len(stamps):
+        return np.zeros(len(stamps), np.bool_)
+    places = offsets(trace, number, stamps) + interpolated(trace.positions(0), stamps)
+    reach = trace.swarm.avoidance.obstacle_influence_radius
+    near = np.min([surface_distance(places, obstacle) for obstacle in trace.swarm.obstacles], axis=0) < reach
+    if not near.any():
+        return np.asarray(near)
+    last = np.where(near, stamps, 0)
+    return np.asarray(stamps - np.maximum.accumulate(last) < RECOVERY)

@@ -12,10 +12,10 @@ from flockwire.swarm.model import uav
 from flockwire_analysis import gaps, outcomes, separation, tracking
 from flockwire_analysis.checks import Check, Measured, checks, kept_within
 from flockwire_analysis.conformance import deviations
-from flockwire_analysis.detours import undisturbed
 from flockwire_analysis.latency import HOPS, Percentiles, latencies, percentiles
 from flockwire_analysis.phases import FormationPhase, Span, airborne, formation_of, formation_phases
 from flockwire_analysis.recorded import Trace
+from flockwire_analysis.separation import undisturbed
 from flockwire_analysis.tracking import ErrorFigures
 
 LONG_ENOUGH = 5.0  # s, shortest formation phase in which followers can settle for 2 s
@@ -109,13 +109,13 @@ def summarise(trace: Trace) -> Summary:
     judged = [phase for phase in figures if phase.length_s >= LONG_ENOUGH] or figures
     observation = tracking.worst([phase.observation_error_m for phase in judged])
     formation = tracking.worst([phase.formation_error_m for phase in judged])
-    distances = _distances(trace) if not lacking.placeless else _Distances()
+    apart, clear, speed, outside = _distances(trace) if not lacking.placeless else (None, None, None, None)
     spans = [phase.span for phase in phases]
     rate = {trace.plan.pilot[i]: gaps.control_rate(trace, i, spans) for i in trace.followers}
     gap = gaps.longest_gap(trace)
     measured = Measured(
         lacking.places, lacking.formation, len(trace.flying),
-        distances.between_drones, distances.to_obstacles, distances.speed, distances.outside,
+        apart, clear, speed, outside,
         tuple(dict.fromkeys(stop.reason for stop in trace.stops)), formation.settled_s, trace.failed_laws,
         _unsettled(judged), tracking.largest([phase.longest_off_s for phase in judged]),
         tracking.largest([phase.judged_tail_m for phase in judged]), observation.max_tail,
@@ -129,10 +129,10 @@ def summarise(trace: Trace) -> Summary:
         left_out=tuple(map(uav, trace.left_out)),
         observation_error_m=observation,
         formation_error_m=formation,
-        min_distance_uav_m=distances.between_drones,
-        min_distance_obstacle_m=distances.to_obstacles,
-        max_speed_m_s=distances.speed,
-        max_outside_m=distances.outside,
+        min_distance_uav_m=apart,
+        min_distance_obstacle_m=clear,
+        max_speed_m_s=speed,
+        max_outside_m=outside,
         latency_ms={hop: percentiles(latencies(trace, hop)) for hop in HOPS},
         steps=_steps(trace),
         messages=_messages(trace),
@@ -173,22 +173,13 @@ def _unsettled(phases: Sequence[PhaseFigures]) -> str:
     return ""
 
 
-@dataclass(frozen=True, slots=True)
-class _Distances:
-    """The smallest distances, the largest one outside the fence, m, and the highest speed, m/s, of the flights."""
-
-    between_drones: float | None = None
-    to_obstacles: float | None = None
-    speed: float | None = None
-    outside: float | None = None
-
-
-def _distances(trace: Trace) -> _Distances:
+def _distances(trace: Trace) -> tuple[float | None, float | None, float | None, float | None]:
+    """Return the smallest distances between drones and to obstacles, m, the highest speed, m/s, the most outside, m."""
     flight = airborne(trace)
     times = separation.common_times(flight)
     obstacles = separation.obstacle_distances(trace, times) if trace.swarm.obstacles else {}
     movers = separation.mover_distances(trace, flight)
-    return _Distances(
+    return (
         separation.smallest(list(separation.pair_distances(trace, times).values())),
         separation.smallest([*obstacles.values(), *movers.values()]),
         separation.max_speed(trace, flight),

@@ -55,24 +55,17 @@ def interpolated(series: Series, stamps: Integers) -> Floats:
 
 def observation_errors(trace: Trace) -> dict[int, Errors]:
     """Return |eta_i - x_0| of each follower at the stamps of its estimates, where the leader's position is known."""
-    leader = trace.positions(0)
-    result = {}
-    for number in trace.followers:
-        estimates = trace.of("estimate", number)
-        error = estimates.values[:, :3] - interpolated(leader, estimates.stamps)
-        result[number] = _errors(estimates.stamps, error)
-    return result
+    leader, estimates = trace.positions(0), {i: trace.of("estimate", i) for i in trace.followers}
+    return {i: _errors(e.stamps, e.values[:, :3] - interpolated(leader, e.stamps)) for i, e in estimates.items()}
 
 
 def formation_errors(trace: Trace) -> dict[int, Errors]:
     """Return |x_i - h_i - x_0| of each follower at the stamps of its positions, from the formation's time 0."""
-    leader = trace.positions(0)
-    result = {}
-    for number in trace.followers:
-        places = trace.positions(number)
-        error = places.values - offsets(trace, number, places.stamps) - interpolated(leader, places.stamps)
-        result[number] = _errors(places.stamps, error)
-    return result
+    leader, places = trace.positions(0), {i: trace.positions(i) for i in trace.followers}
+    return {
+        i: _errors(x.stamps, x.values - offsets(trace, i, x.stamps) - interpolated(leader, x.stamps))
+        for i, x in places.items()
+    }
 
 
 def figures(errors: dict[int, Errors], phase: Span) -> ErrorFigures:

@@ -34,7 +34,7 @@ def deploy(
     """Write containers or services of a swarm, with the keys of each process."""
     from flockwire.security.pki import make_keys  # noqa: PLC0415
     from flockwire_deploy import targets  # noqa: PLC0415  (jinja2)
-    from flockwire_deploy.engine import obstacle  # noqa: PLC0415
+    from flockwire_deploy.compose import obstacle  # noqa: PLC0415
     from flockwire_deploy.files import DeployError, refuse_other_keys  # noqa: PLC0415
     from flockwire_deploy.networks import RangeError  # noqa: PLC0415
 
@@ -46,11 +46,11 @@ def deploy(
         within = _range(subnets)
         refuse_other_keys(plan, held)
         written(held, lambda: make_keys(plan, held, clock.utc()))
-        deployment = targets.Deployment(plan, swarm, held, folder)
+        places = (plan, swarm, held, folder)
         if target is Target.COMPOSE:
-            step = targets.write_compose(deployment, within)
+            step = targets.write_compose(*places, within)
         else:
-            step = targets.write_bundles(deployment, wheels, playbook=target is Target.ANSIBLE)
+            step = targets.write_bundles(*places, wheels, playbook=target is Target.ANSIBLE)
     except (DeployError, RangeError) as error:
         refuse(str(error))
     except OSError as error:

@@ -13,8 +13,7 @@ from typing import NoReturn
 
 from flockwire.loading import parse_swarm
 from flockwire_sim.study.file import Study, StudyError, load_study
-from flockwire_sim.study.findings import QUANTITIES, Findings, find, write_worst
-from flockwire_sim.study.labels import label, quantity
+from flockwire_sim.study.findings import QUANTITIES, Findings, find, label, quantity, write_worst
 from flockwire_sim.study.ledger import Ledger
 from flockwire_sim.study.page import write_study
 from flockwire_sim.study.variation import rehearse, swarm_table

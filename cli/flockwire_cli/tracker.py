@@ -14,8 +14,8 @@ from flockwire_cli.inputs import load, refuse
 
 if TYPE_CHECKING:
     from flockwire.domain.vector import Vector
-    from flockwire_mocap.source import SourceState
     from flockwire_mocap.survey.inspection import BodyFigures, Inspection
+    from flockwire_mocap.tracking import SourceState
 
 Seconds = Annotated[float, typer.Option(min=0.5, max=60.0, help="Seconds to listen.")]
 

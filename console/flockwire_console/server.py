@@ -8,8 +8,10 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import hmac
+import ipaddress
 import json
 import logging
+import re
 from collections.abc import AsyncIterator, Coroutine
 from pathlib import Path
 from typing import Any
@@ -22,7 +24,6 @@ from flockwire.wire.plan import Plan
 from flockwire.wire.processes import CONSOLE
 from flockwire_station.operator import Operator
 
-from flockwire_console.hosts import pinned
 from flockwire_console.picture import Scene, outline
 
 PAGE = Path(__file__).with_name("page")
@@ -34,13 +35,15 @@ LONGEST_SEND = 1.0  # s for a page to accept a picture
 HEARTBEAT = 20.0  # s: with less, a busy station could disconnect a page that is about to order a stop
 OTHER_LINK = "this link has the token of another console; open the link that the console printed at its last start"
 POLICY = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+_HOST = re.compile(r"(?:\[(?P<v6>[^\]]*)\]|(?P<name>[^:]*))(?::\d+)?")
 
 
 class Pages:
     """Serves the pages of one swarm, requested by its `address` or by an IP address."""
 
     def __init__(self, plan: Plan, operator: Operator, token: str, address: str = "localhost") -> None:
-        self._plan, self._operator, self._token, self._address = plan, operator, token, address
+        self._plan, self._operator, self._token = plan, operator, token
+        self._names = frozenset({"localhost", address.lower()})
         self._scene = Scene(plan)
         self._due, self._failed = 0, ""  # next picture, monotonic ns; last failure
         self._sockets: dict[web.WebSocketResponse, asyncio.Transport] = {}
@@ -49,12 +52,25 @@ class Pages:
 
     def application(self) -> web.Application:
         """Return the ASGI application."""
-        app = web.Application(middlewares=[_guarded, pinned(self._address)])
+        app = web.Application(middlewares=[self._guarded])
         app.router.add_get("/", self._file)
         app.router.add_get("/{name:app\\.js|style\\.css}", self._file)
         app.router.add_get("/live", self._live)
         app.cleanup_ctx.append(self._operating)
         return app
+
+    @web.middleware
+    async def _guarded(self, request: web.Request, handler: Any) -> web.StreamResponse:  # noqa: ANN401  (aiohttp's)
+        """Answer 403 unless the host is an IP address, localhost or the own address: DNS may lead others here."""
+        if not is_own(request.headers.get("Host", ""), self._names):
+            raise web.HTTPForbidden(text="the console does not accept this host name; open it by its IP address")
+        response: web.StreamResponse = await handler(request)
+        if not response.prepared:
+            response.headers["Content-Security-Policy"] = POLICY
+            response.headers["X-Content-Type-Options"] = "nosniff"
+            response.headers["Referrer-Policy"] = "no-referrer"
+            response.headers["Cache-Control"] = "no-store"
+        return response
 
     async def _file(self, request: web.Request) -> web.StreamResponse:
         return web.FileResponse(PAGE / request.match_info.get("name", "index.html"))
@@ -153,12 +169,13 @@ class Pages:
             self._sending.discard(socket)
 
 
-@web.middleware
-async def _guarded(request: web.Request, handler: Any) -> web.StreamResponse:  # noqa: ANN401  (aiohttp's)
-    response: web.StreamResponse = await handler(request)
-    if not response.prepared:
-        response.headers["Content-Security-Policy"] = POLICY
-        response.headers["X-Content-Type-Options"] = "nosniff"
-        response.headers["Referrer-Policy"] = "no-referrer"
-        response.headers["Cache-Control"] = "no-store"
-    return response
+def is_own(host: str, names: frozenset[str]) -> bool:
+    """Return whether `host`, a Host header, is an IP address or one of `names`, with any port."""
+    found = _HOST.fullmatch(host)
+    if found is None:
+        return False
+    try:
+        ipaddress.ip_address(found["v6"] or found["name"])
+    except ValueError:
+        return (found["name"] or "").lower() in names
+    return True

@@ -1,1 +1,1 @@
-"""flockwire: formation flight with one process per drone. This is the library that all processes share."""
+"""flockwire: formation flight with one process per drone. The library of all processes."""

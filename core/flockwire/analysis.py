@@ -1,4 +1,4 @@
-"""What was recorded of a flight: reading a trace, its figures and checks, its errors over time, report and tables.
+"""Recorded flights: reading a trace, its figures and checks, errors over time, report and tables.
 
 A public interface (docs/python.md). Needs the extra `station`; `write_report` needs `report` too. Stamps are Unix ns,
 lengths m, world frame ENU.

@@ -8,16 +8,16 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 
-EPOCH = "FLOCKWIRE_EPOCH"  # Unix time at the monotonic clock's zero, ns: what the processes of one flight share
-FIRST_SETTING = 60_000_000_000  # ns: a larger step forward is that of a clock that had not been set before
+EPOCH = "FLOCKWIRE_EPOCH"  # Unix time at the monotonic clock's zero, ns, shared by the processes of one flight
+FIRST_SETTING = 60_000_000_000  # ns: a larger step forward is a clock's first setting
 
 
 class SteadyClock:
-    """Unix time in ns that continues at the monotonic clock's pace, whatever the wall clock is set to meanwhile.
+    """Unix time in ns that follows the monotonic clock and ignores settings of the wall clock.
 
-    Else a step of the wall clock would make all that was received before look older or younger. A process that has no
-    message yet follows a step forward, when it is larger than FIRST_SETTING: a host without a battery for its clock
-    starts far behind the others. With an `epoch` that it shares, or once it is `settled`, it follows none.
+    Otherwise a step of the wall clock would change the ages of received messages. A process without a message yet
+    follows a step forward larger than FIRST_SETTING: a host without a clock battery starts far behind the others. With
+    a shared `epoch`, or after `settle`, it follows no step.
     """
 
     def __init__(self, wall: Callable[[], int], monotonic: Callable[[], int], epoch: int | None = None) -> None:
@@ -38,7 +38,7 @@ def _shared_epoch() -> int | None:
 
 
 _IMPORTED = time.monotonic_ns()
-_correction = 0  # ns that this host's clock is behind the swarm's
+_correction = 0  # ns, lag of this host's clock behind the swarm's
 _STEADY = SteadyClock(time.time_ns, time.monotonic_ns, _shared_epoch())
 
 
@@ -48,38 +48,38 @@ def now() -> int:
 
 
 def settle() -> None:
-    """Follow no step of this host's clock any more: messages are stamped from here on."""
+    """Ignore later steps of this host's clock: messages are stamped from now on."""
     _STEADY.settled = True
 
 
 def epoch() -> int:
-    """Return the Unix time at the monotonic clock's zero by which this process counts, ns."""
+    """Return this process's Unix time at the monotonic clock's zero, ns."""
     return _STEADY.epoch
 
 
 def share(epoch: int) -> None:
-    """Count by the `epoch` of a process of this machine that runs already, ns."""
+    """Use the `epoch`, ns, of a running process of this machine."""
     _STEADY.epoch, _STEADY.settled = epoch, True
 
 
 def correct(correction: int) -> None:
-    """Have `now` show this host's time and `correction` ns: how far it is behind the swarm's."""
+    """Add `correction` ns, the host's lag behind the swarm, to `now`."""
     global _correction  # noqa: PLW0603  (one process, one clock)
     _correction = correction
 
 
 def epoch_environment() -> dict[str, str]:
-    """Return the environment by which a child, whenever it is started, has the same time as this process."""
+    """Return the environment that gives a child the same time as this process."""
     return {EPOCH: str(_STEADY.epoch)}
 
 
 def utc() -> datetime:
-    """Return the time as certificates count it."""
+    """Return the UTC time of certificates."""
     return datetime.now(UTC)
 
 
 def local() -> datetime:
-    """Return the time as people's watches show it here: for the names of folders."""
+    """Return the local time, for the names of folders."""
     return datetime.now().astimezone()
 
 
@@ -89,7 +89,7 @@ def monotonic() -> int:
 
 
 def uptime() -> float:
-    """Return for how long this process runs, s: since it was made (on Linux), elsewhere since this was imported."""
+    """Return the age of this process, s: since its start (on Linux), elsewhere since the import of this module."""
     try:
         fields = Path("/proc/self/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
         made = int(fields[19]) / os.sysconf("SC_CLK_TCK")  # proc(5): field 22, the 20th after the name

@@ -1,4 +1,4 @@
-"""Packages that only some uses need: which command installs one, where flockwire itself is not on any index."""
+"""Optional packages, and the command that installs one, because flockwire is not on any index."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _REQUIREMENT = re.compile(r"(?P<wanted>(?P<package>[\w.-]+)[^;]*);.*extra == ['\
 
 
 def remedy(extra: str) -> str:
-    """Return the command that installs what the extra of flockwire has, into the environment that runs this.
+    """Return the command that installs an extra of flockwire into this environment.
 
-    In a clone that is its script; elsewhere (a host's bundle, a container, a compiled environment) an installer, with
-    the extra's own requirements.
+    In a clone it is a script; elsewhere (a host's bundle, a container, a compiled environment) an installer with the
+    extra's requirements.
     """
     if SCRIPT.exists():
         return f"{_short(SCRIPT)} {extra}"
@@ -27,7 +27,7 @@ def remedy(extra: str) -> str:
 
 
 def lacking(error: ModuleNotFoundError) -> str:
-    """Return a line that names the extra which a failed import lacks, with `remedy`; empty if no extra has it."""
+    """Return a line with the missing extra of a failed import and its `remedy`; empty if no extra has it."""
     module = (error.name or "").partition(".")[0]
     extras = (line["extra"] for line in _requirements() if line["package"].replace("-", "_").lower() == module)
     extra = next(extras, None)
@@ -40,7 +40,7 @@ def _short(file: Path) -> str:
 
 
 def _requirements() -> list[re.Match[str]]:
-    """Return what flockwire's extras need: for each package the extra and the requirement."""
+    """Return the extra and the requirement of each optional package."""
     try:
         lines = requires("flockwire") or []
     except PackageNotFoundError:

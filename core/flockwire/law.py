@@ -1,4 +1,4 @@
-"""The interface of a control law; a law of your own needs no other module of flockwire's (docs/own_law.md).
+"""The interface of a control law; your own law needs no other module of flockwire (docs/own_law.md).
 
 A law is pure: an observation and the time go in, a velocity and an estimate come out. It reads no clock, does no input
 or output and draws no random numbers; it may keep state from step to step. `[control] law = "package.module:ClassName"`
@@ -30,7 +30,7 @@ __all__ = [
 
 
 class LawSettings(NamedTuple):
-    """What a law is made from: one drone's constants, and the gains of the swarm file."""
+    """The input of a law's constructor: one drone's constants, and the gains of the swarm file."""
 
     number: int  # of the follower
     period: float  # s, between two steps
@@ -49,11 +49,11 @@ class LawSettings(NamedTuple):
 
 
 class NeighbourEstimate(NamedTuple):
-    """What one in-neighbour published of the leader; of the leader itself, `number` 0, only the position is known."""
+    """One in-neighbour's estimate of the leader; the leader itself, `number` 0, has only a position."""
 
     number: int
     weight: float  # w_ij
-    stamp: int  # the time for which it holds
+    stamp: int  # the time for which it is valid
     motion: LeaderMotion
 
 
@@ -62,7 +62,7 @@ class Reference(NamedTuple):
 
     formation: Formation
     rank: int
-    start: int  # when the formation's time is 0
+    start: int  # time 0 of the formation
 
     def offset(self, when: int) -> Vector:
         """Return h_i, m."""
@@ -74,22 +74,22 @@ class Reference(NamedTuple):
 
 
 class Observation(NamedTuple):
-    """All that a law may know at one step."""
+    """The input of a law at one step."""
 
     dt: float  # s since the last step
     stamp: int  # of the own pose
-    motion: Motion | None  # the own position, velocity and stopping point; None while the own pose is stale
-    neighbour_estimates: Sequence[NeighbourEstimate]  # the fresh ones
-    bodies: Sequence[Body]  # what is near, relative to the own position
+    motion: Motion | None  # the drone's position, velocity and stopping point; None while its pose is stale
+    neighbour_estimates: Sequence[NeighbourEstimate]  # only fresh ones
+    bodies: Sequence[Body]  # nearby bodies, relative to the drone
     reference: Reference | None  # None outside the formation phase: then the velocity is not used
 
 
 class Decision(NamedTuple):
-    """What a law wants: a velocity for the airframe and, for its subscribers, an estimate of the leader."""
+    """The output of a law: a velocity for the airframe and, for its subscribers, an estimate of the leader."""
 
     velocity: Vector = ZERO
-    estimate: LeaderMotion | None = None  # None: nothing to publish yet
-    stamp: int = 0  # the time for which the estimate holds; 0 stands for now
+    estimate: LeaderMotion | None = None  # None: nothing to publish
+    stamp: int = 0  # the time for which the estimate is valid; 0 means now
 
 
 class Law(Protocol):
@@ -99,7 +99,7 @@ class Law(Protocol):
         """Start."""
 
     def step(self, observation: Observation, now: int) -> Decision:
-        """Return what to do at `now`; called at the control rate, on the ground too."""
+        """Return the decision at `now`; called at the control rate, also on the ground."""
 
 
 def check_decision(decision: Decision) -> None:

@@ -1,6 +1,6 @@
 """Reads swarm files: TOML in, one checked model out. The only place that applies the rules and imports a user's law.
 
-It stands above `swarm` and `wire` because some rules are about addresses, which only the plan knows.
+It is above `swarm` and `wire` because some rules concern addresses, which only the plan knows.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from flockwire.wire import address_rules
 
 
 class NoParameters(Model):
-    """The parameters of a law that names no model of its own."""
+    """The parameters of a law without its own model."""
 
 
 class SwarmFileError(ValueError):
@@ -35,7 +35,7 @@ class SwarmFileError(ValueError):
 
 
 class LawError(ValueError):
-    """A law that cannot be used; the text names it and the reason."""
+    """An unusable law; the text names it and the reason."""
 
 
 def load_swarm(path: Path) -> Swarm:
@@ -47,9 +47,9 @@ def load_swarm(path: Path) -> Swarm:
 
 
 def read_swarm(path: Path) -> Swarm:
-    """Read a swarm file without applying its rules: for orders to a swarm that flies by it already.
+    """Read a swarm file without its rules, for orders to a flying swarm.
 
-    Raises SwarmFileError if it is no swarm file.
+    Raises SwarmFileError if it is not a swarm file.
     """
     try:
         return validated(load_table(path))
@@ -58,7 +58,7 @@ def read_swarm(path: Path) -> Swarm:
 
 
 def load_table(path: Path) -> dict[str, object]:
-    """Read a swarm file, with the key frames it names, as it is; raises SwarmFileError if that cannot be done."""
+    """Read a swarm file and its key frames without a check; raises SwarmFileError if it cannot be read."""
     table = read_toml(path, "swarm file", SwarmFileError)
     for name, formation in [("formation", table.get("formation")), *_tables(table, "formations")]:
         if isinstance(formation, dict) and formation.get("kind") == "key_frames" and "file" in formation:
@@ -84,9 +84,9 @@ def parse_swarm(table: dict[str, object], origin: str) -> Swarm:
 
 
 def problems(swarm: Swarm, to_fly: bool = True, wrong: set[str] | None = None) -> Iterator[str]:
-    """Yield one line per problem, `key = value: rule`; a rule that leans on what is `wrong` already is left out.
+    """Yield one line per problem, `key = value: rule`; a rule that depends on a `wrong` key is skipped.
 
-    A swarm that is not `to_fly`, because it has flown, may name a law that cannot be had here; none is imported.
+    For a swarm that is not `to_fly`, because it has flown, no law is imported; it may be missing here.
     """
     own = (rule for row in AIRFRAMES if row.rules for rule in load_object(row.rules))
     of_files = (*rules.RULES, *formation_rules.RULES, *own, *airframe_rules.RULES, *gateway_rules.RULES)
@@ -125,7 +125,7 @@ def _law_problems(swarm: Swarm) -> Iterator[str]:
 
 
 def _law_constructor(swarm: Swarm) -> Iterator[str]:
-    """Make the law of every follower once: what it needs of the swarm should be found before a flight."""
+    """Make the law of every follower once, to find errors before a flight."""
     if swarm.control.law in rules.BUILT_IN:
         return
     for number in swarm.followers:

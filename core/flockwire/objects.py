@@ -1,4 +1,4 @@
-"""Objects that a table names as "package.module:name": the table's own package does not import them."""
+"""Loads objects that a table names as "package.module:name", so that its package does not import them."""
 
 from __future__ import annotations
 
@@ -7,6 +7,6 @@ from typing import Any
 
 
 def load_object(path: str) -> Any:  # noqa: ANN401  (whatever it names)
-    """Return what `package.module:name` names; raises ImportError, AttributeError, or what the import raises."""
+    """Return the object `package.module:name`; raises ImportError, AttributeError, or errors of the import."""
     module, _, attribute = path.partition(":")
     return getattr(importlib.import_module(module), attribute)

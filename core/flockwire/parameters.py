@@ -1,4 +1,4 @@
-"""From the swarm to the frozen parameters of its cores: the only place that makes them.
+"""Makes the frozen parameters of cores from the swarm; the only place that does.
 
 A core of an agent or of a leader knows its parameters, not the swarm. Lengths are m, times s, the world frame is ENU.
 """
@@ -26,47 +26,47 @@ from flockwire.swarm.model import Swarm
 from flockwire.swarm.tables import Checks, Limits, Obstacle
 from flockwire.wire.processes import Roster
 
-REACTION_PERIODS = 3.0  # of control, from a leader's command to the pose that shows it
+REACTION_PERIODS = 3.0  # control periods, from a leader's command to the pose that shows it
 
 
 class PilotParameters(NamedTuple):
-    """What the pilot of drone `number` flies by."""
+    """The parameters of the pilot of drone `number`."""
 
     number: int
     frame: str  # the name of the world frame
     period: float  # s, between two steps
-    driver: str  # the processes that drive its airframe, for people
+    driver: str  # the processes that drive its airframe, for messages
     lag: float  # s, of its airframe
     dead_time: float  # s, likewise
     limits: Limits
     checks: Checks
     room: Room
-    separation: Separation  # m, to keep where it comes down
-    guard: GuardParameters | None  # None if no safety filter is round the commands
-    sensing: bool  # whether it is served what is near; else it knows its neighbours and `obstacles`
+    separation: Separation  # m, safety distances at landing
+    guard: GuardParameters | None  # None without a safety filter
+    sensing: bool  # whether it receives nearby bodies; else it knows its neighbours and `obstacles`
     obstacles: tuple[Obstacle, ...]
-    potentials: PotentialParameters  # which push it while it holds without a safety filter
+    potentials: PotentialParameters  # of the push while it holds without a safety filter
     formation_gain: float  # 1/s, of that push
 
 
 class AgentParameters(NamedTuple):
-    """What a follower's agent flies by."""
+    """The parameters of a follower's agent."""
 
     pilot: PilotParameters
     law: str  # a built-in one or `package.module:ClassName`
     settings: LawSettings
     rank: int  # of its place in a formation
-    formations: Mapping[str, Formation]  # by the name that an order has
-    neighbours: dict[int, float]  # whom it receives from: w_ij by id j
+    formations: Mapping[str, Formation]  # by the name in an order
+    neighbours: dict[int, float]  # its in-neighbours: w_ij by id j
     leader_kind: str
 
 
 class CourseParameters(NamedTuple):
-    """What a leader flies its trajectory by."""
+    """The parameters of a leader's trajectory."""
 
     trajectory: Trajectory
     gain: float  # 1/s, of the position loop
-    filtered: bool  # whether a safety filter is round its commands
+    filtered: bool  # whether it has a safety filter
     delay: float  # s, from a command to the pose that shows its effect
     braking: float  # m/s^2
     separation: Separation
@@ -74,32 +74,32 @@ class CourseParameters(NamedTuple):
 
 
 class TeleoperationParameters(NamedTuple):
-    """What a teleoperated leader keeps to."""
+    """The parameters of a teleoperated leader."""
 
     speed: float  # m/s, at most
     acceleration: float  # m/s^2, at most
-    vertical_speed: float  # m/s, at most, while it keeps its place
-    stale: float  # s after which a steering command is none
+    vertical_speed: float  # m/s, at most, while it holds its position
+    stale: float  # s, maximum age of a steering command
 
 
 class LeaderParameters(NamedTuple):
-    """What a leader that has an airframe flies by."""
+    """The parameters of a leader with an airframe."""
 
     pilot: PilotParameters
     course: CourseParameters
-    teleoperation: TeleoperationParameters | None  # None: no steering command it, it flies its course
+    teleoperation: TeleoperationParameters | None  # None: not steered, it flies its course
 
 
 class TrackedParameters(NamedTuple):
-    """What a leader whom a person carries is watched by."""
+    """The parameters of a leader carried by a person."""
 
     period: float  # s, between two steps
-    body: str | int  # what the tracker calls it
-    stale: float  # s after which its pose is lost
+    body: str | int  # its name at the tracker
+    stale: float  # s, maximum age of its pose
 
 
 class VirtualParameters(NamedTuple):
-    """What a virtual leader moves by."""
+    """The parameters of a virtual leader."""
 
     frame: str  # the name of the world frame
     period: float  # s, between two steps
@@ -108,7 +108,7 @@ class VirtualParameters(NamedTuple):
 
 
 def pilot_parameters(swarm: Swarm, number: int) -> PilotParameters:
-    """Return what the pilot of drone `number` of `swarm` flies by."""
+    """Return the parameters of the pilot of drone `number` of `swarm`."""
     airframe, avoidance = swarm.airframe(number), swarm.avoidance
     return PilotParameters(
         number=number,
@@ -130,7 +130,7 @@ def pilot_parameters(swarm: Swarm, number: int) -> PilotParameters:
 
 
 def agent_parameters(swarm: Swarm, number: int) -> AgentParameters:
-    """Return what the agent of follower `number` of `swarm` flies by."""
+    """Return the parameters of the agent of follower `number` of `swarm`."""
     return AgentParameters(
         pilot=pilot_parameters(swarm, number),
         law=swarm.control.law,
@@ -143,7 +143,7 @@ def agent_parameters(swarm: Swarm, number: int) -> AgentParameters:
 
 
 def leader_parameters(swarm: Swarm) -> LeaderParameters:
-    """Return what the leader of `swarm` flies by, where it has an airframe."""
+    """Return the parameters of the leader of `swarm`, if it has an airframe."""
     steered = swarm.leader.kind == "teleoperated"
     return LeaderParameters(
         pilot=pilot_parameters(swarm, LEADER),
@@ -153,7 +153,7 @@ def leader_parameters(swarm: Swarm) -> LeaderParameters:
 
 
 def course_parameters(swarm: Swarm) -> CourseParameters:
-    """Return what the leader of `swarm` flies its trajectory by."""
+    """Return the parameters of the trajectory of the leader of `swarm`."""
     airframe = swarm.airframe(LEADER)
     return CourseParameters(
         trajectory=swarm.leader.trajectory.build(),
@@ -167,7 +167,7 @@ def course_parameters(swarm: Swarm) -> CourseParameters:
 
 
 def teleoperation_parameters(swarm: Swarm) -> TeleoperationParameters:
-    """Return what the leader of `swarm` keeps to while a person steers it."""
+    """Return the parameters of the teleoperated leader of `swarm`."""
     leader, limits = swarm.leader, swarm.limits
     return TeleoperationParameters(
         leader.speed, leader.acceleration, limits.vertical_speed, limits.staleness.steering_stop
@@ -175,18 +175,18 @@ def teleoperation_parameters(swarm: Swarm) -> TeleoperationParameters:
 
 
 def tracked_parameters(swarm: Swarm) -> TrackedParameters:
-    """Return what the leader of `swarm` is watched by, where a person carries it."""
+    """Return the parameters of the leader of `swarm`, if a person carries it."""
     return TrackedParameters(1.0 / swarm.control.rate_hz, swarm.body(LEADER), swarm.limits.staleness.pose_zero)
 
 
 def virtual_parameters(swarm: Swarm) -> VirtualParameters:
-    """Return what the leader of `swarm` moves by, where it is a point."""
+    """Return the parameters of the virtual leader of `swarm`."""
     leader = swarm.leader
     return VirtualParameters(swarm.frame, 1.0 / swarm.control.rate_hz, leader.trajectory.build(), leader.start)
 
 
 def guard_parameters(swarm: Swarm, number: int) -> GuardParameters:
-    """Return what the safety filter of drone `number` of `swarm` keeps to, whether it has one or not."""
+    """Return the parameters of the safety filter of drone `number` of `swarm`, even if it has none."""
     airframe, avoidance, limits = swarm.airframe(number), swarm.avoidance, swarm.limits
     return GuardParameters(
         separation=avoidance.kept,
@@ -203,7 +203,7 @@ def guard_parameters(swarm: Swarm, number: int) -> GuardParameters:
 
 
 def law_settings(swarm: Swarm, number: int) -> LawSettings:
-    """Return what the law of follower `number` of `swarm` is made from."""
+    """Return the settings of the law of follower `number` of `swarm`."""
     airframe, control, observer = swarm.airframe(number), swarm.control, swarm.observer
     return LawSettings(
         number=number,
@@ -232,5 +232,5 @@ def potential_parameters(swarm: Swarm) -> PotentialParameters:
 
 
 def sidestep_parameters(swarm: Swarm) -> SidestepParameters:
-    """Return what counts as in a drone's way."""
+    """Return the parameters of the sidestep."""
     return SidestepParameters(swarm.avoidance.safe, swarm.avoidance.sidestep_reach)

@@ -1,4 +1,4 @@
-"""Flights by script: `open_swarm` flies a swarm as Python coroutines say, in real or in virtual time.
+"""Flights by script: `open_swarm` flies a swarm from Python coroutines, in real or in virtual time.
 
 A public interface (docs/python.md). Needs the extra `station`. Times are s of the flight, lengths m, world frame ENU.
 """

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from enum import StrEnum
 from ipaddress import IPv4Network
 from pathlib import Path
@@ -34,30 +33,19 @@ class Target(StrEnum):
     ANSIBLE = "ansible"
 
 
-@dataclass(frozen=True, slots=True)
-class Deployment:
-    """The input of a deployment: the swarm's plan, file, keys, and the output folder."""
-
-    plan: Plan
-    swarm_file: Path
-    keys: Path
-    out: Path
-
-
-def write_compose(deployment: Deployment, within: IPv4Network | None) -> str:
+def write_compose(plan: Plan, swarm_file: Path, keys: Path, out: Path, within: IPv4Network | None) -> str:
     """Write the folder of a swarm of containers on one machine; returns the next step. Raises DeployError, OSError."""
-    plan, out = deployment.plan, deployment.out
     if line := outside(plan.swarm):
         raise DeployError(line)
     text = compose_file(plan, within)
     for identity in aboard(plan):
-        refuse_keys_in_use(deployment.keys, out / "keys" / identity)
+        refuse_keys_in_use(keys, out / "keys" / identity)
     write(out / "compose.yaml", text)
-    write_swarm(plan.swarm, deployment.swarm_file, out / "swarm")
+    write_swarm(plan.swarm, swarm_file, out / "swarm")
     caller = (os.getuid(), os.getgid())
     owner = caller if caller[0] else NOT_ROOT
     for identity in aboard(plan):
-        write_keys(plan, deployment.keys, [identity], out / "keys" / identity, None if owner == caller else owner)
+        write_keys(plan, keys, [identity], out / "keys" / identity, None if owner == caller else owner)
     remove_other_keys(out / "keys", aboard(plan))
     (out / "runs").mkdir(exist_ok=True)
     if owner != caller:
@@ -67,10 +55,9 @@ def write_compose(deployment: Deployment, within: IPv4Network | None) -> str:
     return f"docker compose -f {out / 'compose.yaml'} up"
 
 
-def write_bundles(deployment: Deployment, wheels: Path, playbook: bool) -> str:
+def write_bundles(plan: Plan, swarm_file: Path, keys: Path, out: Path, wheels: Path, playbook: bool) -> str:
     """Write a folder for each host, and what brings them there; returns the next step. Raises DeployError, OSError."""
-    plan, out = deployment.plan, deployment.out
-    hosts = Bundler(plan, deployment.swarm_file, deployment.keys, read_wheels(wheels)).write(out)
+    hosts = Bundler(plan, swarm_file, keys, read_wheels(wheels)).write(out)
     if not playbook:
         return f"copy each of {', '.join(hosts)} to its host, and there: sudo ./install.sh"
     write_playbook(plan, out)

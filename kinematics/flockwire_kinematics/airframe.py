@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from flockwire.control.first_order_lag import lagged
+from flockwire.control.first_order_lag import lagged_motion
 from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, scale
@@ -88,17 +88,11 @@ class FirstOrderAirframe:
             self.position = add(self.position, (x * dt, y * dt, z * dt - GRAVITY * dt * dt / 2.0))
             self.velocity = (x, y, z - GRAVITY * dt)
         else:
-            self._fly(dt)
-            self.battery = max(0.0, self.battery - dt / self._parameters.endurance)
+            parameters, battery = self._parameters, self.battery
+            self.position, self.velocity = lagged_motion(self.position, self.velocity, self._input, parameters.lag, dt)
+            battery -= dt / parameters.endurance
+            self.battery = battery if battery > 0.0 else 0.0
         if self.velocity[2] < 0.0 and self.position[2] - self._ground <= CONTACT:
             self.position, self.velocity = (self.position[0], self.position[1], self._ground), ZERO
             if self.state is not FlightState.STOPPED:
                 self.state = FlightState.GROUNDED
-
-    def _fly(self, dt: float) -> None:
-        lag, u, v = self._parameters.lag, self._input, self.velocity
-        x, y, z = self.position
-        x, vx = lagged(x, v[0], u[0], lag, dt)
-        y, vy = lagged(y, v[1], u[1], lag, dt)
-        z, vz = lagged(z, v[2], u[2], lag, dt)
-        self.position, self.velocity = (x, y, z), (vx, vy, vz)

@@ -21,9 +21,10 @@ class Coordinates:
     tracker's up axis into z, s is its unit in metres, R the rotation `rotation` (the quaternion r) and o the `offset`.
 
     Attributes:
-        up_axis: the tracker's axis that points up; "y" is turned so that (x, y, z) becomes (x, −z, y). unit: the
-        tracker's unit of length. rotation: unit quaternion x, y, z, w: from the tracker's axes, with z up, to the
-        field's. offset: m, of the tracker's origin on the field.
+        up_axis: the tracker's axis that points up; "y" is turned so that (x, y, z) becomes (x, −z, y).
+        unit: the tracker's unit of length.
+        rotation: unit quaternion x, y, z, w: from the tracker's axes, with z up, to the field's.
+        offset: m, of the tracker's origin on the field.
 
     """
 

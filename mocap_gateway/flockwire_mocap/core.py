@@ -22,16 +22,15 @@ from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, counted
 
-from flockwire_mocap import simulated
 from flockwire_mocap.field_bodies import FieldBodies, unnamed
-from flockwire_mocap.identities import Claim, Identities
-from flockwire_mocap.natnet import source as natnet
-from flockwire_mocap.owners import Owners
-from flockwire_mocap.qualisys import source as qualisys
-from flockwire_mocap.replay import source as replay
-from flockwire_mocap.source import Source
-from flockwire_mocap.vicon import source as vicon
-from flockwire_mocap.vrpn import source as vrpn
+from flockwire_mocap.identities import Claim, Identities, owner
+from flockwire_mocap.natnet.source import NatNetSource
+from flockwire_mocap.qualisys.source import QualisysSource
+from flockwire_mocap.replay.source import ReplaySource
+from flockwire_mocap.simulated import SimulatedSource
+from flockwire_mocap.tracking import Source
+from flockwire_mocap.vicon.source import ViconSource
+from flockwire_mocap.vrpn.source import VrpnSource
 
 REPEAT = SECOND // 2  # ns between two repetitions of the newest order
 TOLERANCE = 0.1  # m between a body and the nearest place that it can have reached
@@ -39,12 +38,12 @@ SPEED_MARGIN = 2.0  # times limits.speed: a falling drone is faster
 TAKE_OFF = ("prepare", "takeoff")  # the orders that name drones which are not on the field
 LATENCIES = 500  # poses in the reported median
 SOURCES: Mapping[str, Callable[[Start], Source]] = {  # by gateway.source
-    "simulated": simulated.make_source,
-    "natnet": natnet.make_source,
-    "vrpn": vrpn.make_source,
-    "qualisys": qualisys.make_source,
-    "vicon": vicon.make_source,
-    "replay": replay.make_source,
+    "simulated": SimulatedSource,
+    "natnet": NatNetSource,
+    "vrpn": VrpnSource,
+    "qualisys": QualisysSource,
+    "vicon": ViconSource,
+    "replay": ReplaySource,
 }
 
 
@@ -57,7 +56,7 @@ class GatewayCore:
         self.prompt = frozenset({MISSION})
         self.period = 1.0 / swarm.gateway.rate_hz
         self._swarm = swarm
-        self._owners = Owners(swarm)
+        self._drones = {swarm.body(i): i for i in swarm.tracked}
         self._seen: dict[int, int] = {}  # when each drone was seen last, Unix ns
         self._sensing = frozenset(swarm.flying) if swarm.avoidance.sensing == "nearby" else frozenset()
         self._nearby_keys = {i: Key("nearby", uav(i)) for i in swarm.flying}
@@ -154,7 +153,7 @@ class GatewayCore:
                 identity, name, position, orientation, tracked = body
                 if not tracked:
                     continue
-                drone = self._owners.drone(identity, name)
+                drone = owner(self._drones, identity, name)
                 if drone is not None:
                     claims.append(from_fields(Claim, (captured, drone, position, orientation)))
                     self._field.forget_unnamed(identity)

@@ -1,9 +1,9 @@
-"""All bodies on the field, as a sensor on board of each drone would see them: relative, without identities."""
+"""All bodies on the field, seen by an on-board sensor of each drone: relative, without identities."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from math import dist
+from collections.abc import Iterable, Mapping
+from math import dist, floor
 from typing import NamedTuple
 
 from flockwire.control.graph import LEADER
@@ -15,19 +15,45 @@ from flockwire.domain.vector import ZERO, Vector, norm, subtract
 from flockwire.swarm.model import Swarm
 
 from flockwire_mocap.lost_body import STILL, LostBody, drone_spread, person_spread
-from flockwire_mocap.vicinity import Vicinity
 
-FEW = 30  # bodies up to which each drone looks at all others
-FORGET = SECOND  # ns unseen after which nothing is left of a velocity, and a body that is not believed is gone
-LEFT = 5 * SECOND  # ns after which a person who is not seen has left, or is where nobody can say
-MOST_MOVERS = 500  # bodies of no drone that are kept; beyond that those are forgotten that are no longer seen
-TIME_CONSTANT = 0.05  # s, of the trackers of their velocities
-MOVERS = -1001  # the number of the first; those above it are of lost drones
-CARRIED = "said to be the leader's"  # what the body is called of a person who carries the leader
+Cell = tuple[int, int]
+
+
+class Vicinity:
+    """The `places` (m, by any key), sorted into upright columns of `reach` x `reach` m: few drones share one."""
+
+    def __init__(self, places: Mapping[int, Vector], reach: float) -> None:
+        self._reach = reach
+        self._order = {key: rank for rank, key in enumerate(places)}
+        self._cells: dict[Cell, list[int]] = {}
+        for key, place in places.items():
+            self._cells.setdefault(self._cell(place), []).append(key)
+
+    def round(self, position: Vector) -> list[int]:
+        """Return the keys of all places that may be within reach of `position`, in the order of the mapping."""
+        cells, (a, b) = self._cells, self._cell(position)
+        found: list[int] = []
+        for i in (a - 1, a, a + 1):
+            for j in (b - 1, b, b + 1):
+                if (i, j) in cells:
+                    found += cells[i, j]
+        return sorted(found, key=self._order.__getitem__) if len(found) > 1 else found
+
+    def _cell(self, place: Vector) -> Cell:
+        return (floor(place[0] / self._reach), floor(place[1] / self._reach))
+
+
+FEW = 30  # bodies up to which each drone checks all others
+FORGET = SECOND  # ns unseen after which a velocity is dropped, and a held-back body is gone
+LEFT = 5 * SECOND  # ns after which an unseen person counts as gone
+MOST_MOVERS = 500  # other bodies that are kept; beyond that unseen ones are dropped
+TIME_CONSTANT = 0.05  # s, of the velocity trackers
+MOVERS = -1001  # number of the first; numbers above it are of lost drones
+CARRIED = "said to be the leader's"  # name of the body of a person who carries the leader
 
 
 def held_name(drone: int) -> str:
-    """Return what a body is called that is said to be a drone's, and is not believed to be."""
+    """Return the name of a held-back body with a drone's name."""
     return f"said to be drone {drone}'s"
 
 
@@ -48,7 +74,7 @@ def unnamed(identity: int) -> str:
 
 
 class Mover:
-    """A body that moves and is no drone's: where it was seen last, how fast it moves, how large it is."""
+    """A moving body that is not a drone: its last place, velocity and size."""
 
     def __init__(self, shape: Cylinder, position: Vector, stamp: int) -> None:
         self.shape, self.position, self.stamp = shape, position, stamp
@@ -62,12 +88,12 @@ class Mover:
         return self._tracker.velocity
 
     def update(self, position: Vector, stamp: int) -> None:
-        """Take where it was at `stamp` (ns)."""
+        """Record its position at `stamp` (ns)."""
         self.position, self.stamp = position, stamp
         self._tracker.update(position, (stamp - self._epoch) / SECOND)
 
     def near(self, position: Vector, reach: float) -> Body | None:
-        """Return it as seen from `position` (m), None if its surface is `reach` m away or more."""
+        """Return it relative to `position` (m), None if its surface is `reach` m away or more."""
         relative = to_axis(position, self.position, self._height)
         if norm(relative) - self.radius >= reach:
             return None
@@ -75,12 +101,12 @@ class Mover:
 
 
 class FieldBodies:
-    """The drones, obstacles and other bodies of `swarm`. What is no drone, or not seen, has a number below 0."""
+    """The drones, obstacles and other bodies of `swarm`. Other bodies, and lost ones, have numbers below 0."""
 
     def __init__(self, swarm: Swarm) -> None:
         table, safe = swarm.gateway, swarm.avoidance
         self._swarm = swarm
-        self._lost_after = nanoseconds(swarm.limits.staleness.pose_zero)  # ns: then its own pilot stops it
+        self._lost_after = nanoseconds(swarm.limits.staleness.pose_zero)  # ns: then its pilot stops it
         self._drone_radius = max(safe.kept.drone - safe.kept.obstacle, 0.0)
         self._reach, self._obstacles = safe.sensing_radius, swarm.obstacles
         self._shapes = {one.body: Cylinder(one.radius, one.height) for one in swarm.tracked_obstacles}
@@ -95,11 +121,11 @@ class FieldBodies:
 
     @property
     def others(self) -> tuple[str, ...]:
-        """The names of the bodies that are no drone's."""
+        """The names of the bodies that are not drones."""
         return tuple(name for name in self._movers if not name.startswith("said to be"))
 
     def see_drone(self, drone: int, stamp: int, position: Vector) -> None:
-        """Take where a drone was at `stamp` (ns); a leader that a person carries is a person."""
+        """Record a drone's position at `stamp` (ns); a leader that a person carries is a person."""
         if drone in self._carried:
             self.see_other(CARRIED, stamp, position)
         else:
@@ -108,11 +134,11 @@ class FieldBodies:
             self._movers.pop(held_name(drone), None)
 
     def see_held(self, drone: int, stamp: int, position: Vector) -> None:
-        """Take where a body was at `stamp` (ns) that bears a drone's name and is not believed to be its."""
+        """Record the position at `stamp` (ns) of a held-back body with a drone's name."""
         self.see_other(held_name(drone), stamp, position)
 
     def see_other(self, name: str, stamp: int, position: Vector) -> None:
-        """Take where a body that is no drone's was at `stamp` (ns)."""
+        """Record the position of another body at `stamp` (ns)."""
         mover = self._movers.get(name)
         if mover is not None and stamp - mover.stamp < FORGET:
             mover.update(position, stamp)
@@ -125,14 +151,14 @@ class FieldBodies:
             self._movers.pop(unnamed(identity), None)
 
     def forget_drones(self, drones: Iterable[int]) -> None:
-        """Take it that those of `drones` that are not seen are gone from the field."""
+        """Drop those of `drones` that are not seen: they are not on the field."""
         for drone in drones:
             self._drones.pop(drone, None)
 
     def arrange(self, now: int) -> None:
-        """Sort what has been seen by place: call it once before all calls to `near`.
+        """Sort the bodies by place; call it once before all calls to `near`.
 
-        `now` is when the newest was seen, Unix ns; what was seen before has an age.
+        `now` is the newest sighting, Unix ns; earlier ones have an age.
         """
         seen_from = now - self._lost_after
         self._places = {drone: place for drone, (stamp, place) in self._drones.items() if stamp >= seen_from}
@@ -151,7 +177,7 @@ class FieldBodies:
             self._vicinity = Vicinity(self._places, self._reach + widest)
 
     def near(self, drone: int, position: Vector) -> tuple[Body, ...]:
-        """Return what is within the sensing radius of `drone`, which is at `position` (m)."""
+        """Return the bodies within the sensing radius of `drone`, which is at `position` (m)."""
         places, reach = self._places, self._reach
         keys = self._vicinity.round(position) if self._vicinity is not None else places
         bodies = [
@@ -179,9 +205,9 @@ class FieldBodies:
         return LostBody(mover.position, shape.height, shape.radius + spread.reach(age), spread.growth(age))
 
     def _lasts(self, name: str, age: int) -> bool:
-        """Return whether a body that was seen `age` ns ago is still there.
+        """Return whether a body that was seen `age` ns ago is still kept.
 
-        An obstacle and whoever carries the leader stay on the field. A body that was not believed to be a drone's is
-        some drone, whose own last place is kept.
+        An obstacle and the person who carries the leader are kept. A held-back body is some drone, whose own last place
+        is kept.
         """
         return name in self._shapes or name == CARRIED or age < (FORGET if name in self._held else LEFT)

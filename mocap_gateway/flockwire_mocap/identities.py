@@ -7,7 +7,7 @@ a place where no drone was is held back until further frames confirm it (jumps.p
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from flockwire.domain.time import SECOND
@@ -174,3 +174,9 @@ class Identities:
     def _distance(self, drone: int, position: Vector) -> float:
         last = self.jumps.last(drone)
         return distance(last.position, position) if last is not None else float("inf")
+
+
+def owner(drones: Mapping[str | int, int], identity: int, name: str | None) -> int | None:
+    """Return whose of `drones` (by body) the body with this number and name is, the name first; None: no drone's."""
+    drone = drones.get(name) if name is not None else None
+    return drones.get(identity) if drone is None else drone

@@ -1,12 +1,15 @@
-"""A connection that reconnects after each loss, until it is closed."""
+"""Connections to trackers: they reconnect after each loss, and notice a silent end; packages of extras are imported."""
 
 from __future__ import annotations
 
 import asyncio
+import importlib
 import logging
+import socket
 from abc import ABC, abstractmethod
-from typing import ClassVar
+from typing import Any, ClassVar
 
+from flockwire.extras import remedy
 from flockwire.wire.processes import GATEWAY
 
 
@@ -48,3 +51,35 @@ class PersistentConnection(ABC):
                 logged = why
             self.failed(why)
             await asyncio.sleep(self.PAUSE)
+
+
+def imported(module: str, extra: str) -> Any:  # noqa: ANN401  (any module)
+    """Return the module of that name; raises OSError with the extra of flockwire that brings it."""
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        line = f"gateway.source = {extra!r} needs the package {module.replace('_', '-')}"
+        raise OSError(f"{line}: {remedy(extra)} ({error})") from None
+
+
+SILENCE = 3  # s without a sign of the other end, after which the connection is lost
+
+
+def keep_alive(transport: asyncio.BaseTransport) -> None:
+    """Have the kernel probe the other end every second while nothing comes, and end the connection after SILENCE s.
+
+    The other end's kernel answers the probes, so that a server which sees no body, and has nothing to report, keeps its
+    connection. A time-out for data could not distinguish that from a server that is gone.
+    """
+    link = transport.get_extra_info("socket")
+    link.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    options = {
+        "TCP_KEEPIDLE": 1,  # s
+        "TCP_KEEPALIVE": 1,  # s: what macOS calls it
+        "TCP_KEEPINTVL": 1,  # s
+        "TCP_KEEPCNT": SILENCE,
+        "TCP_USER_TIMEOUT": 1000 * SILENCE,  # ms; while own data is unanswered nothing is probed
+    }
+    for name, value in options.items():
+        if hasattr(socket, name):
+            link.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)

@@ -18,7 +18,7 @@ from flockwire_mocap.natnet.source import NatNetSource
 from flockwire_mocap.persistent import PersistentConnection
 from flockwire_mocap.qualisys.client import QualisysClient
 from flockwire_mocap.qualisys.source import QualisysSource
-from flockwire_mocap.replay.source import ReplaySource
+from flockwire_mocap.replay.source import ReplaySource, read_poses
 from flockwire_mocap.vicon.client import ViconClient
 from flockwire_mocap.vicon.source import ViconSource
 from flockwire_mocap.vrpn.client import VrpnClient
@@ -60,8 +60,6 @@ async def _kept(client: PersistentConnection) -> AsyncIterator[None]:
 
 @asynccontextmanager
 async def _replay(source: ReplaySource) -> AsyncIterator[None]:
-    from flockwire_mocap.replay.reading import read_poses  # noqa: PLC0415  (the trace's format)
-
     path = Path(source.table.trace)
     try:
         source.load(await asyncio.to_thread(read_poses, path))
@@ -82,8 +80,7 @@ def feed(core: Core, step: Callable[[], None]) -> AbstractAsyncContextManager[No
         case NatNetSource():
             return _natnet(source, drained)
         case VrpnSource():
-            table = source.table
-            return _kept(VrpnClient(table.server, source.arrived, table.port, source.session, drained))
+            return _kept(VrpnClient(source, drained))
         case QualisysSource():
             return _kept(QualisysClient(source, drained))
         case ViconSource():

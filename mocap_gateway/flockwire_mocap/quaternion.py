@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from math import cos, sin
-
 from flockwire.domain.vector import Vector
 
 Quaternion = tuple[float, float, float, float]
@@ -34,8 +32,3 @@ def rotate(q: Quaternion, v: Vector) -> Vector:
         v[1] + 2.0 * (z * a - x * c),
         v[2] + 2.0 * (x * b - y * a),
     )
-
-
-def about_z(angle: float) -> Quaternion:
-    """Return the rotation by `angle` (rad, counter-clockwise seen from above) about the axis that points up."""
-    return (0.0, 0.0, sin(angle / 2.0), cos(angle / 2.0))

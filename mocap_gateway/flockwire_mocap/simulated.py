@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from math import hypot
 
 from flockwire.domain.fields import from_fields
@@ -10,16 +9,15 @@ from flockwire.domain.order import Mission
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, add, scale
-from flockwire.process.cores import Randomness, Start
-from flockwire.process.faults import Fault, NameSwap, NoiseBurst, TrackerLoss, Visitor
-from flockwire.swarm.model import Swarm, uav
+from flockwire.process.cores import Start
+from flockwire.process.faults import NameSwap, NoiseBurst, TrackerLoss, Visitor
+from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
 
 from flockwire_mocap.completeness import Completeness
 from flockwire_mocap.quaternion import IDENTITY
-from flockwire_mocap.source import SourceState
-from flockwire_mocap.tracking import ReportedBody, TrackerFrame, framed
+from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, framed
 
 CameraFault = TrackerLoss | NoiseBurst | NameSwap | Visitor
 VISITORS = 10_000  # the number of the first body that is not a drone
@@ -27,15 +25,14 @@ Measured = tuple[int, ReportedBody]  # stamp, Unix ns, and position
 
 
 class SimulatedSource:
-    """Measures the simulated airframes of `swarm`, with the tracker's `faults`.
+    """Measures the simulated airframes of the swarm, with the tracker's faults.
 
     A body is available at the first `take` at least the latency (s) after its stamp, so latency is a multiple of the
-    frame period. Faults count from `took_off` (Unix ns), or without it from the order to take off.
+    frames. Faults count from `start.took_off` (Unix ns), or without it from the order to take off.
     """
 
-    def __init__(
-        self, swarm: Swarm, randomness: Randomness, faults: Iterable[Fault] = (), took_off: int | None = None
-    ) -> None:
+    def __init__(self, start: Start) -> None:
+        swarm = start.plan.swarm
         parameters = swarm.gateway
         self._drones = {Key("truth", uav(i)): i for i in swarm.tracked}
         self.triggers = frozenset(self._drones)
@@ -43,17 +40,15 @@ class SimulatedSource:
         self._frames = 0
         self._noise, self._dropout = parameters.noise, parameters.dropout
         self._latency = round(parameters.latency * SECOND)
-        self._randomness = randomness
-        self._faults = tuple(fault for fault in faults if isinstance(fault, CameraFault))
+        self._randomness = start.chance
+        self._faults = tuple(fault for fault in start.faults if isinstance(fault, CameraFault))
         visitors = dict.fromkeys(fault.body for fault in self._faults if isinstance(fault, Visitor))
         self._visitors = {body: VISITORS + k for k, body in enumerate(visitors)}
-        self._took_off = took_off
+        self._took_off = start.took_off
         self._completeness = Completeness(swarm.tracked, 1.0 / parameters.rate_hz)
         self._complete = False
         self._truths: dict[int, Pose] = {}  # the newest, of those not measured yet
-        self._order = (
-            swarm.tracked[-1:] + swarm.tracked[:-1]
-        )  # of random draws: another would change every seed's flight
+        self._order = swarm.tracked[-1:] + swarm.tracked[:-1]  # of random draws: another changes every seed's flight
         self._measured: list[Measured] = []
 
     def receive(self, key: Key, message: Message, now: int) -> None:
@@ -135,8 +130,3 @@ class SimulatedSource:
         x, y, z = position
         gauss = self._randomness.gauss
         return (x + gauss(0.0, noise), y + gauss(0.0, noise), z + gauss(0.0, noise))
-
-
-def make_source(start: Start) -> SimulatedSource:
-    """Return the simulated source of the gateway that starts."""
-    return SimulatedSource(start.plan.swarm, start.chance, start.faults, start.took_off)

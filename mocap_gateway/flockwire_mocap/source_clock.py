@@ -60,11 +60,6 @@ class SourceClock:
         origin, offset = self._base
         return source_time + offset + round(self._slope * (source_time - origin))
 
-    @property
-    def drift(self) -> float:
-        """Relative speed of the local clock to the source's, minus 1."""
-        return self._slope
-
     def _begin(self, source_time: int, difference: int) -> None:
         self._points.clear()
         self._points.append((source_time, difference))

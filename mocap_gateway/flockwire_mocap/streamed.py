@@ -12,9 +12,8 @@ from flockwire.wire.status import OTHERS, counted
 
 from flockwire_mocap.completeness import Completeness
 from flockwire_mocap.coordinates import Coordinates
-from flockwire_mocap.source import SourceState
 from flockwire_mocap.source_clock import SourceClock
-from flockwire_mocap.tracking import ReportedBody, TrackerFrame, framed
+from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, framed
 
 MOST_TWICE = 8  # duplicated bodies that the status names; the others are one sum
 
@@ -26,9 +25,10 @@ class StreamedSource:
     clock; then the tracker's delay from exposure to sending is subtracted.
 
     Args:
-        coordinates: the map from the tracker's axes to the field. state: returns the state of the connection at a time,
-        Unix ns. latency: ns from exposure to the stamp, if the tracker's stamps do not include it. awaited: the drones
-        by body, if the protocol reports single bodies; None if frames are whole.
+        coordinates: the map from the tracker's axes to the field.
+        state: returns the state of the connection at a time, Unix ns.
+        latency: ns from exposure to the stamp, if the tracker's stamps do not include it.
+        awaited: the drones by body, if the protocol reports single bodies; None if frames are whole.
         period: s between two frames of such a protocol.
 
     """

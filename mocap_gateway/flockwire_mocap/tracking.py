@@ -1,12 +1,15 @@
-"""The data of every tracking system: frames of bodies, stamped by the source's clock."""
+"""The gateway's interface to a tracking system, simulated or real: frames of bodies, stamped by the source's clock."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from math import isfinite
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from flockwire.domain.vector import Vector
+from flockwire.wire.codec import Message
+from flockwire.wire.keys import Key
+from flockwire.wire.status import Counts
 
 from flockwire_mocap.quaternion import IDENTITY, Quaternion
 
@@ -18,10 +21,11 @@ class ReportedBody(NamedTuple):
     """One body of a frame, in the tracker's terms.
 
     Attributes:
-        identity: the tracker's number of the body. name: the tracker's name of it; None while the tracker has not sent
-        it. position: unit and axes of the source (the tracker's frame) until `Coordinates` has converted it.
-        orientation: unit quaternion x, y, z, w, body to the same frame. tracked: False if the body is lost and the pose
-        not measured.
+        identity: the tracker's number of the body.
+        name: the tracker's name of it; None while the tracker has not sent it.
+        position: unit and axes of the source (the tracker's frame) until `Coordinates` has converted it.
+        orientation: unit quaternion x, y, z, w, body to the same frame.
+        tracked: False if the body is lost and the pose not measured.
 
     """
 
@@ -41,8 +45,9 @@ class TrackerFrame(NamedTuple):
     """All bodies of one exposure, or of one report if a protocol reports single bodies.
 
     Attributes:
-        number: counts up by one from frame to frame. captured: exposure time, ns of the source's clock. transmitted:
-        send time, ns of the same clock; `captured` if the protocol does not carry it.
+        number: counts up by one from frame to frame.
+        captured: exposure time, ns of the source's clock.
+        transmitted: send time, ns of the same clock; `captured` if the protocol does not carry it.
         bodies: the bodies in the order of the source.
         set_back: whether the source's clock is known to have been set back since the frame before it.
 
@@ -71,3 +76,37 @@ def is_pose(position: Vector, orientation: Quaternion) -> bool:
     x, y, z, w = orientation
     length = x * x + y * y + z * z + w * w  # NaN and infinity fail the comparison
     return abs(length - 1.0) < UNIT_TOLERANCE and isfinite(sum(position))
+
+
+class SourceState(NamedTuple):
+    """The state of a tracking system: its problem, and its counts."""
+
+    trouble: str = ""  # why there are no frames, and the remedy; empty while they arrive
+    counts: Counts = ()  # of bad frames and packets, by kind
+
+
+class Source(Protocol):
+    """A tracking system; its units, axes, clock and faults are internal to it.
+
+    A source decides when a frame is complete: with each message if it receives whole frames (NatNet, Qualisys, Vicon,
+    replay), by the rules of completeness.py if it receives single bodies (VRPN, simulated).
+    """
+
+    @property
+    def triggers(self) -> frozenset[Key]:
+        """The keys whose messages may complete a frame."""
+
+    def receive(self, key: Key, message: Message, now: int) -> None:
+        """Receive any message that the gateway received at `now` (Unix ns); ignores those that it does not need."""
+
+    def complete(self) -> bool:
+        """Return whether the last message completed a frame."""
+
+    def take(self, now: int) -> list[TrackerFrame]:
+        """Return the measurements since the last call that are available by `now` (Unix ns), complete or not.
+
+        Only the newest measurement of each body: on the field (ENU, m), stamped by the gateway's clock.
+        """
+
+    def state(self, now: int) -> SourceState:
+        """Return its state at `now` (Unix ns)."""

@@ -21,8 +21,7 @@ from flockwire.wire.status import Counts, Report, counted
 
 from flockwire_recorder.core import PERIOD, RecorderCore
 from flockwire_recorder.parts import next_part
-from flockwire_recorder.publication import published_at
-from flockwire_recorder.trace import TraceFullError, TraceWriter, describe
+from flockwire_recorder.trace import TraceFullError, TraceWriter, describe, published_at
 
 FLUSH_EVERY = 5  # drains: at most a tenth of a second is lost with the process
 

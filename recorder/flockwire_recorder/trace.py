@@ -25,6 +25,10 @@ from flockwire_recorder.chunked import ChunkedWriter
 if TYPE_CHECKING:
     from flockwire.process.faults import Fault
     from flockwire.swarm.model import Swarm
+from collections.abc import Collection
+from itertools import pairwise
+
+from flockwire.wire.inbox import BURST
 
 FAULTS = "faults"  # of the metadata
 METADATA = "flockwire"
@@ -163,3 +167,21 @@ class TraceWriter:
             with contextlib.suppress(OSError):
                 file.close()
         return TraceFullError(error.errno, f"the trace takes no more: {error.strerror}", str(self._path))
+
+
+FARTHEST = 10 * SECOND  # ns between publication and record: a receiver that was frozen, a clock that is not known yet
+
+
+def published_at(claimed: int, received: int) -> int:
+    """Return when a message was published, Unix ns: `claimed` if it is near `received`, else `received`."""
+    return claimed if abs(received - claimed) <= FARTHEST else received
+
+
+def count_lost(sequences: Collection[int], rate: int, duration: int) -> int:
+    """Return the number of missing messages within `duration` ns, from the recorded `sequences`.
+
+    A gap counts only up to `rate` messages per s: a wider one is not a count of messages.
+    """
+    most, found = rate * (duration // SECOND + 1 + BURST), sorted(set(sequences))
+    gaps = (later - earlier - 1 for earlier, later in pairwise(found))
+    return min(most, sum(gap for gap in gaps if gap <= most))

@@ -33,7 +33,7 @@ class FlightError(RuntimeError):
 class DroneStatus:
     """The state of a drone; -1 and None mean unknown."""
 
-    phase: str  # "grounded", "ready", "take-off", "hold", "formation", "landing", "stopped"; "" while it is silent
+    phase: str  # a Phase (wire/phase.py) like "hold"; "" while it is silent
     detail: str = ""  # the awaited input, or the reason of the phase
     position: Vector | None = None  # m, world frame
     battery: float = -1.0  # share of full
@@ -109,7 +109,12 @@ class Flight(ABC):
         await self._until(lambda: all(drone.phase == stopped for drone in self.drones.values()), "stop", failing=True)
 
     async def wait_for(self, phase: str, drones: Iterable[int] | None = None, patience: float = ORDER_TIME) -> None:
-        """Wait until `drones` (all, without them) are in `phase`; raises FlightError after `patience` s."""
+        """Wait until `drones` (all, without them) are in `phase`; raises FlightError after `patience` s.
+
+        It does so at once where there is no such phase.
+        """
+        if phase not in tuple(Phase):
+            raise FlightError(f"wait for {phase!r}: must be one of {', '.join(Phase)}")
         wanted = tuple(self._plan.pilots if drones is None else drones)
         await self._until(lambda: all(self.drones[i].phase == phase for i in wanted), f"wait for {phase!r}", patience)
 

@@ -16,26 +16,26 @@ from flockwire_scripting.flight import Flight
 
 @asynccontextmanager
 async def open_swarm(
-    swarm: str | Path, virtual: bool = False, seed: int = 0, out: str | Path | None = None
+    file: str | Path, virtual: bool = False, seed: int = 0, out: str | Path | None = None
 ) -> AsyncIterator[Flight]:
-    """Open the swarm of a file; its processes run during the context.
+    """Open the swarm of `file`; its processes run during the context.
 
     Flying drones land at the end of the context. `virtual` flies in virtual time, by `seed`. Trace and report go into
     the folder `out` (default: runs/NAME-script-TIME; in virtual time nothing is written without it). Raises
     SwarmFileError, PortInUseError, CredentialsError, FileExistsError if `out` has a trace of another flight.
     """
-    file = Path(swarm)
-    plan = Plan(load_swarm(file))
+    path = Path(file)
+    plan = Plan(load_swarm(path))
     if out is not None:
         check_no_trace(Path(out))
     if virtual:
         from flockwire_scripting.virtual import VirtualFlight  # noqa: PLC0415
 
-        async with VirtualFlight(plan, file, seed, Path(out) if out is not None else None) as flight:
+        async with VirtualFlight(plan, path, seed, Path(out) if out is not None else None) as flight:
             yield flight
         return
     from flockwire_scripting.real import RealFlight  # noqa: PLC0415
 
     folder = Path(out or f"runs/{plan.swarm.name}-script-{clock.local():%Y%m%d-%H%M%S}")
-    async with RealFlight(plan, file, folder) as real:
+    async with RealFlight(plan, path, folder) as real:
         yield real

@@ -10,7 +10,7 @@ from flockwire.wire.plan import Plan
 
 from flockwire_sim.network import Conditions, VirtualLink
 from flockwire_sim.process import VirtualProcess
-from flockwire_sim.scheduler import Action, Scheduler
+from flockwire_sim.virtual_time import Action, Scheduler
 
 RESTART_TIME = 0.5  # s that a process takes to restart
 

@@ -1,4 +1,4 @@
-"""The network: each directed link between two processes has its own delay, jitter, loss and reordering.
+"""The network: each directed link between two processes has its own delay, jitter, loss and reordering; and UDP.
 
 The messages of one step to another process travel together and in order, as on a real TCP link. Loss drops single
 messages (an event is late instead, because a real link repeats it). Reordering delays single messages so that later
@@ -12,12 +12,52 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from random import Random
 
-from flockwire.domain.time import SECOND
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.process.cores import Address, Datagram
 from flockwire.swarm.tables import Sim
-from flockwire.wire.keys import Delivery
+from flockwire.wire.codec import Message
+from flockwire.wire.inbox import Inbox, Opened, open_sample
+from flockwire.wire.keys import Delivery, KeyRow
 
-from flockwire_sim.sample import Parcel
-from flockwire_sim.scheduler import Scheduler
+from flockwire_sim.virtual_time import Scheduler
+
+
+class Sample:
+    """One encoded message on the wire."""
+
+    __slots__ = ("_opened", "_sealed", "attached", "payload", "row")
+
+    def __init__(self, row: KeyRow, payload: bytes, attached: bytes) -> None:
+        self.row, self.payload, self.attached, self._sealed = row, payload, attached, True
+
+    def opened(self) -> Opened | None:
+        """Return the message, decoded at the first call; None if it is malformed."""
+        if self._sealed:
+            self._sealed = False
+            self._opened = open_sample(self.row, self.payload, self.attached)
+        return self._opened
+
+
+Parcel = tuple[int, Sample]  # a sample, and the index of its subscription
+
+
+class Slot:
+    """The newest sample of a key, buffered at a process until it is read."""
+
+    __slots__ = ("inbox", "prompt", "sample")
+
+    def __init__(self, inbox: Inbox, prompt: bool) -> None:
+        self.inbox, self.prompt = inbox, prompt
+        self.sample: Sample | None = None
+
+    def message(self, now: int) -> Message | None:
+        """Return the message since the last call, None if there is none or it was rejected."""
+        sample = self.sample
+        if sample is None:
+            return None
+        self.sample = None
+        return self.inbox.admit(sample.opened(), now)
+
 
 HELD_BACK = 0.05  # s, largest delay by reordering
 AGAIN = 0.2  # s after which a lost event is sent again
@@ -114,3 +154,28 @@ class VirtualLink:
         while tries < TRIES and self._random.random() < loss:
             tries += 1
         return round(tries * AGAIN * SECOND)
+
+
+Receive = Callable[[Datagram], None]
+
+
+class DatagramNetwork:
+    """Carries datagrams under the conditions of the swarm file's [sim]; one to an unbound address is lost."""
+
+    def __init__(self, table: Sim, seed: int, scheduler: Scheduler) -> None:
+        self._table, self._scheduler = table, scheduler
+        self._random = Random(f"{seed} datagrams")  # noqa: S311  (not for secrets)
+        self._bound: dict[Address, Receive] = {}
+
+    def bind(self, address: Address, receive: Receive) -> None:
+        """Call `receive` with datagrams to `address`."""
+        self._bound[address] = receive
+
+    def send(self, datagram: Datagram) -> None:
+        """Send; the order may change if the delay varies."""
+        table, chance = self._table, self._random.random
+        receive = self._bound.get(datagram.target)
+        if receive is None or (table.loss and chance() < table.loss):
+            return
+        delay = table.delay + (table.jitter * chance() if table.jitter else 0.0)
+        self._scheduler.at(self._scheduler.now + nanoseconds(delay), receive, datagram)

@@ -1,19 +1,22 @@
-"""The operator in virtual time: runs its core, and plans changes of formation, which take no time here."""
+"""Operators in virtual time: one runs its core and plans changes of formation, which take no time; one steers."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
 
+from flockwire.control.graph import LEADER
+from flockwire.domain.airframe import Command
 from flockwire.domain.order import Mission
+from flockwire.domain.vector import Vector
 from flockwire.ground.director import POLL_PERIOD, Director, Stage
 from flockwire.ground.formation_planning import ChangeRefusedError, plan_in_time
 from flockwire.ground.operator import OperatorCore
 from flockwire.ground.order import Answer, Order
 from flockwire.process.cores import Ground
-from flockwire.swarm.model import Swarm
+from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.codec import Message
-from flockwire.wire.keys import Key
+from flockwire.wire.keys import STEERING, Key
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
@@ -72,3 +75,30 @@ class VirtualOperator(Ground):
                 given.planned(plan_in_time(self._swarm, running, formation, lambda: now, leader, duration))
             except ChangeRefusedError as error:
                 given.planned(None, str(error))
+
+
+Script = Callable[[int], Vector | None]  # the velocity to command at a time (Unix ns), m/s; None: nothing is sent
+
+
+class ScriptedSteering(Ground):
+    """Publishes the commands of `script`, twenty times a second."""
+
+    period = 0.05
+
+    def __init__(self, frame: str, script: Script) -> None:
+        super().__init__()
+        self._frame, self._script = frame, script
+
+    def step(self, now: int) -> list[tuple[Key, Message]]:
+        """Publish the current velocity."""
+        velocity = self._script(now)
+        return [] if velocity is None else [(Key(STEERING, uav(LEADER)), Command(now, self._frame, velocity))]
+
+    def report(self, now: int) -> Report:
+        """Return that it steers."""
+        return Report(Phase.STEERING)
+
+
+def nobody(_: int) -> Vector | None:
+    """Do not steer."""
+    return None

@@ -16,11 +16,8 @@ from flockwire.wire.codec import CODECS, Message
 from flockwire.wire.inbox import ATTACHMENT, inbox_of, publisher_of
 from flockwire.wire.keys import ROWS, Key, KeyRow, key_text
 
-from flockwire_sim.datagrams import DatagramNetwork
-from flockwire_sim.local_clock import LocalClock
-from flockwire_sim.network import VirtualLink
-from flockwire_sim.sample import Parcel, Sample, Slot
-from flockwire_sim.scheduler import Scheduler
+from flockwire_sim.network import DatagramNetwork, Parcel, Sample, Slot, VirtualLink
+from flockwire_sim.virtual_time import LocalClock, Scheduler
 
 UNREAD = 256  # datagrams in the socket of a frozen process
 POLL = SECOND // 50  # ns between two checks for swarm time

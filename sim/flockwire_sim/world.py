@@ -21,14 +21,11 @@ from flockwire.wire.keys import Key
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR, TELEOP
 
-from flockwire_sim.datagrams import DatagramNetwork
 from flockwire_sim.fault_injection import FaultInjector
-from flockwire_sim.local_clock import LocalClock
-from flockwire_sim.network import Conditions, VirtualLink
-from flockwire_sim.operator import VirtualOperator
+from flockwire_sim.network import Conditions, DatagramNetwork, VirtualLink
+from flockwire_sim.operator import Script, ScriptedSteering, VirtualOperator, nobody
 from flockwire_sim.process import MakeCore, Outlet, Tap, VirtualProcess
-from flockwire_sim.scheduler import Scheduler
-from flockwire_sim.scripted_steering import Script, ScriptedSteering, nobody
+from flockwire_sim.virtual_time import LocalClock, Scheduler
 
 EPOCH = 1_790_000_000 * SECOND  # start of every virtual flight, Unix ns
 FIRST_GIVER = 1  # the number of the director's orders

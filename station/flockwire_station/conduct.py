@@ -17,8 +17,7 @@ from flockwire_station.connecting import UNANSWERED, connected
 from flockwire_station.fault_injection import FaultInjector
 from flockwire_station.hosting import Host
 from flockwire_station.operator import Operator
-from flockwire_station.processes import Children
-from flockwire_station.restarting import Restarts
+from flockwire_station.processes import Children, Restarts
 from flockwire_station.terminal.display import Display
 from flockwire_station.terminal.interrupts import Interrupts, interrupts
 from flockwire_station.terminal.keyboard import Keyboard, keys_pressed

@@ -61,7 +61,7 @@ class UnansweredError(RuntimeError):
 def alone(host: Host) -> Iterator[None]:
     """Hold this host's lock of the swarm; raises PortInUseError where another `up` has it, or a port is in use.
 
-    The lock is on a key of a process of this host: whoever makes keys, or flies as another host, locks something else.
+    The lock is on a key of a process of this host: makers of keys and other hosts use other locks.
     """
     held = host.keys / f"{next(iter(host.processes), '')}.key"
     lock = os.open(held, os.O_RDONLY) if held.exists() else -1

@@ -53,15 +53,6 @@ class Poll(NamedTuple):
 
 
 @dataclass
-class Counters:
-    """Counts of useless replies."""
-
-    late_replies: int = 0  # to a command that had ended
-    stray_replies: int = 0  # to no command, including invalid bytes
-    malformed_states: int = 0
-
-
-@dataclass
 class _InFlight:
     command: str
     rule: CommandRule
@@ -85,7 +76,9 @@ class TelloClient:
     def __init__(self) -> None:
         self.state: TelloState | None = None
         self.state_time: int | None = None
-        self.counters = Counters()
+        self.late_replies = 0  # to a command that had ended
+        self.stray_replies = 0  # to no command, including invalid bytes
+        self.malformed_states = 0
         self._queue: deque[str] = deque()
         self._flight: _InFlight | None = None
         self._owed: deque[_Owed] = deque(maxlen=MOST_OWED)
@@ -131,18 +124,18 @@ class TelloClient:
         for reply in split_replies(datagram):
             owed = next((owed for owed in self._owed if fits(owed.flight.command, reply)), None)
             if owed is None:
-                self.counters.stray_replies += 1
+                self.stray_replies += 1
                 continue
             self._owed.remove(owed)
             if owed.flight is self._flight:
                 self._end(CommandOutcome.REFUSED if refused(reply) else CommandOutcome.DONE, reply, now)
             else:
-                self.counters.late_replies += 1
+                self.late_replies += 1
 
     def receive_state(self, datagram: bytes, now: int) -> None:
         """Receive a datagram from the state port; `state` is then the newest and `state_time` is `now`."""
         states, malformed = parse_states(datagram)
-        self.counters.malformed_states += malformed
+        self.malformed_states += malformed
         if states:
             self.state, self.state_time = states[-1], now
 

@@ -22,8 +22,7 @@ from flockwire.wire.status import Reason, Report, counted
 
 from flockwire_tello.client import TelloClient
 from flockwire_tello.flight_modes import FlightModes, Mode
-from flockwire_tello.flight_monitor import FlightMonitor
-from flockwire_tello.steady_time import SteadyTime
+from flockwire_tello.flight_monitor import FlightMonitor, SteadyTime
 from flockwire_tello.stick_control import StickControl
 from flockwire_tello.sticks import CENTRED, StickGains, Sticks
 from flockwire_tello.swarm_file import COMMAND_PORT, reached, tello_addresses, tello_keys

@@ -1,4 +1,4 @@
-"""Judges a Tello's flight by its state strings: a reply to a command is not proof."""
+"""Judges a Tello's flight by its state strings, in a time that does not jump: a reply to a command is not proof."""
 
 from __future__ import annotations
 
@@ -13,6 +13,24 @@ CLEAR_BELOW, FARTHEST_TOF = 30, 800  # cm: from 30 on the time-of-flight sensor 
 TILT = 10  # degrees, largest tilt on the ground
 HELD = 3 * SECOND  # ns of states without an advance, some of which may be lost
 MOTORS_STAND = 16 * SECOND // 10  # ns that the motors' time, in whole seconds, does not advance
+
+
+class SteadyTime:
+    """Counts ns from 0 at `now` (Unix ns); a clock that goes back stops it, and so does a step over `longest` ns."""
+
+    def __init__(self, now: int, longest: int | None = None) -> None:
+        self._last, self._time, self._longest = now, 0, longest
+
+    def at(self, now: int) -> int:
+        """Return the time at `now`, ns."""
+        elapsed, self._last = now - self._last, now
+        if elapsed > 0 and (self._longest is None or elapsed <= self._longest):
+            self._time += elapsed
+        return self._time
+
+    def correct(self, by: int) -> None:
+        """Take note that the clock was set forward by `by` ns (back when negative): so much has not passed."""
+        self._last += by
 
 
 class FlightMonitor:

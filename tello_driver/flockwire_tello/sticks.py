@@ -58,11 +58,6 @@ def to_world(velocity: Vector, yaw: float) -> Vector:
     return to_body(velocity, -yaw)
 
 
-def to_sticks(velocity: Vector, yaw_rate: float, gains: StickGains) -> Sticks:
-    """Return the sticks for a body velocity (FLU, m/s) and a yaw rate (rad/s, ccw); see `stick_values`."""
-    return Sticks(*map(round, stick_values(velocity, yaw_rate, gains)))
-
-
 def stick_values(velocity: Vector, yaw_rate: float, gains: StickGains) -> tuple[float, float, float, float]:
     """Return the stick values, not rounded, for a body velocity (FLU, m/s) and a yaw rate (rad/s, ccw).
 
@@ -79,7 +74,7 @@ def stick_values(velocity: Vector, yaw_rate: float, gains: StickGains) -> tuple[
 
 
 def to_velocity(sticks: Sticks, gains: StickGains) -> tuple[Vector, float]:
-    """Return body velocity (FLU, m/s) and yaw rate (rad/s, ccw) that sticks command; the inverse of `to_sticks`."""
+    """Return body velocity (FLU, m/s) and yaw rate (rad/s, ccw) that sticks command; the inverse of `stick_values`."""
     velocity = (sticks.forward * gains.forward, -sticks.right * gains.right, sticks.up * gains.up)
     return velocity, -sticks.clockwise * gains.clockwise
 

@@ -68,7 +68,7 @@ class TelloLink:
 
     def _never_heard(self) -> Reason:
         """Return why no state has ever arrived."""
-        if self._client.counters.malformed_states:
+        if self._client.malformed_states:
             form = "its state has a form that no SDK has (1.3, 2.0, 3.0)"
             return Reason(FIRMWARE, form, "update its firmware, or it is not a Tello")
         if self._replied:

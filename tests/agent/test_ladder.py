@@ -17,7 +17,7 @@ STILL = (0.0, 0.0, 0.0)
 
 @pytest.fixture
 def flyer(cockpit):
-    """Return agent 2, which hears the leader and uav1, in formation and on its way."""
+    """Return agent 2, which receives from the leader and uav1, in formation and on its way."""
     agent = cockpit(TWO, number=2).fly()
     x, y, z = agent.position
     agent.position = (x + 0.8, y, z)
@@ -27,7 +27,7 @@ def flyer(cockpit):
 
 @pytest.fixture
 def third(cockpit):
-    """Return agent 3, which hears uav2 alone, in formation."""
+    """Return agent 3, which receives from uav2 alone, in formation."""
     return cockpit(TWO, number=3).fly()
 
 

@@ -1,4 +1,4 @@
-"""A law of one's own: the example of docs/own_law.md flies, a law that fails makes its drone hold."""
+"""A law of your own: the example of docs/own_law.md flies, a law that fails makes its drone hold."""
 
 from __future__ import annotations
 

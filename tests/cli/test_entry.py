@@ -1,4 +1,4 @@
-"""Orders in flight and processes started again do not wait for other commands; every command is there all the same."""
+"""Orders in flight and processes restarted do not wait for other commands; every command still exists."""
 
 import subprocess
 import sys

@@ -38,7 +38,7 @@ def test_a_wrong_token_and_a_console_that_was_restarted_are_named(make_plan, tmp
                 await page.until(f"{STATE}.textContent === {REFUSED!r} && {STATE}.classList.contains('bad')")
                 await page.open(f"http://127.0.0.1:{port}/#{TOKEN}")
                 await page.until(f"{STATE}.textContent === 'connected'")
-                pages._token = "another"  # as a console has that was started again
+                pages._token = "another"  # as a console has that was restarted
                 await page.value("socket.close()")
                 await page.until(f"{STATE}.textContent === {REFUSED!r}")
             await page.until(f"{STATE}.textContent === 'not connected'")
@@ -60,7 +60,7 @@ def test_who_reports_nothing_is_named_beside_connected(make_plan, tmp_path, monk
                 pilot.silent = True
             swarm.message = lambda *_: None
             await page.until(
-                f"{STATE}.textContent === 'connected; nobody reports: the swarm has ended, or is out of reach'"
+                f"{STATE}.textContent === 'connected; no process reports: the swarm has ended, or cannot be reached'"
             )
 
     asyncio.run(look())

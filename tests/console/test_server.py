@@ -146,7 +146,7 @@ def test_an_order_ends_a_start_that_is_under_way(swarm, verb, monkeypatch):
 def test_an_order_waits_for_no_plan_of_a_change_and_ends_it(make_plan, verb, monkeypatch, tmp_path):
     swarm, began = SimulatedSwarm(make_plan({"formations.wide": {"kind": "circle", "radius": 4.0}})), tmp_path / "began"
     swarm.all(Phase.FORMATION, started())
-    planner = tmp_path / "planner"  # it plans for ever
+    planner = tmp_path / "planner"  # it plans without end
     planner.write_text(f"#!/bin/sh\necho $$ > {began}.new; mv {began}.new {began}; exec sleep 600\n")
     planner.chmod(0o755)
     monkeypatch.setattr(planning.sys, "executable", str(planner))

@@ -7,7 +7,7 @@ import pytest
 import tomli_w
 from command_line import refused
 from flockwire.security.files import default_folder, hold
-from flockwire_deploy import engine
+from flockwire_deploy import compose
 
 ALONE = {"graph.edges": [[0, 1]], "drones": [{"id": i, "start": [3.0 * i, 0.0, 0.0]} for i in range(2)]}
 
@@ -26,7 +26,7 @@ def write_swarm(tmp_path, swarm_table):
 
 @pytest.fixture
 def no_engine(monkeypatch):
-    monkeypatch.setattr(engine.shutil, "which", lambda _: None)
+    monkeypatch.setattr(compose.shutil, "which", lambda _: None)
 
 
 pytestmark = pytest.mark.usefixtures("no_engine")
@@ -160,17 +160,17 @@ def test_an_engine_problem_is_one_line_with_the_remedy(monkeypatch):
             raise subprocess.TimeoutExpired(line, 1.0)
         return subprocess.CompletedProcess(line, 0 if answer else 1, answer, "")
 
-    assert "install Docker Engine" in engine.obstacle()
-    monkeypatch.setattr(engine.shutil, "which", lambda _: "/usr/bin/docker")
-    monkeypatch.setattr(engine.subprocess, "run", run)
-    assert "does not answer; start it" in engine.obstacle()
+    assert "install Docker Engine" in compose.obstacle()
+    monkeypatch.setattr(compose.shutil, "which", lambda _: "/usr/bin/docker")
+    monkeypatch.setattr(compose.subprocess, "run", run)
+    assert "does not answer; start it" in compose.obstacle()
     answers["version"] = "amd64\n"
     answers["image"] = ""
-    assert "no image 'flockwire'; scripts/image builds it" in engine.obstacle()
+    assert "no image 'flockwire'; scripts/image builds it" in compose.obstacle()
     answers["image"] = "arm64\n"
-    assert "is for arm64, the engine's machine is amd64" in engine.obstacle()
+    assert "is for arm64, the engine's machine is amd64" in compose.obstacle()
     answers["image"] = "amd64\n"
-    assert engine.obstacle() == ""
+    assert compose.obstacle() == ""
 
 
 def test_the_engine_that_is_missing_is_a_warning(flockwire, write_swarm, tmp_path):

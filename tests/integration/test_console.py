@@ -76,7 +76,7 @@ def test_the_page_shows_the_flight_and_is_obeyed(flying):
             await page.value("document.querySelector('[data-order=hold]').click()")
             await page.until(f"({PHASES}).every(one => one === 'hold')")
 
-            process.terminate()  # the console is started again, with a new token: the old page may look, not order
+            process.terminate()  # the console is restarted, with a new token: the old page may look, not order
             process.wait(PATIENCE)
             _, again = console()
             await page.until("document.getElementById('state').textContent.includes('not connected')")

@@ -1,6 +1,6 @@
 """One swarm, flown for real and in virtual time: the same errors, the same messages; the same faults, the same end.
 
-The law of the first flight is the documented example of one's own; test_up.py compares the paper's.
+The law of the first flight is the documented example of your own; test_up.py compares the paper's.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from fleet import CONTROL_RATE, agree, flockwire
-from flockwire_analysis.phases import formation_phase
+from flockwire_analysis.phases import formation_phases
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.recorded import Trace
 from independent_reader import read
@@ -59,8 +59,7 @@ def test_the_documented_law_flies_and_errors_and_message_counts_agree(
 
 def _per_second(trace: Trace, key: object) -> float:
     """Return how often a key was said in the formation phase."""
-    phase = formation_phase(trace)
-    assert phase is not None
+    phase = formation_phases(trace)[0].span
     series = trace.series.get(key)
     return 0.0 if series is None else float(phase.holds(series.published).sum()) / phase.length
 

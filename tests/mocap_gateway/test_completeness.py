@@ -1,4 +1,4 @@
-"""Frames end where they should, whoever reports in whatever order, and nobody waits for the dead for long."""
+"""Frames end where they should, whoever reports in any order, and no drone waits long for dead ones."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-from math import pi, sqrt
+from math import cos, pi, sin, sqrt
 
 import pytest
 from flockwire_mocap.coordinates import Coordinates
-from flockwire_mocap.quaternion import about_z, product, rotate
+from flockwire_mocap.quaternion import product, rotate
 from flockwire_mocap.tracking import ReportedBody, is_pose
 from hypothesis import given
 from hypothesis import strategies as st
@@ -10,6 +10,10 @@ from hypothesis import strategies as st
 number = st.floats(-10.0, 10.0)
 vectors = st.tuples(number, number, number)
 HALF = sqrt(0.5)
+
+
+def about_z(angle):
+    return (0.0, 0.0, sin(angle / 2.0), cos(angle / 2.0))
 
 
 @st.composite

@@ -5,12 +5,13 @@ from flockwire.domain.body import Body, BodyKind, Nearby
 from flockwire.domain.order import Mission
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
+from flockwire.process.cores import Start
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import MISSION, Key
+from flockwire.wire.plan import Plan
 from flockwire_mocap.core import GatewayCore
 from flockwire_mocap.simulated import SimulatedSource
-from flockwire_mocap.source import SourceState
-from flockwire_mocap.tracking import ReportedBody, TrackerFrame
+from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame
 
 BEGAN = 1_790_000_000 * SECOND
 FRAME = SECOND // 100
@@ -44,7 +45,7 @@ class ShownGateway:
 
     def __init__(self, swarm):
         self.now, self.places = BEGAN, dict(FAR)
-        self.core = GatewayCore(swarm, SimulatedSource(swarm, Random(1)))
+        self.core = GatewayCore(swarm, SimulatedSource(Start(Plan(swarm), "gateway", 0, Random(1))))
 
     def step(self, frames=1):
         """Show `frames` frames; returns what the last one made the gateway say."""

@@ -1,7 +1,11 @@
+from math import dist
+
 import pytest
 from flockwire.domain.body import BodyKind
 from flockwire.domain.time import SECOND, nanoseconds
-from flockwire_mocap.field_bodies import FEW, FORGET, LEFT, MOST_MOVERS, FieldBodies
+from flockwire_mocap.field_bodies import FEW, FORGET, LEFT, MOST_MOVERS, FieldBodies, Vicinity
+from hypothesis import given
+from hypothesis import strategies as st
 
 FRAME = SECOND // 100
 NOW = 1_790_000_000 * SECOND
@@ -112,3 +116,15 @@ def test_a_crowd_sorted_by_place_shows_the_same_as_a_look_at_all(make_swarm, mon
         found.append([sorted(field.near(k, (k % 8 * 0.9, k // 8 * 0.9, 1.0))) for k in range(1, many, 2)])
     assert found[0] == found[1]
     assert max(map(len, found[0])) > 8
+
+
+coordinate = st.floats(-6.0, 6.0)
+places = st.dictionaries(st.integers(0, 99), st.tuples(coordinate, coordinate, coordinate), max_size=40)
+
+
+@given(places, st.tuples(coordinate, coordinate, coordinate), st.floats(0.1, 3.0))
+def test_the_grid_finds_what_looking_at_all_finds(
+    places: dict[int, tuple[float, float, float]], position: tuple[float, float, float], reach: float
+) -> None:
+    found = [key for key in Vicinity(places, reach).round(position) if dist(places[key], position) < reach]
+    assert found == [key for key, place in places.items() if dist(place, position) < reach]

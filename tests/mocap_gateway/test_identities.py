@@ -121,7 +121,7 @@ def test_after_three_seconds_without_a_body_the_next_name_counts(field):
 
 
 def test_drones_that_restart_elsewhere_after_a_blackout_are_not_confused(field):
-    field.frame += 60  # without any frame for a while: the simulated world was killed and started again
+    field.frame += 60  # without any frame for a while: the simulated world was killed and restarted
     field.place = lambda drone: (0.0, field.spacing * ((drone + 1) % 3), 0.0)
     assert field.step(20) == {0, 1, 2}
     assert (field.doubted, field.identities.swaps) == (set(), 0)

@@ -5,9 +5,11 @@ import pytest
 from flockwire.domain.order import Mission
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
+from flockwire.process.cores import Start
 from flockwire.process.faults import NoiseBurst, TrackerLoss
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import MISSION, Key
+from flockwire.wire.plan import Plan
 from flockwire_mocap.simulated import SimulatedSource
 from flockwire_mocap.tracking import ReportedBody
 
@@ -24,7 +26,9 @@ def source(make_swarm):
     """Return the builder of a source."""
 
     def make(seed=1, faults=(), took_off=None, **parameters):
-        return SimulatedSource(make_swarm({"gateway": parameters}), Random(seed), faults, took_off)
+        return SimulatedSource(
+            Start(Plan(make_swarm({"gateway": parameters})), "gateway", BEGAN, Random(seed), faults, took_off)
+        )
 
     return make
 

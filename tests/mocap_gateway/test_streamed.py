@@ -2,9 +2,8 @@ import pytest
 from flockwire.domain.time import SECOND
 from flockwire.wire.keys import MISSION
 from flockwire_mocap.coordinates import Coordinates
-from flockwire_mocap.source import SourceState
 from flockwire_mocap.streamed import MOST_TWICE, StreamedSource
-from flockwire_mocap.tracking import ReportedBody, TrackerFrame
+from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame
 
 NOW = 1_790_000_000 * SECOND
 MS = SECOND // 1000

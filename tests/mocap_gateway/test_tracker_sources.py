@@ -10,9 +10,9 @@ from flockwire_mocap.natnet.packets import Connect, Kind
 from flockwire_mocap.natnet.parsing import parse_request
 from flockwire_mocap.natnet.twin import NatNetTwin, TwinOptions
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
-from flockwire_mocap.twin.core import make_core as make_twin_core
+from flockwire_mocap.twin.core import TwinCore
 from flockwire_mocap.vrpn.connection import VrpnConnection
-from flockwire_mocap.vrpn.reports import SET_BACK
+from flockwire_mocap.vrpn.session import SET_BACK
 from flockwire_mocap.vrpn.wire import PoseBody
 
 NOW = 1_790_000_000 * SECOND
@@ -31,7 +31,7 @@ def truths(core, now, places=PLACES):
 def converse(start, frames=3, options=None, twin=None, **gateway):
     """Let a twin serve `frames` frames to a NatNet gateway in virtual time; returns the gateway's core."""
     begun = start("tracker-sim", source="natnet", twin=twin or {}, **gateway)
-    simulated, core = make_twin_core(begun), make_core(start(source="natnet", twin=twin or {}, **gateway))
+    simulated, core = TwinCore(begun), make_core(start(source="natnet", twin=twin or {}, **gateway))
     session, server = core.source.session, NatNetTwin(options or TwinOptions((4, 1)), simulated.names)
     sent = []
     simulated.deliver = sent.append
@@ -101,7 +101,7 @@ def test_a_stream_that_ends_is_reported(start):
     core, now = converse(start)
     core.step(now)
     assert core.report(now + 2 * SECOND).phase == "waiting"
-    assert "still streaming" in core.report(now + 2 * SECOND).detail
+    assert "still stream?" in core.report(now + 2 * SECOND).detail
 
 
 def test_vrpn_reports_complete_a_frame_with_the_last_drone(start):

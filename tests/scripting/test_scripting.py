@@ -66,6 +66,8 @@ def test_what_is_not_obeyed_is_an_error_that_reports_why(swarm_file):
                 await flight.formation("wide")
             with pytest.raises(FlightError, match=r"not done after 1 s: .*leader"):
                 await flight.wait_for("formation", patience=1.0)
+            with pytest.raises(FlightError, match=r"^wait for 'formatoin': must be one of grounded, ready, take-off, "):
+                await flight.wait_for("formatoin")
             await flight.start()
             await flight.stop("enough")
         return flight.summary

@@ -7,9 +7,8 @@ from statistics import fmean
 import pytest
 from flockwire.domain.time import SECOND
 from flockwire.wire.keys import ROWS
-from flockwire_sim.network import HELD_BACK, Conditions, VirtualLink
-from flockwire_sim.sample import Sample
-from flockwire_sim.scheduler import Scheduler
+from flockwire_sim.network import HELD_BACK, Conditions, Sample, VirtualLink
+from flockwire_sim.virtual_time import Scheduler
 
 COUNT = 5000
 PERIOD = SECOND // 100

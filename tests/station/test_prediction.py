@@ -29,7 +29,7 @@ INTO_OBSTACLE = {
 
 
 def laid_out_in_readme():
-    """Return README's swarm of one's own."""
+    """Return README's swarm of your own."""
     text = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
     return re.search(r"## Your own swarm\n\n```toml\n(.*?)```", text, re.DOTALL)[1]
 

@@ -20,8 +20,7 @@ from flockwire_station.conduct import LEFT_TO_THEMSELVES, serve
 from flockwire_station.connecting import UNANSWERED
 from flockwire_station.hosting import Host, UnansweredError, alone
 from flockwire_station.operator import Operator
-from flockwire_station.processes import PortInUseError
-from flockwire_station.restarting import MOST_RESTARTS
+from flockwire_station.processes import MOST_RESTARTS, PortInUseError
 from flockwire_station.terminal.display import Display
 from flockwire_station.terminal.interrupts import Interrupts, interrupts
 from simulated_children import Processes
@@ -183,7 +182,7 @@ def test_keys_give_orders_in_flight(fly):
     assert flight.conduct() == ""
     assert flight.swarm.orders == ["takeoff", "start", "hold", "start", "land"]
     starts = {order.start for order in flight.swarm.published if isinstance(order, Mission) and order.verb == "start"}
-    assert len(starts) == 1  # the formation's time goes on
+    assert len(starts) == 1  # the formation's time continues
 
 
 def test_a_stop_by_key_is_repeated_until_the_motors_are_off(fly):

@@ -52,7 +52,7 @@ class Talk:
     @property
     def position(self) -> tuple[float, float, float]:
         """Where it is now."""
-        return self.tello.motion(self.now).position
+        return self.tello.flight.motion(self.now).position
 
 
 @pytest.fixture

@@ -106,7 +106,7 @@ def test_a_late_reply_is_not_taken_for_the_next_command_s(talk):
     talk.wait(0.1)
     assert talk.ended[0] == ("forward 100", CommandOutcome.TIMED_OUT, "")
     assert talk.ended[1] == ("battery?", CommandOutcome.DONE, "87")
-    assert talk.client.counters.late_replies == 1
+    assert talk.client.late_replies == 1
     assert talk.sent[-1] == "up 20"
 
 
@@ -168,7 +168,7 @@ def test_land_again_and_again_is_one_landing(talk):
 
 def test_replies_to_nothing_are_counted(talk):
     talk.hear(b"ok\r\nforced stop")
-    assert talk.client.counters.stray_replies == 2
+    assert talk.client.stray_replies == 2
 
 
 def test_several_replies_in_a_datagram_are_all_taken(talk):
@@ -183,7 +183,7 @@ def test_the_newest_state_counts_and_malformed_ones_are_counted(talk):
     talk.client.receive_state(state % 50 + state % 49, 7)
     talk.client.receive_state(b"ok", 8)
     assert (talk.client.state.bat, talk.client.state_time) == (49, 7)
-    assert talk.client.counters.malformed_states == 1
+    assert talk.client.malformed_states == 1
 
 
 @pytest.mark.parametrize("command", ["", "land\r\n", "a" * 300, "flüg"])

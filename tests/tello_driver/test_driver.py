@@ -30,7 +30,7 @@ HEADING = 2.0
 
 
 class Flight:
-    """A driver and its Tello; the pilot commands `velocity`, nothing where that is None."""
+    """A driver and its Tello; the pilot commands `velocity`, nothing if that is None."""
 
     def __init__(self, swarm, *quirks: str, chance: Callable[[], float] = lambda: 0.5, **parameters: object) -> None:
         self.swarm, self.now = swarm, BEGAN
@@ -51,7 +51,7 @@ class Flight:
 
     @property
     def motion(self):
-        return self.tello.motion(self.now - BEGAN)
+        return self.tello.flight.motion(self.now - BEGAN)
 
     @property
     def state(self) -> FlightState | None:
@@ -107,9 +107,10 @@ class Late:
 
     def __init__(self, tello: SimulatedTello, by: int) -> None:
         self._tello, self._by = tello, by
+        self.flight = self
 
     def motion(self, now: int) -> AirframeMotion:
-        return self._tello.motion(now - self._by)
+        return self._tello.flight.motion(now - self._by)
 
     def receive(self, data: bytes, sender: tuple[str, int], now: int) -> None:
         self._tello.receive(data, sender, now - self._by)
@@ -289,7 +290,7 @@ def test_a_stop_gets_through_a_lossy_network(airborne):
     airborne.lost = lambda _: next(dropped, False)
     airborne.give(STOP, Stop(airborne.now, "w", "test"))
     airborne.run(0.1)
-    assert not airborne.tello.flying
+    assert not airborne.tello.flight.flying
 
 
 def test_a_stop_in_a_gap_of_the_link_is_repeated_until_it_is_over_and_the_drone_down(airborne):
@@ -297,13 +298,13 @@ def test_a_stop_in_a_gap_of_the_link_is_repeated_until_it_is_over_and_the_drone_
     airborne.on_air = lambda _: b""
     airborne.give(STOP, Stop(airborne.now, "w", "test"))
     airborne.run(5.0)
-    assert airborne.tello.flying
+    assert airborne.tello.flight.flying
     assert {telemetry.state for telemetry in airborne.telemetry[-20:]} == {FlightState.FLYING}
     assert "keep away from it" in airborne.driver.report(airborne.now).line
     assert not airborne.driver.may_end(airborne.now)
     airborne.lost, airborne.on_air = lambda _: False, lambda data: data
     airborne.run(0.2)
-    assert not airborne.tello.flying
+    assert not airborne.tello.flight.flying
     airborne.run(2.5)
     assert airborne.state is FlightState.STOPPED
     assert "keep away from it" not in airborne.driver.report(airborne.now).line
@@ -340,7 +341,7 @@ def test_stopped_is_reported_only_of_motors_that_are_off(airborne, seed):
     while airborne.state is not FlightState.STOPPED:
         assert airborne.t < 60.0
         airborne.run(0.1)
-    assert not airborne.tello.flying
+    assert not airborne.tello.flight.flying
 
 
 def test_a_drone_on_the_ground_is_stopped_at_once(flight):
@@ -382,14 +383,14 @@ def test_a_drone_in_a_hand_does_not_fly_and_does_not_take_off(flight, flown):
         found.run(1.0)
     assert found.state is FlightState.GROUNDED
     found.telemetry.clear()
-    found.tello.hold(1.2, found.now - BEGAN)
+    found.tello.flight.airframe.hold(1.2, found.now - BEGAN)
     begin, found.velocity = found.t, (0.0, 0.0, 0.7)
     found.run(5.0)
     assert {telemetry.state for telemetry in found.telemetry[2:]} == {FlightState.HELD}
     assert "takeoff" not in found.words(begin)
     assert "held in a hand" in found.driver.report(found.now).line
     assert found.driver.may_end(found.now)
-    found.tello.hold(0.0, found.now - BEGAN)
+    found.tello.flight.airframe.hold(0.0, found.now - BEGAN)
     found.run(2.0)
     assert found.state is FlightState.GROUNDED
     assert "takeoff" not in found.words(begin)  # its pilot has wanted it all the time
@@ -402,7 +403,7 @@ def test_a_driver_that_starts_with_its_drone_in_a_hand_finds_out(flight):
     found.rise()
     found.velocity = None
     found.run(8.0)
-    found.tello.hold(1.0, found.now - BEGAN)
+    found.tello.flight.airframe.hold(1.0, found.now - BEGAN)
     found.restart()
     found.run(4.5)
     assert found.state is FlightState.HELD
@@ -480,7 +481,7 @@ def run_without_landing(found: Flight, seconds: float, reply: bytes = b"") -> No
 def test_a_landing_centres_the_sticks_first_and_beside_it(airborne):
     airborne.velocity = (1.0, 0.0, 0.0)
     airborne.run(1.0)
-    airborne.now += nanoseconds(1.5)  # its process stood still: the last sticks still hold
+    airborne.now += nanoseconds(1.5)  # its process was frozen: the last sticks still hold
     airborne.sent.clear()
     end = airborne.t
     airborne.velocity = None

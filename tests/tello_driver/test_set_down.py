@@ -48,7 +48,7 @@ class Tello:
 
 
 class Flight:
-    """A drone that hovers; its pilot commands `velocity`, nothing where that is None."""
+    """A drone that hovers; its pilot commands `velocity`, nothing if that is None."""
 
     def __init__(self, drone: Simulated | Tello) -> None:
         self.now, self.drone = BEGAN, drone

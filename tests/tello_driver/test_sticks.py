@@ -7,8 +7,8 @@ from flockwire_tello.sticks import (
     StickGains,
     Sticks,
     parse_sticks,
+    stick_values,
     to_body,
-    to_sticks,
     to_velocity,
     to_world,
 )
@@ -19,6 +19,10 @@ GAINS = StickGains(0.01, 0.01, 0.01, pi / 180)
 speeds = st.floats(-5.0, 5.0)
 velocities = st.tuples(speeds, speeds, speeds)
 gains = st.builds(StickGains, *[st.floats(0.003, 0.05)] * 4)
+
+
+def to_sticks(velocity, yaw_rate, found):
+    return Sticks(*map(round, stick_values(velocity, yaw_rate, found)))
 
 
 @pytest.mark.parametrize(

@@ -1,17 +1,17 @@
 "use strict";
-// The map and the table of a swarm, from what the server sends ten times a second; orders go back over the same socket.
+// The map and the table of a swarm, from the server's pictures, ten times a second; orders use the same socket.
 
 const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00"];
-const TRAIL = 300; // pictures that a trail goes back
-const GAP = 1000; // ms without a picture after which it is missed, and no line is drawn across
+const TRAIL = 300; // pictures of a trail
+const GAP = 1000; // ms without a picture after which it is missing, and the trail is interrupted
 const $ = (id) => document.getElementById(id);
 let outline = null;
 let picture = null;
 let socket = null;
 let trails = new Map();
 let armed = 0;
-let connected = ""; // what to show while pictures come
-let newest = 0; // when the newest picture came, ms
+let connected = ""; // text to show while pictures arrive
+let newest = 0; // arrival of the newest picture, ms
 
 const token = decodeURIComponent(location.hash.slice(1));
 const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -36,7 +36,7 @@ function connect() {
   };
 }
 
-// Why the server refuses this page, empty when it does not, or is not there: a websocket does not report it.
+// Return why the server refuses this page, empty without a reason: a websocket does not report it.
 async function refusal(link) {
   try {
     const answer = await fetch(link);
@@ -85,14 +85,14 @@ function others() {
   return outline.processes.filter((name) => !outline.drones.some((drone) => drone.name === name));
 }
 
-// Who reports nothing, empty while all do: the server is connected then, the swarm is not.
+// Return the silent processes, empty while all report.
 function silence() {
   if (!picture) return "";
   const drones = outline.drones.filter(({ id }) => isSilent(picture.drones[id])).map(({ name }) => name);
   const silent = [...drones, ...others().filter((name) => isSilent(picture.others[name]))];
   if (!silent.length) return "";
   const all = silent.length === outline.drones.length + others().length;
-  return `${connected}; ${all ? "nobody reports: the swarm has ended, or is out of reach" : `silent: ${silent.join(", ")}`}`;
+  return `${connected}; ${all ? "no process reports: the swarm has ended, or cannot be reached" : `silent: ${silent.join(", ")}`}`;
 }
 
 function state(text, bad) {
@@ -108,7 +108,7 @@ function answer(found) {
 function order(verb) {
   if (verb === "stop" && Date.now() - armed > 2000 && matchMedia("(pointer: coarse)").matches) {
     armed = Date.now();
-    $("answer").textContent = "tap STOP again: the motors stop, what flies falls";
+    $("answer").textContent = "tap STOP again: the motors stop, flying drones fall";
     return;
   }
   if (socket.readyState !== WebSocket.OPEN) {
@@ -120,7 +120,7 @@ function order(verb) {
   $("answer").textContent = `${verb} …`;
 }
 
-// Adds to the trails; null, where a picture was missed or a drone's position is not known, interrupts one.
+// Adds to the trails; null, for a missing picture or an unknown position, interrupts one.
 function remember(missed) {
   for (const { id } of outline.drones) {
     const trail = trails.get(id) ?? trails.set(id, []).get(id);

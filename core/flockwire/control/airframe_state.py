@@ -1,4 +1,4 @@
-"""What an airframe with lag and dead time will still do: its velocity, and where it would stop."""
+"""The state of an airframe with lag and dead time: its velocity and its stopping point."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from flockwire.domain.fields import from_fields
 from flockwire.domain.motion import Motion
 from flockwire.domain.vector import ZERO, Vector
 
-REMEMBERED = 5.0  # s of commands, beyond the dead time: more than any pose that is flown by is old
-GAP = 1.0  # s between two poses, after which nothing is left of the old velocity
+REMEMBERED = 5.0  # s of commands, beyond the dead time: more than the age of any used pose
+GAP = 1.0  # s between two poses after which the old velocity is dropped
 
 
 class AirframeState:
@@ -18,14 +18,14 @@ class AirframeState:
 
         lag v' + v = u(t − D),   x' = v
 
-    The stopping point  y = x + lag v + ∫_{s−D}^{now} u  (x, v at the time s of the pose) obeys  y' = u(now)  exactly:
-    whatever lag and dead time, the commands drive it without delay. The airframe's path from x to y is a chain of
-    convex combinations of x, x + lag v and the commands under way.
+    The stopping point y = x + lag v + ∫_{s−D}^{now} u (x, v at the time s of the pose) obeys y' = u(now) exactly: for
+    any lag and dead time, the commands drive it without delay. The airframe's path from x to y is a chain of convex
+    combinations of x, x + lag v and the commands under way.
     """
 
     def __init__(self, lag: float, dead_time: float, time_constant: float = 0.1) -> None:
         self._lag, self._dead_time, self._time_constant = lag, dead_time, time_constant
-        self._commands: deque[tuple[float, Vector, Vector]] = deque()  # when, command, where they add up to since birth
+        self._commands: deque[tuple[float, Vector, Vector]] = deque()  # time, command, sum since the start
         self._position: Vector | None = None
         self._velocity = ZERO
         self._stamp = 0.0
@@ -36,16 +36,16 @@ class AirframeState:
         return self._commands[-1][1] if self._commands else ZERO
 
     def command(self, velocity: Vector, now: float) -> None:
-        """Take note of the command `velocity` (m/s) given at `now`."""
+        """Record the command `velocity` (m/s) given at `now`."""
         commands = self._commands
         commands.append((now, velocity, self._travelled(now)))
         while commands[0][0] < now - self._dead_time - REMEMBERED:
             commands.popleft()
 
     def measure(self, position: Vector, stamp: float, now: float) -> Motion:
-        """Take the newest `position` (m), measured at `stamp`; return the motion at `now`, before the next command.
+        """Receive the newest `position` (m), measured at `stamp`; return the motion at `now`, before the next command.
 
-        A stamp that is older than the one before is of a clock that was set back: nothing before it counts any more.
+        A stamp that is older than the last comes from a clock that was set back: earlier data is dropped.
         """
         dt = stamp - self._stamp
         if dt < 0.0:
@@ -76,7 +76,7 @@ class AirframeState:
         return self._commands[0][2] if self._commands else ZERO
 
     def _predict(self, position: Vector, stamp: float) -> tuple[Vector, Vector]:
-        """Fly the model from the last measurement, at `position`, to `stamp`; return position and velocity there."""
+        """Integrate the model from the last measurement, at `position`, to `stamp`; return position and velocity."""
         commands, at, velocity = self._commands, self._stamp, self._velocity
         while len(commands) > 1 and commands[1][0] + self._dead_time <= at:
             commands.popleft()

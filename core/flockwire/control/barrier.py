@@ -1,4 +1,4 @@
-"""The barrier: how fast a drone may approach what it must keep clear of, as half-spaces for the safety filter."""
+"""The barrier: the allowed approach speed to bodies and walls, as half-spaces for the safety filter."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def approach_speed(gap: float, rate: float, braking: float) -> float:
         A = alpha g                           for g <= g_1 = b / alpha^2
         A = sqrt(2 b (g − g_1 / 2))           beyond        (ours)
 
-    `rate` is alpha in 1/s, `braking` the deceleration b in m/s^2 that A never asks more of; both branches meet with the
+    `rate` is alpha in 1/s, `braking` the largest deceleration b in m/s^2 that A requires; both branches meet with the
     same slope. With g' >= −A(g) the gap decays to 0 and never passes it; sampled every dt while alpha dt <= 1.
     """
     knee = braking / (rate * rate)
@@ -48,17 +48,17 @@ def keep_clear(
     speed: float,
     recovery: float = inf,
 ) -> HalfSpace | None:
-    """Return the half-space of velocities that keep clear of one body, None if every velocity does.
+    """Return the half-space of velocities that avoid one body, None if every velocity does.
 
         z on the segment from `separation` to `stopping` nearest to the origin,   n = z / |z|,   g = |z| − r
         n·u >= −min(A(g) / 2, A(g) − c)   for a body that yields its half,   c = n·v_body
         n·u >= −A(g) + c                  for one that does not              (ours)
 
-    `separation` is x − x_body in m; `stopping` the same difference once both have stopped, were they commanded to now:
-    all that lies between is out of the command's reach. `body_velocity` in m/s, `safety_distance` r in m. A body that
-    yields keeps its closing speed c below A/2; what it closes beyond that we make up for, so nobody needs to be known
-    as one that does not yield. `speed` is the largest |u|. A(g) is −`recovery`, m/s, at least: out of a body that
-    has grown round us we fly no faster than that.
+    `separation` is x − x_body in m; `stopping` the same difference after both have stopped if the command is zero from
+    now on: no command can change the path between. `body_velocity` in m/s, `safety_distance` r in m. A body that yields
+    keeps its closing speed c below A/2. The excess of a faster one reduces our share, so bodies that do not yield need
+    not be known. `speed` is the largest |u|. A(g) is at least −`recovery`, m/s: the speed limit out of a body that has
+    grown around us.
     """
     z = nearest_on_segment(separation, stopping)
     distance = hypot(*z)
@@ -98,12 +98,12 @@ def keep_inside(
 
 
 def speed_and_acceleration(last: Vector, speed: float, change: float) -> tuple[Vector, float, HalfSpace | None]:
-    """Return a ball and, where one is needed, a half-space whose common part holds both limits.
+    """Return a ball and, if needed, a half-space whose intersection satisfies both limits.
 
         |v| <= v_max   and   |v − v_last| <= a dt        (ours)
 
-    `speed` is v_max, `change` a dt, both m/s. The ball round v_last ends at the plane in which the two spheres meet
-    (n = −v_last / |v_last|): beyond it lies only a sliver of the ball of speeds.
+    `speed` is v_max, `change` a dt, both m/s. The ball around v_last ends at the plane in which the two spheres meet (n
+    = −v_last / |v_last|); beyond it is only a sliver of the ball of speeds.
     """
     length = hypot(*last)
     if length + change <= speed:
@@ -116,11 +116,11 @@ def speed_and_acceleration(last: Vector, speed: float, change: float) -> tuple[V
 
 
 def sight_speed(sight: float, safety_distance: float, delay: float, braking: float) -> float:
-    """Return the speed, m/s, at which two drones that see each other at `sight` m, head on, can still stop in time.
+    """Return the speed, m/s, at which two drones that meet head on with `sight` m can still stop in time.
 
         2 v tau + v^2 / b <= sight − r
 
-    `delay` is tau in s: lag, dead time and all that passes before the body's velocity is known; `braking` b in m/s^2.
+    `delay` is tau in s: lag, dead time and the delay until the body's velocity is known; `braking` b in m/s^2.
     """
     room = max(sight - safety_distance, 0.0)
     return braking * (sqrt(delay * delay + room / braking) - delay)

@@ -1,4 +1,4 @@
-"""How far one clock is from another, from the four stamps of requests and their replies (RFC 5905, section 8).
+"""The offset between two clocks, from the four stamps of requests and replies (RFC 5905, section 8).
 
     t1 request sent (own clock)     t2 request received (reference clock)
     t4 reply received (own clock)   t3 reply sent (reference clock)
@@ -8,10 +8,10 @@ With theta = reference - own and delays d_out, d_back >= 0, each direction bound
     t2 - t1 = theta + d_out >= theta        t3 - t4 = theta - d_back <= theta
 
 Over a window theta is a line theta(t) = a + s (t - now), |s| <= DRIFT, below all points of the first kind and above all
-of the second. All such lines bound theta(now); the estimate is the middle of those that leave about the most room
-between the two kinds: over a short window noise alone would choose among the slopes. Each direction meets its shortest
-delay by itself, which happens far sooner than that one round trip meets both. On links with equal shortest delays the
-error is a small part of the bound, which holds on any.
+of the second. All such lines bound theta(now). The estimate is the middle of the lines with about the most room between
+the two kinds; over a short window, the single best line would depend on noise. Each direction reaches its shortest
+delay separately, much sooner than one round trip reaches both. On links with equal shortest delays the error is a small
+part of the bound, which is valid on any link.
 """
 
 from __future__ import annotations
@@ -21,24 +21,24 @@ from typing import NamedTuple
 
 from flockwire.domain.time import SECOND
 
-DRIFT = 100e-6  # s per s by which two clocks drift apart: twice what a quartz is off by
+DRIFT = 100e-6  # s per s, largest drift between two clocks: twice that of a quartz
 SLOPES = tuple(DRIFT * k / 8 for k in range(-8, 9))
 WINDOW = 60  # s
-LIKELY = 1_000_000  # ns of room less than the most that a line may have and still be as likely
+LIKELY = 1_000_000  # ns below the largest room of a line that are as likely
 ENOUGH = 4  # replies before the offset is known
 
-Point = tuple[int, int]  # value and when, ns
+Point = tuple[int, int]  # value and time, ns
 
 
 class Offset(NamedTuple):
-    """The reference clock minus the own one, ns, and by how much that may be wrong."""
+    """The reference clock minus the own one, ns, and its bound."""
 
     offset: int
     bound: int
 
 
 class OffsetEstimator:
-    """Estimates the offset from the replies that came. Of each second and direction the best one is kept."""
+    """Estimates the offset from replies. The best reply of each second and direction is kept."""
 
     def __init__(self) -> None:
         self._above: dict[int, Point] = {}  # t2 - t1, by the second
@@ -46,7 +46,7 @@ class OffsetEstimator:
         self._replies = 0
 
     def add(self, t1: int, t2: int, t3: int, t4: int) -> bool:
-        """Take the stamps of one round trip, ns; returns False when they cannot be of one."""
+        """Add the stamps of one round trip, ns; returns False if they are impossible."""
         if not 0 <= t3 - t2 <= t4 - t1:
             return False
         second = t4 // SECOND
@@ -60,7 +60,7 @@ class OffsetEstimator:
     def estimate(self, now: int) -> Offset | None:
         """Return the offset at `now`, ns of the own clock; None before ENOUGH replies.
 
-        When no line fits, one of the two clocks was set: all is forgotten.
+        If no line fits, a clock was set: all replies are dropped.
         """
         if self._replies < ENOUGH:
             return None

@@ -14,7 +14,7 @@ Matrix = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Convergence:
-    """What Lemma 3 gives for one graph and one set of observer gains.
+    """The result of Lemma 3 for one graph and one set of observer gains.
 
     `lambda_min` is the smallest eigenvalue of Lhat, `gamma` has one entry per follower in the order of
     `graph.followers`, `margin` is theta in m/s (fixed-time convergence is proven iff positive) and
@@ -45,8 +45,8 @@ def convergence(graph: Graph, observer_gain: float, observer_exponent: float, le
         k1 = (N−1) theta (2 (N−1) gamma_max)^(−2p/(p+1)),   k2 = theta / 2
 
     `observer_gain` is mu (m/s), `observer_exponent` p > 1, `leader_input_bound` u0_max in m/s **per axis**: the
-    observer works on each axis alone, so the bound is on |u0_x|, |u0_y|, |u0_z|, not on the leader's speed.
-    Raises ValueError when a follower has no path from the leader (Assumption 2).
+    observer works on each axis separately, so the bound is on |u0_x|, |u0_y|, |u0_z|, not on the leader's speed. Raises
+    ValueError when a follower has no path from the leader (Assumption 2).
     """
     gamma, lambda_min, leader_gain = _lyapunov(graph)
     margin = 0.5 * observer_gain * lambda_min - leader_gain * leader_input_bound
@@ -57,22 +57,22 @@ def convergence(graph: Graph, observer_gain: float, observer_exponent: float, le
 def smallest_observer_gain(graph: Graph, leader_input_bound: float) -> float:
     """Return the mu in m/s above which theta > 0: mu = 2 varpi / lambda_min(Lhat).
 
-    `leader_input_bound` is u0_max in m/s per axis. Returns inf when lambda_min <= 0: no gain makes Lemma 3 apply
-    (it happens where one follower has many out-neighbours; the observer may converge all the same, but unproven).
-    Raises ValueError when a follower has no path from the leader (Assumption 2).
+    `leader_input_bound` is u0_max in m/s per axis. Returns inf when lambda_min <= 0: no gain makes Lemma 3 apply (as
+    with a follower that has many out-neighbours; the observer may still converge, without proof). Raises ValueError
+    when a follower has no path from the leader (Assumption 2).
     """
     _, lambda_min, leader_gain = _lyapunov(graph)
     return 2.0 * leader_gain * leader_input_bound / lambda_min if lambda_min > 0 else inf
 
 
-@lru_cache(maxsize=1)  # a graph of 1000 takes a second, and each question about it asks for the same
+@lru_cache(maxsize=1)  # a graph of 1000 takes a second, and is used several times
 def _lyapunov(graph: Graph) -> tuple[tuple[float, ...], float, float]:
     """Return gamma, lambda_min(Lhat) and varpi / u0_max = ||Gamma diag(Y)||, Y_i = a_i0.
 
         gamma_i = 1 / (L_FF^−1 1)_i,   Lhat = Gamma L_FF + L_FF^T Gamma
 
-    The norm is Frobenius', that is |Gamma Y|: what the Cauchy-Schwarz step of the proof needs. The induced norm is
-    equal when one follower receives from the leader and smaller, hence less safe, otherwise.
+    The norm is Frobenius', that is |Gamma Y|: as the Cauchy-Schwarz step of the proof needs. The induced norm is equal
+    when one follower receives from the leader and smaller, hence less safe, otherwise.
     """
     if not graph.followers:
         raise ValueError("followers = (): Lemma 3 needs at least one follower")

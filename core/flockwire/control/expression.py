@@ -1,6 +1,6 @@
 """Expressions of formations: a closed tree of numbers, t, i, n and listed functions, and its derivative in t.
 
-Nothing of an expression's text is ever executed: the tree holds names from tables in this file alone.
+An expression's text is never executed: the tree has only names from the tables in this file.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ Node = Number | Variable | Apply
 
 
 class Function(NamedTuple):
-    """What a function is worth, and its partial derivatives; `partials` is None if these would jump."""
+    """A function and its partial derivatives; `partials` is None if these would jump."""
 
     value: Callable[..., float]
     arity: int
@@ -53,7 +53,7 @@ class Function(NamedTuple):
 
 
 def apply(name: str, *arguments: Node) -> Node:
-    """Return the node of a function of FUNCTIONS; numbers are worked out, and what adds or changes nothing left out."""
+    """Return the node of a function of FUNCTIONS; numbers are evaluated, and neutral operations removed."""
     numbers = [argument.value for argument in arguments if isinstance(argument, Number)]
     if len(numbers) == len(arguments):
         return Number(_worth(FUNCTIONS[name].value, numbers))
@@ -101,7 +101,7 @@ def bound(node: Node, values: Mapping[str, float]) -> Node:
 def function_of_time(node: Node) -> Callable[[float], float]:
     """Return the tree, which has no variable but t, as a function of t, s.
 
-    Where it is not defined, the function raises ValueError or ArithmeticError, or returns what is not finite.
+    If it is not defined, the function raises ValueError or ArithmeticError, or returns a number that is not finite.
     """
     if isinstance(node, Number):
         value = node.value

@@ -1,4 +1,4 @@
-"""Reads an expression into its tree, by precedence climbing; whatever is not listed is refused by name.
+"""Reads an expression into its tree, by precedence climbing; unlisted names are refused.
 
 sum := product (("+" | "-") product)*     product := sign (("*" | "/" | "%") sign)*
 sign := "-" sign | power                  power := atom (("^" | "**") sign)?
@@ -18,7 +18,7 @@ _TOKEN = re.compile(r"\s*(?:(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)|
 
 
 def parse_expression(text: str) -> Node:
-    """Return the tree of `text`; raises ExpressionError that names what may not be there, and what may."""
+    """Return the tree of `text`; raises ExpressionError with the forbidden and the allowed names."""
     if len(text) > LONGEST:
         raise ExpressionError(f"has {len(text)} characters, the most is {LONGEST}")
     return _Parser(_tokens(text)).parse()

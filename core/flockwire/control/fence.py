@@ -1,4 +1,4 @@
-"""The room that no drone may leave: a box, and within it the upright prism over a polygon where there is one."""
+"""The room that no drone may leave: a box, optionally intersected with the upright prism over a polygon."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ _COINCIDENT = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """From `low` to `high` (m, world frame); on the ground plan within the polygon of `corners`, unless it has none."""
+    """From `low` to `high` (m, world frame); horizontally within the polygon of `corners`, if there is one."""
 
     low: Vector
     high: Vector
     corners: tuple[Corner, ...] = ()
 
     def walls(self) -> Iterator[tuple[Corner, Corner]]:
-        """Yield the walls on the ground plan, each from corner to corner: those of the box, then the polygon's."""
+        """Yield the walls in the horizontal plane, each from corner to corner: those of the box, then the polygon's."""
         (a, b, _), (d, e, _) = self.low, self.high
         yield from edges(((a, b), (d, b), (d, e), (a, e)))
         if self.corners:
             yield from edges(self.corners)
 
     def outside(self, position: Vector) -> float:
-        """Return how far `position` is outside, m (the largest excess; 0 inside)."""
+        """Return the distance of `position` outside, m (the largest excess; 0 inside)."""
         x, y, z = position
         a, b, c = self.low
         d, e, f = self.high
@@ -42,7 +42,7 @@ class Room:
         return max(beyond, -clearance(self.corners, (x, y))[0])
 
     def sides(self, position: Vector) -> Iterator[tuple[float, Vector]]:
-        """Yield the distance of `position` from each side and the polygon's nearest wall, m, and the way out there."""
+        """Yield the distance of `position` from each side and the nearest wall, m, and the outward direction."""
         for axis, (p, low, high) in enumerate(zip(position, self.low, self.high, strict=True)):
             out = (float(axis == 0), float(axis == 1), float(axis == 2))
             yield high - p, out
@@ -52,7 +52,7 @@ class Room:
             yield distance, (-nx, -ny, 0.0)
 
     def inwards(self, velocity: Vector, position: Vector) -> Vector:
-        """Return `velocity` (m/s) without what leads further out of the room at its boundary, or beyond it."""
+        """Return `velocity` (m/s) without its outward component at the boundary or outside."""
         low, high = self.low, self.high
         if not (low[0] < position[0] < high[0] and low[1] < position[1] < high[1] and low[2] < position[2] < high[2]):
             x, y, z = (
@@ -72,7 +72,7 @@ class Room:
     ) -> list[HalfSpace]:
         """Return the half-spaces of velocities that stay in the room above `floor` (m), or come back to it.
 
-        As `keep_inside`; of a polygon each edge is a wall of its own, n from its nearest point to the way from the
+        As `keep_inside`; each edge of a polygon is a separate wall, n from its nearest point to the path from the
         position to the stopping point. Outside, n leads straight back, and no other edge counts.
         """
         low = (self.low[0], self.low[1], max(self.low[2], floor))

@@ -22,8 +22,21 @@ def lagged(x: float, v: float, u: float, lag: float, dt: float) -> tuple[float, 
     return x + (u * dt + excess * (lag * (1.0 - decay))), u + excess * decay
 
 
+def lagged_motion(x: Vector, v: Vector, u: Vector, lag: float, dt: float) -> tuple[Vector, Vector]:
+    """Return x (m) and v (m/s) after `dt` s of the command `u` (m/s), each axis as `lagged`; `lag` in s."""
+    px, py, pz = x
+    ux, uy, uz = u
+    if not lag:
+        return (px + ux * dt, py + uy * dt, pz + uz * dt), u
+    decay = exp(-dt / lag)
+    drift = lag * (1.0 - decay)
+    ex, ey, ez = v[0] - ux, v[1] - uy, v[2] - uz
+    position = (px + (ux * dt + ex * drift), py + (uy * dt + ey * drift), pz + (uz * dt + ez * drift))
+    return position, (ux + ex * decay, uy + ey * decay, uz + ez * decay)
+
+
 def lead(rate_ahead: Vector, acceleration_ahead: Vector, lag: float) -> Vector:
-    """Return the command that has the airframe at the reference's velocity when the command takes effect.
+    """Return the command that gives the airframe the reference's velocity when the command takes effect.
 
         lag v' + v = u(t − D)   and   v = r'   give   u(t) = r'(t + D) + lag r''(t + D)        (ours)
 
@@ -52,7 +65,7 @@ def stopping_reference(position_ahead: Vector, rate_ahead: Vector, lag: float) -
 
 
 def critical_gain(lag: float, dead_time: float) -> float:
-    """Return the gain k in 1/s at which the position loop round a lagging airframe oscillates without decay.
+    """Return the gain k in 1/s at which the position loop of a lagging airframe oscillates without decay.
 
         x' = v,   lag v' + v = −k x(t − D)
         atan(w lag) + w D = pi/2,   k = w sqrt(1 + (w lag)^2)        (ours: the loop's phase margin is zero)
@@ -73,13 +86,13 @@ def critical_gain(lag: float, dead_time: float) -> float:
 def smallest_smoothing(
     formation_gain: float, compensation_gain: float, lag: float, dead_time: float, margin: float = 2.0
 ) -> float | None:
-    """Return the smallest epsilon in m that keeps the loop of (9) clear of oscillation, None if there is none.
+    """Return the smallest epsilon in m at which the loop of (9) does not oscillate, None if there is none.
 
         K + phi / epsilon <= critical_gain / margin
 
-    The left side is the slope of (9) at zero error. `formation_gain` is K in 1/s, `compensation_gain` phi in m/s,
-    `lag` and `dead_time` in s as for `critical_gain`, `margin` >= 1 the gain margin. None means that K alone leaves
-    no room; 0.0 that every epsilon > 0 will do.
+    The left side is the slope of (9) at zero error. `formation_gain` is K in 1/s, `compensation_gain` phi in m/s, `lag`
+    and `dead_time` in s as for `critical_gain`, `margin` >= 1 the gain margin. None means that K alone is too high; 0.0
+    that every epsilon > 0 is enough.
     """
     room = critical_gain(lag, dead_time) / margin - formation_gain
     return compensation_gain / room if room > 0.0 else None

@@ -123,8 +123,8 @@ class Polygon:
 class Parametric:
     """An expression for each axis: h_i(t) = [x, y, z](t, i, n) in m, t >= 0 in s, of rank i = 0 … n − 1, n = `count`.
 
-    `axes` are the trees of x, y and z; h_i' is their derivative. What is not defined is NaN. Raises ExpressionError
-    where the derivative would jump.
+    `axes` are the trees of x, y and z; h_i' is their derivative. An undefined value is NaN. Raises ExpressionError if
+    the derivative would jump.
     """
 
     def __init__(self, count: int, axes: tuple[Node, Node, Node]) -> None:

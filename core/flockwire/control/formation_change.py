@@ -9,7 +9,7 @@ from flockwire.domain.vector import Vector
 
 
 class Shape(Protocol):
-    """What any formation is (formation.py)."""
+    """The interface of formations (formation.py)."""
 
     @property
     def count(self) -> int:
@@ -23,7 +23,7 @@ class Shape(Protocol):
 
 
 def blend(s: float) -> float:
-    """Return sigma, the share of what comes after, at the share s in [0, 1] of the change.
+    """Return sigma, the weight of the new formation, at the share s in [0, 1] of the change.
 
         sigma(s) = s^3 (10 − 15 s + 6 s^2)        (ours)
 

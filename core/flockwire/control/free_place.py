@@ -1,4 +1,4 @@
-"""Where a drone comes down: on its place, or where a body is below that, on the nearest free one of the ground plan."""
+"""The landing place of a drone: its own place or, above a body, the nearest free place in the horizontal plane."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from flockwire.domain.vector import Vector
 Disc = tuple[float, float, float]
 """(x, y, r): the points nearer to (x, y) than r, m."""
 
-SPARE = 0.1  # m beyond the distance to keep: the tracker's noise must not make a chosen place occupied again
-_TOLERANCE = 1e-9  # m by which a disc or the room may be missed: rounding
+SPARE = 0.1  # m beyond the safety distance: the tracker's noise must not occupy a chosen place again
+_TOLERANCE = 1e-9  # m, tolerance of discs and the room for rounding
 
 
 def landing_place(
     position: Vector, place: Vector, bodies: Sequence[Body], separation: Separation, room: Room
 ) -> tuple[Vector, bool]:
-    """Return the place to come down on, and whether the way down from `position` is free.
+    """Return the landing place, and whether the way down from `position` is free.
 
-    Another one than `place` (m, world frame) where that, or the way down, is occupied: then the free one that is
-    nearest to `position`. `bodies` are relative to `position`; those above it are not in the way. Where no place
-    is free it is `place`, straight down: the safety filter keeps clear all the same.
+    It is `place` (m, world frame) or, if that or the way down is occupied, the free place nearest to `position`.
+    `bodies` are relative to `position`; those above it are not in the way. If no place is free it is `place`, straight
+    down: the safety filter still avoids bodies.
     """
     if not bodies:
         return place, True

@@ -10,8 +10,8 @@ LEADER = 0
 class Graph:
     """Directed graph over the leader 0 and the followers; w_ij > 0 iff i receives from j.
 
-    `followers` holds the followers' ids, `edges` one (source, target, weight) = (j, i, w_ij) for each link: the
-    target receives from the source. Raises ValueError for an unknown or repeated id, an edge into the leader, a link to
+    `followers` has the followers' ids, `edges` one (source, target, weight) = (j, i, w_ij) for each link: the target
+    receives from the source. Raises ValueError for an unknown or repeated id, an edge into the leader, a link to
     itself, a repeated edge or a weight that is not positive and finite.
     """
 
@@ -42,7 +42,7 @@ class Graph:
         return {source: weight for source, target, weight in self.edges if target == i}
 
     def out_neighbours(self, j: int) -> tuple[int, ...]:
-        """Return the followers that hear j, in the order of the edges."""
+        """Return the followers that receive from j, in the order of the edges."""
         return tuple(target for source, target, _ in self.edges if source == j)
 
     def depths(self) -> dict[int, int]:

@@ -1,4 +1,4 @@
-"""The safety filter round every law: what a drone may command, whatever it wants."""
+"""The safety filter around every law: it limits a drone's commands."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, add, limit, norm, scale, subtract
 
 BODY_TIME_CONSTANT = 0.05  # s, of the trackers of nearby bodies
-STOPPING_DISTANCE_FACTOR = 1.25  # a margin: the airframe is known to about 20 %
-BARRIER_PHASE = 0.7  # the barrier's rate times lag and dead time: what the others do shows that late (docs/theory.md)
+STOPPING_DISTANCE_FACTOR = 1.25  # stopping-distance factor: the airframe is known to about 20 %
+BARRIER_PHASE = 0.7  # the barrier's rate times lag and dead time, the delay of others' reactions (docs/theory.md)
 
 
 class GuardParameters(NamedTuple):
-    """What the safety filter of one drone keeps to, and what it knows of the drone."""
+    """The parameters of one drone's safety filter."""
 
     separation: Separation
     room: Room
     floor: float  # m
     speed: float  # m/s, at most
-    vertical_speed: float  # m/s, at which it gets out of an obstacle that has grown round it
+    vertical_speed: float  # m/s, speed out of an obstacle that has grown around it
     acceleration: float  # m/s^2, of commands
     barrier_rate: float  # 1/s, alpha at most
     slowness: float  # s, lag and dead time of the airframe
     period: float  # s, between two commands
-    sight: float  # m, within which bodies are sensed; inf where nothing is sensed
+    sight: float  # m, within which bodies are sensed; inf without sensing
 
     @property
     def rate(self) -> float:
@@ -41,11 +41,11 @@ class GuardParameters(NamedTuple):
 
     @property
     def fastest(self) -> float:
-        """The highest speed, m/s, that the filter lets pass: two drones that meet still stop in time."""
+        """The highest speed, m/s, of the filter: two drones that meet still stop in time."""
         return min(self.speed, self.sight_speed(0.0))
 
     def sight_speed(self, age: float) -> float:
-        """Return the speed, m/s, at which two drones still stop in time when what is seen is `age` s old."""
+        """Return the speed, m/s, at which two drones still stop in time if their data is `age` s old."""
         delay = STOPPING_DISTANCE_FACTOR * self.slowness + 3.0 * self.period
         return sight_speed(self.sight, self.separation.drone, delay + age, self.acceleration)
 
@@ -57,7 +57,7 @@ class Guard:
         self._parameters = parameters
         self._rate, self._fastest = parameters.rate, parameters.fastest
         self._tracks = BodyTracks(BODY_TIME_CONSTANT)
-        self._epoch = 0  # Unix ns that the tracks' time counts from
+        self._epoch = 0  # Unix ns, time 0 of the tracks
 
     def velocity(
         self,
@@ -71,10 +71,10 @@ class Guard:
         speed: float,
         grounding: bool,
     ) -> Vector:
-        """Return the nearest velocity to `wanted` that keeps clear of everything.
+        """Return the nearest velocity to `wanted` that satisfies all constraints.
 
         `bodies` were seen at `stamp`, relative to `motion.position`; `last` is the command before this one, `dt` s ago;
-        `speed` the limit of the moment; `grounding` when it comes from the ground or goes there: no floor.
+        `speed` the current limit; `grounding` during take-off and landing: no floor.
         """
         own = self._parameters
         speed = min(speed, self._fastest)
@@ -86,7 +86,7 @@ class Guard:
         centre, radius, sliver = speed_and_acceleration(last, speed, braking * dt)
         if sliver is not None:
             spaces.append(sliver)
-        # Where not all can be kept, the sliver is one of what gives way; the limit of speed does not.
+        # If not all can be satisfied, the sliver may be violated, but not the limit of speed.
         return limit(nearest_velocity(wanted, spaces, radius, centre)[0], max(speed, norm(last)))
 
     def _bodies(self, motion: Motion, bodies: Sequence[Body], stamp: int, now: int, speed: float) -> list[HalfSpace]:
@@ -103,7 +103,7 @@ class Guard:
             x, y, z = body.relative_position
             drone = body.kind is BodyKind.DRONE
             vx, vy, vz = velocity if drone else body.velocity
-            rise = own[2] if drone or z else 0.0  # along an upright cylinder nothing changes
+            rise = own[2] if drone or z else 0.0  # the axis of an upright cylinder does not matter
             separation = (-x, -y, -z)
             stopping = (own[0] - x - horizon * vx, own[1] - y - horizon * vy, rise - z - horizon * vz)
             distance = drone_distance if drone else obstacle_distance + body.radius

@@ -21,7 +21,7 @@ class KeyFrames:
 
     The slopes m_k are Fritsch and Carlson's: zero at the ends and where an axis turns back or stands still, else a
     weighted harmonic mean of both sides. So h_i is continuously differentiable, never leaves the box of two successive
-    frames, and stands still where two frames are equal. Before the first frame and after the last it is held.
+    frames, and stands still where two frames are equal. Before the first frame and after the last it is constant.
     """
 
     times: tuple[tuple[float, ...], ...]

@@ -1,6 +1,6 @@
-"""The leader as its out-neighbours track it: noise enters the swarm here, and is filtered here, once.
+"""The leader's motion, tracked by its out-neighbours: noise enters the swarm here, and is filtered only here.
 
-What is left of it grows with the hops from the leader, over which the track is extrapolated.
+The remaining noise grows with the hops from the leader, over which the track is extrapolated.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ def leader_time_constant(depth: int) -> float:
 
         T = 0.15 s + 0.01 s · depth        (ours)
 
-    The deepest drone extrapolates the longest, so noise weighs most there; a slower tracker is later to see a turn.
+    The deepest drone extrapolates the longest, so noise has most effect there; a slower tracker is later in turns.
     """
     return 0.15 + 0.01 * depth
 
 
 class LeaderTrack:
-    """The leader's motion from its poses: a fast tracker for where it is, a slow one for where it goes.
+    """The leader's motion from its poses: a fast tracker for position, a slow one for velocity and acceleration.
 
-    `time_constant` is the slow one's, s. A jump of the leader's velocity is seen by the fast tracker at once; what is
-    extrapolated over many hops is the slow one's velocity and acceleration, which carry little noise.
+    `time_constant` is the slow one's, s. The fast tracker follows a jump of the leader's velocity at once; many hops
+    extrapolate the slow one's velocity and acceleration, which have little noise.
     """
 
     def __init__(self, time_constant: float) -> None:
@@ -39,7 +39,7 @@ class LeaderTrack:
         self._slow: AccelerationTracker | None = None
 
     def update(self, position: Vector, stamp: float) -> LeaderMotion:
-        """Take the `position` (m) measured at `stamp` (s); return the motion then."""
+        """Receive the `position` (m) measured at `stamp` (s); return the motion at `stamp`."""
         if self._fast is None or self._slow is None or stamp - self._fast.stamp > FORGET:
             self._fast = VelocityTracker(POSITION_TIME_CONSTANT, position, stamp)
             self._slow = AccelerationTracker(self._time_constant, position, stamp)
@@ -56,7 +56,7 @@ def noise_gain(time_constant: float, age: float, period: float) -> float:
     `period` is the time between two poses, s.
     """
     leader, steps = LeaderTrack(time_constant), round(12.0 * time_constant / period) + 1
-    for k in range(steps):  # until its gains are the steady ones
+    for k in range(steps):  # until its gains are constant
         leader.update(ZERO, k * period)
     pulse = [(1.0 if k == 0 else 0.0, 0.0, 0.0) for k in range(steps)]
     response = (leader.update(z, (steps + k) * period).after(age).position[0] for k, z in enumerate(pulse))
@@ -66,8 +66,8 @@ def noise_gain(time_constant: float, age: float, period: float) -> float:
 def motion_error(trajectory: Trajectory, time_constant: float, age: float, period: float, horizon: float) -> float:
     """Return the largest error, m, of the leader's position extrapolated by `age` s, without noise.
 
-    The leader flies `trajectory` for `horizon` s; its first 12 time constants, the tracker's own, are left out. Corners
-    and jumps of its velocity are in it: speed · age at least, whatever the law.
+    The leader flies `trajectory` for `horizon` s; the first 12 time constants are left out. Corners and jumps of the
+    velocity are included: they cost at least speed · age with any law.
     """
     leader, worst = LeaderTrack(time_constant), 0.0
     for k in range(round(horizon / period) + 1):

@@ -42,7 +42,7 @@ def explicit_step(
         delta_i = sum_{j in N_i} w_ij (eta_i − eta_j)
         eta_i <- eta_i − dt mu (sign(delta_i) + sig^p(delta_i))
 
-    It chatters with an amplitude of about mu dt per hop: kept for comparison, `implicit_step` is the one to fly.
+    It chatters with an amplitude of about mu dt per hop: it is kept for comparison; use `implicit_step` to fly.
     `estimate` is eta_i, `neighbour_estimates` one (w_ij, eta_j) for each fresh neighbour, positions in m, world frame;
     `dt` in s. With no neighbours the estimate is returned unchanged.
     """
@@ -135,8 +135,8 @@ def relay_step(
         v_i = sum_j w_ij v_j / sum_j w_ij,   a_i likewise
 
     `neighbour_estimates` is one (w_ij, motion) for each neighbour, each extrapolated to this step's time. Velocity and
-    acceleration are passed on, never differentiated again: noise enters once, at the leader's pose, and is filtered
-    once. Without any the estimate coasts on at its velocity.
+    acceleration are passed on, never differentiated: noise enters once, at the leader's pose, and is filtered once.
+    Without neighbours the estimate continues at its velocity.
     """
     total = sum(w for w, _ in neighbour_estimates)
     if not total:

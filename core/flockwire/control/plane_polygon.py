@@ -1,4 +1,4 @@
-"""A polygon on the ground plan, convex or not: how far a point is from its boundary, and whether it crosses itself."""
+"""A polygon in the horizontal plane, convex or not: distance of a point from its boundary, and self-crossing."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def contains(corners: tuple[Corner, ...], point: Corner) -> bool:
 
 
 def clearance(corners: tuple[Corner, ...], point: Corner) -> tuple[float, Corner]:
-    """Return the distance to the boundary, negative outside, and the unit vector that leads straight inwards there."""
+    """Return the distance to the boundary, negative outside, and the unit vector straight inwards."""
     nearest, edge, distance = point, (point, point), float("inf")
     for each in edges(corners):
         candidate = nearest_on_edge(point, each)
@@ -61,12 +61,12 @@ def inward_normal(corners: tuple[Corner, ...], edge: tuple[Corner, Corner]) -> C
 
 
 def area(corners: tuple[Corner, ...]) -> float:
-    """Return the area, m^2, negative where the corners go clockwise."""
+    """Return the area, m^2, negative if the corners are clockwise."""
     return 0.5 * sum(ax * by - bx * ay for (ax, ay), (bx, by) in edges(corners))
 
 
 def crossing(corners: tuple[Corner, ...]) -> tuple[int, int] | None:
-    """Return the numbers of two edges that meet elsewhere than in a common corner, None if there are none."""
+    """Return the numbers of two edges that meet outside a common corner, None if there are none."""
     every = tuple(edges(corners))
     last = len(every) - 1
     for i, one in enumerate(every):
@@ -90,7 +90,7 @@ def _meet(one: tuple[Corner, Corner], other: tuple[Corner, Corner]) -> bool:
 
 
 def _folded(one: tuple[Corner, Corner], other: tuple[Corner, Corner]) -> bool:
-    """Return whether of two edges with a common corner one leads back along the other."""
+    """Return whether one of two edges with a common corner leads back along the other."""
     common = one[1] if one[1] == other[0] else one[0]
     (ax, ay), (bx, by) = (_other_end(edge, common) for edge in (one, other))
     ux, uy, vx, vy = ax - common[0], ay - common[1], bx - common[0], by - common[1]

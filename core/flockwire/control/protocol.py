@@ -1,4 +1,4 @@
-"""The formation tracking protocol (9): the velocity that a follower asks of its airframe."""
+"""The formation tracking protocol (9): the velocity command of a follower."""
 
 from dataclasses import dataclass
 from math import hypot

@@ -10,8 +10,8 @@ from flockwire.domain.vector import ZERO, Vector
 HalfSpace = tuple[float, float, float, float]
 """(n_x, n_y, n_z, b): the velocities v with n·v >= b, |n| = 1, b in m/s."""
 
-_TOLERANCE = 1e-12  # m/s by which a half-space may be missed: rounding
-_PARALLEL = 1e-9  # the sine of the angle between two planes below which they count as parallel
+_TOLERANCE = 1e-12  # m/s, tolerance of a half-space for rounding
+_PARALLEL = 1e-9  # sine of the angle below which two planes count as parallel
 
 
 def nearest_velocity(
@@ -22,8 +22,8 @@ def nearest_velocity(
         minimise |v − wanted|   subject to   n_k·v >= b_k − t,   |v − centre| <= radius        (ours)
 
     with t the smallest for which such a velocity exists: 0 as long as the half-spaces and the ball have a common point.
-    The half-spaces are taken one after the other; where one is violated the answer lies on its plane, and there again,
-    one after the other, on the line of two planes or at the point of three: exact, in linear time on average.
+    The half-spaces are added one by one. If one is violated, the solution is on its plane, and there, again one by one,
+    on the line of two planes or at the point of three: exact, in linear time on average.
     """
     cx, cy, cz = centre
     shifted = [(x, y, z, b - x * cx - y * cy - z * cz) for x, y, z, b in half_spaces]
@@ -40,7 +40,7 @@ def nearest_velocity(
 
 
 def _solve(goal: Vector, ahead: bool, planes: Sequence[HalfSpace], radius: float) -> tuple[Vector, int]:
-    """Return the best point of the ball and the index of the plane that made it impossible (their number: none did).
+    """Return the best point of the ball and the index of the first impossible plane (their number if none).
 
     Best is the nearest to `goal`, or with `ahead` the farthest in the direction `goal`. After a failure the point is
     the best for the planes before the one that failed.
@@ -126,8 +126,8 @@ def _on_line(goal: Vector, ahead: bool, planes: Sequence[HalfSpace], i: int, j: 
 def _least_violation(v: Vector, first: int, planes: Sequence[HalfSpace], radius: float) -> tuple[Vector, float]:
     """Return the point of the ball whose largest violation is least, and that violation.
 
-    `v` satisfies all planes before `first`. Where plane i is violated by more than all before it, at the new best point
-    it is the worst one: the farthest point along n_i among those that violate no earlier plane j more than plane i.
+    `v` satisfies all planes before `first`. If plane i is violated by more than all before it, it is the worst one at
+    the new best point: the farthest point along n_i that violates no earlier plane j more than plane i.
 
         b_j − n_j·v <= b_i − n_i·v
     """

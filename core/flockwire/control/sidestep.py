@@ -1,4 +1,4 @@
-"""The deadlock breaker: a drone that a body blocks turns to one side, every drone to the same one."""
+"""The deadlock breaker: a blocked drone turns to one side, every drone to the same side."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from typing import NamedTuple
 from flockwire.domain.body import Body, BodyKind, Separation, to_surface
 from flockwire.domain.vector import Vector, norm, scale
 
-_PROGRESS = 0.1  # m nearer to the goal that count as progress
+_PROGRESS = 0.1  # m of approach to the goal that count as progress
 
 
 class SidestepParameters(NamedTuple):
-    """The distances to keep, and the gap beyond them within which a body is in the way, m."""
+    """The safety distances, and the gap beyond them below which a body blocks, m."""
 
     separation: Separation
     reach: float
 
 
 def sidestep(wanted: Vector, bodies: Sequence[Body], parameters: SidestepParameters, side: float) -> Vector:
-    """Return `wanted`, m/s, turned about Z away from what blocks it.
+    """Return `wanted`, m/s, rotated about Z away from blocking bodies.
 
         theta = (pi/2) max_k  s_k max(0, −û·n_k),   s_k = clamp(2 (1 − g_k / reach), 0, 1)        (ours)
 
     n_k is the unit vector from body k's surface to us, g_k the gap in m beyond the distance to keep from it; bodies
-    farther than `reach` do not block. `side` +1 turns to the right, −1 to the left. Two drones face to face both give
-    way to the same hand and pass; many that meet in one place go round it like traffic round an island.
+    farther than `reach` do not block. `side` +1 turns to the right, −1 to the left. Two drones that meet head on turn
+    to the same side and pass; many that meet in one place circle as in a roundabout.
     """
     speed = hypot(wanted[0], wanted[1])
     if speed < 1e-6:
@@ -50,15 +50,15 @@ def sidestep(wanted: Vector, bodies: Sequence[Body], parameters: SidestepParamet
 
 
 class Sidestep:
-    """Turns a drone's corrections round what is in its way; the other way after `switch_after` s without progress."""
+    """Rotates a drone's corrections around bodies; changes the side after `switch_after` s without progress."""
 
     def __init__(self, parameters: SidestepParameters, switch_after: float) -> None:
         self._parameters, self._switch_after = parameters, switch_after
-        self._best = self._since = 0.0  # m to go, and since when, s, it has not become less
+        self._best = self._since = 0.0  # m to go, and the time, s, of the last progress
         self.side = 1.0
 
     def turned(self, correction: Vector, bodies: Sequence[Body], to_go: float, now: float) -> Vector:
-        """Return `correction`, m/s, turned round `bodies`; `to_go` m that become less are progress; `now` in s."""
+        """Return `correction`, m/s, rotated around `bodies`; a decrease of `to_go`, m, is progress; `now` in s."""
         turned = sidestep(correction, bodies, self._parameters, self.side)
         if turned == correction:
             self.side, self._best, self._since = 1.0, to_go, now

@@ -1,4 +1,4 @@
-"""A formation sampled before it is accepted: how fast, how close, how wide."""
+"""Samples a formation before it is accepted: speeds, distances, extent."""
 
 from dataclasses import dataclass
 from itertools import islice
@@ -26,7 +26,7 @@ class Survey:
 def survey(formation: Formation, horizon: float, samples: int) -> Survey:
     """Sample a formation at `samples` >= 1 equidistant times from 0 to `horizon` (s) and return its extremes.
 
-    What lies between two samples is not seen: choose them closer than a clearance takes to be lost.
+    Times between two samples are not checked: choose a period shorter than the loss of a clearance.
     """
     max_speed, min_distance, min_distance_leader = 0.0, inf, inf
     extent = ZERO
@@ -50,7 +50,7 @@ def _widened(extent: Vector, points: list[Vector]) -> Vector:
 
 
 def _smallest_distance(points: list[Vector], best: float) -> float:
-    """Return the smallest pairwise distance, or `best` where that is smaller: a sweep along the widest axis."""
+    """Return the smallest pairwise distance, or `best` if that is smaller: a sweep along the widest axis."""
     low, high = (tuple(map(extreme, zip(*points, strict=True))) for extreme in (min, max))
     axis = max(range(3), key=lambda k: high[k] - low[k])
     swept = sorted(points, key=itemgetter(axis))

@@ -7,7 +7,7 @@ from math import dist, exp
 
 from flockwire.domain.vector import ZERO, Vector
 
-GATE = 0.3  # m: a body farther than this from where every known one should be is a new one
+GATE = 0.3  # m: a body farther than this from the prediction of every known one is new
 
 
 class VelocityTracker:
@@ -16,8 +16,9 @@ class VelocityTracker:
         x <- x + dt v,   r = z − x,   x <- x + alpha r,   v <- v + beta r / dt
         alpha = 1 − q^2,   beta = (1 − q)^2,   q = e^(−dt/T)
 
-    Until enough positions have come the gains are those of a least-squares line, 2 (2k − 1) / (k (k + 1)) and
-    6 / (k (k + 1)) for the k-th position. A body that accelerates at a is seen a T^2 behind and 2 a T too slow.
+    For the first positions the gains are those of a least-squares line, 2 (2k − 1) / (k (k + 1)) and 6 / (k (k + 1))
+    for the k-th position. For a body that accelerates at a, the position is a T^2 behind and the velocity 2 a T too
+    low.
     """
 
     def __init__(self, time_constant: float, position: Vector, stamp: float) -> None:
@@ -53,7 +54,8 @@ class AccelerationTracker:
         x <- x + dt v + dt^2 a / 2,   v <- v + dt a,   r = z − x
         x <- x + (1 − q^3) r,   v <- v + 3/2 (1 − q)^2 (1 + q) r / dt,   a <- a + (1 − q)^3 r / dt^2,   q = e^(−dt/T)
 
-    Three equal poles: no overshoot from noise, exact for constant acceleration. The first positions begin it as a line.
+    Three equal poles: no overshoot from noise, exact for constant acceleration. It starts as a line through the first
+    positions.
     """
 
     def __init__(self, time_constant: float, position: Vector, stamp: float) -> None:
@@ -92,7 +94,7 @@ def _corrected(
 
 
 class BodyTracks:
-    """Follows bodies by position alone: each new position belongs to the track whose prediction is nearest.
+    """Tracks bodies by position alone: each new position belongs to the track with the nearest prediction.
 
     `time_constant` (s) is that of the trackers. The bodies of one call keep their order in its result.
     """
@@ -104,7 +106,7 @@ class BodyTracks:
 
     def update(self, positions: Sequence[Vector], stamp: float) -> list[Vector]:
         """Return the velocity, m/s, of each of `positions` (m, world frame) seen at `stamp` (s); 0 for a new body."""
-        if stamp < self._stamp:  # of a clock that was set back
+        if stamp < self._stamp:  # after a clock was set back
             self._tracks = []
         if stamp > self._stamp or len(positions) != len(self._tracks):
             self._match(positions, stamp)
@@ -112,7 +114,7 @@ class BodyTracks:
         return [track.velocity for track in self._tracks]
 
     def _match(self, positions: Sequence[Vector], stamp: float) -> None:
-        """Give each position its track; the place that a body had in the order is looked at first."""
+        """Assign each position to a track; the body's last index is tried first."""
         predicted = [_ahead(track, stamp) for track in self._tracks]
         free = set(range(len(predicted)))
         tracks: list[VelocityTracker] = []

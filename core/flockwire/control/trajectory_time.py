@@ -1,19 +1,19 @@
-"""The time of a trajectory that waits for the drone that follows it: its goal does not run away from one held back."""
+"""The time of a trajectory that waits for a drone that is held back."""
 
 from __future__ import annotations
 
-SETTLED = 0.1  # m, e_0: noise, and what is left of a transient
-CHANGE = 0.25  # s, T: the pace goes from 1 to 0 in no less
+SETTLED = 0.1  # m, e_0: noise, and the rest of a transient
+CHANGE = 0.25  # s, T: the shortest time of the pace from 1 to 0
 LONGEST_STEP = 0.1  # s: after a longer pause the trajectory has waited
 
 
 def free_error(speed: float, delay: float, braking: float) -> float:
-    """Return the error, m, up to which one that follows a goal at `speed` m/s counts as not held back.
+    """Return the error, m, up to which a follower of a goal at `speed` m/s counts as not held back.
 
         e_free = e_0 + 2 v (tau + v / b)        (ours)
 
-    It is what a goal that turns round at once gets ahead: `delay` is tau in s, lag, dead time and what passes until a
-    command is given; `braking` b in m/s^2.
+    It is the lead of a goal that reverses at once: `delay` is tau in s, lag, dead time and the delay of a command;
+    `braking` b in m/s^2.
     """
     return SETTLED + 2.0 * speed * (delay + speed / braking)
 
@@ -40,12 +40,12 @@ class TrajectoryTime:
         self.pace, self.waited, self._last = 1.0, 0.0, t
 
     def resume(self, t: float) -> None:
-        """Go on at `t` from the last s: until now the trajectory has waited."""
+        """Continue at `t` from the last s: the trajectory has waited until now."""
         self.waited += t - self._last
         self.pace, self._last = 1.0, t
 
     def at(self, t: float) -> float:
-        """Return what s is at `t` if it does not wait until then."""
+        """Return s at `t` if it does not wait until then."""
         return t - self.waited
 
     def advance(self, t: float, pace: float) -> float:

@@ -1,1 +1,1 @@
-"""What every other module uses: vectors, bodies, motion, time. Nothing here imports anything of flockwire's."""
+"""Common types: vectors, bodies, motion, time. It imports no other module of flockwire."""

@@ -1,4 +1,4 @@
-"""What an airframe is commanded, and what it reports."""
+"""Commands and telemetry of an airframe."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from flockwire.domain.vector import Vector
 
 
 class FlightState(IntEnum):
-    """What an airframe does."""
+    """The flight state of an airframe."""
 
     GROUNDED = 0
     FLYING = 1
     LANDING = 2
     STOPPED = 3
-    HELD = 4  # off the ground with its motors standing: in somebody's hand
+    HELD = 4  # off the ground with stopped motors: held in a hand
 
 
 class Command(NamedTuple):
-    """A velocity to fly at, m/s, world frame; the stamp (Unix ns) is that of the own pose it answers."""
+    """A velocity to fly at, m/s, world frame; the stamp (Unix ns) is that of the drone's pose that it answers."""
 
     stamp: int
     frame: str
@@ -30,7 +30,7 @@ class Command(NamedTuple):
 class Telemetry(NamedTuple):
     """The state of an airframe at `stamp` (Unix ns).
 
-    From an emergency stop on `stop_received` is true; the state is STOPPED when the drone is known to be down.
+    After an emergency stop `stop_received` is true; the state is STOPPED when the drone is known to be down.
     """
 
     stamp: int

@@ -1,4 +1,4 @@
-"""Bodies near a drone: what they are, where they are nearest, and what must be kept from them."""
+"""Bodies near a drone: kinds, nearest points, safety distances."""
 
 from __future__ import annotations
 
@@ -7,22 +7,22 @@ from typing import NamedTuple
 
 from flockwire.domain.vector import Vector, norm, scale
 
-_CONTACT = 1e-3  # m: a body that is touched counts as this far away, so that the direction survives
+_CONTACT = 1e-3  # m: a touched body counts as this far away, so that a direction exists
 
 
 class BodyKind(IntEnum):
-    """What a nearby body is."""
+    """The kind of a nearby body."""
 
     DRONE = 0
     OBSTACLE = 1
-    MOVER = 2  # moves and gives way to nobody: a person, a tracked obstacle
+    MOVER = 2  # moves and does not give way: a person, a tracked obstacle
 
 
 class Body(NamedTuple):
     """A nearby body: from the own position to its nearest axis point (m, world axes), and its radius (m) round that.
 
-    The velocity (m/s, world frame) is a mover's, or that of the surface round a lost body; what drones do, each pilot
-    sees for itself.
+    The velocity (m/s, world frame) is a mover's, or that of the surface around a lost body; each pilot tracks the
+    velocities of drones itself.
     """
 
     kind: BodyKind
@@ -32,7 +32,7 @@ class Body(NamedTuple):
 
 
 class Nearby(NamedTuple):
-    """What a relative sensor on board sees at `stamp` (Unix ns), without identities."""
+    """The bodies seen by a relative sensor on board at `stamp` (Unix ns), without identities."""
 
     stamp: int
     frame: str
@@ -46,14 +46,14 @@ class Separation(NamedTuple):
     obstacle: float
 
     def from_axis(self, body: Body) -> float:
-        """Return the distance to keep from the axis of `body`, m."""
+        """Return the safety distance from the axis of `body`, m."""
         return self.drone if body.kind is BodyKind.DRONE else self.obstacle + body.radius
 
 
 def to_axis(position: Vector, center: Vector, height: float | None) -> Vector:
     """Return the vector from `position` to the nearest point of an upright cylinder's axis, m.
 
-    The axis stands on the ground (z = 0) and ends at `height` m; without a height it is endless.
+    The axis starts on the ground (z = 0) and ends at `height` m; without a height it is endless.
     """
     z = position[2] if height is None else min(position[2], height)
     return (center[0] - position[0], center[1] - position[1], z - position[2])

@@ -1,4 +1,4 @@
-"""Motion: that of a drone as its pilot knows it, and that of the leader as it is estimated."""
+"""The motion of a drone, known to its pilot, and the estimated motion of the leader."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from flockwire.domain.vector import ZERO, Vector
 
 
 class Motion(NamedTuple):
-    """Where a drone was measured, m, its velocity there, m/s, and where it would stop if commanded to now, m."""
+    """A drone's measured position, m, its velocity, m/s, and its stopping point if commanded to stop now, m."""
 
     position: Vector
     velocity: Vector
@@ -35,11 +35,11 @@ class LeaderMotion(NamedTuple):
 
 
 class Leading(IntEnum):
-    """What is known of the leader: whether it leads, in the air, or does not."""
+    """Whether the leader leads, in the air, or not."""
 
     UNKNOWN = 0
     LEADS = 1
-    IS_DOWN = 2  # it lands, stands on the ground, has fallen, or its process is silent
+    IS_DOWN = 2  # it lands, is on the ground, has fallen, or its process is silent
 
 
 class Estimate(NamedTuple):

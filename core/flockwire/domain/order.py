@@ -1,17 +1,24 @@
-"""What people order: a mission of all drones, or a stop."""
+"""Orders of operators: a mission of all drones, or a stop."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-MISSION_VERBS = ("prepare", "takeoff", "start", "formation", "hold", "land")  # "prepare" says who is left out
-IN_FORMATION = ("start", "formation")  # "formation" is "start", but for drones in the air alone
+MISSION_VERBS = (
+    "prepare",
+    "takeoff",
+    "start",
+    "formation",
+    "hold",
+    "land",
+)  # "prepare" names the drones that are left out
+IN_FORMATION = ("start", "formation")  # "formation" is "start", but only for drones in the air
 LONGEST_CHANGE = 600.0  # s
 MOST_VERSIONS = 64  # orders that one message names
 
 
 class Change(NamedTuple):
-    """How a formation is changed to: the one `before`, and who takes which place in either.
+    """The change to a formation: the one `before`, and the assignments of places in both.
 
     `places_before[k]` and `places[k]` are the ranks of the k-th follower. `begin` is Unix ns, `duration` s.
     """
@@ -24,33 +31,33 @@ class Change(NamedTuple):
 
 
 class Version(NamedTuple):
-    """Which order one is. Versions are compared for equality: no clock decides."""
+    """The identity of an order. Versions are compared for equality: no clock decides."""
 
-    stamp: int  # Unix ns, by the clock of who gave it
-    giver: int  # a number of who gave it: 31 bits, one for each flight or order that a station conducts
+    stamp: int  # Unix ns, by the giver's clock
+    giver: int  # number of the giver: 31 bits, one for each flight or order of a station
 
 
 class Mission(NamedTuple):
-    """What the operator wants of all drones; each pilot decides by `knows` whether it holds."""
+    """The operator's order to all drones; each pilot decides by `knows` whether it is in force."""
 
     stamp: int
     frame: str
     verb: str  # one of MISSION_VERBS
-    start: int = 0  # Unix time in ns at which the formation's time is 0 (verbs IN_FORMATION)
+    start: int = 0  # Unix ns of the formation's time 0 (verbs IN_FORMATION)
     formation: str = ""  # a name from [formations], empty for [formation]
-    change: Change | None = None  # None if it is flown from the beginning, everybody in the place of their own rank
-    without: tuple[int, ...] = ()  # the drones that stay on the ground, and that nobody waits for
-    giver: int = 0  # who gave it (Version)
-    knows: tuple[Version, ...] = ()  # the orders that its giver knew of, and made it from
+    change: Change | None = None  # None without a change: each follower has the place of its rank
+    without: tuple[int, ...] = ()  # drones that stay on the ground; no drone waits for them
+    giver: int = 0  # number of the giver (Version)
+    knows: tuple[Version, ...] = ()  # the orders that its giver knew
 
     @property
     def version(self) -> Version:
-        """Which order it is."""
+        """The version of this order."""
         return Version(self.stamp, self.giver)
 
     @property
     def in_formation(self) -> bool:
-        """Whether a formation is to be flown."""
+        """Whether it orders a formation."""
         return self.verb in IN_FORMATION
 
 

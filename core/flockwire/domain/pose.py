@@ -1,4 +1,4 @@
-"""Where a body is, and how it is turned."""
+"""Position and orientation of a body."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ LEVEL: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 
 class Pose(NamedTuple):
-    """Where a body was at `stamp` (Unix ns): m, in the world frame that `frame` names."""
+    """The pose of a body at `stamp` (Unix ns): m, in the world frame `frame`."""
 
     stamp: int
     frame: str
@@ -21,7 +21,7 @@ class Pose(NamedTuple):
 
 
 class IdentityDoubt(NamedTuple):
-    """The tracker has the drone's name on another's body, since `since` (Unix ns)."""
+    """The tracker has given the drone's name to another body since `since` (Unix ns)."""
 
     stamp: int
     frame: str

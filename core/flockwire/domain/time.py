@@ -1,4 +1,4 @@
-"""Stamps and clocks are integers, in ns of Unix time: a float would not keep them."""
+"""Stamps and clocks are integers, in ns of Unix time: a float is not exact enough."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ MICROSECOND: Final = 1000  # ns
 
 
 def nanoseconds(seconds: float) -> int:
-    """Return a time in whole ns; the control path spells the product out, a call costs more than it."""
+    """Return a time in whole ns; the control path multiplies directly, because a call costs more."""
     return round(seconds * SECOND)
 
 
 class TimeRequest(NamedTuple):
-    """Asks for the swarm's time; the stamp is by the own clock, uncorrected (t1)."""
+    """A request for swarm time; the stamp is of the own uncorrected clock (t1)."""
 
     stamp: int
     frame: str
 
 
 class TimeReply(NamedTuple):
-    """The answer; the stamp is the swarm's time when it was sent (t3)."""
+    """The reply; the stamp is the swarm time of sending (t3)."""
 
     stamp: int
     frame: str
     requested: int  # the request's stamp (t1)
-    received: int  # the swarm's time when the request came (t2)
+    received: int  # swarm time of the request's arrival (t2)

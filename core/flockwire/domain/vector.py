@@ -33,6 +33,6 @@ def distance(a: Vector, b: Vector) -> float:
 
 
 def limit(a: Vector, maximum: float) -> Vector:
-    """Return a, scaled down to the norm `maximum` (>= 0, in the unit of a) where it is longer; direction is kept."""
+    """Return a, scaled down to the norm `maximum` (>= 0, in the unit of a) if it is longer; direction is kept."""
     length = norm(a)
     return a if length <= maximum else scale(a, maximum / length)

@@ -1,1 +1,1 @@
-"""The operator's side, pure: what is known of a fleet, who conducts its flight, orders, planned changes."""
+"""The operator's side, pure: the state of a fleet, the director of its flight, orders, planned changes."""

@@ -1,4 +1,4 @@
-"""A flight without some of its drones: whether the graph still allows it, and what changes."""
+"""A flight without some of its drones: its permission by the graph, and its consequences."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from flockwire.swarm.model import Swarm, uav
 
 
 def refusal(swarm: Swarm, without: tuple[int, ...]) -> str:
-    """Return why the swarm cannot fly `without` these drones, empty when it can (Lemma 3: a spanning tree is left)."""
+    """Return why the swarm cannot fly `without` these drones, empty if it can (Lemma 3: a spanning tree remains)."""
     for drone in without:
         if drone == LEADER:
             return f"--without {drone}: the leader cannot be left out"
@@ -27,7 +27,7 @@ def refusal(swarm: Swarm, without: tuple[int, ...]) -> str:
 
 
 def consequences(swarm: Swarm, without: tuple[int, ...]) -> Iterator[str]:
-    """Yield a sentence for each drone that loses a neighbour, and one on Lemma 3; nothing when nobody is left out."""
+    """Yield a sentence for each drone that loses a neighbour, and one on Lemma 3; nothing if no drone is left out."""
     if not without:
         return
     left = _left(swarm, without)
@@ -48,6 +48,6 @@ def consequences(swarm: Swarm, without: tuple[int, ...]) -> Iterator[str]:
 
 
 def _left(swarm: Swarm, without: tuple[int, ...]) -> Graph:
-    """Return the graph of those who fly."""
+    """Return the graph of the remaining drones."""
     followers = tuple(i for i in swarm.followers if i not in without)
     return Graph(followers, tuple(edge for edge in swarm.graph.edges if not {edge[0], edge[1]}.intersection(without)))

@@ -1,7 +1,7 @@
-"""Conducts a flight as an operator would: take off when all are ready, start when all hold, land when time is up.
+"""Conducts a flight: takes off when all are ready, starts when all hold, lands when the time is over.
 
-It believes what it receives, not silence: an order is repeated until every pilot has confirmed it, and a flight is over
-when the telemetry of every drone reports that it is down.
+It relies on messages, not on silence: an order is repeated until every pilot has confirmed it, and a flight ends when
+the telemetry of every drone reports that it is down.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from flockwire.pilot.orders import rank
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 
-POLL_PERIOD = 0.05  # s between two looks at the statuses
+POLL_PERIOD = 0.05  # s between two checks of the statuses
 
-LEAD_TIME = SECOND // 2  # ns from the order to start until the formation's time 0, so that all begin together
-STAGE_TIME = 30 * SECOND  # ns that a stage may take
-GRACE = SECOND  # ns that a pilot may seem lost: one restarted in flight, or all after this process was frozen
-REPEAT = SECOND // 10  # ns between two repetitions of an order that somebody has not confirmed
+LEAD_TIME = SECOND // 2  # ns from the start order to the formation's time 0, so that all start together
+STAGE_TIME = 30 * SECOND  # ns, time limit of a stage
+GRACE = SECOND  # ns for which a pilot may seem lost: one restarted in flight, or all after this process was frozen
+REPEAT = SECOND // 10  # ns between two repetitions of an unconfirmed order
 
 
 class Stage(StrEnum):
-    """How far a flight is."""
+    """The stage of a flight."""
 
     PREPARING = "preparing"
     TAKING_OFF = "taking off"
@@ -43,9 +43,9 @@ UNDER_WAY = (Stage.TAKING_OFF, Stage.FLYING)
 class Director:
     """Conducts the flight of `plan` that `order` starts, from take-off to landing, asked for at `asked` (Unix ns).
 
-    It lands after `duration` s (0: when ordered). A hold or a landing that others ordered after `asked` counts. A pilot
-    may seem lost for `grace` ns before all land. Nobody takes off while the pre-flight checks have a reason against it.
-    The drones `order.without` stay on the ground. `giver` numbers its orders: no other has the same.
+    It lands after `duration` s (0: when ordered). It follows a hold or a landing that others ordered after `asked`. A
+    pilot may seem lost for `grace` ns before all land. No drone takes off while a pre-flight check fails. The drones
+    `order.without` stay on the ground. `giver` is the unique number of its orders.
     """
 
     def __init__(
@@ -53,17 +53,17 @@ class Director:
     ) -> None:
         self.stage = Stage.PREPARING
         self.failure = ""
-        self.took_off: int | None = None  # when the order to take off was given, Unix ns
+        self.took_off: int | None = None  # time of the take-off order, Unix ns
         self._frame, self._formation, self._without = plan.swarm.frame, order.formation, order.without
         self._preflight, self._lost = Preflight.of(plan.swarm), Lost(grace)
         self._duration = nanoseconds(duration)
         self._since = self._took_off = now
-        self._aloft = False  # something flew at the last step
-        self._sent = 0  # when the newest order was published last, Unix ns; 0: not yet
+        self._aloft = False  # a drone flew at the last step
+        self._sent = 0  # last publication of the newest order, Unix ns; 0: none
         self._standing = Standing(giver, asked)
 
     def step(self, fleet: Fleet) -> Mission | None:
-        """Return the order that is due by what is known of the whole swarm, or again because not all confirmed it."""
+        """Return the due order for the state of the whole swarm, or a repetition of an unconfirmed one."""
         fleet, now, standing = fleet.without(self._without), fleet.now, self._standing
         self._aloft = fleet.flies
         self._adopt(standing.look(fleet), fleet)
@@ -79,22 +79,22 @@ class Director:
         return order
 
     def land(self, now: int) -> Mission | None:
-        """Return the order to land, None when nobody was ordered to take off and nothing flies: the flight is over."""
+        """Return the order to land, None if no take-off was ordered and no drone flies: the flight is over."""
         if self.stage is Stage.OVER or (self.stage is Stage.PREPARING and not self._others_fly):
             self.stage = Stage.OVER
             return None
         return self._go(Stage.LANDING, self._mission(now, "land"))
 
     def hold(self, now: int) -> Mission | None:
-        """Return the order to hold, None when nobody flies; given during take-off, no formation follows it."""
+        """Return the order to hold, None if no drone flies; during take-off no formation follows it."""
         if self.stage in UNDER_WAY or (self.stage is Stage.PREPARING and self._others_fly):
             return self._go(self.stage, self._mission(now, "hold"))
         return None
 
     def resume(self, now: int) -> Mission | None:
-        """Return the order to fly the formation, None when nobody flies; the time of one that was started continues.
+        """Return the order to fly the formation, None if no drone flies; the time of a started one continues.
 
-        During take-off, that to take off again: it brings in a pilot that was restarted on the ground.
+        During take-off it is the take-off order again, for a pilot that restarted on the ground.
         """
         if self.stage not in UNDER_WAY:
             return None
@@ -106,11 +106,11 @@ class Director:
         return self._go(self.stage, order)
 
     def unready(self, fleet: Fleet) -> tuple[str, ...]:
-        """Return a sentence for each pilot that could not take off, and for what else is against it."""
+        """Return a sentence for each pilot that is not ready, and for each failed pre-flight check."""
         return (*fleet.others_than(Phase.READY, *FLYING), *self._preflight.reasons(fleet))
 
     def stop(self, now: int) -> None:
-        """Take note of an emergency stop: the flight has failed, and is over when nothing flies."""
+        """Record an emergency stop: the flight has failed, and ends when no drone flies."""
         self.failure = self.failure or "emergency stop"
         self.stage, self._since, self._standing.order = Stage.LANDING, now, None
 
@@ -124,7 +124,7 @@ class Director:
 
     @property
     def _others_fly(self) -> bool:
-        """Whether something flies, or was ordered to by another station, before this flight took off."""
+        """Whether a drone flies, or was ordered to by another station, before this flight took off."""
         holding = self._standing.holding
         return self._aloft or (holding is not None and holding.verb in ("takeoff", *IN_FORMATION))
 
@@ -140,11 +140,11 @@ class Director:
 
     @property
     def since(self) -> int:
-        """When the stage began, or the newest order came, Unix ns."""
+        """The start of the stage, or the arrival of the newest order, Unix ns."""
         return max(self._since, self._standing.since)
 
     def _next(self, fleet: Fleet) -> Mission | None:
-        """Return the order with which the next stage begins, None while the stage lasts."""
+        """Return the order that starts the next stage, None during the stage."""
         now = fleet.now
         if self.stage is Stage.PREPARING:
             return self._take_off(fleet)
@@ -152,7 +152,7 @@ class Director:
             if self.ordered != "hold":
                 return self._go(Stage.FLYING, self._start(now))
             self.stage, self._since = Stage.FLYING, now
-        if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.FORMATION):  # the last joined a formation that flew
+        if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.FORMATION):  # the last drone joined a flying formation
             self.stage, self._since = Stage.FLYING, now
         if self.stage in UNDER_WAY:
             lost = self._lost.first(fleet, self.stage is Stage.TAKING_OFF)
@@ -166,7 +166,7 @@ class Director:
         return None
 
     def _settled(self, fleet: Fleet) -> bool:
-        """Return whether nobody obeys an order from before the landing: all confirmed this one, or are long silent."""
+        """Return whether no pilot obeys an earlier order: all confirmed the landing, or have been silent for long."""
         return self.order is None or not fleet.unconfirmed(self.order) or fleet.now - self._since >= STALE
 
     def _take_off(self, fleet: Fleet) -> Mission | None:
@@ -174,7 +174,7 @@ class Director:
         now, running = fleet.now, fleet.flown()
         if self.ordered == "hold":
             return None
-        if self._without and self.order is None:  # who would wait for those left out must know
+        if self._without and self.order is None:  # pilots must know the drones that are left out
             return self._go(self.stage, self._mission(now, "prepare"))
         if not fleet.all_in(Phase.READY, Phase.HOLD, Phase.FORMATION) or self._preflight.reasons(fleet):
             return None
@@ -184,25 +184,25 @@ class Director:
         return self._go(Stage.TAKING_OFF, self._mission(now, "takeoff"))
 
     def _start(self, now: int) -> Mission:
-        """Return the order to start the formation, so that all begin it together."""
+        """Return the order to start the formation, so that all start together."""
         return self._mission(now, "start", now + LEAD_TIME, self._formation)
 
     def _mission(self, now: int, verb: str, start: int = 0, formation: str = "") -> Mission:
         return Mission(now, self._frame, verb, start, formation, without=self._without)
 
     def _adopt(self, news: Mission | None, fleet: Fleet) -> None:
-        """Take another's order for this flight's. Before any of its own, only a hold and a landing count."""
+        """Adopt another's order as this flight's. Before its own first order, only a hold and a landing."""
         own = self.order
         if news is None or (own is None and self.stage is not Stage.PREPARING):
             return
         if rank(news) == 0 and (own is None or self.stage is Stage.LANDING):
             return
-        if own is not None and 0 < rank(news) < rank(own):  # a hold takes no landing back
+        if own is not None and 0 < rank(news) < rank(own):  # a hold does not cancel a landing
             return
         if own is not None and own.version not in news.knows and rank(own) >= rank(news):
-            return  # it is repeated until all obey it; of two that take up at once Standing.settle decides
+            return  # it is repeated until all obey it; Standing.settle decides between two concurrent upward orders
         self._standing.follow(news, fleet.now)
-        grounded = self.stage is Stage.PREPARING and not self._aloft  # a hold there: nobody is to take off
+        grounded = self.stage is Stage.PREPARING and not self._aloft  # a hold there: no drone may take off
         if self.stage is not Stage.OVER and (news.verb == "land" or (news.verb == "hold" and grounded)):
             self.stage, self._since = Stage.LANDING, fleet.now
         elif news.verb == "hold" and self.stage is Stage.PREPARING:
@@ -210,13 +210,13 @@ class Director:
             self._since = self._took_off = self.took_off = fleet.now
 
     def _again(self, order: Mission, fleet: Fleet) -> Mission:
-        """Return `order` to be repeated: another's that some do not obey for long is given once more, as its own."""
+        """Return `order` to repeat; another's order that some pilots do not obey for long is given again as its own."""
         if self._standing.is_own or rank(order) or fleet.now - self._standing.since < GRACE:
             return order
         return self._go(self.stage, order._replace(stamp=fleet.now))
 
     def _go(self, stage: Stage, order: Mission) -> Mission:
-        """Give `order`, with which `stage` begins, or continues."""
+        """Give `order`, which starts or continues `stage`."""
         order = self._standing.give(order)
         self.stage, self._since, self._sent = stage, order.stamp, 0
         return order

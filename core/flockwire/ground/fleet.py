@@ -1,4 +1,4 @@
-"""What an operator knows of a fleet: the newest status of each pilot and the newest telemetry of each drone."""
+"""An operator's view of a fleet: the newest status of each pilot and the newest telemetry of each drone."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from flockwire.swarm.model import uav
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 
-STALE = 2 * SECOND  # ns after which a status or telemetry no longer counts
+STALE = 2 * SECOND  # ns, maximum age of a status or telemetry
 ON_GROUND = frozenset({Phase.GROUNDED, Phase.READY})
 IN_THE_AIR = frozenset({FlightState.FLYING, FlightState.LANDING})
 
 
 class Fleet:
-    """What is known at `now` (Unix ns), by `statuses` of processes and `telemetry` of drones.
+    """The state of a fleet at `now` (Unix ns), from `statuses` of processes and `telemetry` of drones.
 
-    `pilots` are the identities of those that fly the drones, by drone.
+    `pilots` are the identities of the pilots, by drone.
     """
 
     def __init__(
@@ -40,14 +40,14 @@ class Fleet:
         }
 
     def without(self, drones: Collection[int]) -> Fleet:
-        """Return what is known of all but `drones`."""
+        """Return the fleet without `drones`."""
         if not drones:
             return self
         pilots = {drone: pilot for drone, pilot in self.pilots.items() if drone not in drones}
         return Fleet(pilots, self._statuses, self._telemetry, self.now)
 
     def present(self) -> Fleet:
-        """Return what is known of those who fly: who is left out of the flight, and silent, does not count."""
+        """Return the fleet without silent drones that are left out."""
         running = self.mission()
         return self.without([drone for drone in running.without if drone not in self.fresh] if running else ())
 
@@ -65,7 +65,7 @@ class Fleet:
         return self.has_stopped(drone) or (drone in self.states and self._telemetry[drone].stop_received)
 
     def phase(self, drone: int) -> str | None:
-        """Return the phase of the drone's pilot, None when it is silent."""
+        """Return the phase of the drone's pilot, None if it is silent."""
         return self.fresh[drone].report.phase if drone in self.fresh else None
 
     def all_in(self, *phases: Phase) -> bool:
@@ -73,20 +73,20 @@ class Fleet:
         return all(self.phase(drone) in phases for drone in self.pilots)
 
     def others_than(self, *phases: Phase) -> tuple[str, ...]:
-        """Return a sentence for each pilot that is in none of `phases`."""
+        """Return a sentence for each pilot that is not in `phases`."""
         late = [drone for drone in self.pilots if self.phase(drone) not in phases]
         return tuple(f"{self.pilots[drone]}: {self.why(drone)}" for drone in late)
 
     def clocks_off(self, bound: float) -> dict[str, float]:
-        """Return by how many s clocks may be wrong, by process, where that is more than `bound` or unknown (-1)."""
+        """Return the clock bounds, s, by process, that are above `bound` or unknown (-1)."""
         fresh = [status for status in self._statuses.values() if self.now - status.stamp < STALE]
         return {s.identity: s.clock_bound for s in fresh if not 0.0 <= s.clock_bound <= bound}
 
     def mission(self) -> Mission | None:
-        """Return the order that holds: of those that pilots obey one from which none that takes up was made.
+        """Return the order in force: an order that pilots obey and that no later upward order names.
 
-        Of several a landing, then a hold; of a hold that of one who knows which formation it interrupts. What took up a
-        drone that has come down since, or was left out, counts where there is no other.
+        A landing is preferred, then a hold, then a hold of a pilot that knows the interrupted formation. The upward
+        order of a drone that has landed since, or was left out, counts only without another.
         """
         absent = {drone for status in self.fresh.values() for drone in _left_out(status.report)}
         obeyed = [status.report for drone, status in self.fresh.items() if not self._rests(drone, absent)]
@@ -101,7 +101,7 @@ class Fleet:
         return max((one for one in flown if one is not None and one.in_formation), key=_precedence, default=None)
 
     def rival(self, order: Mission) -> Report | None:
-        """Return how a pilot is that obeys another order that takes up, while neither was made from the other."""
+        """Return the report of a pilot that obeys another, concurrent upward order."""
         rivals = [
             status.report
             for status in self.fresh.values()
@@ -114,10 +114,10 @@ class Fleet:
         return max(rivals, key=lambda one: one.mission.giver if one.mission is not None else 0, default=None)
 
     def reports(self) -> Iterator[tuple[str, Report]]:
-        """Yield identity and report of those whose orders a new one must name.
+        """Yield identity and report of the processes whose orders a new order must name.
 
-        These are all who fly and, of others like the gateway, who is taken up.
-        What goes down and has reached none of those who fly is not known here: it is not to be named before it counts.
+        These are all pilots and, of other processes like the gateway, those with an upward order. A downward order that
+        has reached no pilot is not named, because it is not in force yet.
         """
         flying = frozenset(self.pilots.values())
         for identity, status in self._statuses.items():
@@ -128,20 +128,20 @@ class Fleet:
                 yield identity, status.report
 
     def unconfirmed(self, order: Mission) -> tuple[str, ...]:
-        """Return the pilots that have not confirmed that they obey this very order."""
+        """Return the pilots that have not confirmed exactly this order."""
         return tuple(pilot for drone, pilot in self.pilots.items() if not self._obeys(drone, order))
 
     def overruled(self, order: Mission) -> Mission | None:
-        """Return an order that holds for a pilot and was made from `order`, which it ends; None if there is none."""
+        """Return an order in force for a pilot that names `order` and so ends it; None if there is none."""
         missions = (status.report.mission for status in self.fresh.values())
         return next((one for one in missions if one is not None and order.version in one.knows), None)
 
     def not_down(self, since: int = 0) -> tuple[str, ...]:
-        """Return the drones that are in the air, or have not reported after `since` (Unix ns) that they are not."""
+        """Return the drones that are in the air, or have not reported the ground after `since` (Unix ns)."""
         return tuple(uav(drone) for drone in self.pilots if not self._is_down(drone, since))
 
     def why(self, drone: int) -> str:
-        """Return what the drone's pilot reports of itself."""
+        """Return the report of the drone's pilot."""
         status = self._statuses.get(self.pilots[drone])
         if status is None:
             return "no status"
@@ -157,11 +157,11 @@ class Fleet:
         report = self.fresh[drone].report
         if report.mission is None or not (order.version in report.newest or _is_again(report.mission, order)):
             return False
-        down = order.verb == "hold" and report.phase in ON_GROUND  # nobody takes off who does not know of it
+        down = order.verb == "hold" and report.phase in ON_GROUND  # pilots that do not know it do not take off
         return down or report.mission.verb == order.verb
 
     def _rests(self, drone: int, absent: Collection[int]) -> bool:
-        """Return whether a drone is on the ground that was left out, or came down since it was taken up."""
+        """Return whether a drone is on the ground because it was left out, or landed since its upward order."""
         report = self.fresh[drone].report
         if drone in absent and report.phase in ON_GROUND:
             return True
@@ -171,7 +171,7 @@ class Fleet:
 
 
 def _is_again(mission: Mission, order: Mission) -> bool:
-    """Return whether `mission` is `order`, given once more by one who knew of it."""
+    """Return whether `mission` repeats `order`, given by a station that knew it."""
     given = order._replace(stamp=mission.stamp, giver=mission.giver, knows=mission.knows)
     return mission == given and order.version in mission.knows
 

@@ -1,6 +1,6 @@
-"""Plans a change of formation, and refuses one that cannot be flown: speed, acceleration, spacing, fence, all along.
+"""Plans a change of formation; refuses one that breaks limits of speed, acceleration, spacing or fence.
 
-The operator plans; pilots fly what the order says (flown_formation.py). Each duration that is tried is rehearsed
+The operator plans; pilots fly the order (flown_formation.py). Each tried duration is rehearsed
 (formation_rehearsal.py).
 """
 
@@ -15,12 +15,12 @@ from flockwire.domain.vector import Vector
 from flockwire.ground.formation_rehearsal import Rehearsal, Way
 from flockwire.swarm.model import Swarm
 
-LEAD_TIME = SECOND  # ns from the order until the change begins, so that all have it by then
-SHORTEST = 1.0  # s that a change takes at least, unless its duration is given
-LONGEST = 60.0  # s that a change takes at most, unless its duration is given
-GROWTH = 1.06  # from one duration that is tried to the next, where it is too short
-LEAP = 1.3  # where something else is wrong, which more time may cure: two formations turn
-MOST_STRETCH = 4.0  # times the shortest duration that keeps to the limits, where the safety filter would slow that down
+LEAD_TIME = SECOND  # ns from the order to the change, so that all have received it
+SHORTEST = 1.0  # s, shortest change, unless its duration is given
+LONGEST = 60.0  # s, longest change, unless its duration is given
+GROWTH = 1.06  # factor to the next tried duration, if one is too short
+LEAP = 1.3  # factor for other problems that more time may solve, because formations turn
+MOST_STRETCH = 4.0  # times the shortest duration within the limits, if the safety filter would slow it
 
 
 class ChangeRefusedError(ValueError):
@@ -36,11 +36,11 @@ def plan_change(
     duration: float | None = None,
     lead: int = LEAD_TIME,
 ) -> Mission:
-    """Return the order that changes from what `running` has flown, or interrupted, to the formation `name`.
+    """Return the order that changes from the formation of `running`, flown or interrupted, to the formation `name`.
 
-    `now` is Unix ns; `leader` is where the leader is now (m, world frame; None: the fence is not looked at); without a
-    `duration`, s, the change takes the shortest that keeps to all limits and that the safety filter does not slow down.
-    It begins `lead` ns from now. Raises ChangeRefusedError.
+    `now` is Unix ns; `leader` is the leader's position (m, world frame; None: no check of the fence). Without a
+    `duration`, s, the change takes the shortest within all limits that the safety filter does not slow. It begins
+    `lead` ns from now. Raises ChangeRefusedError.
     """
     last = running.change
     order = running._replace(stamp=now, verb="formation")
@@ -62,7 +62,7 @@ def plan_change(
 def plan_in_time(
     swarm: Swarm, running: Mission, name: str, clock: Callable[[], int], leader: Vector | None, duration: float | None
 ) -> Mission:
-    """Plan as `plan_change` at the time that `clock` shows (Unix ns), and again where planning took too long.
+    """Plan as `plan_change` at the time that `clock` shows (Unix ns), and again if planning took too long.
 
     Half of the lead time is left for the order to arrive.
     """
@@ -77,12 +77,12 @@ def plan_in_time(
 
 
 def _shortest(rehearsal: Rehearsal) -> float:
-    """Return the shortest duration, s, that keeps to all limits; raises ChangeRefusedError when there is none.
+    """Return the shortest duration, s, within all limits; raises ChangeRefusedError if there is none.
 
-    Of these it is the shortest that the safety filter does not slow down; or where there is none, slows down least.
+    It is the shortest that the safety filter does not slow or, without one, slows least.
     """
     duration, reason = SHORTEST, ""
-    strained: list[tuple[float, float]] = []  # by how much, m/s, each duration that keeps to the limits
+    strained: list[tuple[float, float]] = []  # slowing, m/s, of each duration within the limits
     while duration <= (MOST_STRETCH * strained[0][1] if strained else LONGEST):
         way = rehearsal.way(duration)
         hurried = next(rehearsal.too_fast(way), "")
@@ -108,5 +108,5 @@ def _check(rehearsal: Rehearsal, duration: float) -> None:
 
 
 def _elsewhere(rehearsal: Rehearsal, way: Way) -> Iterator[str]:
-    """Yield what is wrong besides the speed, which more time may cure, or may not."""
+    """Yield problems other than speed, which more time may or may not solve."""
     return chain(rehearsal.too_close(way), rehearsal.outside(way))

@@ -1,6 +1,6 @@
-"""A change of formation: who takes which place, and all along it, in steps of STEP, what it keeps to.
+"""A rehearsal of a change of formation: assignment of places, and limits in steps of STEP.
 
-It is looked at for speed, acceleration, spacing and the fence.
+It checks speed, acceleration, spacing and fence.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from flockwire.parameters import guard_parameters
 from flockwire.swarm.model import Swarm, uav
 
 STEP = 0.02  # s
-FENCE_STEPS = 5  # steps between two looks at the fence
-BEYOND = 3  # steps that are looked at before and after the change
-FASTER = 1.25  # times the speed of either formation: such a change is not called too fast for what drones see
-CREEP = 0.3  # m/s at which drones may near each other, whatever the safety filter allows
+FENCE_STEPS = 5  # steps between two checks of the fence
+BEYOND = 3  # steps that are checked before and after the change
+FASTER = 1.25  # times the speed of either formation, up to which a change is not too fast for sensing
+CREEP = 0.3  # m/s, approach speed of drones that is always allowed
 
 Array = NDArray[np.float64]
 
 
 def assignment(now: Array, then: Array) -> tuple[int, ...]:
-    """Return for each row of `now` the row of `then` that it goes to: the least sum of squared distances.
+    """Return for each row of `now` its row of `then`, with the least sum of squared distances.
 
     Both are m, shape (N, 3). Points that go straight there with a common sigma then keep, of the smaller of the least
     distances in `now` and `then`, at least 1 / sqrt(2): (a_i − a_j)·(b_i − b_j) >= 0 for any two.
@@ -44,7 +44,7 @@ def assignment(now: Array, then: Array) -> tuple[int, ...]:
 
 
 class Way(NamedTuple):
-    """All along a change: `seconds` into it, then by time and follower h and h', and by time and pair distances."""
+    """The course of a change: `seconds` into it, h and h' by time and follower, distances by time and pair."""
 
     seconds: Array
     offsets: Array
@@ -79,7 +79,7 @@ class Rehearsal:
         self._ends = np.array(tuple(combinations(range(len(bodies)), 2)), dtype=np.intp).reshape(-1, 2)
 
     def places(self, duration: float) -> tuple[int, ...]:
-        """Return the rank in the new formation of each follower: whose ways cross least, seen from the middle."""
+        """Return the rank of each follower in the new formation, with the least crossing of paths."""
         if self._fixed:
             return self._ranks
         middle = np.array([self._begin + duration / 2.0])
@@ -87,7 +87,7 @@ class Rehearsal:
         return assignment(now[0, self.places_before, :], then[0])
 
     def way(self, duration: float) -> Way:
-        """Return h, h' and all distances along the change that takes `duration` s, as FormationChange has them."""
+        """Return h, h' and all distances along a change of `duration` s, as in FormationChange."""
         seconds: Array = STEP * np.arange(-BEYOND, ceil(duration / STEP) + BEYOND + 1, dtype=np.float64)
         times, places = self._begin + seconds, self.places(duration)
         (a, a_rate), (b, b_rate) = self._before.at(times), self._after.at(times)
@@ -101,13 +101,13 @@ class Rehearsal:
         return Way(seconds, offsets, rates, gaps)
 
     def _with_leader(self, values: Array) -> Array:
-        """Put the leader's zeros before the followers' `values` where it has a body."""
+        """Put the leader's zeros before the followers' `values` if it has a body."""
         if not self._swarm.leader.has_body:
             return values
         return np.concatenate([np.zeros((len(values), 1, 3)), values], axis=1)
 
     def too_fast(self, way: Way) -> Iterator[str]:
-        """Yield who is too fast: by the velocity, by the command that leads the airframe's lag, by its changes."""
+        """Yield drones whose velocity, command or acceleration is too high."""
         limits, seconds = self._swarm.limits, way.seconds
         commands = way.rates + self._lag * np.gradient(way.rates, STEP, axis=0)
         speeds = np.maximum(np.linalg.norm(way.rates, axis=2), np.linalg.norm(commands, axis=2))
@@ -127,7 +127,7 @@ class Rehearsal:
             )
 
     def too_close(self, way: Way) -> Iterator[str]:
-        """Yield which two come too close to each other."""
+        """Yield pairs that come too close."""
         gaps, room = way.gaps, way.gaps - self._least
         if not gaps.size or room.min() >= 0.0:
             return
@@ -142,7 +142,7 @@ class Rehearsal:
         )
 
     def outside(self, way: Way) -> Iterator[str]:
-        """Yield who leaves the fence; nobody where it is not known where the leader is."""
+        """Yield drones that leave the fence; none if the leader's position is unknown."""
         if self._leader is None:
             return
         room = self._swarm.limits.fence.room()
@@ -158,9 +158,9 @@ class Rehearsal:
                     return
 
     def strain(self, way: Way) -> float:
-        """Return by how much, m/s, the safety filter would slow somebody down, for what it sees or who is near; or 0.
+        """Return the largest slowing, m/s, of a drone by the safety filter; or 0.
 
-        It lets a drone near another one at A(g) / 2 (control/barrier.py), whatever the other one does.
+        It allows a drone to approach another at A(g) / 2 (control/barrier.py), for any motion of the other.
         """
         if not self._guards:
             return 0.0
@@ -185,7 +185,7 @@ class Rehearsal:
 
 
 class _Course:
-    """A formation over time, looked at only once at each time."""
+    """A formation over time, evaluated once at each time."""
 
     def __init__(self, formation: Formation) -> None:
         self._formation = formation

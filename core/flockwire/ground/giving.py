@@ -1,7 +1,7 @@
-"""One order of one station, from the moment it is asked for until it is answered: sent, repeated, confirmed or not.
+"""One order of one station, from its request to its answer: sent, repeated, confirmed or not.
 
-No order waits for anybody: who is dead, frozen or cut off is named in the answer. A landing, a hold and a stop are sent
-at the first step, whatever is known; a change of formation is made from what the pilots report.
+An order does not wait for dead, frozen or cut off processes: the answer names them. A landing, a hold and a stop are
+sent at the first step; a change of formation is made from the pilots' reports.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from flockwire.swarm.model import uav
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 
-ANSWER_TIME = 3 * SECOND  # ns in which everybody should have confirmed an order
-DOWN_TIME = 5 * SECOND  # ns in which the state of a drone should show that its motors are off
-STOP_TIME = 2 * SECOND  # ns for which a stop is repeated at least, whoever has confirmed it
-LOOK_TIME = 3 * SECOND // 2  # ns to look round before an order that depends on what the swarm does
+ANSWER_TIME = 3 * SECOND  # ns for the confirmation of an order
+DOWN_TIME = 5 * SECOND  # ns for a drone's state to show that its motors are off
+STOP_TIME = 2 * SECOND  # ns, shortest repetition of a stop, even if confirmed
+LOOK_TIME = 3 * SECOND // 2  # ns to observe the swarm before an order that depends on its state
 
 
 class Giving(ABC):
-    """One order to the swarm of `plan`, asked for at `asked` (Unix ns), with `giver` as its number.
+    """One order to the swarm of `plan`, requested at `asked` (Unix ns), with `giver` as its number.
 
-    `answer` is there when it is over; a stop is repeated for a while after that. Where `to_plan` is not None, `planned`
-    is to be called with the result.
+    `answer` is set at its end; a stop is repeated for a while after that. If `to_plan` is not None, call `planned` with
+    the result.
     """
 
     def __init__(self, plan: Plan, order: Order, giver: int, asked: int) -> None:
@@ -42,7 +42,7 @@ class Giving(ABC):
         self._began: int | None = None
 
     def step(self, fleet: Fleet) -> Mission | Stop | None:
-        """Return what is to be published now, by what is known of the whole swarm."""
+        """Return the messages to publish now, for the state of the whole swarm."""
         self._began = fleet.now if self._began is None else self._began
         present = fleet.present()
         return self._step(present, self._standing.look(present), fleet.now - self._began)
@@ -53,14 +53,14 @@ class Giving(ABC):
 
     @abstractmethod
     def _step(self, fleet: Fleet, news: Mission | None, since: int) -> Mission | Stop | None:
-        """Do as `step`; `news` is another's order, `since` counts from the first step, ns."""
+        """Return the messages for each kind of order; `news` is another's order, `since` counts from step 1, ns."""
 
     def _answer(self, fleet: Fleet, missing: tuple[str, ...], refusal: str = "", note: str = "") -> None:
         confirmed = tuple(pilot for pilot in fleet.pilots.values() if pilot not in missing)
         self.answer = Answer(confirmed, missing, refusal, note)
 
     def _repeat(self, mission: Mission, fleet: Fleet, note: str = "") -> Mission | None:
-        """Return `mission` again, and answer when all obey it, time is up, or another order took its place."""
+        """Return `mission` again; answer if all obey it, the time is over, or another order replaced it."""
         missing, late = fleet.unconfirmed(mission), fleet.now - self._standing.since >= ANSWER_TIME
         stronger = fleet.overruled(mission) or self._stronger(mission)
         if not missing:
@@ -73,7 +73,7 @@ class Giving(ABC):
         return mission if self.answer is None else None
 
     def _stronger(self, mission: Mission) -> Mission | None:
-        """Return the order that holds where it outranks `mission`, which was not made from it."""
+        """Return the order in force if it outranks `mission` and `mission` does not name it."""
         holding = self._standing.holding
         if holding is None or rank(holding) <= rank(mission):
             return None
@@ -81,9 +81,9 @@ class Giving(ABC):
 
 
 class StopGiving(Giving):
-    """Stops the motors of every drone; telemetry confirms that a driver has the order, and then that they are off.
+    """Stops the motors of every drone; telemetry confirms the receipt, then that the motors are off.
 
-    The stop is repeated at each step until it is answered, and for STOP_TIME at least.
+    The stop is repeated at each step until it is answered, and at least for STOP_TIME.
     """
 
     def _step(self, fleet: Fleet, news: Mission | None, since: int) -> Stop | None:
@@ -111,9 +111,9 @@ class DownGiving(Giving):
 
 
 class ChangeGiving(Giving):
-    """Changes to another formation, whose time continues, in the air alone; refused where it cannot be flown."""
+    """Changes to another formation, whose time continues, only in the air; refused if it cannot be flown."""
 
-    _from: Mission | None = None  # the order that the change is made from
+    _from: Mission | None = None  # the order before the change
     _planned: Mission | None = None
     _note = ""
 
@@ -139,7 +139,7 @@ class ChangeGiving(Giving):
             self.answer = Answer(refusal="no drone flies a formation; `flockwire start --formation NAME` takes off")
             return
         self._from, formation = running, self._order.formation
-        if not running.start:  # they hold since they took off
+        if not running.start:  # they have held since take-off
             start, frame = fleet.now + LEAD_TIME, self._plan.swarm.frame
             self._planned = Mission(fleet.now, frame, "formation", start, formation, without=running.without)
             return
@@ -157,5 +157,5 @@ class ChangeGiving(Giving):
 
 
 def has_looked(fleet: Fleet, since: int) -> bool:
-    """Return whether an order that depends on what the swarm does has looked round, `since` ns after its first step."""
+    """Return whether the swarm was observed long enough, `since` ns after the order's first step."""
     return since >= LOOK_TIME or len(fleet.fresh) == len(fleet.pilots)

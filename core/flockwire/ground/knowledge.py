@@ -1,4 +1,4 @@
-"""What one who gives orders knows of those that hold, and which of others' came after it was asked to give one."""
+"""The orders in force that a giver of orders knows, and others' orders that arrived after its request."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from flockwire.ground.fleet import Fleet
 from flockwire.pilot.orders import CAME_DOWN, rank
 from flockwire.wire.status import Report
 
-HISTORY = 16  # orders that are named though they hold no more: for a pilot that missed what ended one
+HISTORY = 16  # named orders that are no longer in force, for a pilot that missed their end
 
 
 class Knowledge:
-    """The orders that `giver` (a number of its own, 31 bits) knows of, which was asked at `asked`, Unix ns.
+    """The orders that `giver` (a unique number, 31 bits), requested at `asked` (Unix ns), knows.
 
-    When an order of another came is told by how long ago pilots took it in: no clock but the own decides.
+    The arrival of another's order is the time since pilots received it: only the own clock is used.
     """
 
     def __init__(self, giver: int, asked: int) -> None:
         self._giver, self._asked, self._last = giver, asked, 0
-        self._heard: set[str] = set()  # whose reports were looked at
-        self._known: dict[Version, None] = {}  # those that hold now last
-        self._count = 0  # how many of these hold now
-        self.holding: Mission | None = None  # the order that held at the last look
+        self._heard: set[str] = set()  # processes whose reports were read
+        self._known: dict[Version, None] = {}  # orders, those in force last
+        self._count = 0  # the number of these in force
+        self.holding: Mission | None = None  # the order in force at the last look
 
     def look(self, fleet: Fleet) -> Mission | None:
-        """Receive which orders hold; return another's that was not known before, None if there is none.
+        """Receive the orders in force; return another's new order, None if there is none.
 
-        Of several the one that outranks the others is returned: also where another landing holds already, and a hold
-        that came to those who land. What a pilot reports that was not heard before is no news if it was taken in
-        before this giver was asked.
+        It returns the order with the highest rank, even if another landing is already in force, or a hold came to
+        landing drones. The order of a pilot that reports for the first time is not new if it was received before this
+        giver's request.
         """
         before, holding, reports = frozenset(self._known), dict[Version, None](), dict(fleet.reports())
         for report in reports.values():
@@ -56,7 +56,7 @@ class Knowledge:
         return max(news, key=rank, default=None)
 
     def _orders(self, report: Report) -> Iterator[Mission]:
-        """Yield the orders of others that a pilot obeys; beside a landing they are known by their versions alone."""
+        """Yield others' orders that a pilot obeys; beside a landing only their versions are known."""
         mission = report.mission
         if mission is None:
             return
@@ -68,7 +68,7 @@ class Knowledge:
                 yield mission._replace(verb="hold", stamp=version.stamp, giver=version.giver)
 
     def give(self, order: Mission) -> Mission:
-        """Return `order` as this giver's, with what it knows; each has a version of its own."""
+        """Return `order` as this giver's, with its known orders and its own version."""
         self._last = max(order.stamp, self._last + 1)
         known = tuple(self._known)[-max(HISTORY, self._count) :]
         order = order._replace(stamp=self._last, giver=self._giver, knows=known)
@@ -76,6 +76,6 @@ class Knowledge:
         return order
 
     def _is_late(self, version: Version, reports: Iterable[Report], now: int) -> bool:
-        """Return whether pilots took in an order after this giver was asked to give one."""
+        """Return whether pilots received an order after this giver's request."""
         ages = [report.order_age for report in reports if version in report.newest]
         return now - nanoseconds(max(ages)) > self._asked

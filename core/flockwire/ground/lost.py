@@ -1,4 +1,4 @@
-"""Which drones of a flight fly no more, though no order brought them down."""
+"""Finds drones of a flight that no longer fly, without an order."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ class Lost:
 
     def __init__(self, grace: int) -> None:
         self._grace = grace
-        self._since: dict[int, int] = {}  # when each began to seem lost, Unix ns
-        self._rose: set[int] = set()  # the drones that followed the order to take off
+        self._since: dict[int, int] = {}  # when each started to seem lost, Unix ns
+        self._rose: set[int] = set()  # the drones that obeyed the take-off order
 
     def first(self, fleet: Fleet, taking_off: bool) -> int | None:
-        """Return a drone that is lost, None if there is none; while `taking_off` it waits for who has not risen."""
+        """Return a lost drone, None if there is none; while `taking_off` it waits for drones still on the ground."""
         return next((drone for drone in fleet.pilots if self._is_lost(fleet, drone, taking_off)), None)
 
     def _is_lost(self, fleet: Fleet, drone: int, taking_off: bool) -> bool:
-        """Return whether a drone flies no more, by its status or telemetry."""
+        """Return whether a drone no longer flies, by its status or telemetry."""
         silent, phase, state = drone not in fleet.fresh, fleet.phase(drone), fleet.states.get(drone)
         if phase in FLYING and state in IN_THE_AIR:
             self._rose.add(drone)
@@ -37,7 +37,7 @@ class Lost:
 
 
 def how(fleet: Fleet, drone: int) -> str:
-    """Return what is known of how a drone was lost."""
+    """Return the known reason of a loss."""
     if drone in fleet.fresh and fleet.states.get(drone) is FlightState.STOPPED:
         return "its motors stopped"
     return fleet.why(drone)

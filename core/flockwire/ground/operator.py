@@ -1,4 +1,4 @@
-"""The operator as a core: receives how all are, conducts a flight, gives orders, repeats them, and stops.
+"""The operator's core: receives statuses, conducts a flight, gives and repeats orders, and stops.
 
 It is the same in real time (station/operator.py) and in virtual time (sim/operator.py).
 """
@@ -33,7 +33,7 @@ GIVINGS: Mapping[str, type[Giving]] = {
 
 @dataclass(slots=True, eq=False)
 class Asked:
-    """One order, asked for at `asked` and known here since `since` (Unix ns), until `answered` has its answer.
+    """One order, requested at `asked` and known here since `since` (Unix ns), until `answered` gets its answer.
 
     `giving` is None while the order waits for swarm time.
     """
@@ -47,7 +47,7 @@ class Asked:
 
 
 class OperatorCore:
-    """Gives orders to the swarm of `plan`; `new_giver` returns a number that no other giver of orders has.
+    """Gives orders to the swarm of `plan`; `new_giver` returns a unique number of a giver of orders.
 
     `director` conducts the newest flight, None before the first. `knows_time` is False while swarm time is not known.
     """
@@ -62,7 +62,7 @@ class OperatorCore:
         self._asked: list[Asked] = []  # stops first
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take a status or telemetry in; nobody publishes another's status."""
+        """Receive a status or telemetry; no process publishes another's status."""
         if isinstance(message, Status) and message.identity == key.owner:
             self.statuses[key.owner] = message
         elif isinstance(message, Telemetry):
@@ -75,21 +75,21 @@ class OperatorCore:
                 one.asked, one.since = one.asked + by, one.since + by
 
     def fleet(self, now: int) -> Fleet:
-        """Return what is known of all pilots at `now` (Unix ns)."""
+        """Return the state of all pilots at `now` (Unix ns)."""
         return Fleet(self._plan.pilots, self.statuses, self.telemetry, now)
 
     def conduct(
         self, now: int, duration: float = 0.0, order: Order = START, grace: int = GRACE, asked: int | None = None
     ) -> Director:
-        """Conduct a flight from `now` (Unix ns) on, by a director of its own, which is returned (Director)."""
+        """Conduct a flight from `now` (Unix ns) on; return its Director."""
         asked = now if asked is None else asked
         self.director = Director(self._plan, order, self._new_giver(), asked, now, duration, grace)
         return self.director
 
     def order(self, verb: str, now: int, note: Callable[[str], None] = lambda _: None) -> None:
-        """Order "hold", "land", "resume" or "stop": the flight that is conducted here, or the drones of another's.
+        """Order "hold", "land", "resume" or "stop" for the flight conducted here, or for another host's.
 
-        `note` gets a line where nothing is ordered, and who confirmed an order to another's flight.
+        `note` gets a line if nothing is ordered, and the confirmations of an order to another host's flight.
         """
         director = self.director
         if verb == "stop":
@@ -109,10 +109,10 @@ class OperatorCore:
             self.director.abort(reason, now)
 
     def ask(self, order: Order, now: int, asked: int | None = None, answered: Answered = lambda _: None) -> None:
-        """Give `order` from the next step on; it was asked for at `asked` (Unix ns, default: `now`).
+        """Give `order` from the next step on; it was requested at `asked` (Unix ns, default: `now`).
 
-        A stop, a landing and a hold are published at that step, and end a start or a change of formation that is under
-        way. Other orders wait for swarm time, LOOK_TIME at most.
+        A stop, a landing and a hold are published at that step, and end a pending start or change of formation. Other
+        orders wait for swarm time, LOOK_TIME at most.
         """
         if order.verb in ENDING:
             ended = [one for one in self._asked if one.order.verb not in ENDING]
@@ -129,15 +129,15 @@ class OperatorCore:
 
     @property
     def asked(self) -> bool:
-        """Whether an order is being given."""
+        """Whether an order is pending."""
         return bool(self._asked)
 
     def to_plan(self) -> list[Giving]:
-        """Return what gives the orders that wait for a change of formation to be planned (Giving.to_plan)."""
+        """Return the pending orders that wait for a planned change of formation (Giving.to_plan)."""
         return [one.giving for one in self._asked if one.giving is not None and one.giving.to_plan is not None]
 
     def step(self, now: int) -> Iterator[tuple[Key, Message]]:
-        """Yield what is to be published at `now`: a stop before anything else is looked at."""
+        """Yield the messages to publish at `now`, a stop first."""
         fleet = self.fleet(now)
         for one in tuple(self._asked):
             yield from self._give(one, fleet)
@@ -148,7 +148,7 @@ class OperatorCore:
                 yield MISSION, due
 
     def _give(self, one: Asked, fleet: Fleet) -> Iterator[tuple[Key, Message]]:
-        """Go on with an order; it is answered once, and over then, but for a stop that is repeated for STOP_TIME."""
+        """Continue an order; it is answered once and then ends, except for a stop, which is repeated for STOP_TIME."""
         if one.giving is None:
             if one.order.verb not in ENDING and not self.knows_time and fleet.now - one.since < LOOK_TIME:
                 return
@@ -168,7 +168,7 @@ class OperatorCore:
 
 
 def _line(answer: Answer) -> str:
-    """Return who confirmed an order, and who did not."""
+    """Return a line with the confirmations of an order."""
     missing = f"; not confirmed by {', '.join(answer.missing)}" if answer.missing else ""
     reason = f" ({answer.refusal})" if answer.refusal else ""
     return f"confirmed by {', '.join(answer.confirmed) or 'nobody'}{missing}{reason}"

@@ -1,4 +1,4 @@
-"""An order as an operator gives it, and its answer: what every sender of orders makes, and gets."""
+"""An operator's order and its answer, for all senders of orders."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import NamedTuple
 from flockwire.domain.order import Mission
 from flockwire.domain.vector import Vector
 
-ENDING = ("hold", "land", "stop")  # orders that end a start, or a change, that is under way
+ENDING = ("hold", "land", "stop")  # orders that end a pending start or change
 
 
 class Order(NamedTuple):
-    """One order, as an operator gives it.
+    """One order of an operator.
 
     Args:
         verb: "start", "formation", "hold", "land" or "stop".
@@ -30,7 +30,7 @@ class Order(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """Who confirmed an order, who did not, why (empty: not known), and what else is to be known of it."""
+    """Processes that confirmed an order, those that did not, the reason (empty: unknown), and a note."""
 
     confirmed: tuple[str, ...] = ()
     missing: tuple[str, ...] = ()
@@ -48,10 +48,10 @@ class ToPlan(NamedTuple):
 
     running: Mission
     formation: str
-    leader: Vector | None  # where the leader is, m, world frame
+    leader: Vector | None  # the leader's position, m, world frame
     duration: float | None  # s
 
 
 def overtaken(verb: str) -> Answer:
-    """Return the answer to an order in whose place `verb` was ordered by another, or by another station."""
+    """Return the answer to an order that another giver, or another station, replaced by `verb`."""
     return Answer(refusal=f"{verb} was ordered meanwhile")

@@ -1,4 +1,4 @@
-"""What keeps a swarm down though each pilot is ready: clocks that are off, drones that stand away from their starts."""
+"""Pre-flight checks besides the pilots' own: clocks, and drones away from their starts."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from flockwire.swarm.model import Swarm, uav
 
 
 def has_flown(mission: Mission | None) -> bool:
-    """Return whether drones that obey `mission` may stand elsewhere than where they were put."""
+    """Return whether drones that obey `mission` may be away from their starts."""
     return mission is not None and mission.verb != "prepare"
 
 
 @dataclass(frozen=True, slots=True)
 class Preflight:
-    """What is looked at before the order to take off.
+    """The checks before the take-off order.
 
     Args:
         clock_bound: s, the most that a process's clock may be wrong by.
@@ -35,12 +35,12 @@ class Preflight:
 
     @classmethod
     def of(cls, swarm: Swarm) -> Self:
-        """Return what the swarm file has."""
+        """Return the checks of a swarm file."""
         starts = {i: swarm.drone(i).start for i in swarm.flying}
         return cls(swarm.limits.clock_offset_bound, starts, swarm.limits.start_tolerance)
 
     def reasons(self, fleet: Fleet) -> tuple[str, ...]:
-        """Return a sentence for each thing that must be corrected first."""
+        """Return a sentence for each problem to correct first."""
         return (*self._clocks(fleet), *self._places(fleet))
 
     def _clocks(self, fleet: Fleet) -> Iterator[str]:
@@ -49,7 +49,7 @@ class Preflight:
             yield f"{identity}: its clock's offset is {known}, limits.clock_offset_bound = {self.clock_bound:g} s"
 
     def _places(self, fleet: Fleet) -> Iterator[str]:
-        """Name the drones that stand elsewhere than the file has it: perhaps the tracker takes one for another."""
+        """Name the drones that are not at their starts: the tracker may confuse them."""
         if has_flown(fleet.mission()):
             return
         for drone, start in self.starts.items():

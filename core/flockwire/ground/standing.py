@@ -1,4 +1,4 @@
-"""The order of one giver that stands: its own newest, or another's that it follows; of two rivals one holds for all."""
+"""The standing order of one giver: its own newest, or another's that it follows; resolves rival orders."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from flockwire.ground.fleet import Fleet
 from flockwire.ground.knowledge import Knowledge
 from flockwire.pilot.orders import rank
 
-RIVALS = 4.0  # s by which an order may be older than one that crossed it on slow networks
+RIVALS = 4.0  # s, largest age difference of orders that crossed on slow networks
 
 
 class Standing(Knowledge):
-    """What `giver` knows (Knowledge), and the order that stands for it.
+    """A giver's Knowledge, and its standing order.
 
-    `order` is None before the first; it is this giver's, or followed, since `since` (Unix ns).
+    `order` is None before the first; it is this giver's or a followed one, since `since` (Unix ns).
     """
 
     def __init__(self, giver: int, asked: int) -> None:
@@ -25,25 +25,25 @@ class Standing(Knowledge):
 
     @property
     def is_own(self) -> bool:
-        """Whether there is an order, and this giver gave it."""
+        """Whether this giver gave the order."""
         return self.order is not None and self.order.giver == self._giver
 
     def give(self, order: Mission) -> Mission:
-        """Return `order` as this giver's, with what it knows; it stands from its stamp on."""
+        """Return `order` as this giver's, with its known orders; it stands from its stamp on."""
         order = super().give(order)
         self.follow(order, order.stamp)
         return order
 
     def follow(self, order: Mission, now: int) -> None:
-        """Take `order` for the one that stands since `now` (Unix ns)."""
+        """Follow `order` as the standing one since `now` (Unix ns)."""
         self.order, self.since = order, now
         self.started = order if order.in_formation else self.started
 
     def settle(self, fleet: Fleet) -> bool:
-        """Where some pilots obey another order that takes up, have the one with the larger number hold for all.
+        """If some pilots obey a rival upward order, put the one with the larger number in force for all.
 
-        It is given again, from what both ordered: returns True where this giver did. What a pilot obeys for much longer
-        is no rival: it was away.
+        It is given again with both orders known; returns True if this giver did. A much older order of a pilot that was
+        away is not a rival.
         """
         own = self.order
         if own is None or rank(own) or (rival := fleet.rival(own)) is None or (other := rival.mission) is None:

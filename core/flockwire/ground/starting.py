@@ -1,4 +1,4 @@
-"""The order to start, from the moment it is asked for until all fly: it takes off where need be."""
+"""The start order, from its request until all fly: it takes off if necessary."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from flockwire.ground.order import ENDING, Answer, overtaken
 from flockwire.swarm.model import uav
 from flockwire.wire.phase import Phase
 
-READY_TIME = 5 * SECOND  # ns in which all that are to start must be ready
+READY_TIME = 5 * SECOND  # ns for all starting drones to be ready
 
 
 class StartGiving(ChangeGiving):
-    """Takes off where need be, then starts the formation; who is on the ground joins a formation that flies.
+    """Takes off if necessary, then starts the formation; drones on the ground join a flying formation.
 
-    Where all fly another formation already, it changes that.
+    If all already fly another formation, it changes the formation.
     """
 
     _director: Director | None = None
 
     def step(self, fleet: Fleet) -> Mission | Stop | None:
-        """Return what is to be published now, by what is known of the whole swarm."""
+        """Return the messages to publish now, for the state of the whole swarm."""
         order = super().step(fleet)
         if self._director is None or self.answer is not None:
             return order

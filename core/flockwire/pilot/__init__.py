@@ -1,1 +1,1 @@
-"""On board: what flies one drone, pure: phases, orders, staleness ladder, safety filter, landing, what is near."""
+"""On board, pure: phases, orders, staleness ladder, safety filter, landing, nearby bodies of one drone."""

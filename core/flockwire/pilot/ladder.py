@@ -1,4 +1,4 @@
-"""The staleness ladder: what a pilot may still do when inputs grow old."""
+"""The staleness ladder: a pilot's reactions to old inputs."""
 
 from __future__ import annotations
 
@@ -10,32 +10,32 @@ from flockwire.pilot.phases import NEVER
 from flockwire.swarm.model import uav
 from flockwire.swarm.tables import Limits, Staleness
 
-DOUBT_LASTS = 300_000_000  # ns that a doubt holds after its last message; the gateway repeats it with each frame
+DOUBT_LASTS = 300_000_000  # ns that a doubt lasts after its last message; the gateway repeats it with each frame
 MISTAKEN = "the tracker confuses its body with another"
 
 
 class Inputs(NamedTuple):
-    """Ages in s of what a pilot flies by (NEVER: not there yet), and what its airframe reports."""
+    """Ages in s of a pilot's inputs (NEVER: none yet), and its airframe's reports."""
 
     pose: float
     silence: float  # of the newest leader estimate; 0 for the leader itself
-    nearby: float  # 0 when nothing is sensed nearby
+    nearby: float  # 0 without sensing
     telemetry: float
     battery: float  # share of full
     outside: float  # m outside the fence
-    leader_down: float = 0.0  # s since the leader, whose formation is to be flown, is down; 0 while it leads
-    doubt: float = 0.0  # s since the tracker has its name on another's body; 0 while it has not
+    leader_down: float = 0.0  # s since the leader of the ordered formation is down; 0 while it leads
+    doubt: float = 0.0  # s since the tracker gave its name to another body; 0 without a doubt
 
 
 def doubted(doubt: IdentityDoubt | None, now: int) -> float:
-    """Return for how long, s, the tracker has had a drone's name on another's body; 0 when it has not."""
+    """Return the time, s, since the tracker gave a drone's name to another body; 0 without a doubt."""
     if doubt is None or now - doubt.stamp > DOUBT_LASTS:
         return 0.0
     return max((now - doubt.since) / SECOND, 1e-9)
 
 
 def all_well(inputs: Inputs, limits: Limits) -> bool:
-    """Return whether no rung of the ladder is reached, so that none of the reasons below can be given."""
+    """Return whether no rung of the ladder is reached."""
     stale = limits.staleness
     return (
         inputs.pose <= stale.pose_zero
@@ -50,7 +50,7 @@ def all_well(inputs: Inputs, limits: Limits) -> bool:
 
 
 def land_reason(inputs: Inputs, limits: Limits) -> str:
-    """Return why the drone must land, empty when it need not."""
+    """Return why the drone must land, empty without a reason."""
     stale = limits.staleness
     rungs = (
         ("own pose", inputs.pose, stale.pose_land),
@@ -71,7 +71,7 @@ def land_reason(inputs: Inputs, limits: Limits) -> str:
 
 
 def hold_reason(inputs: Inputs, stale: Staleness) -> str:
-    """Return why the drone must leave the formation and hold, empty when it need not."""
+    """Return why the drone must leave the formation and hold, empty without a reason."""
     if inputs.pose > stale.pose_zero:
         return "own pose is stale"
     if inputs.doubt > 0.0:
@@ -86,7 +86,7 @@ def hold_reason(inputs: Inputs, stale: Staleness) -> str:
 
 
 def unready_reason(inputs: Inputs, missing: tuple[int, ...], limits: Limits, driver: str) -> str:
-    """Return what the drone waits for before it may take off, empty when it is ready.
+    """Return why the drone is not ready to take off, empty if it is.
 
     `missing`: silent neighbours; `driver`: the process that drives it.
     """
@@ -107,10 +107,10 @@ def unready_reason(inputs: Inputs, missing: tuple[int, ...], limits: Limits, dri
 
 
 def speed_limit(inputs: Inputs, limits: Limits) -> float:
-    """Return the speed, m/s, that the drone may fly at."""
+    """Return the speed limit of the drone, m/s."""
     return limits.speed if inputs.nearby <= limits.staleness.nearby_slow else min(limits.speed, limits.blind_speed)
 
 
 def shown(age: float) -> float:
-    """Return an age as status messages carry it: -1 for what never came."""
+    """Return an age for a status: -1 for an input that never arrived."""
     return -1.0 if age == NEVER else age

@@ -1,4 +1,4 @@
-"""What an agent receives from its in-neighbours, and which of it still counts."""
+"""An agent's data from its in-neighbours, and its validity."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from flockwire.swarm.tables import Staleness
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Status
 
-MOST_HOPS = 255  # that a message can carry
+MOST_HOPS = 255  # largest number in a message
 LEADING_PHASES = IN_FLIGHT - {Phase.LANDING}
 
 
 @dataclass(slots=True)
 class Neighbour:
-    """One in-neighbour j: its weight w_ij and the newest that arrived from it."""
+    """One in-neighbour j: its weight w_ij and its newest data."""
 
     weight: float
     stamp: int = 0
     motion: LeaderMotion | None = None  # its estimate of the leader
     position: Vector | None = None
-    origin: int = 0  # the time of the leader's pose that this is based on, Unix ns
+    origin: int = 0  # time of the leader's pose behind this, Unix ns
     hops: int = 0
     leading: Leading = Leading.UNKNOWN
 
@@ -37,18 +37,19 @@ class Neighbour:
 class Neighbourhood:
     """The in-neighbours N_i of one follower, by their weights; `leader` is the kind of the leader.
 
-    One without an airframe leads in any phase: a virtual one while its status comes, a tracked one while its pose does.
+    A leader without an airframe leads in any phase: a virtual one while its status arrives, a tracked one while its
+    pose arrives.
     """
 
     def __init__(self, weights: dict[int, float], limits: Staleness, leader: str = "trajectory") -> None:
         self._every = {j: Neighbour(weight) for j, weight in weights.items()}
-        self._neighbours = self._every  # those that are not left out
+        self._neighbours = self._every  # without those that are left out
         self._drop_after = round(limits.estimate_drop * SECOND)  # ns
         self._origin_limit = round(limits.estimates_hold * SECOND)
         self._leader_limit = round(limits.leader_silent * SECOND)
         self._virtual, self._carried = leader == "virtual", leader == "tracked"
         self._leader_stamp = 0  # of the leader's own status
-        self.origin = 0  # of the newest data of the leader so far
+        self.origin = 0  # of the newest data of the leader
         self.hops = 0
         self.leading = Leading.UNKNOWN
 
@@ -56,11 +57,11 @@ class Neighbourhood:
         return len(self._neighbours)
 
     def leave_out(self, drones: Container[int]) -> None:
-        """Neither wait for `drones` nor count them, until called again."""
+        """Ignore `drones` until called again."""
         self._neighbours = {j: neighbour for j, neighbour in self._every.items() if j not in drones}
 
     def take_estimate(self, j: int) -> Callable[[Estimate], None]:
-        """Return what takes neighbour j's estimates of the leader."""
+        """Return the handler of neighbour j's estimates of the leader."""
         neighbour = self._every[j]
 
         def take(message: Estimate) -> None:
@@ -70,7 +71,7 @@ class Neighbourhood:
         return take
 
     def take_pose(self, j: int) -> Callable[[Pose], None]:
-        """Return what takes neighbour j's poses; the leader's is also its estimate of itself (eta_0 = x_0)."""
+        """Return the handler of neighbour j's poses; the leader's pose is also its estimate of itself (eta_0 = x_0)."""
         neighbour = self._every[j]
 
         def take(message: Pose) -> None:
@@ -82,16 +83,16 @@ class Neighbourhood:
         return take
 
     def take_status(self, message: Status) -> None:
-        """Take the leader's own status: whether it leads."""
+        """Receive the leader's own status: whether it leads."""
         self._leader_stamp = message.stamp
         leads = self._virtual or message.report.phase in LEADING_PHASES
         self._every[LEADER].leading = Leading.LEADS if leads else Leading.IS_DOWN
 
     def update(self, now: int) -> list[NeighbourEstimate]:
-        """Update what is known of the leader; return the estimates of the neighbours that count at `now` (Unix ns).
+        """Update the leader's state; return the valid estimates of the neighbours at `now` (Unix ns).
 
-        One counts whose estimate is fresh and based on fresh data: old data does not get younger by being passed on.
-        The weight of a stale one leaves the sum.
+        A valid estimate is fresh and based on fresh data: passing data on does not make it younger. A stale neighbour
+        is removed from the sum.
         """
         oldest, oldest_origin = now - self._drop_after, now - self._origin_limit
         found = []
@@ -108,7 +109,7 @@ class Neighbourhood:
         return found
 
     def _leading(self, now: int) -> Leading:
-        """Return what the leader's own status reports; without a fresh one the leader counts as down."""
+        """Return the state in the leader's own status; without a fresh one the leader counts as down."""
         if self._carried:
             return self._by_pose(self._neighbours[LEADER].stamp, now)
         if not self._leader_stamp:
@@ -122,18 +123,18 @@ class Neighbourhood:
         return Leading.IS_DOWN if now - stamp > self._leader_limit else Leading.LEADS
 
     def silence(self, now: int, since: int) -> float:
-        """Return the age, s, of the newest data of the leader; counted from `since` before there was any."""
+        """Return the age, s, of the newest data of the leader; without any, the time since `since`."""
         return age(max(self.origin, since), now)
 
     def oldest(self, now: int) -> float:
-        """Return the age, s, of the neighbour that has been silent longest; NEVER when one was not received yet."""
+        """Return the largest age, s, of a neighbour's data; NEVER if one has not sent any."""
         return max((age(neighbour.stamp, now) for neighbour in self._neighbours.values()), default=NEVER)
 
     def missing(self, now: int) -> tuple[int, ...]:
-        """Return the neighbours that do not count."""
+        """Return the neighbours without a valid estimate."""
         oldest, oldest_origin = now - self._drop_after, now - self._origin_limit
         return tuple(j for j, one in self._neighbours.items() if one.stamp < oldest or one.origin < oldest_origin)
 
     def positions(self) -> list[Vector]:
-        """Return the neighbours' own positions, where they are known (m, world frame)."""
+        """Return the neighbours' known positions (m, world frame)."""
         return [neighbour.position for neighbour in self._neighbours.values() if neighbour.position is not None]

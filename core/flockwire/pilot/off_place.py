@@ -1,4 +1,4 @@
-"""Whether a drone in formation is where it should be, as reasons in its status."""
+"""Detects a drone in formation that is off its place, as reasons in its status."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from flockwire.wire.phase import Phase
 from flockwire.wire.status import Reason, Report
 
 AT_THE_FENCE = Reason("at fence", "held at the fence")
-OFF = "off place"  # the code of the other reason; both codes are what is shown in place of the phase
-NEAR = 0.5  # m from a wall within which the fence may be what holds a drone
-HELD_BACK = 0.02  # m/s towards the wall that are wanted and not commanded
-HELD_FOR = SECOND  # ns, for which that lasts before it is reported
+OFF = "off place"  # the code of the other reason; both codes are shown instead of the phase
+NEAR = 0.5  # m from a wall within which the fence may hold a drone
+HELD_BACK = 0.02  # m/s towards the wall, desired but not commanded
+HELD_FOR = SECOND  # ns before it is reported
 
 
 def shown_phase(report: Report) -> str:
-    """Return what to show for the phase of a report: "formation" is for who is in its place."""
+    """Return the phase to show for a report: "formation" only for a drone at its place."""
     if report.phase != Phase.FORMATION:
         return report.phase
     codes = [reason.code for reason in report.reasons]
@@ -25,7 +25,7 @@ def shown_phase(report: Report) -> str:
 
 
 class OffPlace:
-    """Watches one drone that flies within `room` and is judged by `checks`; call `reasons` for each status."""
+    """Watches one drone in `room`, judged by `checks`; call `reasons` for each status."""
 
     def __init__(self, room: Room, checks: Checks) -> None:
         self._room = room
@@ -35,16 +35,16 @@ class OffPlace:
         self.forget()
 
     def forget(self) -> None:
-        """Start again: no formation is flown."""
+        """Reset, because no formation is flown."""
         self._settled = False
         self._off_since = self._held_since = 0
 
     def reasons(self, error: float, position: Vector, wanted: Vector, given: Vector, now: int) -> tuple[Reason, ...]:
-        """Return what is wrong at `now` (Unix ns).
+        """Return the problems at `now` (Unix ns).
 
         `error` is the formation error, m (-1: it has none); `wanted` the velocity of its law, `given` that commanded,
-        m/s. Off its place is who was further from it than `checks.formation_tail` for `checks.off_place`, or for
-        `checks.settle_within` before it was there.
+        m/s. A drone is off its place if it was further from it than `checks.formation_tail` for `checks.off_place`, or
+        for `checks.settle_within` before its first arrival.
         """
         held, off = self._held(position, wanted, given, now), self._off(error, now)
         return (*((AT_THE_FENCE,) if held else ()), *off)
@@ -69,7 +69,7 @@ class OffPlace:
 
 
 def _towards_wall(room: Room, position: Vector, lacking: Vector) -> bool:
-    """Return whether a wall is near towards which `lacking` (m/s) leads."""
+    """Return whether `lacking` (m/s) leads towards a near wall."""
     return any(
         gap < NEAR and sum(n * v for n, v in zip(outwards, lacking, strict=True)) > HELD_BACK
         for gap, outwards in room.sides(position)

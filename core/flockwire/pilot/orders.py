@@ -1,9 +1,9 @@
-"""Which order holds, where several stations give them: down always, up only with knowledge.
+"""Decides which of several stations' orders is in force: down always, up only with knowledge.
 
-A landing and a hold are obeyed whoever gives them and whenever they arrive; a landing outranks a hold. An order that
-takes up (prepare, take-off, start, formation) names the orders that its giver knew of. It is rejected while one holds
-that it does not name: compare and set, by versions, so that no clock decides between two stations. What has arrived
-decides, not in which order it did.
+A landing and a hold are obeyed whoever gives them and whenever they arrive; a landing outranks a hold. An upward order
+(prepare, take-off, start, formation) names the orders that its giver knew. It is rejected if an order in force is not
+among them: compare and set, by versions, so that no clock decides between two stations. The set of received orders
+decides, not their sequence.
 """
 
 from __future__ import annotations
@@ -16,28 +16,28 @@ from flockwire.domain.order import Mission, Version
 from flockwire.domain.time import SECOND
 from flockwire.wire.status import Counts, counted
 
-DOWN = {"hold": 1, "land": 2}  # the orders that need no knowledge, and their rank; all others are below
-CAME_DOWN = 1 << 31  # marks the version of an order whose drone came down without being ordered to
-REMEMBERED = 256  # orders that count as known for good
-MOST_CONCURRENT = 30  # orders that one which takes up must name: no station names more than MOST_VERSIONS
-AHEAD = SECOND  # ns by which an order that takes up may be stamped ahead of time
+DOWN = {"hold": 1, "land": 2}  # the orders that need no knowledge, with their ranks; all others are below
+CAME_DOWN = 1 << 31  # marks the version of an order whose drone landed without an order
+REMEMBERED = 256  # orders that stay known
+MOST_CONCURRENT = 30  # orders that an upward order must name: no station names more than MOST_VERSIONS
+AHEAD = SECOND  # ns by which an upward order's stamp may be ahead
 
 
 def rank(mission: Mission | None) -> int:
-    """Return how much an order outranks: 2 for a landing, 1 for a hold, 0 for what takes up, -1 for none."""
+    """Return the rank of an order: 2 for a landing, 1 for a hold, 0 for an upward order, -1 for none."""
     return -1 if mission is None else DOWN.get(mission.verb, 0)
 
 
 def came_down(mission: Mission) -> Version:
-    """Return the version that stands for: a drone that obeyed `mission` came down without an order to land."""
+    """Return the version that means: a drone that obeyed `mission` landed without an order."""
     return Version(mission.stamp, mission.giver | CAME_DOWN)
 
 
 class Orders:
-    """The orders that one process has taken in.
+    """The orders that one process has received.
 
-    `mission` is the one that holds. `concurrent` are the further ones that an order which takes up must name;
-    `taken` is when the newest of all was taken in, Unix ns, `rejected` the version of the last one that was not.
+    `mission` is the one in force. `concurrent` are others that an upward order must name; `taken` is the time of the
+    newest received order, Unix ns, `rejected` the version of the last rejected one.
     """
 
     def __init__(self) -> None:
@@ -46,24 +46,24 @@ class Orders:
         self.taken: int | None = None
         self.rejected: Version | None = None
         self._rejections = 0
-        self._past: dict[Version, None] = {}  # of these none holds again
+        self._past: dict[Version, None] = {}  # these do not come into force again
 
     @property
     def newest(self) -> tuple[Version, ...]:
-        """The versions that an order which takes up must name."""
+        """The versions that an upward order must name."""
         return self.concurrent if self.mission is None else (self.mission.version, *self.concurrent)
 
     @property
     def counts(self) -> Counts:
-        """How many orders were rejected, for a status."""
+        """The number of rejected orders, for a status."""
         return counted(("orders rejected", self._rejections))
 
     def age(self, now: int) -> float:
-        """Return for how long, s, the orders have been as they are at `now` (Unix ns); -1 before the first."""
+        """Return the time, s, since the last change of the orders at `now` (Unix ns); -1 before the first."""
         return -1.0 if self.taken is None else max(0, now - self.taken) / SECOND
 
     def take(self, order: Mission, now: int) -> bool:
-        """Receive `order`, which came at `now` (Unix ns); returns whether another one holds than before."""
+        """Receive `order` at `now` (Unix ns); returns whether the order in force changed."""
         version = order.version
         if version in self._past:
             return False
@@ -71,9 +71,9 @@ class Orders:
         if not rank(order) and not (known.issuperset(self.newest) and order.stamp <= now + AHEAD):
             self._reject(version)
             return False
-        self._remember((version,) if rank(order) else (*order.knows, version))  # what goes down takes nothing back
+        self._remember((version,) if rank(order) else (*order.knows, version))  # a downward order cancels no other
         self.taken = now
-        if 0 < rank(order) < rank(self.mission):  # a hold takes no landing back
+        if 0 < rank(order) < rank(self.mission):  # a hold does not cancel a landing
             self.concurrent = (*_without(self.concurrent, known), version)
             return False
         self.concurrent = _without(self.newest, known)
@@ -81,14 +81,14 @@ class Orders:
         return True
 
     def ended(self) -> None:
-        """Take it that the drone came down though no landing was ordered: who takes it up again must know."""
+        """Record that the drone landed without an order: the next upward order must name this."""
         if self.mission is None or self.mission.verb == "land" or came_down(self.mission) in self.concurrent:
             return
         self.concurrent = (*self.concurrent, came_down(self.mission))
 
     @property
     def spent(self) -> bool:
-        """Whether the drone came down since the order that holds."""
+        """Whether the drone has landed since the order in force."""
         return self.mission is not None and came_down(self.mission) in self.concurrent
 
     def _reject(self, version: Version) -> None:
@@ -104,12 +104,12 @@ class Orders:
 
 
 def _without(versions: tuple[Version, ...], known: frozenset[Version]) -> tuple[Version, ...]:
-    """Return those of `versions` that are not `known`, the last of them where they are many."""
+    """Return those of `versions` that are not `known`, at most the last ones."""
     return tuple([version for version in versions if version not in known][-MOST_CONCURRENT:])
 
 
 def _interrupting(order: Mission, was: Mission | None) -> Mission:
-    """Return `order` with what it interrupts: hold and landing are for those who fly, a hold keeps the formation."""
+    """Return `order` with the formation that it interrupts; hold and landing are for flying drones."""
     if was is None or not rank(order):
         return order
     order = order._replace(without=order.without or was.without)
@@ -119,7 +119,7 @@ def _interrupting(order: Mission, was: Mission | None) -> Mission:
 
 
 def is_known(formations: Mapping[str, Formation], mission: Mission) -> bool:
-    """Return whether all that `mission` names is in `formations`, and has a place for each follower."""
+    """Return whether all formations of `mission` are in `formations`, with a place for each follower."""
     change = mission.change
     if mission.formation not in formations or change is None:
         return mission.formation in formations
@@ -127,7 +127,7 @@ def is_known(formations: Mapping[str, Formation], mission: Mission) -> bool:
 
 
 def flown_formation(formations: Mapping[str, Formation], mission: Mission) -> Formation:
-    """Return what `mission`, which is known, has flown, in the formation's time."""
+    """Return the formation of a known `mission`, in the formation's time."""
     after, change = formations[mission.formation], mission.change
     if change is None:
         return after

@@ -1,4 +1,4 @@
-"""Flight phases: what a pilot (an agent, or the leader) does, and what makes it do something else.
+"""The flight phases of a pilot (an agent, or the leader), and their transitions.
 
 grounded -> ready -> take-off -> hold <-> formation
                         any phase in flight -> landing -> grounded;  stop -> stopped
@@ -17,16 +17,16 @@ from flockwire.wire.phase import Phase
 NEVER = float("inf")
 SHUTDOWN = "its process must end"
 OUTDATED = "on the ground since the last order: `flockwire start` takes it off"
-ORDERLESS = 10 * SECOND  # ns that a pilot which was started in flight waits for an order
+ORDERLESS = 10 * SECOND  # ns for which a pilot started in flight waits for an order
 WITHOUT_ORDER = "in flight without an order: no station repeats one"
-LAST_HOLD = SECOND  # ns that it holds at a shutdown before it lands
+LAST_HOLD = SECOND  # ns of hold at a shutdown before landing
 
 
 IN_FLIGHT = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION, Phase.LANDING})
 
 
 class Situation(NamedTuple):
-    """What the phases depend on; the three reasons are empty if there is none."""
+    """The input of the phases; each of the three reasons may be empty."""
 
     now: int  # Unix time, ns
     unready: str  # why it must not take off
@@ -37,39 +37,39 @@ class Situation(NamedTuple):
 
 
 class FlightPhases:
-    """The phase a pilot is in, and why. `born` is when the pilot began, Unix ns."""
+    """The phase of a pilot, and its reason. `born` is the start of the pilot, Unix ns."""
 
     def __init__(self, born: int) -> None:
         self.phase = Phase.GROUNDED
         self.reason = ""
         self.orders = Orders()
-        self.mission: Mission | None = None  # the order that holds
-        self._born = born  # a take-off needs an order given later than this
-        self._retired: int | None = None  # when its shutdown began, Unix ns
+        self.mission: Mission | None = None  # the order in force
+        self._born = born  # a take-off needs a later order
+        self._retired: int | None = None  # start of its shutdown, Unix ns
 
     def order(self, mission: Mission, now: int) -> bool:
-        """Take an order of an operator in at `now` (Unix ns); returns whether another one holds than before."""
+        """Receive an order at `now` (Unix ns); returns whether the order in force changed."""
         another = self.orders.take(mission, now)
         self.mission = self.orders.mission
         return another
 
     def stop(self) -> None:
-        """Stop for good: only a new process flies again."""
+        """Stop permanently: only a new process flies again."""
         self.phase, self.reason = Phase.STOPPED, "emergency stop"
 
     def retire(self, now: int) -> None:
-        """Hold, then land, and take off no more: the shutdown begins at `now` (Unix ns)."""
+        """Start the shutdown at `now` (Unix ns): hold, then land, and do not take off again."""
         self._retired = now if self._retired is None else self._retired
 
     def mission_time(self, now: int) -> float | None:
-        """Return the formation's time t in s at `now` (Unix ns), None before an order to start."""
+        """Return the formation's time t in s at `now` (Unix ns), None before a start order."""
         mission = self.mission
         if mission is None or not mission.in_formation:
             return None
         return (now - mission.start) / SECOND
 
     def update(self, situation: Situation) -> Phase:
-        """Return the phase that follows from `situation`."""
+        """Return the phase for `situation`."""
         was = self.phase
         self.phase, self.reason = self._next(self._retiring(situation))
         if was in IN_FLIGHT and self.phase is Phase.GROUNDED:
@@ -120,15 +120,15 @@ class FlightPhases:
 
 
 def command_stamp(pose: Pose | None, now: int, stale_after: float) -> tuple[int, bool]:
-    """Return the stamp of the command to give at `now` (Unix ns), and whether it answers `pose`.
+    """Return the stamp of the command at `now` (Unix ns), and whether it answers `pose`.
 
-    It does while the pose is not older than `stale_after` s. Else the stamp is that of the oldest pose that would still
-    count: no later answer to a pose is older.
+    It does if the pose is at most `stale_after` s old. Otherwise the stamp is that of the oldest valid pose, so later
+    answers are never older.
     """
     oldest = now - round(stale_after * SECOND)
     return (pose.stamp, True) if pose is not None and pose.stamp >= oldest else (oldest, False)
 
 
 def age(stamp: int, now: int) -> float:
-    """Return the age in s of what was stamped `stamp`, NEVER for 0 (nothing came yet)."""
+    """Return the age in s of the stamp `stamp`, NEVER for 0 (none yet)."""
     return (now - stamp) / SECOND if stamp else NEVER

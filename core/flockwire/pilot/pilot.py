@@ -1,6 +1,6 @@
-"""What flies one drone, whatever it is to do there: phases, staleness ladder, place keeping, safety filter, report.
+"""Flies one drone: phases, staleness ladder, position hold, safety filter, report.
 
-A follower's agent and the flying leader both have one; only the velocity wanted in formation is their own.
+A follower's agent and the flying leader use it; only the desired velocity in formation is their own.
 """
 
 from __future__ import annotations
@@ -43,17 +43,16 @@ AIRBORNE = frozenset({FlightState.FLYING, FlightState.LANDING})
 LEFT_OUT = "left out of this flight"
 HELD_UP = "off the ground with stopped motors: put it down on a floor that its sensor detects"
 SET_DOWN = "its driver lands it"
-DRIVER_LOST = 10.0  # s of silence after which a driver is not coming back
-LONGEST_STEP = 0.1  # s: after a longer pause a pilot continues as if only this had passed
+DRIVER_LOST = 10.0  # s of silence after which a driver counts as dead
+LONGEST_STEP = 0.1  # s: longer pauses count as this
 
 
 class Pilot:
     """Flies one drone, started at `now` (Unix ns). Each step is one `observe`, then one `command`.
 
-    Between the two there is `motion` (None while the own pose is stale), `bodies` (what is near, relative to it),
-    `stamp` (Unix ns, of the command to give), `dt` (s since the last step) and the phase of `flight`. With
-    `parameters.guard` the safety filter is round every command in flight; without it (law "paper") nothing is, of a
-    follower no more than of the leader.
+    Between the two, `motion` (None while the pose is stale), `bodies` (nearby, relative to it), `stamp` (Unix ns, of
+    the command), `dt` (s since the last step) and the phase of `flight` are valid. With `parameters.guard` the safety
+    filter limits every command in flight; without it (law "paper") commands are not filtered.
     """
 
     def __init__(self, parameters: PilotParameters, now: int) -> None:
@@ -75,11 +74,11 @@ class Pilot:
         self._pose: Pose | None = None
         self._telemetry: Telemetry | None = None
         self._doubt: IdentityDoubt | None = None
-        self._place = Place(parameters)  # where it holds, or took off
+        self._place = Place(parameters)  # the place of hold or take-off
         self._inputs = Inputs(NEVER, NEVER, NEVER, NEVER, 1.0, 0.0)
         self._stepped = now
-        self._down_since = 0  # when the leader went down, Unix ns
-        self.take: dict[Key, Callable[[Any], None]] = {  # what to do with a message, by its key
+        self._down_since = 0  # time of the leader's loss, Unix ns
+        self.take: dict[Key, Callable[[Any], None]] = {  # handlers of messages, by key
             self.pose_key: self._take_pose,
             Key("nearby", uav(number)): self._surroundings.take_nearby,
             Key("doubt", uav(number)): self._take_doubt,
@@ -96,11 +95,11 @@ class Pilot:
         neighbours: Callable[[], list[Vector]],
         leader_down: bool = False,
     ) -> Phase:
-        """Go to the phase that follows at `now` (Unix ns), and see what is near; returns the phase.
+        """Update the phase and the nearby bodies at `now` (Unix ns); returns the phase.
 
-        The newest leader estimate is `silence` s old, the neighbours `missing` have none; `fault` forbids the
-        formation (empty: nothing does); `neighbours` returns the positions known without a sensor (m, world frame);
-        `leader_down`: the leader does not lead.
+        The newest leader estimate is `silence` s old, the neighbours `missing` have none; `fault` forbids the formation
+        (empty: none); `neighbours` returns the positions known without a sensor (m, world frame); `leader_down`: the
+        leader does not lead.
         """
         self.dt = max(0.0, min((now - self._stepped) / SECOND, LONGEST_STEP))  # a clock may be set back
         self._stepped = now
@@ -112,17 +111,17 @@ class Pilot:
         if pose is not None:
             self.bodies = self._surroundings.bodies(pose, neighbours)
             if fresh:
-                seen = (pose.stamp - self.born) / SECOND  # small enough a float to keep the nanoseconds
+                seen = (pose.stamp - self.born) / SECOND  # small enough for a float with nanoseconds
                 self.motion = self._airframe.measure(pose.position, seen, (now - self.born) / SECOND)
         return phase
 
     def command(self, wanted: Vector, now: int) -> list[tuple[Key, Message]]:
-        """Return the command to publish at `now` (Unix ns); `wanted` (m/s) counts in the formation phase alone.
+        """Return the command to publish at `now` (Unix ns); `wanted` (m/s) is used only in the formation phase.
 
-        None after an emergency stop, nor while nobody says whether the drone flies: then the driver lands it for want
-        of commands, and it does not hover for good.
+        None after an emergency stop, and while it is not known whether the drone flies: without commands it then lands
+        instead of hovering without end.
         """
-        if self.flight.phase is Phase.STOPPED or self._telemetry is None or self._is_deaf:
+        if self.flight.phase is Phase.STOPPED or self._telemetry is None or self._may_have_taken_off:
             return []
         motion = self.motion
         self._wanted = wanted
@@ -131,13 +130,13 @@ class Pilot:
         return [(self._command_key, from_fields(Command, (self.stamp, self._frame, velocity, 0.0)))]
 
     @property
-    def _is_deaf(self) -> bool:
-        """Whether it takes its drone for down by telemetry that is long old: the drone may have taken off since."""
+    def _may_have_taken_off(self) -> bool:
+        """Whether the pilot takes its drone for grounded by telemetry that is too old to know."""
         lost = self._inputs.telemetry > self._limits.staleness.telemetry_land
         return lost and self.flight.phase not in IN_FLIGHT
 
     def report(self, now: int, formation_error: float = -1.0, estimate_age: float = -1.0) -> Report:
-        """Return how the drone is; `formation_error` in m, `estimate_age` in s, -1 where there is none."""
+        """Return the drone's status; `formation_error` in m, `estimate_age` in s, -1 if there is none."""
         pose, telemetry, detail = self._pose, self._telemetry, self.flight.reason
         reasons: tuple[Reason, ...] = ()
         if self.flight.phase is not Phase.FORMATION or self.motion is None:
@@ -161,7 +160,7 @@ class Pilot:
         )  # fmt: skip
 
     def _leaderless(self, now: int, leader_down: bool) -> float:
-        """Return for how long, s, there has been nobody to fly a formation round, while one is ordered."""
+        """Return the time, s, without a leader while a formation is ordered."""
         mission = self.flight.mission
         if not leader_down or mission is None or not mission.in_formation or self.flight.phase not in IN_FLIGHT:
             self._down_since = 0
@@ -184,18 +183,18 @@ class Pilot:
         return from_fields(Inputs, ages)
 
     def retire(self, now: int) -> None:
-        """Hold, then land: the process is to end."""
+        """Hold, then land, because the process must end."""
         self.flight.retire(now)
 
     def may_end(self, now: int) -> bool:
-        """Return whether the drone is down, or its driver has been silent for long: then nobody obeys any more."""
+        """Return whether the drone is down, or its driver has been silent for long and obeys no more."""
         if self._telemetry is None:
             return True
         silent = (now - self._telemetry.stamp) / SECOND > DRIVER_LOST
         return silent or self._telemetry.state not in AIRBORNE
 
     def _decide(self, now: int, inputs: Inputs, missing: tuple[int, ...], fault: str) -> Phase:
-        """Go to the phase that follows; a new one has a place of its own to keep."""
+        """Update the phase; a new phase has its own place."""
         limits, flight, was = self._limits, self.flight, self.flight.phase
         unready = hold = land = ""
         mission = flight.mission
@@ -218,7 +217,7 @@ class Pilot:
         return phase
 
     def _velocity(self, wanted: Vector, motion: Motion, now: int) -> Vector:
-        """Return the velocity to command for a fresh pose."""
+        """Return the velocity command for a fresh pose."""
         position, limits, phase = motion.position, self._limits, self.flight.phase
         if phase not in IN_FLIGHT:
             return ZERO
@@ -231,7 +230,7 @@ class Pilot:
         return wanted if grounding else limit(self._room.inwards(wanted, position), speed)
 
     def _blind_velocity(self) -> Vector:
-        """Return the velocity to command without a fresh pose: straight down when landing, else none."""
+        """Return the velocity command without a fresh pose: straight down when landing, else zero."""
         landing = self.flight.phase is Phase.LANDING
         return (0.0, 0.0, -self._limits.vertical_speed) if landing else ZERO
 

@@ -1,4 +1,4 @@
-"""The place that a drone keeps outside the formation: on it, above it on the way up, down on it or on a free one."""
+"""The place of a drone outside the formation, for hold, take-off and landing."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from flockwire.domain.vector import Vector, add, limit, scale
 from flockwire.parameters import PilotParameters
 from flockwire.wire.phase import Phase
 
-HOLDING_GAIN = 1.5  # 1/s, of the loop that keeps a place
+HOLDING_GAIN = 1.5  # 1/s, of the position loop
 HIGH = 0.95  # share of the take-off height at which a take-off ends
 
 
@@ -28,29 +28,29 @@ def keep_place(position: Vector, place: Vector, speed: float) -> Vector:
 
 
 def climb(position: Vector, place: Vector, vertical_speed: float) -> Vector:
-    """Return the velocity, m/s, of going straight up (down: a negative `vertical_speed`) above `place`."""
+    """Return the velocity, m/s, of a vertical climb (descent: negative `vertical_speed`) above `place`."""
     x, y, _ = keep_place(position, (place[0], place[1], position[2]), abs(vertical_speed))
     return (x, y, vertical_speed)
 
 
 class Place:
-    """The place that the drone of `parameters` keeps: where it is at the first call, until it is forgotten."""
+    """The place of the drone of `parameters`: its position at the first call, until it is reset."""
 
     def __init__(self, parameters: PilotParameters) -> None:
         self._parameters, self._rise = parameters, parameters.limits.vertical_speed
         self._place: Vector | None = None
 
     def forget(self) -> None:
-        """Take the next position for the place."""
+        """Reset: the next position becomes the place."""
         self._place = None
 
     def is_high(self, position: Vector) -> bool:
-        """Return whether `position` (m, world frame) is as high above the place as a take-off goes."""
+        """Return whether `position` (m, world frame) is at take-off height above the place."""
         place = self._place
         return place is not None and position[2] >= place[2] + HIGH * self._parameters.limits.takeoff_height
 
     def velocity(self, phase: Phase, position: Vector, bodies: Sequence[Body]) -> Vector:
-        """Return the velocity, m/s, in a `phase` in flight other than the formation; `bodies` are what is near."""
+        """Return the velocity, m/s, in a flight `phase` other than formation; `bodies` are nearby."""
         self._place = place = self._place or position
         if phase is Phase.LANDING:
             return self._descend(position, place, bodies)
@@ -62,7 +62,7 @@ class Place:
         return add(wanted, scale(repulsion(bodies, parameters.potentials), -parameters.formation_gain))
 
     def _descend(self, position: Vector, place: Vector, bodies: Sequence[Body]) -> Vector:
-        """Return the velocity of going down on `place`, with the safety filter first over to a free one."""
+        """Return the velocity of a landing on `place` or, with the safety filter, first towards a free place."""
         rise, free, parameters = self._rise, True, self._parameters
         if parameters.guard is not None:
             place, free = landing_place(position, place, bodies, parameters.separation, parameters.room)

@@ -1,4 +1,4 @@
-"""What is near a drone: sensed, or known without a sensor."""
+"""The bodies near a drone: sensed, or known without a sensor."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ class Surroundings:
 
     @property
     def stamp(self) -> int:
-        """When the bodies were seen, Unix ns; 0 when nothing is sensed."""
+        """The stamp of the sensed bodies, Unix ns; 0 without sensing."""
         return self._nearby.stamp if self._nearby is not None else 0
 
     def take_nearby(self, nearby: Nearby) -> None:
-        """Take the newest message of the sensor."""
+        """Receive the newest message of the sensor."""
         self._nearby = nearby
 
     def bodies(self, pose: Pose, neighbours: Callable[[], list[Vector]]) -> Sequence[Body]:
-        """Return the bodies relative to `pose`; what was seen from an earlier place is shifted by the own displacement.
+        """Return the bodies relative to `pose`; bodies seen from an earlier position are shifted by the displacement.
 
         `neighbours` returns the positions known without a sensor (m, world frame).
         """
@@ -49,7 +49,7 @@ class Surroundings:
 
 
 def known_bodies(position: Vector, neighbours: Iterable[Vector], obstacles: Iterable[Obstacle]) -> list[Body]:
-    """Return the bodies an agent knows of without a sensor: its neighbours' positions and the mapped obstacles."""
+    """Return the bodies that are known without a sensor: the neighbours' positions and the mapped obstacles."""
     drones = [Body(BodyKind.DRONE, subtract(other, position), 0.0) for other in neighbours]
     mapped = [
         Body(BodyKind.OBSTACLE, to_axis(position, obstacle.center, obstacle.height), obstacle.radius)

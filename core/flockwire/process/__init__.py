@@ -1,1 +1,1 @@
-"""How any core is run, without clock or sockets: when it steps, swarm time, injected faults."""
+"""Runs any core, without clock or sockets: steps, swarm time, injected faults."""

@@ -1,4 +1,4 @@
-"""What a core is, what it is given at its start, and where the process table's cores come from."""
+"""The interface of a core, its start, and its construction by the process table."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from flockwire.wire.status import Report
 
 
 class Randomness(Protocol):
-    """Where chance comes from: a seeded random.Random."""
+    """A source of random numbers: a seeded random.Random."""
 
     def gauss(self, mu: float, sigma: float) -> float:
         """Return a normally distributed number."""
@@ -24,18 +24,18 @@ class Randomness(Protocol):
 
 
 class Start(NamedTuple):
-    """What a core is given at its start."""
+    """The input of a core at its start."""
 
     plan: Plan
     identity: str
     now: int  # Unix ns
     chance: Randomness
     faults: tuple[Fault, ...] = ()  # of its own kinds (processes.py)
-    took_off: int | None = None  # when the flight's faults count from, Unix ns, where that is known already
+    took_off: int | None = None  # time 0 of the flight's faults, Unix ns, if known
 
     @property
     def drone(self) -> int:
-        """The drone that the process serves; raises ValueError when it serves none."""
+        """The drone of the process; raises ValueError if it has none."""
         drone = self.plan.members[self.identity].drone
         if drone is None:
             raise ValueError(f"{self.identity} serves no drone")
@@ -43,37 +43,37 @@ class Start(NamedTuple):
 
 
 class Core(Protocol):
-    """What a process does, without clock, input and output."""
+    """The behaviour of a process, without clock, input and output."""
 
     @property
     def triggers(self) -> frozenset[Key]:
-        """The keys whose arrival may call for a step; empty for a core that steps at a rate of its own."""
+        """The keys whose arrival may trigger a step; empty for a core that steps at its own rate."""
 
     @property
     def prompt(self) -> frozenset[Key]:
-        """Further keys that are handed over as soon as they arrive; all others are buffered until the next step."""
+        """Other keys that are received at once; the rest are buffered until the next step."""
 
     @property
     def period(self) -> float:
         """Seconds between steps (with a trigger: when to step without one)."""
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take a message in at `now`, Unix time in ns."""
+        """Receive a message at `now`, Unix time in ns."""
 
     def due(self, key: Key) -> bool:
-        """Return whether the message of the trigger `key` that was just received calls for a step."""
+        """Return whether the last message of the trigger `key` causes a step."""
 
     def step(self, now: int) -> Iterable[tuple[Key, Message]]:
-        """Return what to publish at `now`, Unix time in ns."""
+        """Return the messages to publish at `now`, Unix time in ns."""
 
     def report(self, now: int) -> Report:
-        """Return how it is at `now`."""
+        """Return its status at `now`."""
 
     def retire(self, now: int) -> None:
-        """Bring down what it flies: the process is to end."""
+        """Land its drones, because the process must end."""
 
     def may_end(self, now: int) -> bool:
-        """Return whether the process may end: nothing that it flies is in the air."""
+        """Return whether the process may end, because it has no drone in the air."""
 
 
 Address = tuple[str, int]  # IP, port
@@ -96,32 +96,32 @@ class Networked(Protocol):
         """The addresses to bind."""
 
     def datagram(self, data: bytes, sender: Address, at: Address, now: int) -> None:
-        """Receive a datagram that came from `sender` to its socket `at`, at `now` (Unix ns)."""
+        """Receive a datagram from `sender` to its socket `at`, at `now` (Unix ns)."""
 
     def outgoing(self, now: int) -> list[Datagram]:
-        """Return what is to be sent at `now`; called after whatever the core takes in, and after each step."""
+        """Return the datagrams to send at `now`; called after each input and each step."""
 
 
 @runtime_checkable
 class Untimed(Protocol):
-    """A core that begins before swarm time is known: what it drives cannot wait (`untimed` in the process table)."""
+    """A core that starts before swarm time is known, because its drone cannot wait (`untimed` in the process table)."""
 
     def correct(self, by: int) -> None:
         """Record that `now` jumps ahead by `by` ns (back if negative): this time has not passed."""
 
 
 class Ground:
-    """What cores have in common that fly nothing: they may end at any time, and step at a rate of their own."""
+    """Common part of cores without a drone: they may end at any time, and step at their own rate."""
 
     def __init__(self) -> None:
         self.triggers: frozenset[Key] = frozenset()
         self.prompt: frozenset[Key] = frozenset()
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Take nothing in."""
+        """Ignore all messages."""
 
     def due(self, key: Key) -> bool:
-        """Return False: no message calls for a step."""
+        """Return False: no message triggers a step."""
         return False
 
     def step(self, now: int) -> Iterable[tuple[Key, Message]]:
@@ -137,5 +137,5 @@ class Ground:
 
 
 def make_core(start: Start) -> Core:
-    """Return the core that the process table names for `start`."""
+    """Return the core of the process table for `start`."""
     return cast("Core", load_object(start.plan.rows[start.identity].core)(start))

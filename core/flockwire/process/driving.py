@@ -1,4 +1,4 @@
-"""What the processes of all airframes share: how one is driven and simulated, times, the ground."""
+"""Common parts of all airframes' processes: driving and simulation, times, the ground."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from flockwire.objects import load_object
 from flockwire.process.cores import Address, Core, Datagram, Start
 
 TELEMETRY_PERIOD = SECOND // 10  # ns
-SETTLED = SECOND  # ns that all drones are on the ground before the process may end
-RETIREMENT = 20 * SECOND  # ns that pilots have to land their drones when the process is to end
-TOLERANCE = 1.05  # share of the speed limit above which a command is clipped: the safety filter may touch the limit
+SETTLED = SECOND  # ns with all drones on the ground before the process may end
+RETIREMENT = 20 * SECOND  # ns for pilots to land their drones when the process must end
+TOLERANCE = 1.05  # share of the speed limit above which a command is clipped: the safety filter may reach the limit
 GRAVITY = 9.81  # m/s^2
-CONTACT = 0.01  # m above the ground at which a simulated airframe that sinks stands
+CONTACT = 0.01  # m above the ground at which a descending simulated airframe has landed
 FROZEN = SECOND // 4  # ns: over a longer pause of the process the simulated world is frozen, too
 
 
@@ -24,51 +24,51 @@ class SimulatedAirframe(Protocol):
 
     @property
     def position(self) -> Vector:
-        """Where it is, m, world frame."""
+        """Its position, m, world frame."""
 
     @property
     def orientation(self) -> tuple[float, float, float, float]:
-        """How it is turned: a quaternion (x, y, z, w)."""
+        """Its orientation: a quaternion (x, y, z, w)."""
 
     @property
     def in_the_air(self) -> bool:
         """Whether it flies, lands or falls."""
 
     def advance(self, now: int) -> None:
-        """Move on to `now`."""
+        """Advance to `now`."""
 
     def stop(self) -> None:
-        """Motors off: in flight it falls."""
+        """Stop the motors: in flight it falls."""
 
     def respond(self, lag: float, dead_time: float) -> None:
-        """Answer from now on with this lag and this dead time, s."""
+        """Set lag and dead time, s."""
 
 
 class Commanded(SimulatedAirframe, Protocol):
-    """One whose row has no driver: it obeys commands itself."""
+    """An airframe whose row has no driver: it obeys commands itself."""
 
     clipped: int  # commands that were too fast
-    land_at: int | None  # when it lands by itself
+    land_at: int | None  # time of its own landing
 
     def command(self, velocity: Vector, now: int) -> None:
         """Receive a commanded velocity, m/s, world frame."""
 
     def telemetry(self, now: int, frame: str) -> Telemetry:
-        """Return how it is, in the world frame `frame`."""
+        """Return its telemetry, in the world frame `frame`."""
 
 
 class Served(SimulatedAirframe, Protocol):
-    """One whose row has a driver: it exchanges datagrams with that, at an address of its own."""
+    """An airframe whose row has a driver: it exchanges datagrams with the driver, at its own address."""
 
     @property
     def address(self) -> Address:
-        """Where it is served."""
+        """Its address."""
 
     def datagram(self, data: bytes, sender: Address, now: int) -> None:
         """Receive a datagram from its driver."""
 
     def outgoing(self, now: int) -> list[Datagram]:
-        """Return what it sends up to `now`."""
+        """Return the datagrams that it sends up to `now`."""
 
 
 def make_driver(start: Start) -> Core:

@@ -1,12 +1,12 @@
-"""Faults as data: what is to go wrong in a flight, and when. One TOML file drives real and virtual time.
+"""Faults as data: the faults of a flight and their times. One TOML file is used in real and virtual time.
 
     [[faults]]
     at = 12.0          # s after the order to take off
     kind = "kill"
     process = "uav3"
 
-Times must be in order, unknown keys are refused. `flockwire sim` honours every kind, `flockwire up` those that a
-machine can really do to its processes and their links (all but SIM_ONLY, and of a link no loss and no reordering).
+Times must be in order, unknown keys are refused. `flockwire sim` supports every kind, `flockwire up` all but SIM_ONLY,
+and no loss or reordering of a link.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ SIM_ONLY = ("clock",)
 
 
 class FaultFileError(ValueError):
-    """A file of faults that cannot be used; each line of the text names one key, its value and the rule."""
+    """A bad fault file; each line of the text names one key, its value and the rule."""
 
 
 class _Fault(Model):
-    """What all faults have: `at`, s after the order to take off."""
+    """The common part of all faults: `at`, s after the take-off order."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, populate_by_name=True)
 
@@ -47,14 +47,14 @@ class Kill(_Fault):
 
 
 class Restart(_Fault):
-    """The process restarts, with nothing known; if it still runs it is killed first."""
+    """The process restarts without state; if it still runs it is killed first."""
 
     kind: Literal["restart"]
     process: str
 
 
 class Freeze(_Fault):
-    """The process stands still for a time (SIGSTOP, SIGCONT)."""
+    """The process is frozen for a time (SIGSTOP, SIGCONT)."""
 
     kind: Literal["freeze"]
     process: str
@@ -62,7 +62,7 @@ class Freeze(_Fault):
 
 
 class _LinkFault(_Fault):
-    """What `source` publishes to `target` does not travel as usual for a time."""
+    """Messages from `source` to `target` are disturbed for a time."""
 
     source: str = Field(alias="from")
     target: str = Field(alias="to")
@@ -70,13 +70,13 @@ class _LinkFault(_Fault):
 
 
 class Cut(_LinkFault):
-    """Nothing arrives; the other direction stays as it is (a real one for 1 s, when Zenoh gives the link up)."""
+    """Nothing arrives; the other direction is unchanged (a real one for 1 s, until Zenoh closes the link)."""
 
     kind: Literal["cut"]
 
 
 class LinkChange(_LinkFault):
-    """Other conditions hold, as in the swarm file's [sim]."""
+    """The link has other conditions, as in the swarm file's [sim]."""
 
     kind: Literal["link"]
     delay: NotNegative = 0.0
@@ -102,7 +102,7 @@ class TrackerLoss(_Fault):
 
 
 class NoiseBurst(_Fault):
-    """The cameras measure with this much more noise (m, standard deviation per axis)."""
+    """The cameras have additional noise (m, standard deviation per axis)."""
 
     kind: Literal["noise"]
     noise: Positive
@@ -110,7 +110,7 @@ class NoiseBurst(_Fault):
 
 
 class NameSwap(_Fault):
-    """The tracker gives the bodies of two drones each the other's name."""
+    """The tracker exchanges the names of two drones' bodies."""
 
     kind: Literal["swap"]
     drones: tuple[int, int]
@@ -118,7 +118,7 @@ class NameSwap(_Fault):
 
 
 class Visitor(_Fault):
-    """A body that is no drone's moves straight through the field, seen by the cameras: a person, a tracked obstacle."""
+    """Another tracked body moves straight through the field: a person, a tracked obstacle."""
 
     kind: Literal["visitor"]
     body: str = "visitor"  # its name at the tracker
@@ -128,7 +128,7 @@ class Visitor(_Fault):
 
 
 class ClockStep(_Fault):
-    """Somebody sets the clock of a process by `step` s."""
+    """The clock of a process is set by `step` s."""
 
     kind: Literal["clock"]
     process: str
@@ -136,7 +136,7 @@ class ClockStep(_Fault):
 
 
 class AirframeLag(_Fault):
-    """A simulated airframe answers with another lag and dead time, s."""
+    """A simulated airframe gets another lag and dead time, s."""
 
     kind: Literal["lag"]
     drone: int
@@ -162,7 +162,7 @@ class _File(Model):
 
 
 def told(fault: Fault) -> str:
-    """Return a fault in a few words: its kind, and whom it hits."""
+    """Return a fault in a few words: its kind and its target."""
     match fault:
         case Cut() | LinkChange():
             whom = f"{fault.source} → {fault.target}"
@@ -187,7 +187,7 @@ def load_faults(path: Path, plan: Plan) -> tuple[Fault, ...]:
 
 
 def parse_faults(table: dict[str, object], plan: Plan, origin: str) -> tuple[Fault, ...]:
-    """Check the content `table` of a file of faults, which came from `origin`; raises FaultFileError."""
+    """Check the content `table` of the fault file `origin`; raises FaultFileError."""
     try:
         faults = _File.model_validate_json(json.dumps(table, default=str)).faults
     except ValidationError as error:
@@ -199,7 +199,7 @@ def parse_faults(table: dict[str, object], plan: Plan, origin: str) -> tuple[Fau
 
 
 def of_core(faults: tuple[Fault, ...], plan: Plan, identity: str) -> tuple[Fault, ...]:
-    """Return those of `faults` that the core of `identity` injects by itself."""
+    """Return those of `faults` that the core of `identity` injects itself."""
     return tuple(fault for fault in faults if fault.kind in plan.rows[identity].faults)
 
 

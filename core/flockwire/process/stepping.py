@@ -1,7 +1,7 @@
-"""When a core steps, what it receives before, what is counted and reported of it: the same in real and virtual time.
+"""Steps a core: its inputs, counts and reports, the same in real and virtual time.
 
-A core has no clock and no input or output. What runs one (runtime/shell.py on Zenoh, the simulation on its event
-queue) passes to a `Stepper` what has arrived and when its ticker ticks; the stepper decides the rest.
+A core has no clock and no input or output. A runner (runtime/shell.py on Zenoh, the simulation on its event queue)
+passes arrived messages and ticks to a `Stepper`, which decides when to step.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from flockwire.wire.status import Counts, Report, Status
 
 STATUS_PERIOD = SECOND // 10
 WATCHDOG_PERIODS = 2  # of a core with triggers, between two ticks
-WATCHDOG_TICKS = 2  # without a trigger, after which such a core steps at one; one more where triggers come slowly
+WATCHDOG_TICKS = 2  # without a trigger, after which such a core steps at one; one more with slow triggers
 
 Publish = Callable[[Iterable[tuple[Key, Message]]], None]
 
@@ -30,37 +30,37 @@ class Input(Protocol):
     inbox: Inbox
 
     def message(self, now: int) -> Message | None:
-        """Return the message that came since the last call, None when there is none or it was rejected."""
+        """Return the message since the last call, None if there is none or it was rejected."""
 
 
 class Resources(Protocol):
-    """What a process costs, and how it is connected."""
+    """Resources and links of a process."""
 
     def cpu_share(self, now: int) -> float:
         """Return the share of one core used since the last call."""
 
     def resident(self) -> int:
-        """Return the most memory that was resident so far, in bytes."""
+        """Return the peak resident memory, in bytes."""
 
     def refused(self) -> int:
-        """Return the connections refused so far."""
+        """Return the number of refused connections."""
 
     def links(self) -> tuple[str, ...]:
-        """Return who is linked, by authenticated identity."""
+        """Return the linked processes by authenticated identity."""
 
 
 class StepCounts:
-    """Counts steps, those that were made more than 1 and 5 ms after what called for them, and those that were not made.
+    """Counts steps, those more than 1 and 5 ms late, and skipped ones.
 
-    What calls for a step is the ticker, when it is due, or a message that triggers it, when it was sent: of a pilot
-    the delay is that of the network and of its own machine.
+    The delay counts from the due time of the ticker, or from the sending of the triggering message; for a pilot it
+    includes the network and its own machine.
     """
 
     def __init__(self) -> None:
         self.steps = self.delayed_1ms = self.delayed_5ms = self.skipped = 0
 
     def count(self, delay: int, skipped: int) -> None:
-        """Count one step that is made `delay` ns after what called for it, and `skipped` steps missed before it."""
+        """Count one step with a delay of `delay` ns, and `skipped` steps before it."""
         self.steps += 1
         self.delayed_1ms += delay > 1_000_000
         self.delayed_5ms += delay > 5_000_000
@@ -68,21 +68,21 @@ class StepCounts:
 
 
 def next_deadline(deadline: int, now: int, period: int) -> int:
-    """Return the next deadline (ns) of a periodic task whose last one was `deadline` and which is done at `now`.
+    """Return the next deadline (ns) of a periodic task with the last deadline `deadline`, done at `now`.
 
-    A step that comes a little early or late does not shift those after it; missed periods are not made up for, and a
-    clock that was set back restarts.
+    A step that is a little early or late does not shift later ones; missed periods are skipped, and a clock that was
+    set back restarts the period.
     """
     return deadline + period if now < deadline + period <= now + 2 * period else now + period
 
 
 def is_due(deadline: int, now: int, period: int) -> bool:
-    """Return whether a periodic task is due at `now`; it is too when the clock was set back below its last deadline."""
+    """Return whether a periodic task is due at `now`, also after the clock was set back below its last deadline."""
     return now >= deadline or now < deadline - period
 
 
 class StatusPublisher:
-    """Publishes how the process `identity` is ten times a second, and logs a line when its state changes.
+    """Publishes the status of the process `identity` ten times a second, and logs changes of its state.
 
     `frame` is the name of the world frame.
     """
@@ -106,7 +106,7 @@ class StatusPublisher:
         return is_due(self.deadline, now, STATUS_PERIOD)
 
     def update(self, now: int, report: Report, counts: StepCounts, rejected: Counts) -> None:
-        """Publish the status, and log the state if it is a new one."""
+        """Publish the status, and log a new state."""
         self.deadline = next_deadline(self.deadline, now, STATUS_PERIOD)
         status = Status(
             now, self._frame, self._identity, report,
@@ -123,23 +123,23 @@ class StatusPublisher:
 
 
 def at_once(core: Core) -> frozenset[Key]:
-    """Return the keys that are handed over as soon as they arrive; all others are buffered until the next step."""
+    """Return the keys that are received at once; all others are buffered until the next step."""
     return core.prompt | core.triggers
 
 
 def tick_period(core: Core) -> float:
-    """Return the period of a core's ticker, s: its own, or with triggers that of the watchdog for when they stop."""
+    """Return the period of a core's ticker, s: its own or, with triggers, that of the watchdog."""
     return WATCHDOG_PERIODS * core.period if core.triggers else core.period
 
 
 class Stepper:
-    """Steps one core. `buffered` are the inputs read at each step, `inputs` all that it has.
+    """Steps one core. `buffered` are the inputs read at each step, `inputs` all inputs.
 
-    Triggers that come faster than the core's rate make it step at that rate on average: each step moves the earliest
-    stamp of the next one on by a period. One that is up to a period late delays no other, and after a longer gap the
-    next trigger makes a step. Slower triggers make a step each.
+    Faster triggers than the core's rate make it step at its rate on average: each step moves the earliest stamp of the
+    next one by a period. A trigger that is up to a period late delays no other, and after a longer gap the next trigger
+    makes a step. Each slower trigger makes a step.
 
-    `flush` sends the datagrams of a core that has some; called after each message that is handed over and each step.
+    `flush` sends the datagrams of a core; it is called after each received message and each step.
     """
 
     def __init__(
@@ -164,10 +164,10 @@ class Stepper:
         self._counts = StepCounts()
         self._period = round(core.period * SECOND)
         self._earliest = 0  # stamp of the trigger that makes the next step, Unix ns
-        self._ticks = WATCHDOG_TICKS - 1  # since the last step; one less where that before it was long ago
+        self._ticks = WATCHDOG_TICKS - 1  # since the last step; one less after a long gap
 
     def arrived(self, source: Input, now: int) -> None:
-        """Receive what has arrived of a key that is not buffered; step when it is a trigger and a step is due."""
+        """Receive a message of a key that is not buffered; step if it is a trigger and a step is due."""
         message = source.message(now)
         if message is None:
             return
@@ -187,13 +187,13 @@ class Stepper:
             self._step(now)
 
     def fed(self, now: int) -> None:
-        """Step for what has come to the core by a way of its own, which is no key."""
+        """Step for input that is not from a key."""
         self._ticks = 0
         self._counts.count(0, 0)
         self._step(now)
 
     def tick(self, lateness: int, skipped: int, now: int) -> None:
-        """Step for the ticker, which is `lateness` ns late and missed `skipped` ticks; not while triggers do."""
+        """Step for the ticker, with `lateness` ns and `skipped` ticks; not while triggers arrive."""
         if not self._triggers:
             self._counts.count(lateness, skipped)
             self._step(now)

@@ -1,8 +1,8 @@
-"""Swarm time: all hosts count by the gateway's clock. Each process elsewhere asks for it and corrects its own.
+"""Swarm time: all hosts use the gateway's clock. Processes on other hosts request it and correct their own.
 
-What runs a core (shell, virtual process) hands it corrected time, and does not begin before that is known. No core
-knows of it but a driver, which begins at once and is told of each correction. Processes on the gateway's host
-share its clock and ask nothing.
+The runner of a core (shell, virtual process) gives it corrected time, and starts it when swarm time is known. Only a
+driver's core knows of corrections: it starts at once and receives each of them. Processes on the gateway's host share
+its clock and request nothing.
 """
 
 from __future__ import annotations
@@ -18,30 +18,30 @@ from flockwire.wire.codec import Message
 from flockwire.wire.keys import TIME_REPLY, TIME_REQUEST, Key
 from flockwire.wire.plan import Plan
 
-FIRST, FASTEST = 200, SECOND // 20  # the first requests, and the ns between two of them, whatever the bound
-FAST, SLOW = SECOND // 10, SECOND  # ns between two later ones: while the bound is above GOOD, and otherwise
+FIRST, FASTEST = 200, SECOND // 20  # number of first requests, and ns between two of them, for any bound
+FAST, SLOW = SECOND // 10, SECOND  # ns between two later ones: while the bound is above GOOD, and after
 GOOD = 1_000_000  # ns
-FAIR, MANY = 5_000_000, 16  # the bound, ns, that the first estimate must have, or the replies that it must be of
-OUTSTANDING = 64  # requests whose replies may still come: 3 s of them at first
-STEP = 50_000_000  # ns beyond its bound by which an offset must be off to be corrected at once
-SLEW = 0.002  # s per s by which the time is corrected otherwise: 2 mm/s at 1 m/s
+FAIR, MANY = 5_000_000, 16  # bound, ns, of the first estimate, or else its number of replies
+OUTSTANDING = 64  # pending requests: 3 s of them at first
+STEP = 50_000_000  # ns beyond the bound from which an offset is corrected at once
+SLEW = 0.002  # s per s of slow correction: 2 mm/s at 1 m/s
 DEADBAND = 100_000  # ns
 UNKNOWN = -1.0
-PATIENCE = 3.0  # s that a process waits for swarm time before it begins; one that flies a drone by poses waits longer
+PATIENCE = 3.0  # s, longest wait of a process for swarm time; a pilot waits longer
 
 Outgoing = tuple[tuple[Key, Message], ...]
 
 
 class Timekeeping(Protocol):
-    """A process's part in the swarm's time."""
+    """A process's timekeeping."""
 
     keys: frozenset[Key]
 
     def receive(self, key: Key, message: Message, now: int) -> Outgoing:
-        """Receive a message of `keys` that came at `now`, swarm time in ns; returns what to publish at once."""
+        """Receive a message of `keys` at `now`, swarm time in ns; returns messages to publish at once."""
 
     def step(self, now: int) -> Outgoing:
-        """Return what to publish at `now`; called at least ten times a second."""
+        """Return the messages to publish at `now`; call it at least ten times a second."""
 
     def figures(self, now: int) -> tuple[float, float]:
         """Return the offset that is corrected and its bound, s; the bound is UNKNOWN before the first replies."""
@@ -56,10 +56,10 @@ def is_known(timed: Timekeeping, now: int) -> bool:
 
 
 def patience(plan: Plan, identity: str) -> float:
-    """Return how long, s, a process waits at most for swarm time before it begins.
+    """Return the longest wait, s, of a process for swarm time before it starts.
 
-    A pilot has no poses either where the gateway is silent, and by a wrong clock it would obey what was ordered before
-    it began. A driver has setpoints to end and a stop to hear. Any other does what it can after a while.
+    A pilot has no poses either if the gateway is silent, and with a wrong clock it would obey old orders. A driver must
+    end setpoints and receive a stop. Any other process starts after a while.
     """
     if identity in plan.pilots.values():
         return inf
@@ -67,7 +67,7 @@ def patience(plan: Plan, identity: str) -> float:
 
 
 class SharedClock:
-    """Has the swarm's clock already; answers those who ask for it, if anybody does."""
+    """Has the swarm's clock; answers time requests."""
 
     def __init__(self, plan: Plan, identity: str) -> None:
         answered = [key.owner for key in plan.publishes[identity] if key.kind == TIME_REPLY]
@@ -75,7 +75,7 @@ class SharedClock:
         self._frame = plan.swarm.frame
 
     def receive(self, key: Key, message: Message, now: int) -> Outgoing:
-        """Answer: it came at `now`, and the answer leaves at `now`."""
+        """Answer a request received at `now`."""
         return ((Key(TIME_REPLY, key.owner), TimeReply(now, self._frame, message.stamp, now)),)
 
     def step(self, now: int) -> Outgoing:
@@ -83,7 +83,7 @@ class SharedClock:
         return ()
 
     def figures(self, now: int) -> tuple[float, float]:
-        """Return that it is right."""
+        """Return a zero offset and bound."""
         return 0.0, 0.0
 
     def follow(self, corrected: Callable[[int], None]) -> None:
@@ -91,7 +91,7 @@ class SharedClock:
 
 
 class CorrectedClock:
-    """Asks for the swarm's time and has the own clock corrected, by `correct(ns that are to be added to it)`."""
+    """Requests swarm time and corrects the own clock by `correct(ns to add)`."""
 
     def __init__(self, plan: Plan, identity: str, correct: Callable[[int], None]) -> None:
         self.keys = frozenset({Key(TIME_REPLY, identity)})
@@ -105,7 +105,7 @@ class CorrectedClock:
         self._sent = self._next = self._estimated = self._stepped = 0
 
     def receive(self, key: Key, message: Message, now: int) -> Outgoing:
-        """Take a reply in; ignore those to another process of this identity."""
+        """Receive a reply; ignore those to another process of this identity."""
         own = now - self._correction
         if isinstance(message, TimeReply) and message.requested in self._asked:
             self._asked.remove(message.requested)
@@ -115,7 +115,7 @@ class CorrectedClock:
         return ()
 
     def step(self, now: int) -> Outgoing:
-        """Correct the clock a little further, and ask again when it is time."""
+        """Correct the clock further, and send a due request."""
         own = now - self._correction
         if own < self._next - SLOW:  # the own clock was set back
             self._next = self._estimated = own
@@ -144,13 +144,13 @@ class CorrectedClock:
             return
         offset = self._estimator.estimate(own)
         if not self._corrected and (offset is None or (offset.bound > FAIR and self._replies < MANY)):
-            return  # what it is off by at first takes long to correct
+            return  # a first error takes long to correct
         self._estimated, self._offset = own, offset
         if not self._corrected:  # once known, the time is right
             self._follow(own)
 
     def _follow(self, own: int) -> None:
-        """Bring the correction to the estimate: at once when it is new or far off, else too slowly to jerk anybody."""
+        """Move the correction to the estimate: at once if it is new or far off, else slowly, so that no drone jerks."""
         elapsed, self._stepped = max(0, own - self._stepped) if self._stepped else 0, own
         if self._offset is None:
             return
@@ -173,7 +173,7 @@ def _nothing(_: int) -> None:
 
 
 def timekeeping(plan: Plan, identity: str, correct: Callable[[int], None]) -> Timekeeping:
-    """Return the part of `identity` in the swarm's time."""
+    """Return the timekeeping of `identity`."""
     if Key(TIME_REQUEST, identity) in plan.publishes[identity]:
         return CorrectedClock(plan, identity, correct)
     return SharedClock(plan, identity)

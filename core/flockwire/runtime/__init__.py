@@ -1,1 +1,1 @@
-"""The shell round every core: the only room that knows Zenoh and asyncio."""
+"""The shell around every core: the only package that uses Zenoh and asyncio."""

@@ -1,4 +1,4 @@
-"""The Zenoh configuration of every process: endpoints, links, access control, bounds; nothing is found by itself."""
+"""The Zenoh configuration of every process: endpoints, links, access control, bounds, no discovery."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from flockwire.security.files import Credentials
 from flockwire.wire.access import access_control
 from flockwire.wire.plan import OPERATORS, Plan
 
-BURST = 16  # messages of one step that may wait for the network before the next is dropped; 16 is the most
+BURST = 16  # messages of one step in the queue before the next is dropped; 16 is the maximum
 LARGEST_MESSAGE = 65536  # bytes
-SPARE_SESSIONS = 512  # beside one for each link: a holder of one drone's certificate must not exhaust them easily
-ACCEPTING = 1000  # connections that may be under way at a time
-ACCEPT_TIME = {"tls": 1000, "quic": 4000}  # ms that each may take; a radio link loses some of its packets
-ROUTER_PATIENCE = 500  # ms that one attempt to reach the router may take
+SPARE_SESSIONS = 512  # besides one for each link: a holder of one drone's certificate must not exhaust them easily
+ACCEPTING = 1000  # pending connections
+ACCEPT_TIME = {"tls": 1000, "quic": 4000}  # ms for each; a radio link loses some of its packets
+ROUTER_PATIENCE = 500  # ms for one attempt to reach the router
 NO_DETOURS: Mapping[str, str] = MappingProxyType({})
 RETRY = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
 
@@ -24,7 +24,7 @@ def configuration(
 ) -> dict[str, object]:
     """Return the Zenoh configuration of `identity`, by which it is linked to processes (an operator: to all).
 
-    Without `credentials` nothing is encrypted, authenticated or refused. `detours`: who is dialled elsewhere.
+    Without `credentials` nothing is encrypted, authenticated or refused. `detours` has other addresses to dial.
     """
     dialled = [detours.get(other) or plan.dialled(identity, other) for other in plan.dials[identity]]
     listening = (plan.endpoints[identity],) if identity in plan.endpoints else ()
@@ -35,8 +35,8 @@ def configuration(
 def reserved_configuration(plan: Plan, identity: str, credentials: Credentials) -> dict[str, object]:
     """Return the Zenoh configuration of `identity` by which operators are linked to it.
 
-    Its places are theirs alone, since it trusts no other authority: a drone that is taken over, with all its keys, can
-    use up the other ones, and does not keep an emergency stop out.
+    Only operators can use its sessions, because it trusts no other authority: a drone that is taken over, with all its
+    keys, can exhaust the others, but cannot block an emergency stop.
     """
     tls = _tls(credentials) | {"root_ca_certificate": str(credentials.signed_by(OPERATORS))}
     return _configuration(plan, identity, (plan.reserved[identity],), (), tls)

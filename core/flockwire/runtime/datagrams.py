@@ -1,4 +1,4 @@
-"""The UDP sockets of a core that exchanges datagrams: the thin shell round them."""
+"""The UDP sockets of a core that exchanges datagrams."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Sockets:
         self._transports.clear()
 
     def flush(self, now: int) -> None:
-        """Send what the core wants to send at `now` (Unix ns)."""
+        """Send the core's datagrams at `now` (Unix ns)."""
         for data, source, target in self._core.outgoing(now):
             transport = self._transports.get(source)
             if transport is not None:
@@ -51,18 +51,18 @@ class _Socket(asyncio.DatagramProtocol):
         self._sockets, self._core, self._address = sockets, core, address
 
     def datagram_received(self, data: bytes, addr: Address) -> None:
-        """Take a datagram in, and send what follows."""
+        """Receive a datagram, and send the core's datagrams."""
         now = clock.now()
         self._core.datagram(data, addr, self._address, now)
         self._sockets.flush(now)
 
     def error_received(self, exc: Exception) -> None:
-        """Ignore that nobody listens there, or that there is no way: the core sees that no reply comes."""
+        """Ignore a closed port or a missing route: the core detects missing replies."""
 
 
 @contextlib.asynccontextmanager
 async def served(core: Core) -> AsyncIterator[Sockets | None]:
-    """Serve the sockets of `core` inside; None for one that has none. Raises EndpointInUseError."""
+    """Serve the sockets of `core` during the context; None for a core without sockets. Raises EndpointInUseError."""
     if not isinstance(core, Networked):
         yield None
         return

@@ -1,8 +1,8 @@
-"""Detours: at which address a process dials a peer instead of that peer's own, when a relay stands between the two.
+"""Detours: the address of a relay that a process dials instead of a peer's own address.
 
 `FLOCKWIRE_DETOURS` has them, as `gateway=127.0.0.1:40001,uav1=127.0.0.1:40002`. `flockwire up` sets it for processes
-whose links a file of faults breaks or slows. A detour takes nothing from security: the process that answers there must
-have a certificate of the swarm for that address, and has the access rights of that certificate's identity.
+whose links a file of faults breaks or slows. A detour does not weaken security: the process that answers must have a
+certificate of the swarm for that address, and has only the rights of its identity.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ _FORM = re.compile(r"(?P<identity>[a-z0-9-]+)=(?P<address>[^\s,=]+:[0-9]{1,5})")
 
 
 class DetoursError(ValueError):
-    """The environment's detours cannot be understood."""
+    """The environment has malformed detours."""
 
 
 def read_detours(environment: Mapping[str, str] = os.environ) -> dict[str, str]:
-    """Return `IP:PORT` by the identity that is dialled there; raises DetoursError."""
+    """Return `IP:PORT` by the dialled identity; raises DetoursError."""
     text = environment.get(DETOURS, "")
     matches = [_FORM.fullmatch(part) for part in text.split(",")] if text else []
     found = {match["identity"]: match["address"] for match in matches if match is not None}

@@ -1,4 +1,4 @@
-"""When a process is to end: on a signal, or because its parent is gone. What flies is brought down first."""
+"""Ends a process on a signal, or when its parent is gone; flying drones land first."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from flockwire.runtime.session import Session
 from flockwire.wire.plan import Plan
 
 LIFELINE = "FLOCKWIRE_LIFELINE"  # file descriptor whose end means that the parent is gone
-LAST_RESORT = 1.8  # s that closing the session may take
-UNDONE = 70  # exit status of a process that was ended in the middle of its work
-POLL = 0.05  # s between two looks whether a process may end
+LAST_RESORT = 1.8  # s for closing the session
+UNDONE = 70  # exit status of a process with unfinished work
+POLL = 0.05  # s between two checks whether a process may end
 NO_LOCK: AbstractContextManager[object] = nullcontext()
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -58,10 +58,10 @@ async def finished(
     ending: Ending,
     lock: AbstractContextManager[object] = NO_LOCK,
 ) -> None:
-    """Wait until the process is to end and may: nothing that it flies is in the air.
+    """Wait until the process must end and may, because it has no drone in the air.
 
-    One whose parent is gone also waits for all linked processes that the process table lets end before it.
-    `lock` is held while the core is asked.
+    If the parent is gone, it also waits for all linked processes that end before it by the process table. `lock` is
+    held while the core is asked.
     """
     await ending.told.wait()
     log, rank = logging.getLogger(identity), plan.rows[identity].rank
@@ -79,7 +79,7 @@ async def finished(
 
 
 def last_resort(identity: str, done: bool) -> None:
-    """End the process in LAST_RESORT s in any case: called when nothing is left to do but to close the session.
+    """End the process after LAST_RESORT s in any case; call it before closing the session.
 
     The exit status is then 0 for one that is `done`: a supervisor need not start it again.
     """

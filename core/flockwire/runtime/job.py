@@ -1,4 +1,4 @@
-"""One process of a swarm: what its command line gives it, and running it to its end."""
+"""One process of a swarm: its input from the command line, and its run."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from flockwire.wire.plan import Plan
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """What a process is to run; `toml` is the swarm file's text, `out` where a recorder writes to."""
+    """The input of a process; `toml` is the swarm file's text, `out` a recorder's folder."""
 
     plan: Plan
     identity: str
@@ -28,7 +28,7 @@ class Job:
     toml: str
     out: Path
     faults: tuple[Fault, ...] = ()
-    took_off: int | None = None  # when the flight's faults count from, Unix ns, where that is known already
+    took_off: int | None = None  # time 0 of the flight's faults, Unix ns, if known
 
 
 def serve(job: Job) -> int:
@@ -46,7 +46,7 @@ def serve(job: Job) -> int:
     except (CredentialsError, DetoursError, EndpointInUseError) as error:
         logging.getLogger(job.identity).error(str(error))
         return 2
-    except OSError as error:  # the disk is full, or not to be written to
+    except OSError as error:  # the disk is full, or not writable
         logging.getLogger(job.identity).error(str(error))
         return 1
     return 0

@@ -1,7 +1,7 @@
-"""Keeps a silent peer from freezing this process: closing a socket must not wait for the peer.
+"""Prevents a silent peer from freezing this process: closing a socket must not wait for the peer.
 
-Zenoh gives every TCP and TLS link a linger time of 10 s (SO_LINGER), which cannot be configured. When it gives up a
-peer that is silent, close() then waits in the kernel for as long, and with it the thread of all other messages
+Zenoh gives every TCP and TLS link a linger time of 10 s (SO_LINGER), which cannot be configured. When it closes the
+link of a silent peer, close() then waits in the kernel for this time, and with it the thread of all other messages
 (eclipse-zenoh/zenoh issues 1101 and 2350). On Linux a seccomp filter makes that one setsockopt succeed without effect;
 elsewhere nothing is done: BSD does not linger on non-blocking sockets.
 """
@@ -26,7 +26,7 @@ _SET_FILTER, _ALL_THREADS, _NO_SLOWER_SPECULATION = 1, 1, 4
 
 @functools.cache
 def ignore_linger() -> None:
-    """Make setsockopt(SO_LINGER) of this process and its children succeed without effect; logged where that fails."""
+    """Make setsockopt(SO_LINGER) of this process and its children succeed without effect; a failure is logged."""
     if sys.platform != "linux":
         return
     try:

@@ -1,7 +1,7 @@
 """Counts the connections that this process refused.
 
-Zenoh reports a failed handshake in its log alone, which it writes to the standard output. So that is led through a
-pipe: refusals are counted and logged once for each reason, all else goes to the standard error.
+Zenoh reports a failed handshake only in its log on the standard output. So a pipe reads the standard output: refusals
+are counted and logged once for each reason, all other lines go to the standard error.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ class Refusals:
         self._rest = b""
 
     def watch(self) -> None:
-        """Begin, in the running loop, before a session opens."""
+        """Start, in the running loop, before a session opens."""
         read_end, write_end = os.pipe()
-        os.set_blocking(write_end, False)  # a full pipe loses a line of log, and never holds Zenoh up
+        os.set_blocking(write_end, False)  # a full pipe loses a line of log, and never blocks Zenoh
         os.dup2(write_end, sys.stdout.fileno())
         os.close(write_end)
         os.set_blocking(read_end, False)
@@ -43,7 +43,7 @@ class Refusals:
 
     @property
     def count(self) -> int:
-        """The connections refused so far."""
+        """The number of refused connections."""
         return self.reasons.total()
 
     def _readable(self, read_end: int) -> None:

@@ -42,7 +42,7 @@ class ProcessResources:
         return self._resident
 
     def refused(self) -> int:
-        """Return the connections refused so far."""
+        """Return the number of refused connections."""
         return self._refusals.count
 
     def links(self) -> tuple[str, ...]:
@@ -65,9 +65,9 @@ class ProcessResources:
 
 
 def peak_memory() -> int:
-    """Return the most memory of this process that was resident so far, in bytes.
+    """Return the peak resident memory of this process, in bytes.
 
-    Linux has it in /proc: getrusage(2) there begins with what the parent had when it started this process.
+    On Linux it is read from /proc, because getrusage(2) starts with the parent's value.
     """
     try:
         status = Path("/proc/self/status").read_text(encoding="utf-8")

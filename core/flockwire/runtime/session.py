@@ -1,9 +1,8 @@
-"""Opens Zenoh as the plan prescribes, and carries samples between its threads and asyncio.
+"""Opens Zenoh by the plan, and passes samples between its threads and asyncio.
 
 Every process is a peer that listens on its own endpoint and dials only linked processes before it in the order of
 dialling (in router mode: a client of the router). Scouting and gossip are off, every link is mutual TLS. Messages that
-may trigger a step cross the threads at once, the others are buffered until a step reads them; of several, the newest
-counts.
+may trigger a step cross the threads at once; of the others the newest is buffered until a step reads it.
 
 A process that listens has two Zenoh sessions: one for the links to processes, and one that is reserved for operators.
 """
@@ -29,7 +28,7 @@ from flockwire.wire.inbox import ATTACHMENT, inbox_of, publisher_of
 from flockwire.wire.keys import ROWS, Delivery, Key
 from flockwire.wire.plan import Plan
 
-# One runtime thread instead of five: a third less processor time at 100 Hz. Read when zenoh's runtime starts.
+# One runtime thread instead of five: a third less processor time at 100 Hz. It is read when Zenoh's runtime starts.
 os.environ.setdefault(
     "ZENOH_RUNTIME",
     "(rx: (handover: app), acc: (handover: app), net: (handover: app), tx: (handover: app), "
@@ -44,12 +43,12 @@ if TYPE_CHECKING:
     from flockwire.wire.codec import Message
 
 _PRIORITIES = {
-    Delivery.EVENT: zenoh.Priority.REAL_TIME,  # before all else: Zenoh's highest
+    Delivery.EVENT: zenoh.Priority.REAL_TIME,  # Zenoh's highest priority
     Delivery.STATE: zenoh.Priority.DATA_HIGH,
     Delivery.BACKGROUND: zenoh.Priority.BACKGROUND,
 }
 
-UNKNOWN = "unknown"  # who is at the other end of a link without security
+UNKNOWN = "unknown"  # the identity at the other end of a link without security
 
 
 class EndpointInUseError(OSError):
@@ -69,7 +68,7 @@ async def connect(
     note: Callable[[str], None] | None = None,
     verified: bool = True,
 ) -> Session | None:
-    """Open the session of `identity`, in router mode as soon as the router is there; None when `ended` comes first.
+    """Open the session of `identity`, in router mode when the router answers; None if `ended` is first.
 
     What it waits for goes to `note`, the log without one; `verified` is as `Session` has it.
 
@@ -88,7 +87,7 @@ async def connect(
 
 
 class Session:
-    """One process's connection to the swarm. Use it as a context manager: a session left open hangs the exit."""
+    """One process's connection to the swarm. Use it as a context manager: an open session blocks the exit."""
 
     def __init__(
         self,
@@ -131,14 +130,14 @@ class Session:
         self.close()
 
     def close(self) -> None:
-        """End the session; one that is left open hangs the process's exit."""
+        """Close the session; an open one blocks the process's exit."""
         for session in self._sessions:
             session.close()  # type: ignore[no-untyped-call]
         if self._held is not None:
             self._held.close()
 
     def publish(self, messages: Iterable[tuple[Key, Message]]) -> None:
-        """Publish messages; KeyError when the key table does not let this identity publish one of the keys."""
+        """Publish messages; KeyError if the key table does not allow this identity to publish one of the keys."""
         for key, message in messages:
             publishers = self._publishers[key]
             sequence = self._sequences.get(key, 0)
@@ -152,7 +151,7 @@ class Session:
         return Newest(inbox_of(key), self._rings(key, BACKLOG, zenoh.Locality.REMOTE))
 
     def prompt(self, key: Key, wakeup: Wakeup) -> Prompt:
-        """Subscribe to `key`; `wakeup` calls its handler in the running loop as soon as a sample is there."""
+        """Subscribe to `key`; `wakeup` calls its handler in the running loop as soon as a sample arrives."""
         prompt = Prompt(inbox_of(key), wakeup)
         callback = zenoh.handlers.Callback(prompt.arrived, indirect=False)
         for session in self._carrying(key in self._plan.from_operators):
@@ -160,11 +159,11 @@ class Session:
         return prompt
 
     def every(self, key: Key, capacity: int) -> Ring:
-        """Subscribe to `key` keeping up to `capacity` samples, own ones too, for one that reads them in batches."""
+        """Subscribe to `key` and buffer up to `capacity` samples, own ones too, for batch reading."""
         return self._rings(key, capacity, zenoh.Locality.ANY)
 
     def linked(self) -> tuple[str, ...]:
-        """Return who is at the other end of each link, by authenticated identity (without security: nobody known)."""
+        """Return the authenticated identity at the other end of each link (unknown without security)."""
         links = [link for session in self._sessions for link in session.info.links()]
         return tuple(sorted(link.auth_identifier or UNKNOWN for link in links))
 
@@ -180,7 +179,7 @@ class Session:
             ) from None
 
     def _carrying(self, operators: bool) -> list[zenoh.Session]:
-        """Return the sessions by which a key goes, with or without the one for operators."""
+        """Return the sessions of a key, with or without the one for operators."""
         return self._sessions if operators else self._sessions[:1]
 
     def _rings(self, key: Key, capacity: int, origin: zenoh.Locality) -> Ring:

@@ -1,6 +1,6 @@
-"""The thin shell round every core: receive, step, publish, keep rate, report, end clean.
+"""The thin shell around every core: receive, step, publish, keep rate, report, end.
 
-The stepper decides when to step, and what to count and to report (process/stepping.py), here as in virtual time.
+The stepper decides when to step, and what to count and report (process/stepping.py), as in virtual time.
 """
 
 from __future__ import annotations
@@ -75,13 +75,13 @@ class Shell:
         self._ticker.start()
 
     def stop(self) -> None:
-        """Step no more; what Zenoh's threads still announce is left alone."""
+        """Stop stepping; later announcements of Zenoh's threads are ignored."""
         with self._lock:
             self._running = self._wakeup.direct = False
         self._ticker.stop()
 
     def step(self) -> None:
-        """Step for what has come to the core by a way of its own."""
+        """Step for input that arrived by another way than the session."""
         with self._lock:
             if self._running:
                 self._stepper.fed(clock.now())
@@ -103,7 +103,7 @@ def status_publisher(
     timed: Timekeeping,
     loop: asyncio.AbstractEventLoop | None = None,
 ) -> StatusPublisher:
-    """Return what publishes how this process is, on its session, logs it and reports it to supervisors.
+    """Return the function that publishes this process's status, logs it and reports it to supervisors.
 
     `loop` is as `ProcessResources` has it.
     """
@@ -119,14 +119,14 @@ def status_publisher(
 
 
 def _waits(status: StatusPublisher) -> None:
-    """Publish, when it is time, that the process has no core yet."""
+    """Publish, at its time, that the process has no core yet."""
     now = clock.now()
     if status.due(now):
         status.update(now, Report(Phase.WAITING, "waits for the gateway's time"), StepCounts(), ())
 
 
 async def run_core(job: Job, feed: Feed | None = None) -> None:
-    """Run the core that the process table names until the process is to end, with the input of its own that it has."""
+    """Run the core of the process table, with its own input, until the process must end."""
     plan, identity = job.plan, job.identity
     ending, refusals = Ending(), Refusals(identity)
     refusals.watch()

@@ -1,4 +1,4 @@
-"""The newest sample of a key: read when a step wants it, or announced; all older ones are judged and counted too."""
+"""The newest sample of a key, read by a step or announced; all older ones are checked and counted too."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ class Ring(Protocol):
     """Buffered samples of one key: a Zenoh subscriber's, or `Rings`."""
 
     def try_recv(self) -> zenoh.Sample | None:
-        """Return the oldest sample that came, None when there is none."""
+        """Return the oldest received sample, None if there is none."""
 
 
 class Rings:
-    """The samples of one key that come by several sessions."""
+    """The samples of one key from several sessions."""
 
     def __init__(self, rings: Sequence[Ring]) -> None:
         self._rings = rings
 
     def try_recv(self) -> zenoh.Sample | None:
-        """Return a sample that came, None when there is none."""
+        """Return a received sample, None if there is none."""
         for ring in self._rings:
             sample = ring.try_recv()
             if sample is not None:
@@ -56,7 +56,7 @@ class Subscription(ABC):
         """Return the newest message that came since the last call and was accepted, None when there is none."""
 
     def message(self, now: int) -> Message | None:
-        """Return only the message of what `take` returns."""
+        """Return only the message of `take`."""
         received = self.take(now)
         return None if received is None else received.message
 
@@ -82,7 +82,7 @@ class Newest(Subscription):
 
 
 class Prompt(Subscription):
-    """The newest sample of a key, announced to `wakeup` as soon as it arrives; or each, where every message counts."""
+    """The newest sample of a key (or each, if every message counts), announced to `wakeup` at arrival."""
 
     def __init__(self, inbox: Inbox, wakeup: Wakeup) -> None:
         super().__init__(inbox)

@@ -1,4 +1,4 @@
-"""Swarm time for a process: it asks for it, and corrects its clock."""
+"""Requests swarm time for a process, and corrects its clock."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from flockwire.runtime.session import Session
 from flockwire.runtime.subscriptions import Prompt, Wakeup
 from flockwire.wire.plan import Plan
 
-POLL = 0.02  # s between two looks whether swarm time is known
+POLL = 0.02  # s between two checks for swarm time
 LONG = 1.0  # s
 
 
 class SwarmClock:
-    """Corrects this process's clock, in the running loop; on the gateway's host there is nothing to do.
+    """Corrects this process's clock, in the running loop; idle on the gateway's host.
 
-    `lock` is held while the clock is corrected, and by whoever runs a core while that does anything.
+    `lock` is held while the clock is corrected, and by the runner of a core during its calls.
     """
 
     def __init__(self, plan: Plan, identity: str, session: Session) -> None:
@@ -30,7 +30,7 @@ class SwarmClock:
         self._session, self._subscribed = session, False
 
     def step(self) -> None:
-        """Ask again when it is time: to be called ten times a second or more."""
+        """Send a due request; call it at least ten times a second."""
         if not self._subscribed:
             self._subscribed = True
             self._subscribe()
@@ -38,9 +38,9 @@ class SwarmClock:
             self._session.publish(outgoing)
 
     async def settled(self, ended: asyncio.Event, seconds: float, idle: Callable[[], None] = lambda: None) -> None:
-        """Wait until swarm time is known here, or the process is to end, or `seconds` have passed.
+        """Wait until swarm time is known, the process must end, or `seconds` have passed.
 
-        `idle` is called again and again when that takes longer than LONG.
+        `idle` is called repeatedly if that takes longer than LONG.
         """
         self.step()
         began = clock.monotonic()
@@ -51,7 +51,7 @@ class SwarmClock:
             self.step()
 
     def known(self) -> bool:
-        """Return whether swarm time is known here."""
+        """Return whether swarm time is known."""
         return is_known(self.timekeeping, clock.now())
 
     def _subscribe(self) -> None:

@@ -1,4 +1,4 @@
-"""A fixed-rate tick in an asyncio loop, on the monotonic clock, that reports how late each tick is.
+"""A fixed-rate tick in an asyncio loop, on the monotonic clock, with the lateness of each tick.
 
 On Linux a timerfd (absolute, CLOCK_MONOTONIC) wakes the loop some 0.06 ms after the time; asyncio's own timers, used
 elsewhere, are about a millisecond late.
@@ -33,7 +33,7 @@ class Ticker:
         self._timer: asyncio.TimerHandle | None = None
 
     def start(self) -> None:
-        """Begin ticking in the running loop, the first time one period from now."""
+        """Start ticking in the running loop, first after one period."""
         self._loop = asyncio.get_running_loop()
         self._next = clock.monotonic() + self._period
         if sys.platform == "linux":
@@ -43,7 +43,7 @@ class Ticker:
             self._timer = self._loop.call_later(self._period / SECOND, self._elapsed)
 
     def stop(self) -> None:
-        """Tick no more; harmless when it never began."""
+        """Stop ticking; harmless before `start`."""
         if self._fd >= 0:
             self._loop.remove_reader(self._fd)
             os.close(self._fd)

@@ -1,4 +1,4 @@
-"""Keys as ROS 2 topics: every sample with its payload undecoded, for those that pass messages on."""
+"""Keys as ROS 2 topics: every sample with its undecoded payload."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Sample = tuple[int, str, bytes, int, bytes]  # source time (Unix ns), topic, pub
 class Topic:
     """One key: its ROS 2 topic `name`, the `ros_type` of its messages, and its samples.
 
-    What exceeds the key's quota, or has no attachment of the known form, or another key's, is counted and left out.
+    Samples over the quota, with an unknown attachment, or of another key are counted and dropped.
     """
 
     def __init__(self, plan: Plan, key: Key, session: Session) -> None:
@@ -31,7 +31,7 @@ class Topic:
         self._quota, self._largest, self._mark = Quota(row.rate), row.largest, mark_of(key)
 
     def samples(self, now: int, rejected: Counter[str]) -> Iterator[Sample]:
-        """Yield what has come by `now` (Unix ns); count in `rejected`, by key and reason, what is left out."""
+        """Yield the samples received by `now` (Unix ns); count dropped ones in `rejected`, by key and reason."""
         while (sample := self._samples.try_recv()) is not None:
             if len(sample.payload) > self._largest or self._quota.exceeded(now):  # before anything is copied
                 self._reject(rejected, OVER_QUOTA)
@@ -55,7 +55,7 @@ class Topic:
 
 
 def in_order(topics: Iterable[Topic], now: int, rejected: Counter[str]) -> list[Sample]:
-    """Return the samples of all `topics` that have come by `now` (Unix ns), in the order in which they were sent."""
+    """Return the samples of all `topics` received by `now` (Unix ns), in the order of sending."""
     samples = [sample for topic in topics for sample in topic.samples(now, rejected)]
     samples.sort(key=itemgetter(0))
     return samples

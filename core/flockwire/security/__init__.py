@@ -1,1 +1,1 @@
-"""Certificates: making them, and checking those that a process shows."""
+"""Certificates: makes them, and checks those of a process."""

@@ -1,4 +1,4 @@
-"""What one process shows to prove its identity, checked before it is used: a peer refuses a bad one silently."""
+"""Checks the credentials of a process before they are used, because a peer rejects bad ones silently."""
 
 from __future__ import annotations
 
@@ -53,13 +53,13 @@ def load_credentials(
 
 
 def common_name(certificate: x509.Certificate) -> str:
-    """Return whom a certificate is for, empty when it names nobody."""
+    """Return the name of a certificate, empty if it has none."""
     names = certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)
     return str(names[0].value) if names else ""
 
 
 def _check_folder(folder: Path) -> None:
-    """Refuse what is no folder, and one in which others may replace keys."""
+    """Refuse a path that is not a folder, and a folder in which others may replace keys."""
     try:
         mode = folder.stat().st_mode
     except FileNotFoundError:

@@ -15,11 +15,11 @@ AUTHORITY_FILE = "ca.crt"  # the certificate that all others are signed by
 
 
 class CredentialsError(ValueError):
-    """Keys that cannot be used; the text is one line: the file, what is wrong, what to do."""
+    """Unusable keys; the text is one line: file, problem, remedy."""
 
 
 def default_folder(name: str, beside: Path = Path()) -> Path:
-    """Return where the keys of the swarm called `name` are unless the user says otherwise: `beside` its file."""
+    """Return the default folder of the keys of the swarm called `name`: `beside` its file."""
     return beside / ".flockwire" / name / "keys"
 
 
@@ -37,14 +37,14 @@ class Credentials:
 
 
 def files_of(folder: Path, identity: str) -> Credentials:
-    """Return the files of `identity` in `folder`, whether they are there or not."""
+    """Return the files of `identity` in `folder`, whether they exist or not."""
     return Credentials(folder / AUTHORITY_FILE, folder / f"{identity}.crt", folder / f"{identity}.key")
 
 
 def hold(folder: Path) -> BinaryIO | None:
-    """Hold the keys in `folder` until the file that is returned is closed.
+    """Lock the keys in `folder` until the returned file is closed.
 
-    None where the file system has no locks: no order waits for one.
+    Returns None if the file system has no locks: no order waits for one.
     """
     try:
         held = (folder / AUTHORITY_FILE).open("rb")
@@ -59,7 +59,7 @@ def hold(folder: Path) -> BinaryIO | None:
 
 
 def in_use(folder: Path) -> bool:
-    """Return whether a process of this machine, a container's too, holds the keys in `folder`."""
+    """Return whether a process of this machine, also in a container, has locked the keys in `folder`."""
     try:
         with (folder / AUTHORITY_FILE).open("rb") as held:
             fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -1,12 +1,12 @@
-"""The swarm's certificates: one EC P-256 certificate per identity, its name the identity, and who signs them.
+"""The swarm's certificates: one EC P-256 certificate per identity, with its name, and the authorities.
 
-    FOLDER/authority/ca.key            signs those of processes; stays off the drones
+    FOLDER/authority/ca.key            signs those of processes; never copied to drones
     FOLDER/authority/operators.key     signs those of operators; the same
     FOLDER/ca.crt                      what every process trusts
     FOLDER/operators.crt               what it trusts at the endpoint that is reserved for operators
     FOLDER/IDENTITY.crt, IDENTITY.key  what a process shows, to those that it dials and those that dial it
 
-Making keys is idempotent: what is good stays, what is about to expire or names another host's address is made again.
+Making keys is idempotent: good certificates stay; those that expire soon or have another host's address are made again.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ LIFE = timedelta(days=90)
 AUTHORITY_LIFE = timedelta(days=3650)
 RENEW = timedelta(days=30)  # before its end a certificate is renewed
 WARN = timedelta(days=14)  # before its end `check` warns
-BACKDATED = timedelta(hours=1)  # so that a machine whose clock is a little behind trusts it too
+BACKDATED = timedelta(hours=1)  # for machines with a clock that is a little behind
 
 
 class KeysError(ValueError):
-    """Keys that cannot be made; the text is one line: the file, what is wrong, what to do."""
+    """Keys cannot be made; the text is one line: file, problem, remedy."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,17 +49,16 @@ class Signer:
 
 
 def make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool = False) -> tuple[str, ...]:
-    """Make what is missing, wrong or about to expire; returns the names of what was made.
+    """Make missing, wrong and soon expiring certificates; returns their names.
 
-    With `rotate`, a new authority and all certificates again: whatever was signed before is rejected afterwards.
-    No authority is made again while a process holds the folder's keys.
-    Raises KeysError, and OSError if the folder cannot be written.
+    With `rotate`, make a new authority and all certificates: earlier ones are rejected afterwards. No authority is
+    replaced while a process uses the folder's keys. Raises KeysError, and OSError if the folder cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True, mode=0o700)
     folder.chmod(0o700)
     lock = os.open(folder, os.O_RDONLY)
     try:
-        fcntl.flock(lock, fcntl.LOCK_EX)  # two who make keys at once take turns
+        fcntl.flock(lock, fcntl.LOCK_EX)  # concurrent calls wait for each other
         return _make_keys(plan, folder, now, rotate)
     finally:
         os.close(lock)
@@ -89,9 +88,9 @@ def _make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool) -> tuple[s
 
 
 def _without_authority(plan: Plan, folder: Path, now: datetime) -> tuple[str, ...]:
-    """Make nothing if the authority's key is kept elsewhere; raises KeysError when something would have to be."""
+    """Make nothing, because the authority's key is elsewhere; raises KeysError if a certificate is needed."""
     needed = [*plan.authorities, *(name for name in plan.certified if (folder / f"{name}.crt").exists())]
-    for name in needed:  # certificates that are missing are another host's
+    for name in needed:  # missing certificates belong to another host
         if not _stays(plan, folder, name, now):
             raise KeysError(
                 f"{folder / name}.crt: has to be made again, and the authority's key is not here; run "
@@ -108,7 +107,7 @@ def _stays(plan: Plan, folder: Path, name: str, now: datetime) -> bool:
 
 
 def alternative_names(plan: Plan, identity: str) -> tuple[str, ...]:
-    """Return the addresses and names under which `identity` is dialled: its host's, its own as a service, loopback."""
+    """Return the addresses and names of `identity`: its host's, its own as a service, loopback."""
     host = plan.hosts[identity]
     listening = plan.endpoints.get(identity, "").rpartition(":")[0].strip("[]")
     names = (listening, plan.swarm.hosts[host].address, "127.0.0.1", "::1", host, identity, "localhost")
@@ -131,7 +130,7 @@ def issue(authority: Signer, name: str, alternatives: tuple[str, ...], begin: da
 
 
 def expiring(plan: Plan, folder: Path, now: datetime) -> Iterator[str]:
-    """Yield a line for each certificate that ends within two weeks of `now`, or has ended."""
+    """Yield a line for each certificate that expires within two weeks of `now`, or has expired."""
     for identity in (*plan.authorities, *plan.certified):
         path = folder / f"{identity}.crt"
         try:
@@ -189,7 +188,7 @@ def new_authority(name: str, now: datetime) -> Signer:
 
 
 def authority_name(swarm: str) -> str:
-    """Return what the authority of the swarm called `swarm` is called: no longer a name fits into a certificate."""
+    """Return the name of the authority of the swarm called `swarm`, limited to the length of a certificate's name."""
     return f"flockwire {swarm}"[:64]
 
 
@@ -220,7 +219,7 @@ def _general_names(names: tuple[str, ...]) -> Iterator[x509.GeneralName]:
 
 
 def _good(folder: Path, identity: str, names: tuple[str, ...], authority: x509.Certificate, now: datetime) -> bool:
-    """Return whether the certificate on disk can stay: whole, this authority's, for these names, for a while yet."""
+    """Return whether the certificate on disk is good: complete, of this authority, with these names, not expiring."""
     try:
         certificate = x509.load_pem_x509_certificate((folder / f"{identity}.crt").read_bytes())
         key = serialization.load_pem_private_key((folder / f"{identity}.key").read_bytes(), None)
@@ -248,7 +247,7 @@ def _pem(key: ec.EllipticCurvePrivateKey) -> bytes:
 
 
 def _write(path: Path, data: bytes, private: bool = False) -> None:
-    """Write a file whole or not at all, readable by its owner alone when it is private."""
+    """Write a file atomically, readable only by its owner if it is private."""
     path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
     part = path.with_name(f".{path.name}.{secrets.token_hex(8)}")
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW

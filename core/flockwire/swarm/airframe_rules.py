@@ -1,4 +1,4 @@
-"""The rules of a swarm file that each row of the airframe table has: tables, cameras, what it does by itself."""
+"""The rules of a swarm file for each row of the airframe table: tables, cameras, own reactions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from flockwire.swarm.rules import needs
 
 @needs("drones", "airframes")
 def tables(swarm: Swarm) -> Iterator[str]:
-    """Yield tables of drones that are of another kind."""
+    """Yield tables of drones with another kind."""
     for place, drone in enumerate(swarm.drones):
         frame = swarm.airframes.get(drone.airframe)
         for row in AIRFRAMES:
@@ -34,7 +34,7 @@ def cameras(swarm: Swarm) -> Iterator[str]:
 
 @needs("drones", "airframes", "limits.staleness")
 def reactions(swarm: Swarm) -> Iterator[str]:
-    """Yield limits of the staleness ladder that an airframe does not wait for."""
+    """Yield limits of the staleness ladder that are slower than an airframe's own reaction."""
     stale = swarm.limits.staleness
     for name in dict.fromkeys(swarm.drone(number).airframe for number in swarm.flying):
         row = swarm.airframe_row(name)

@@ -1,7 +1,7 @@
-"""The airframe table: one row for each kind of airframe. No other file outside a row's own folder knows its name.
+"""The airframe table: one row for each kind of airframe. No file outside a row's folder uses its name.
 
-Beside it stand the process table and the key table (wire). A new kind of airframe is a row here and a folder with what
-the row names, each as "module:name".
+The process table and the key table (wire) are similar. A new kind of airframe is a row here and a folder with the
+objects that the row names as "module:name".
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 
 class ByItself(NamedTuple):
-    """What an airframe does by itself when an input has been missing for `after` s; inf: nothing, without end."""
+    """An airframe's own reaction to an input that has been missing for `after` s; inf: none."""
 
     does: str
     after: float = inf
@@ -25,17 +25,17 @@ class AirframeRow:
 
     kind: str
     simulated: str  # makes a process.driving.SimulatedAirframe of (swarm, drone's id, now, draw from [0, 1))
-    without_setpoints: ByItself  # no setpoint has come for some time
-    without_poses: ByItself  # the tracker has lost it; setpoints come
-    without_link: ByItself  # nothing comes from its driver
-    driver: str = ""  # makes the core of its driver's process of a Start; empty: its simulation obeys commands itself
-    drone_keys: str = ""  # model of what [[drones]] has for it: one table, called as its kind is
-    airframe_keys: str = ""  # model of what [airframes.NAME] has for it
+    without_setpoints: ByItself  # reaction to missing setpoints
+    without_poses: ByItself  # reaction to lost tracking with setpoints
+    without_link: ByItself  # reaction to a lost link to its driver
+    driver: str = ""  # makes the core of its driver's process from a Start; empty: its simulation obeys commands itself
+    drone_keys: str = ""  # model of its keys in [[drones]]: one table, named like its kind
+    airframe_keys: str = ""  # model of its keys in [airframes.NAME]
     built_in: Mapping[str, float] = field(default_factory=dict)  # keys of the built-in airframe
     rules: str = ""  # rules of the swarm file (swarm/rules.py)
-    warnings: str = ""  # yields what `flockwire check` warns of, of a Swarm
+    warnings: str = ""  # yields warnings of `flockwire check` for a Swarm
     live_checks: tuple[str, ...] = ()  # codes of its driver's reasons (wire/status.py) with a line in `check --live`
-    identified: str = ""  # yields its keys of [airframes.NAME], of an Airframe and the measured gain of each axis
+    identified: str = ""  # yields its keys of [airframes.NAME] from an Airframe and the measured gain of each axis
     turns: bool = False  # it obeys a yaw rate; its driver subscribes to its pose, to know its heading
     command: str = ""  # a further command of the command line, which runs its simulation without a swarm
 

@@ -1,6 +1,6 @@
-"""The tables [[drones]] and [airframes] of a swarm file: every drone, and how airframes answer commands.
+"""The tables [[drones]] and [airframes] of a swarm file: every drone, and the responses of airframes.
 
-Both have the keys that every kind has, and those that rows of the airframe table add.
+Both have common keys, and keys that rows of the airframe table add.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The rules of a swarm file about its formations: whether drones can fly them, and round a person who leads."""
+"""The rules of a swarm file about its formations, also around a person who leads."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ UNDEFINED_STEP = 0.1  # s between the times at which expressions must have value
 
 @needs("formation", "formations", "drones.id", "leader.kind", "limits", "avoidance")
 def _formations(swarm: Swarm) -> Iterator[str]:
-    """Yield what keeps a formation from being flown: no values, speed, fence, spacing."""
+    """Yield formations that cannot be flown: no values, speed, fence, spacing."""
     if swarm.formation is None and DEFAULT_FORMATION not in swarm.formations:
         yield f"formation: missing; there must be one, or a [formations.{DEFAULT_FORMATION}]"
         return
@@ -62,7 +62,7 @@ def _undefined(swarm: Swarm, key: str, table: object) -> Iterator[str]:
 
 @needs("drones", "leader.kind", "avoidance", "gateway.person_radius", "formation", "formations")
 def _carried(swarm: Swarm) -> Iterator[str]:
-    """Yield what would bring drones to the person who carries a tracked leader."""
+    """Yield formations and starts that are too close to the person who carries a tracked leader."""
     if swarm.leader.kind != "tracked":
         return
     if swarm.avoidance.sensing != "nearby":

@@ -15,7 +15,7 @@ from flockwire.swarm.tables import Finite, Model, Positive
 
 
 class FormationModel(Model):
-    """What all kinds have in common."""
+    """The common part of all kinds."""
 
     places: Literal["assigned", "fixed"] = "assigned"  # assignment in a change to it: shortest paths, or by rank
 
@@ -106,9 +106,9 @@ class ExpressionFormation(FormationModel):
         return shapes.Parametric(count, axes)
 
     def undefined(self, count: int, horizon: float, step: float) -> tuple[str, int, float] | None:
-        """Return the axis, the rank and the time in s where an expression is first seen to have no finite value.
+        """Return axis, rank and time in s of the first value that is not finite.
 
-        Looks every `step` s up to `horizon`; None when all is well.
+        Checks every `step` s up to `horizon`; None if all values are finite.
         """
         formation = self.build(count)
         for k in range(round(horizon / step) + 1):

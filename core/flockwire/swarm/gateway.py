@@ -1,4 +1,4 @@
-"""The table [gateway] of a swarm file: where poses come from. Each source has a table of its own."""
+"""The table [gateway] of a swarm file: the source of poses. Each source has its own table."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from flockwire.swarm.wording import Takes
 
 Port = Annotated[int, Field(ge=1, le=65535)]
 Share = Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)]
-UNIT_TOLERANCE = 0.01  # of a quaternion's length: what a person rounds
+UNIT_TOLERANCE = 0.01  # of a quaternion's length: rounding by a person
 
 
 def _unit(q: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
@@ -37,7 +37,7 @@ Version = Annotated[str, AfterValidator(_version), Takes('a version like "4.1"')
 
 
 class Axes(Model):
-    """How a source's own frame is."""
+    """The frame of a source."""
 
     up_axis: Literal["y", "z"] = "z"  # the axis that points up
     unit: Literal["m", "mm"] = "m"  # of its lengths
@@ -138,5 +138,5 @@ class Gateway(Model):
         return axes.get(self.source, Axes())
 
     def simulated(self) -> Gateway:
-        """Return the table for virtual time: simulated cameras stand for whatever tracks otherwise."""
+        """Return the table for virtual time: simulated cameras replace any other source."""
         return self.model_copy(update={"source": "simulated", "twin": None})

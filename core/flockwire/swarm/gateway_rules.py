@@ -1,4 +1,4 @@
-"""The rules of a swarm file about its tracker: bodies, addresses, and what may be simulated."""
+"""The rules of a swarm file about its tracker: bodies, addresses, simulation."""
 
 from __future__ import annotations
 

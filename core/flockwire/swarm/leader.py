@@ -63,19 +63,19 @@ class Leader(Model):
 
     @property
     def has_body(self) -> bool:
-        """Whether there is something to keep clear of."""
+        """Whether it has a body to avoid."""
         return self.kind != "virtual"
 
     @property
     def by_person(self) -> bool:
-        """Whether a person decides where it goes: steers it, or carries it."""
+        """Whether a person steers or carries it."""
         return self.kind in ("teleoperated", "tracked")
 
     def course(self) -> Trajectory:
-        """Return where it is known to go; a leader that a person steers or carries is taken to stay."""
+        """Return its known course; a leader that a person steers or carries is assumed to stay."""
         return Constant((0.0, 0.0, 0.0)) if self.by_person else self.trajectory.build()
 
     @property
     def speed_bound(self) -> float:
-        """The highest speed, m/s, that the leader is expected to move at."""
+        """The highest expected speed of the leader, m/s."""
         return self.speed if self.by_person else self.trajectory.build().fastest

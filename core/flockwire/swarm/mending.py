@@ -1,4 +1,4 @@
-"""What is left of a table when its wrong values are taken out, so that the rules can look at the rest."""
+"""Removes the wrong values of a table, so that the rules can check the rest."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from flockwire.swarm.model import Swarm
 from flockwire.swarm.outline import place
 
-ROUNDS = 8  # a value that is taken out may leave its table incomplete, and that one its own
+ROUNDS = 8  # a removed value may leave its table incomplete, and this table its parent
 _PLACE = [0.0, 0.0, 0.0]
 _STAND_INS: dict[str, Any] = {
     "name": "swarm", "graph": {"edges": []}, "edges": [], "drones": [], "id": 1, "start": _PLACE, "center": _PLACE,
@@ -24,7 +24,7 @@ def validated(table: dict[str, Any]) -> Swarm:
 
 
 def mended(table: dict[str, Any]) -> Swarm | None:
-    """Return `table` as a model after what is wrong has given way to defaults and stand-ins; None if it cannot."""
+    """Return `table` as a model with wrong values replaced by defaults and stand-ins; None if impossible."""
     rest = deepcopy(table)
     for _ in range(ROUNDS):
         try:
@@ -38,14 +38,14 @@ def mended(table: dict[str, Any]) -> Swarm | None:
 
 
 def _take_out(table: dict[str, Any], keys: tuple[str | int, ...], missing: bool) -> None:
-    """Take out what stands at `keys`, or fill in what is missing there; without a stand-in its whole table goes."""
+    """Remove the value at `keys`, or fill in a missing one; without a stand-in remove its whole table."""
     *path, last = keys
     inner: Any = table
     for key in path:
         try:
             inner = inner[key]
         except (KeyError, IndexError, TypeError):
-            return  # gone with another one
+            return  # removed with another one
     if isinstance(inner, dict) and missing and last in _STAND_INS:
         inner[str(last)] = deepcopy(_STAND_INS[str(last)])
     elif isinstance(inner, dict) and last in inner:

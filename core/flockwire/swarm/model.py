@@ -1,7 +1,7 @@
 """A whole swarm as one frozen model: the tables of a swarm file put together.
 
 One file describes the whole swarm and every process reads it once (loading.py). Lengths are metres, times seconds,
-angles radians, the world frame is ENU with Z up. Unknown keys are refused; whatever can have a default has one.
+angles radians, the world frame is ENU with Z up. Unknown keys are refused; every key that can have a default has one.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ from flockwire.swarm.tables import (
     TrackedObstacle,
 )
 
-SURVEY_HORIZON = 120.0  # s of every formation that are looked at
+SURVEY_HORIZON = 120.0  # s of every formation that are sampled
 SURVEY_SAMPLES = 400
 DEFAULT_FORMATION = "default"  # of [formations]: the first one where the file has no [formation]
 
 
 def uav(number: int) -> str:
-    """Return the name of drone `number`: the owner of its keys, and what people call it."""
+    """Return the name of drone `number`, also the owner of its keys."""
     return f"uav{number}"
 
 
@@ -77,7 +77,7 @@ class Swarm(Model):
     @field_validator("airframes", mode="before")
     @classmethod
     def _with_built_in(cls, value: object) -> object:
-        """Add the airframes that every swarm has; a table of the file changes their keys, not the others."""
+        """Add the built-in airframes; a table of the file changes only its own keys."""
         if not isinstance(value, dict):
             return value
         known = {name: airframe.model_dump() for name, airframe in BUILT_IN_AIRFRAMES.items()}
@@ -94,22 +94,22 @@ class Swarm(Model):
 
     @cached_property
     def tracked(self) -> tuple[int, ...]:
-        """Ids of all that the tracker sees by name, ascending: the followers and, unless it is virtual, the leader."""
+        """Ids of all drones at the tracker, ascending: the followers and, unless it is virtual, the leader."""
         return tuple(sorted(drone.id for drone in self.drones))
 
     @cached_property
     def flying(self) -> tuple[int, ...]:
-        """Ids of all drones that have an airframe, ascending: not that of a leader whom a person carries."""
+        """Ids of all drones with an airframe, ascending, without a leader carried by a person."""
         return tuple(i for i in self.tracked if i != LEADER or self.leader.kind != "tracked")
 
     @property
     def person_clearance(self) -> float:
-        """What drones keep from the middle of a person, m."""
+        """Distance of drones from the centre of a person, m."""
         return self.gateway.person_radius + self.avoidance.obstacle_safety_distance
 
     @cached_property
     def walking(self) -> tuple[int, ...]:
-        """The id of a tracked leader whom a simulated person carries, where the cameras are simulated; else nothing."""
+        """The id of a tracked leader that a simulated person carries, if the cameras are simulated; else empty."""
         cameras = self.gateway.source == "simulated" or self.gateway.simulates_tracker
         return tuple(i for i in self.tracked if i not in self.flying and cameras)
 
@@ -120,7 +120,7 @@ class Swarm(Model):
 
     @cached_property
     def driven(self) -> tuple[int, ...]:
-        """Ids of the drones that have a driver of their own, simulated or not, ascending."""
+        """Ids of the drones with their own driver, simulated or not, ascending."""
         return self.of_kind(*(row for row in AIRFRAMES if row.driver))
 
     @cached_property
@@ -152,7 +152,7 @@ class Swarm(Model):
         return self._by_id[number]
 
     def body(self, number: int) -> str | int:
-        """Return what the tracker calls drone `number`: a name, or a number of its own."""
+        """Return the name or number of drone `number` at the tracker."""
         body = self.drone(number).body
         return uav(number) if body is None else body
 
@@ -169,12 +169,12 @@ class Swarm(Model):
         return self.airframe_row(self.drone(number).airframe)
 
     def real_address(self, number: int) -> str | None:
-        """Return where drone `number` is reached, by its kind's table in [[drones]]; None for a simulated one."""
+        """Return the address of drone `number` from its kind's table in [[drones]]; None for a simulated one."""
         address = getattr(getattr(self.drone(number), self.row(number).kind, None), "address", None)
         return None if address is None else str(address)
 
     def in_simulation(self) -> Swarm:
-        """Return the swarm as it flies in virtual time: simulated cameras and airframes stand for real ones."""
+        """Return the swarm for virtual time: simulated cameras and airframes replace real ones."""
         if self.gateway.source == "simulated":
             return self
         kinds = dict.fromkeys(row.kind for row in AIRFRAMES if row.drone_keys)
@@ -183,7 +183,7 @@ class Swarm(Model):
         return Swarm.model_construct(**fields | {"gateway": self.gateway.simulated(), "drones": drones})
 
     def unaligned(self) -> Swarm:
-        """Return the swarm whose tracker's frame is the field's: what `flockwire align` measures in."""
+        """Return the swarm with the tracker's frame as the field's, for `flockwire align`."""
         level = {"rotation": (0.0, 0.0, 0.0, 1.0), "offset": (0.0, 0.0, 0.0)}
         return self.tracked_by(self.gateway.model_copy(update=level))
 
@@ -203,7 +203,7 @@ class Swarm(Model):
 
     @property
     def formation_names(self) -> tuple[str, ...]:
-        """The names by which formations are ordered; the first one's is empty."""
+        """The names of formations in orders; the first one's is empty."""
         return ("", *self.formations)
 
     def survey(self, name: str = "") -> Survey:

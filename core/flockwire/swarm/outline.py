@@ -1,6 +1,6 @@
-"""The keys of a TOML file as its models have them: where a key stands, what it takes, what the comment behind it says.
+"""The keys of a TOML file from its models: place, allowed values, and the comment after each field.
 
-Pages, schemas and refusals are made from here, so that a key is described in one place: the field of its model.
+Pages, schemas and refusals use them, so a key is described in one place: the field of its model.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ UNITS = ("m", "s", "m/s", "m/s^2", "rad", "rad/s", "1/s", "Hz", "s per s", "degr
 
 
 class Place(NamedTuple):
-    """Where a location leads in a model: the keys on the way, and what stands there (None if it is unknown)."""
+    """The target of a location in a model: the keys on the way, and its type (None if unknown)."""
 
     keys: tuple[str | int, ...]
     kind: Any
@@ -31,12 +31,12 @@ class Place(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The dotted key, numbers counting places in lists from 0."""
+        """The dotted key, with list positions from 0."""
         return ".".join(map(str, self.keys))
 
 
 class Entry(NamedTuple):
-    """One key of a table: the table's dotted path, the models that it stands in, its field."""
+    """One key of a table: the table's dotted path, its models, its field."""
 
     table: str
     model: type[BaseModel]
@@ -71,7 +71,7 @@ def of_field(field: FieldInfo) -> tuple[Any, tuple[Any, ...]]:
 
 
 def kinds(annotation: Any) -> dict[str, type[BaseModel]]:  # noqa: ANN401  (any type)
-    """Return the models of a union that is distinguished by `kind`, by kind; empty for any other type."""
+    """Return the models of a union with the discriminator `kind`, by kind; empty for any other type."""
     if get_origin(annotation) not in (Union, UnionType):
         return {}
     found = {}
@@ -89,7 +89,7 @@ def is_model(annotation: Any) -> bool:  # noqa: ANN401  (any type)
 
 
 def place(model: type[BaseModel], location: tuple[str | int, ...]) -> Place:
-    """Follow a location of a validation error; where it names the kind of a table, that is no key of the file."""
+    """Follow a location of a validation error; the kind of a table in it is not a key of the file."""
     keys: list[str | int] = []
     kind: Any = model
     metadata: tuple[Any, ...] = ()
@@ -104,7 +104,7 @@ def place(model: type[BaseModel], location: tuple[str | int, ...]) -> Place:
 
 
 def _inside(kind: Any, part: str | int) -> tuple[Any, tuple[Any, ...]]:  # noqa: ANN401  (any type)
-    """Return what stands at `part` of a type, None if it is unknown."""
+    """Return the type at `part` of a type, None if unknown."""
     if is_model(kind):
         named = {field.alias or name: field for name, field in kind.model_fields.items()}
         return of_field(named[str(part)]) if part in named else (None, ())
@@ -119,7 +119,7 @@ def _inside(kind: Any, part: str | int) -> tuple[Any, tuple[Any, ...]]:  # noqa:
 
 
 def entries(model: type[BaseModel], table: str = "") -> Iterator[Entry]:
-    """Yield every key below a model, in the file's order; NAME stands for a name, N for a place in a list."""
+    """Yield every key below a model, in the file's order; NAME means a name, N a position in a list."""
     inner: list[tuple[str, type[BaseModel]]] = []
     for name, field in model.model_fields.items():
         if field.exclude or field.repr is False:
@@ -132,7 +132,7 @@ def entries(model: type[BaseModel], table: str = "") -> Iterator[Entry]:
 
 
 def _tables(kind: Any) -> list[tuple[str, type[BaseModel]]]:  # noqa: ANN401  (any type)
-    """Return the models that a type is made of, each with what its keys have between."""
+    """Return the models of a type, each with the path between."""
     if is_model(kind):
         return [("", kind)]
     if members := kinds(kind):
@@ -145,7 +145,7 @@ def _tables(kind: Any) -> list[tuple[str, type[BaseModel]]]:  # noqa: ANN401  (a
 
 
 def explanation(model: type[BaseModel], name: str) -> tuple[str, str]:
-    """Return unit and meaning of a field, as the comment behind it says: `# m/s, how fast it is`."""
+    """Return unit and meaning of a field from the comment after it: `# m/s, its speed`."""
     for owner in model.__mro__[: model.__mro__.index(BaseModel)]:
         comments = _comments(owner.__module__).get(owner.__name__, {})
         if name in comments:
@@ -159,7 +159,7 @@ _LINTERS = re.compile(r"# noqa[^#]*")  # a comment for the linter
 
 @cache
 def _comments(module: str) -> dict[str, dict[str, str]]:
-    """Return the comments behind the fields of each class of a module."""
+    """Return the comments after the fields of each class of a module."""
     source = inspect.getsource(sys.modules[module])
     tokens = tokenize.generate_tokens(io.StringIO(source).readline)
     comments = ((token.start[0], _LINTERS.sub("", token.string)) for token in tokens if token.type == tokenize.COMMENT)

@@ -67,7 +67,7 @@ def _kind_of(model: type[BaseModel]) -> str:
 
 
 def default(entry: Entry) -> str:
-    """Return what a key has where the file does not give it."""
+    """Return the default of a key."""
     value = entry.field.default
     if value is PydanticUndefined:
         return "must be given"
@@ -81,7 +81,7 @@ def default(entry: Entry) -> str:
 
 
 def schema() -> dict[str, Any]:
-    """Return the JSON Schema of a swarm file, with what the page says of each key."""
+    """Return the JSON Schema of a swarm file, with the page's description of each key."""
     made = Swarm.model_json_schema()
     described = {"Swarm": made, **made["$defs"]}
     for model, table in ((model, described[model.__name__]) for model in _models()):
@@ -96,9 +96,9 @@ def schema() -> dict[str, Any]:
 
 
 def _plain(part: Any, tables: dict[str, Any]) -> Any:  # noqa: ANN401  (JSON)
-    """Return a part of a schema without choices that an editor's error cannot name: of null, and of a table's kind.
+    """Return a part of a schema without alternatives for null and for a table's kind.
 
-    TOML has no null; a table is judged by the kind that it names, where `oneOf` would judge it by all of them.
+    TOML has no null. A table is checked by its kind only; `oneOf` would check it by all kinds.
     """
     if isinstance(part, list):
         return [_plain(inner, tables) for inner in part]
@@ -112,7 +112,7 @@ def _plain(part: Any, tables: dict[str, Any]) -> Any:  # noqa: ANN401  (JSON)
 
 
 def _by_kind(names: dict[str, str], tables: dict[str, Any]) -> dict[str, Any]:
-    """Return the schema of a table that is one of `tables`, by kind; an editor offers the keys of all."""
+    """Return the schema of a table that is one of `tables`, by kind; an editor offers all keys."""
     kind: dict[str, Any] = {"properties": {"kind": {"enum": list(names)}}, "required": ["kind"]}
     cases = [{"if": {"properties": {"kind": {"const": one}}}, "then": {"$ref": name}} for one, name in names.items()]
     keys = {

@@ -1,6 +1,6 @@
-"""Reads TOML files; what is wrong with one becomes lines of key, value and rule.
+"""Reads TOML files; problems become lines of key, value and rule.
 
-pydantic's own texts name branches of unions and types of Python, and no key that may have been meant: they stay unused.
+pydantic's texts name branches of unions and Python types, and suggest no key: they are not used.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pydantic import BaseModel, ValidationError
 from flockwire.swarm.outline import Place, entries, is_model, kinds, place
 from flockwire.swarm.wording import meant, one_of, shown, takes
 
-_SYNTAX = {  # what the parser says, by a part of it; what it means to somebody who wrote the file
+_SYNTAX = {  # part of the parser's message; its meaning for the user
     "Invalid value": "a value is a number, true, false, 'text' in quotes, a [list] or a { table }",
     "Expected '=' after": "a key is followed by = and a value",
     "Cannot overwrite": "this key or table has a value already",
@@ -35,14 +35,14 @@ _SYNTAX = {  # what the parser says, by a part of it; what it means to somebody 
 
 
 class Fault(NamedTuple):
-    """What is wrong at one place: the line that says it, the keys on which no other rule may lean."""
+    """One problem: its line, and the keys that no other rule may use."""
 
     line: str
     taints: tuple[str, ...]
 
 
 def read_toml(path: Path, what: str, refusal: type[ValueError]) -> dict[str, Any]:
-    """Return the content of `path`, which is called `what`; raises `refusal` where it cannot be read or is no TOML."""
+    """Return the content of `path`, called `what`; raises `refusal` if it cannot be read or is not TOML."""
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
@@ -55,7 +55,7 @@ def read_toml(path: Path, what: str, refusal: type[ValueError]) -> dict[str, Any
 
 
 def _syntax(message: str, text: str) -> str:
-    """Return where a text is no TOML, and what is wrong there."""
+    """Return place and problem of a text that is not TOML."""
     found = re.search(r"\(at line (\d+), column (\d+)\)", message)
     line = int(found[1]) if found else max(1, len(text.rstrip("\n").split("\n")))
     content = [*text.split("\n"), ""][line - 1].strip()
@@ -65,12 +65,12 @@ def _syntax(message: str, text: str) -> str:
 
 
 def error_lines(error: ValidationError, model: type[BaseModel]) -> list[str]:
-    """Return what `model` found wrong as lines of key, value and rule."""
+    """Return the errors of `model` as lines of key, value and rule."""
     return list(dict.fromkeys(fault.line for fault in faults(error, model)))
 
 
 def faults(error: ValidationError, model: type[BaseModel]) -> Iterator[Fault]:
-    """Yield what `model` found wrong, in the order of its keys."""
+    """Yield the errors of `model`, in the order of its keys."""
     for detail in error.errors():
         location = detail["loc"]
         where = place(model, location)
@@ -82,12 +82,12 @@ def faults(error: ValidationError, model: type[BaseModel]) -> Iterator[Fault]:
 
 
 def untold(where: Place) -> str:
-    """Return a dotted key without its places in lists."""
+    """Return a dotted key without its list positions."""
     return ".".join(str(key) for key in where.keys if not isinstance(key, int))
 
 
 def _lines(model: type[BaseModel], where: Place, detail: dict[str, Any]) -> list[str]:
-    """Turn one error into lines of key, value and rule."""
+    """Convert one error to lines of key, value and rule."""
     key, kind, value = where.text, detail["type"], detail["input"]
     if kind == "value_error" and not where.keys:
         return str(detail["ctx"]["error"]).split("\n")
@@ -108,7 +108,7 @@ def _lines(model: type[BaseModel], where: Place, detail: dict[str, Any]) -> list
 
 
 def _unknown(model: type[BaseModel], where: Place, location: tuple[str | int, ...], value: object) -> Fault:
-    """Refuse an unknown key with the known one that is nearest, by its spelling or elsewhere in the file."""
+    """Refuse an unknown key, and suggest the nearest known one by spelling or in another table."""
     *path, name = where.keys
     table = place(model, location[:-1])
     siblings = _names(table.kind)
@@ -130,7 +130,7 @@ def _names(kind: object) -> list[str]:
 
 
 def _elsewhere(model: type[BaseModel], table: Place, name: str) -> list[str]:
-    """Return up to two keys of the whole file with this name, first those of another kind of the same table."""
+    """Return up to two keys of the whole file with this name, first from another kind of the same table."""
     every = list(entries(model))
     here = ".".join("N" if isinstance(key, int) else str(key) for key in table.keys)
     found = [entry for entry in every if entry.name == name]

@@ -1,7 +1,7 @@
-"""The rules that tie a swarm file's keys together: each function yields one line per problem, `key = value: rule`.
+"""The rules between a swarm file's keys: each function yields one line per problem, `key = value: rule`.
 
-A rule that leans on a key which is wrong already is not applied. Beside the general rules here, the formations, the
-airframes, the gateway, the addresses and the laws have rules of their own; loading.py applies all.
+A rule that uses a wrong key is not applied. Formations, airframes, gateway, addresses and laws have their own rules;
+loading.py applies all.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _NEEDS: dict[Rule, tuple[str, ...]] = {}
 
 
 def needs(*keys: str) -> Callable[[Rule], Rule]:
-    """Name the keys on which a rule leans: it is not looked at while one of them is wrong."""
+    """Name the keys of a rule: it is skipped while one of them is wrong."""
 
     def named(rule: Rule) -> Rule:
         _NEEDS[rule] = keys
@@ -37,7 +37,7 @@ def needs(*keys: str) -> Callable[[Rule], Rule]:
 
 
 def broken(swarm: Swarm, rules: Iterable[Rule], wrong: set[str]) -> Iterator[str]:
-    """Yield what `rules` find wrong, which is added to `wrong`; a rule that leans on a `wrong` key is left out."""
+    """Yield the problems that `rules` find, and add them to `wrong`; a rule that uses a `wrong` key is skipped."""
     for rule in rules:
         keys = _NEEDS.get(rule, ("",))
         if any(_within(one, other) for one in keys for other in wrong):
@@ -49,7 +49,7 @@ def broken(swarm: Swarm, rules: Iterable[Rule], wrong: set[str]) -> Iterator[str
 
 
 def _within(one: str, other: str) -> bool:
-    """Return whether one of two keys is the other, or stands in it; the empty key is the whole file."""
+    """Return whether one of two keys equals or contains the other; the empty key is the whole file."""
     return not one or not other or f"{one}.".startswith(f"{other}.") or f"{other}.".startswith(f"{one}.")
 
 

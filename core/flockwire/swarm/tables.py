@@ -46,11 +46,11 @@ class Model(BaseModel):
 
 
 class Parameters(Model):
-    """Base of the model of `[control.parameters]` that a law of your own has as its attribute `Parameters`."""
+    """Base of the model of `[control.parameters]`, your own law's attribute `Parameters`."""
 
     @classmethod
     def of(cls, given: Mapping[str, object]) -> Self:
-        """Return the parameters that the swarm file gives; raises ValueError, as `flockwire check` does before."""
+        """Return the swarm file's parameters; raises ValueError for bad ones, which `flockwire check` finds before."""
         return cls.model_validate_json(json.dumps(given))
 
 
@@ -67,7 +67,7 @@ class Control(Model):
 
     @property
     def filtered(self) -> bool:
-        """Whether the safety filter is round the law."""
+        """Whether the law has the safety filter."""
         return self.law != "paper" if self.safety_filter is None else self.safety_filter
 
 
@@ -88,17 +88,17 @@ class Avoidance(Model):
     sensing_radius: Positive = 1.5  # m, within which bodies are sensed
     drone_gain: NotNegative = 0.3  # K_uav, of the potentials (law "paper")
     obstacle_gain: NotNegative = 0.5  # K_obs, of the potentials (law "paper")
-    drone_influence_radius: Positive = 0.5  # m, rho_uav: where a drone begins to repel
+    drone_influence_radius: Positive = 0.5  # m, rho_uav: distance below which a drone repels
     obstacle_influence_radius: Positive = 0.5  # m, rho_obs, from the obstacle's surface
     drone_safety_distance: Positive = 0.4  # m, r_safe_uav: minimum between centres
     obstacle_safety_distance: Positive = 0.3  # m, r_safe_obs: minimum from the obstacle's surface
     margin: NotNegative = 0.03  # m, added to both by the safety filter, for noise and model errors
-    barrier_rate: Positive = 5.0  # 1/s, alpha: how fast the safety filter lets a gap close
+    barrier_rate: Positive = 5.0  # 1/s, alpha: rate at which the safety filter lets a gap close
     sidestep_reach: Positive = 0.6  # m, gap below which a drone sidesteps
 
     @property
     def safe(self) -> Separation:
-        """The distances that must be kept."""
+        """The required distances."""
         return Separation(self.drone_safety_distance, self.obstacle_safety_distance)
 
     @property
@@ -141,7 +141,7 @@ class Fence(Model):
 
 
 class Staleness(Model):
-    """How old each input may get before the agent or the driver reacts, in seconds."""
+    """Ages of inputs, in seconds, at which the agent or the driver reacts."""
 
     pose_zero: Positive = 0.1  # s, age of the own pose at which a drone stops
     pose_land: Positive = 1.0  # s, age of the own pose at which it lands
@@ -176,7 +176,7 @@ class Limits(Model):
     battery_takeoff: Probability = 0.2  # share of the battery below which no drone takes off
     battery_land: Probability = 0.1  # share of the battery below which a drone lands
     fence: Fence = Fence()  # the room that no drone may leave
-    staleness: Staleness = Staleness()  # how old each input may get
+    staleness: Staleness = Staleness()  # maximum ages of inputs
 
 
 class Checks(Model):

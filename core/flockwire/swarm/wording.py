@@ -1,4 +1,4 @@
-"""What a key takes, in words: the same in a refusal, on the page of all keys and in what an editor shows."""
+"""The allowed values of a key, in words: the same in refusals, on the page of all keys and in editors."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ _NUMBERS = {1: "one number", 2: "two numbers", 3: "three numbers"}
 
 @dataclass(frozen=True, slots=True)
 class Takes:
-    """What a field takes, where its type does not say it."""
+    """The text of allowed values, if the type does not give it."""
 
     text: str
 
 
 def takes(kind: Any, metadata: tuple[Any, ...] = ()) -> str:  # noqa: ANN401  (any type)
-    """Return what a field of this type takes, to follow `must be`; empty if nothing can be said."""
+    """Return the allowed values of a type, to follow `must be`; empty if unknown."""
     said = [data.text for data in metadata if isinstance(data, Takes)]
     if said:
         return said[0]
@@ -34,7 +34,7 @@ def takes(kind: Any, metadata: tuple[Any, ...] = ()) -> str:  # noqa: ANN401  (a
 
 
 def _table(kind: Any) -> str:  # noqa: ANN401  (any type)
-    """Return what a table takes."""
+    """Return the text of a table."""
     if is_model(kind):
         return "a table, { … }"
     if members := kinds(kind):
@@ -43,7 +43,7 @@ def _table(kind: Any) -> str:  # noqa: ANN401  (any type)
 
 
 def _list(kind: Any, metadata: tuple[Any, ...]) -> str:  # noqa: ANN401  (any type)
-    """Return what a list takes."""
+    """Return the text of a list."""
     first, *rest = get_args(kind)
     if rest == [Ellipsis]:
         inner = takes(*plain(first))
@@ -68,19 +68,19 @@ def _bounded(what: str, metadata: Iterable[Any]) -> str:
 
 
 def one_of(words: Iterable[str]) -> str:
-    """Return words as a choice."""
+    """Return words as alternatives."""
     *others, last = [f"'{word}'" for word in words]
     return f"{', '.join(others)} or {last}" if others else last
 
 
 def meant(value: object, words: Iterable[str]) -> str:
-    """Return which of `words` somebody may have meant by `value`, to follow a refusal; empty if none is near."""
+    """Return the suggestion of the nearest of `words` for `value`, to follow a refusal; empty if none is near."""
     near = get_close_matches(str(value), [*words], n=1)
     return f"; did you mean {near[0]!r}?" if near else ""
 
 
 def shown(value: object) -> str:
-    """Return a value as it stands in a TOML file, not too long."""
+    """Return a value in TOML form, shortened."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, dict):

@@ -1,1 +1,1 @@
-"""What goes over the wire, pure: processes, keys, who may publish and subscribe to what, messages and their codec."""
+"""The wire, pure: processes, keys, publishers and subscribers, messages and their codec."""

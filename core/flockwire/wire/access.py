@@ -1,7 +1,6 @@
 """Access control for Zenoh, derived from the plan.
 
-Every process holds the rules of its own links; between two processes both guard: what one may not publish to the other,
-the other does not accept either.
+Every process has the rules of its own links; both ends of a link enforce them.
 """
 
 from __future__ import annotations
@@ -12,11 +11,10 @@ Rule = dict[str, object]
 
 
 def access_control(plan: Plan, identity: str) -> Rule:
-    """Return Zenoh's access control for the process of `identity`: what is not listed is denied, in both directions.
+    """Return Zenoh's access control for the process of `identity`: unlisted keys are denied, in both directions.
 
-    For each link: the samples that may leave and come in, and the subscriptions that call for them, which go in the
-    other direction. Queries, replies, liveliness and deletions are in no rule. A router subscribes at its clients in
-    others' name.
+    Each link has rules for samples in both directions, and for their subscriptions in the opposite direction. Queries,
+    replies, liveliness and deletions are in no rule. A router subscribes at its clients for others.
     """
     rules, policies, subjects = [], [], []
     for other in plan.links[identity]:

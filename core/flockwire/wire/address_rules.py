@@ -16,7 +16,7 @@ LOWEST_PORT, HIGHEST_PORT = 1024, 65535
 
 @needs("hosts", "drones.address")
 def _hosts(swarm: Swarm) -> Iterator[str]:
-    """Yield what is wrong with the names and addresses of hosts, and with addresses of drones."""
+    """Yield problems of hosts' names and addresses, and of drones' addresses."""
     if not swarm.hosts:
         yield "hosts = {}: at least one host is needed (without the table there is one called local)"
     for name, host in swarm.hosts.items():
@@ -55,7 +55,7 @@ def _endpoints(swarm: Swarm) -> Iterator[str]:
 
 
 def _processes(plan: Plan) -> Iterator[str]:
-    # Those that this swarm has not may be named too: the router's host stays in the file when its mode changes.
+    # Kinds that this swarm does not have may be named too: the router's host stays in the file when its mode changes.
     known = [row.kind for row in PROCESSES if row.started and not row.numbered]
     claimed: dict[str, str] = {}
     for name, host in plan.swarm.hosts.items():
@@ -99,7 +99,7 @@ def _security(plan: Plan) -> Iterator[str]:
 
 
 def _simulated_airframes(plan: Plan) -> Iterator[str]:
-    """Yield drivers that run elsewhere than their simulated airframes: those are on their host's loopback."""
+    """Yield drivers on another host than their simulated airframes, which use their host's loopback."""
     served = next(iter(plan.of_kind(KINEMATICS.kind)), None)
     for driver in plan.of_kind(DRIVER.kind):
         drone = plan.members[driver].drone

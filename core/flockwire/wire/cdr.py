@@ -1,4 +1,4 @@
-"""CDR as ROS 2 puts it on the wire: little-endian XCDR1, alignment counted from behind the 4-byte header.
+"""CDR of ROS 2: little-endian XCDR1, alignment counted from the end of the 4-byte header.
 
 Source: OMG Common Data Representation (formal/2002-06-51 section 15.3), RTPS 2.3 section 10.2 for the header.
 `Writer` and `Reader` serve messages with strings and sequences; those of the 100 Hz path use `layout`, one compiled
@@ -23,7 +23,7 @@ _PADDING: Final = tuple([bytes(count) for count in range(8)])
 
 
 class MessageError(ValueError):
-    """Bytes that are not the message they should be."""
+    """Bytes that are not a message of the expected kind."""
 
 
 @lru_cache(maxsize=256)

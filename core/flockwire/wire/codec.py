@@ -1,8 +1,8 @@
-"""The wire: how each message stands in bytes; nothing else knows the layout of one.
+"""The codec of all messages; no other file knows their layout.
 
-The payloads are ROS 2 messages in CDR (schemas.py), so that a trace or a bridge needs no translation. Each begins with
-its stamp, Unix ns: the time for which the content holds, and the name of the world frame. The messages of the 100 Hz
-path are numbers from there on, one compiled struct each (stamped.py); the others hold texts and sequences.
+The payloads are ROS 2 messages in CDR (schemas.py), so that a trace or a bridge needs no translation. Each starts with
+its stamp, Unix ns (the time for which the content is valid), and the name of the world frame. The messages of the 100
+Hz path are numbers from there on, one compiled struct each (stamped.py); the others hold texts and sequences.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from flockwire.wire.status import Status, read_status, write_status
 
 
 class Message(Protocol):
-    """What all messages share."""
+    """The common part of all messages."""
 
     @property
     def stamp(self) -> int:
-        """Unix time in ns for which the content holds."""
+        """Unix time in ns for which the content is valid."""
 
     @property
     def frame(self) -> str:
@@ -37,11 +37,24 @@ class Message(Protocol):
 
 M = TypeVar("M", bound=Message)
 MOST_LAYOUTS = 256  # of messages of nearby bodies, that are kept
-SMALLEST_BODY = 57  # bytes that a nearby body takes at least
+SMALLEST_BODY = 57  # least bytes of a nearby body
+
+
+class _Layouts(dict[int, Layout]):
+    """The layouts of messages of nearby bodies, by the number of bodies."""
+
+    def __missing__(self, count: int) -> Layout:
+        """Return the layout for another number."""
+        if len(self) >= MOST_LAYOUTS:
+            self.clear()
+        found = self[count] = Layout("I" + "Bddddddd" * count)
+        return found
+
+
 _POSE: Final = Layout("ddddddd")
 _ESTIMATE: Final = Layout("dddddddddiIBB")
 _COMMAND: Final = Layout("dddddd")
-_NEARBY: Final[dict[int, Layout]] = {}  # by the number of bodies
+_NEARBY: Final = _Layouts()
 _DOUBT: Final = Layout("iI")
 _TELEMETRY: Final = Layout("BdddB")
 _TIME_REQUEST: Final = Layout("")
@@ -97,7 +110,7 @@ def _encode_nearby(nearby: Nearby) -> bytes:
     values: list[object] = []
     for kind, relative_position, radius, velocity in bodies:
         values += (kind, *relative_position, radius, *velocity)
-    pack, length, raw = _bodies(len(bodies)).heads[frame]
+    pack, length, raw = _NEARBY[len(bodies)].heads[frame]
     return pack(HEADER, stamp // SECOND, stamp % SECOND, length, raw, len(bodies), *values)
 
 
@@ -105,7 +118,7 @@ def _decode_nearby(data: bytes) -> Nearby:
     count = peek_length(data)
     if count > LONGEST_SEQUENCE or count * SMALLEST_BODY > len(data):
         raise MessageError(f"{count} nearby bodies in {len(data)} bytes; the most is {LONGEST_SEQUENCE}")
-    stamp, frame, v = unpack(data, _bodies(count))
+    stamp, frame, v = unpack(data, _NEARBY[count])
     if not count:
         return from_fields(Nearby, (stamp, frame, ()))
     if min(v[5::8]) < 0.0:
@@ -117,16 +130,6 @@ def _decode_nearby(data: bytes) -> Nearby:
             raise MessageError(f"there is no body of kind {v[k]}")
         bodies.append(from_fields(Body, (kind, v[k + 1 : k + 4], v[k + 4], v[k + 5 : k + 8])))
     return from_fields(Nearby, (stamp, frame, tuple(bodies)))
-
-
-def _bodies(count: int) -> Layout:
-    """Return the layout of a message with `count` nearby bodies."""
-    found = _NEARBY.get(count)
-    if found is None:
-        if len(_NEARBY) >= MOST_LAYOUTS:
-            _NEARBY.clear()
-        found = _NEARBY[count] = Layout("I" + "Bddddddd" * count)
-    return found
 
 
 def _decode_telemetry(data: bytes) -> Telemetry:
@@ -155,14 +158,14 @@ def _decode_time_reply(data: bytes) -> TimeReply:
 
 
 def _times(v: tuple[int, ...]) -> list[int]:
-    """Return what are builtin_interfaces/Time, each two numbers, in ns."""
+    """Return builtin_interfaces/Time values, each two numbers, in ns."""
     if max(v[1::2]) >= SECOND:
         raise MessageError(f"{max(v[1::2])} ns are more than a second")
     return [seconds * SECOND + rest for seconds, rest in zip(v[::2], v[1::2], strict=True)]
 
 
 class Codec(NamedTuple):
-    """What writes one kind of message, and what reads it; the latter raises MessageError."""
+    """The writer and the reader of one kind of message; the reader raises MessageError."""
 
     encode: Callable[[Any], bytes]
     decode: Callable[[bytes], Any]
@@ -222,6 +225,6 @@ def encode(message: Message) -> bytes:
 
 
 def decode(kind: type[M], data: bytes) -> M:
-    """Return the message of that kind that `encode` made `data` of; raises MessageError."""
+    """Return the message of that kind in `data`; raises MessageError."""
     message: M = CODECS[kind].decode(data)
     return message

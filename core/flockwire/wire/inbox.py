@@ -1,4 +1,4 @@
-"""The gate that every received message passes: decoded, judged for freshness, counted when it is rejected."""
+"""Checks every received message: decodes it, judges its freshness, counts rejections."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from flockwire.wire.codec import CODECS, Message
 from flockwire.wire.keys import ANY_TIME, ROWS, Key, KeyRow
 
 ATTACHMENT: Final = Struct("<qqB16s")  # as rmw_zenoh: sequence number, source time in ns, 16, publisher id
-CANARY = b"flockwire canary"  # what the conformance probe publishes in place of a message: dropped, and counted as such
-MISDIRECTED = "of another key"  # the reason under which a message is counted that was published on another key
-OVER_QUOTA = "over quota"  # the reason under which a message is counted that is too large, or one too many
+CANARY = b"flockwire canary"  # published by the conformance probe instead of a message: dropped and counted
+MISDIRECTED = "of another key"  # reason for a message that was published on another key
+OVER_QUOTA = "over quota"  # reason for a message that is too large, or one too many
 MOST_MISSED = 1_000_000  # a larger gap is forged, and must not overflow a counter
-MOST_PUBLISHERS = 64  # of a key of which every message counts: their last sequence numbers are remembered
-BURST = 4  # s of its quota that a key may use at once: so much a receiver finds after it was frozen
+MOST_PUBLISHERS = 64  # publishers, of a key of which every message is read, whose last sequence numbers are kept
+BURST = 4  # s of its quota that a key may use at once, as after a receiver was frozen
 
 
 def publisher_of(session: bytes, key: Key) -> bytes:
-    """Return the 16 bytes that stand for the publisher of `key` in a session, by 12 of the session's.
+    """Return the 16 bytes that identify the publisher of `key` in a session, from 12 of the session's.
 
     The last four are the key's: Zenoh names keys by numbers of a link, and just after a link was made again it may
     deliver a sample under another key of the same link (seen with 1.10.2).
@@ -31,17 +31,17 @@ def publisher_of(session: bytes, key: Key) -> bytes:
 
 
 def mark_of(key: Key) -> bytes:
-    """Return the four bytes that a publisher of `key` ends with."""
+    """Return the last four bytes of a publisher of `key`."""
     return crc32(f"{key.owner}/{key.kind}".encode()).to_bytes(4, "big")
 
 
 def attachment(sequence: int, sent: int, session: bytes, key: Key) -> bytes:
-    """Return what accompanies every sample: its number, when it was sent (Unix ns), and by whom."""
+    """Return the attachment of a sample: its number, send time (Unix ns), and publisher."""
     return ATTACHMENT.pack(sequence, sent, 16, publisher_of(session, key))
 
 
 class Origin(NamedTuple):
-    """Where a sample comes from: the attachment's content."""
+    """The origin of a sample: the attachment's content."""
 
     sequence: int
     sent: int
@@ -73,7 +73,7 @@ def open_sample(row: KeyRow, payload: bytes, attached: bytes) -> Opened | None:
 
 
 class Quota:
-    """How often a key may bring a message: `rate` per s, and no more than BURST s of that at once.
+    """The quota of a key: `rate` messages per s, and at most BURST s of that at once.
 
     A token bucket kept as one time, its theoretical arrival time (ITU-T I.371, GCRA): each message moves it on by
     1 / rate, and one that finds it BURST ahead of the present exceeds the quota.
@@ -84,7 +84,7 @@ class Quota:
         self._arrival = 0
 
     def exceeded(self, now: int) -> bool:
-        """Return whether a message that came at `now` (Unix ns) exceeds the quota; count it when it does not."""
+        """Return whether a message received at `now` (Unix ns) exceeds the quota; count it if it does not."""
         arrival = self._arrival
         if arrival < now or arrival > now + 2 * BURST * SECOND:  # nothing is used up, or the clock was set back
             arrival = now
@@ -95,7 +95,7 @@ class Quota:
 
 
 class Received(NamedTuple):
-    """A message that passed."""
+    """An accepted message."""
 
     message: Message
     origin: Origin
@@ -105,8 +105,8 @@ class Received(NamedTuple):
 class Inbox:
     """Receives one key.
 
-    `rejected` counts the messages rejected, by reason. Of the last one that passed, `sent` is when its publisher
-    sent it (Unix ns), `missed` how many of the same publisher's were between it and the one before.
+    `rejected` counts rejected messages by reason. For the last accepted one, `sent` is its send time (Unix ns),
+    `missed` the number of missing messages of the same publisher before it.
     """
 
     def __init__(self, key: Key, row: KeyRow) -> None:
@@ -123,9 +123,9 @@ class Inbox:
         self.each = row.each
 
     def accept(self, payload: bytes, attached: bytes, now: int) -> Received | None:
-        """Return the message, or None when it is malformed, not newer than the last accepted, too old or ahead.
+        """Return the message, or None if it is malformed, not newer than the last accepted, too old or ahead.
 
-        What exceeds the key's quota (KeyRow) is not even decoded.
+        A message over the key's quota (KeyRow) is not decoded.
         """
         if len(payload) > self._largest or self._quota.exceeded(now):
             self.rejected[OVER_QUOTA] += 1
@@ -145,27 +145,29 @@ class Inbox:
         if opened is None:
             return self._reject("malformed")
         message, sequence, sent, publisher = opened
-        known = publisher == self._publisher
+        stamp, missed = message.stamp, 0
         if self._newest > now + self._ahead:  # this machine's clock was set back
             self._newest = 0
-        if reason := self._against(message.stamp, sequence, publisher, now):
-            return self._reject(reason)
-        self.missed = min(sequence - self._sequence - 1, MOST_MISSED) if known else 0
-        self.sent, self._newest, self._publisher, self._sequence = sent, message.stamp, publisher, sequence
-        return message
-
-    def _against(self, stamp: int, sequence: int, publisher: bytes, now: int) -> str:
-        """Return why a message is rejected, empty when it passes."""
+        reason = ""
         if publisher == self._publisher:
-            if sequence <= self._sequence:
-                return "repeated"
+            missed = sequence - self._sequence - 1
+            if missed < 0:
+                reason = "repeated"
         elif not publisher.endswith(self._mark):
-            return MISDIRECTED
-        if stamp < self._newest and not self._any_time:  # its sequence number shows what is repeated
-            return "older than the last"
-        if stamp > now + self._ahead:
-            return "ahead of time"
-        return "expired" if self._maximum_age is not None and stamp < now - self._maximum_age else ""
+            reason = MISDIRECTED
+        if reason:
+            pass
+        elif stamp < self._newest and not self._any_time:  # its sequence number shows repetitions
+            reason = "older than the last"
+        elif stamp > now + self._ahead:
+            reason = "ahead of time"
+        elif self._maximum_age is not None and stamp < now - self._maximum_age:
+            reason = "expired"
+        if reason:
+            return self._reject(reason)
+        self.missed = missed if missed < MOST_MISSED else MOST_MISSED
+        self.sent, self._newest, self._publisher, self._sequence = sent, stamp, publisher, sequence
+        return message
 
     def _reject(self, reason: str) -> Message | None:
         self.rejected[reason] += 1
@@ -173,7 +175,7 @@ class Inbox:
 
 
 class EachInbox(Inbox):
-    """Receives a key of which every message counts: each publisher is judged by its own sequence numbers alone."""
+    """Receives a key of which every message is read: each publisher is judged only by its sequence numbers."""
 
     def __init__(self, key: Key, row: KeyRow) -> None:
         super().__init__(key, row)
@@ -186,7 +188,7 @@ class EachInbox(Inbox):
             self._publisher, self._sequence = (b"", -1) if last is None else (opened[3], last)
         message = super().admit(opened, now)
         if message is not None:
-            self._sequences.pop(self._publisher, None)  # the order is that of the last use
+            self._sequences.pop(self._publisher, None)  # in the order of the last use
             self._sequences[self._publisher] = self._sequence
             if len(self._sequences) > MOST_PUBLISHERS:
                 del self._sequences[next(iter(self._sequences))]
@@ -194,6 +196,6 @@ class EachInbox(Inbox):
 
 
 def inbox_of(key: Key) -> Inbox:
-    """Return what receives `key`."""
+    """Return the inbox of `key`."""
     row = ROWS[key.kind]
     return EachInbox(key, row) if row.each else Inbox(key, row)

@@ -1,8 +1,8 @@
-"""The key table: which keys a swarm has, their message, who publishes them and who subscribes to them.
+"""The key table: the keys of a swarm, their messages, publishers and subscribers.
 
 A key is `<swarm>/<owner>/<kind>` (`<swarm>/<kind>` where all drones share it), which is also a ROS 2 topic name. No
-other file knows a key's spelling, and who is linked to whom (plan.py) follows from this table, the process table and
-the graph. A recorder subscribes to every key without being named here.
+other file spells a key. Links (plan.py) follow from this table, the process table and the graph. A recorder subscribes
+to every key without being named here.
 """
 
 from __future__ import annotations
@@ -40,18 +40,18 @@ TIME_REPLY = "time_reply"
 ANY_TIME = 4e9  # s
 
 
-STEERING = "steering"  # the kind of key by which an operator moves the leader
+STEERING = "steering"  # the kind of key that steers the leader
 
 
 class Key(NamedTuple):
-    """One key of a swarm: what it carries (`kind`) and whose it is (`owner`, empty for the whole swarm)."""
+    """One key of a swarm: its `kind` and its `owner` (empty for the whole swarm)."""
 
     kind: str
     owner: str = ""
 
 
 class Delivery(Enum):
-    """How the network treats a key's messages."""
+    """The delivery of a key's messages."""
 
     STATE = "newest counts: sent at once, dropped rather than queued"
     EVENT = "sent before all else; a publisher that must know that it arrived repeats it until it is confirmed"
@@ -59,7 +59,7 @@ class Delivery(Enum):
 
 
 class Owner(NamedTuple):
-    """Whose key it is: a drone's, a process's, or (both empty) everybody's."""
+    """The owner of a key: a drone, a process, or (both empty) the swarm."""
 
     name: str = ""
     drone: int | None = None
@@ -71,10 +71,10 @@ Who = Callable[[Roster, Owner], tuple[str, ...]]
 
 @dataclass(frozen=True, slots=True)
 class KeyRow:
-    """One kind of key. `owners` answers for a swarm, `publishers` and `subscribers` for one owner in it.
+    """One kind of key. `owners` is a function of a swarm, `publishers` and `subscribers` of one owner in it.
 
-    `rate` (messages per s) and `largest` (bytes) are the quota of one key, over all its publishers: a multiple of what
-    a swarm at its fastest needs. What exceeds them is dropped and counted by its receivers.
+    `rate` (messages per s) and `largest` (bytes) are the quota of one key, shared by its publishers: a multiple of the
+    need of the fastest swarm. Receivers drop and count messages beyond it.
     """
 
     kind: str
@@ -85,10 +85,12 @@ class KeyRow:
     rate: int
     largest: int
     delivery: Delivery = Delivery.STATE
-    maximum_age: float | None = 1.0  # s; None: a message holds until a newer one comes
-    ahead: float = 0.1  # s by which a stamp may lie in the future: a bound on the offset between two machines' clocks
+    maximum_age: float | None = 1.0  # s; None: a message is valid until a newer one arrives
+    ahead: float = 0.1  # s by which a stamp may be in the future: a bound on the offset between two machines' clocks
     occasional: bool = False  # published only when there is something to report
-    each: bool = False  # every message counts, not the newest: of several publishers, whose clocks do not decide
+    each: bool = (
+        False  # every message is read, not only the newest: it has several publishers, whose clocks do not decide
+    )
 
 
 def _drones(which: Callable[[Swarm], tuple[int, ...]]) -> Owners:
@@ -153,33 +155,33 @@ def _neighbours(roster: Roster, owner: Owner) -> tuple[str, ...]:
 
 
 def _led(roster: Roster, owner: Owner) -> tuple[str, ...]:
-    """Name those with an edge from the leader, if the owner is who flies it: its health is an input of theirs.
+    """Name the agents with an edge from the leader, if the owner is its pilot: they need its status.
 
-    A tracked leader leads while its pose comes, which is all that they need.
+    A tracked leader leads while its pose arrives, so its status is not needed.
     """
     leads = owner.name == roster.pilots[LEADER] and roster.swarm.leader.kind != "tracked"
     return _neighbours(roster, owner) if leads else ()
 
 
 def _driver(roster: Roster, owner: Owner) -> tuple[str, ...]:
-    """Name who drives a drone: its own driver, or the simulated airframes' process."""
+    """Name the driver of a drone: its own, or the process of simulated airframes."""
     return roster.drivers(owner.drone) if owner.drone is not None else ()
 
 
 def _turning_driver(roster: Roster, owner: Owner) -> tuple[str, ...]:
-    """Name the own driver of a drone that turns: it needs the heading."""
+    """Name the driver of a drone that turns: it needs the heading."""
     swarm = roster.swarm
     turns = owner.drone in swarm.driven and owner.drone is not None and swarm.row(owner.drone).turns
     return _driver(roster, owner) if turns else ()
 
 
 def _walker(roster: Roster, _: Owner) -> tuple[str, ...]:
-    """Name who simulates the person who leads, and begins to walk with the formation."""
+    """Name the process that simulates the person who leads, who walks in the formation phase."""
     return roster.of(KINEMATICS) if roster.swarm.walking else ()
 
 
 def _cameras(roster: Roster, _: Owner) -> tuple[str, ...]:
-    """Name who simulates the cameras: a simulated tracker, or the gateway itself; nobody where they are real."""
+    """Name the process that simulates the cameras: a simulated tracker, or the gateway; none if they are real."""
     return roster.of(TRACKER) or (roster.of(GATEWAY) if roster.swarm.gateway.source == "simulated" else ())
 
 
@@ -192,14 +194,14 @@ def _pose_source(roster: Roster, owner: Owner) -> tuple[str, ...]:
 
 
 def _pose_readers(roster: Roster, owner: Owner) -> tuple[str, ...]:
-    """Name the drone itself, and its out-neighbours where they need it: for the leader's pose, or for avoidance."""
+    """Name the drone itself, and its out-neighbours if they need the pose: the leader's, or for avoidance."""
     pilot = () if _virtual(roster, owner) else _pilot(roster, owner)
     needed = owner.drone == LEADER or roster.swarm.avoidance.sensing == "neighbours"
     return (*pilot, *(_neighbours(roster, owner) if needed else ()))
 
 
 def _other_hosts(roster: Roster) -> tuple[Owner, ...]:
-    """Name the processes that may run on another host than the gateway: an operator's command runs anywhere."""
+    """Name the processes that may run on another host than the gateway, as an operator's command may."""
     (gateway,), operators = roster.of(GATEWAY), roster.of(*ORDERING, TELEOP)
     if len(roster.swarm.hosts) == 1:
         return ()
@@ -226,12 +228,12 @@ TABLE = (
         400, 8192, Delivery.EVENT, None, ANY_TIME, each=True,
     ),
     KeyRow(
-        # Clocks that are far apart must not keep a stop from anybody.
+        # Clocks that are far apart must not block a stop.
         "stop", Stop, _everybody, _all(*ORDERING), _all(KINEMATICS, DRIVER, LEADING, AGENT), 400, 1024, Delivery.EVENT,
         maximum_age=120.0, ahead=120.0,
     ),
     KeyRow(STEERING, Command, _steered, _all(TELEOP), _pilot, 200, 512),
-    KeyRow(  # between clocks that may show anything
+    KeyRow(  # between clocks with any offset
         TIME_REQUEST, TimeRequest, _other_hosts, _itself, _all(GATEWAY), 40, 512, maximum_age=None, ahead=ANY_TIME
     ),
     KeyRow(
@@ -245,7 +247,7 @@ STOP = Key("stop")
 
 
 def key_text(swarm_name: str, key: Key) -> str:
-    """Return the key as it stands on the wire; with a `/` before it, the ROS 2 topic."""
+    """Return the key on the wire; with a leading `/` it is the ROS 2 topic."""
     return f"{swarm_name}/{key.owner}/{key.kind}" if key.owner else f"{swarm_name}/{key.kind}"
 
 

@@ -1,4 +1,4 @@
-"""How an order stands on the wire: in a message of its own, and in the status of who obeys it."""
+"""The codec of orders, in their own messages and in the status of pilots."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ NO_CHANGE = Change(0, 0.0, "", (), ())
 
 
 def write_mission(writer: Writer, mission: Mission) -> None:
-    """Append what a mission orders, behind its stamp and frame."""
+    """Append a mission's content, after its stamp and frame."""
     writer.text(mission.verb)
     writer.time(mission.start)
     writer.text(mission.formation)
@@ -24,7 +24,7 @@ def write_mission(writer: Writer, mission: Mission) -> None:
 
 
 def read_any_mission(stamp: int, frame: str, reader: Reader) -> Mission:
-    """Take what `write_mission` appends, whatever the verb; raises MessageError."""
+    """Read the output of `write_mission`, with any verb; raises MessageError."""
     verb, start, formation = reader.text(), reader.time(), reader.text()
     change = Change(reader.time(), reader.take_all("d", 1)[0], reader.text(), reader.numbers("H"), reader.numbers("H"))
     without, giver, knows = reader.numbers("H"), reader.take("I"), read_versions(reader)
@@ -39,7 +39,7 @@ def read_any_mission(stamp: int, frame: str, reader: Reader) -> Mission:
 
 
 def read_mission(stamp: int, frame: str, reader: Reader) -> Mission:
-    """Take what `write_mission` appends; raises MessageError, also for a verb that does not exist."""
+    """Read the output of `write_mission`; raises MessageError, also for an unknown verb."""
     mission = read_any_mission(stamp, frame, reader)
     if mission.verb not in MISSION_VERBS:
         raise MessageError(f"there is no mission {mission.verb!r}")
@@ -47,17 +47,17 @@ def read_mission(stamp: int, frame: str, reader: Reader) -> Mission:
 
 
 def write_stop(writer: Writer, stop: Stop) -> None:
-    """Append why the motors are to stop."""
+    """Append the reason of a stop."""
     writer.text(stop.reason)
 
 
 def read_stop(stamp: int, frame: str, reader: Reader) -> Stop:
-    """Take what `write_stop` appends; raises MessageError."""
+    """Read the output of `write_stop`; raises MessageError."""
     return Stop(stamp, frame, reader.text())
 
 
 def write_versions(writer: Writer, versions: tuple[Version, ...]) -> None:
-    """Append which orders are named; of more than MOST_VERSIONS the last."""
+    """Append the named orders, at most the last MOST_VERSIONS."""
     named = versions[-MOST_VERSIONS:]
     writer.put("I", len(named))
     for stamp, giver in named:
@@ -66,7 +66,7 @@ def write_versions(writer: Writer, versions: tuple[Version, ...]) -> None:
 
 
 def read_versions(reader: Reader) -> tuple[Version, ...]:
-    """Take what `write_versions` appends; raises MessageError."""
+    """Read the output of `write_versions`; raises MessageError."""
     count = reader.length()
     if count > MOST_VERSIONS:
         raise MessageError(f"names {count} orders, the most is {MOST_VERSIONS}")

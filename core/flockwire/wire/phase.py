@@ -1,4 +1,4 @@
-"""The phases of processes: what each one does, by one word in its status."""
+"""The phases of processes, as one word in a status."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from enum import StrEnum
 
 
 class Phase(StrEnum):
-    """What a process does.
+    """The phase of a process.
 
-    A driver, a kind of process that is plugged in, and who conducts a flight use words of their own beside these.
+    A driver, a plugged-in kind of process, and a director also use their own words.
     """
 
     # a pilot
@@ -29,8 +29,8 @@ class Phase(StrEnum):
     POSE_LOST = "pose lost"
     # recorder
     RECORDING = "recording"
-    FULL = "full"  # its disk takes no more
-    # simulated bodies, router, a hand that steers
+    FULL = "full"  # its disk is full
+    # simulated bodies, router, teleop
     SIMULATING = "simulating"
     ROUTING = "routing"
     STEERING = "steering"
@@ -40,5 +40,5 @@ _PHASES = {str(phase): phase for phase in Phase}
 
 
 def phase_of(text: str) -> str:
-    """Return the Phase that `text` stands for, and a word of a process's own as it is."""
+    """Return the Phase of `text`, or a process's own word unchanged."""
     return _PHASES.get(text, text)

@@ -1,7 +1,6 @@
-"""Who publishes, subscribes, links, dials and listens where: one pass over the two tables and the graph, for a swarm.
+"""The plan of a swarm: publishers, subscribers, links, dialling and addresses, from the two tables and the graph.
 
-Session, access control, certificates, child processes, the virtual world and the probe all take a Plan; none of them
-looks at the tables again.
+Session, access control, certificates, child processes, the virtual world and the probe use a Plan, not the tables.
 """
 
 from __future__ import annotations
@@ -13,8 +12,8 @@ from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import TABLE, Key, key_text
 from flockwire.wire.processes import DRONE_PORTS, SINGLE_PORTS, Link, Member, Process, Roster
 
-AUTHORITY = "ca"  # what signs the certificates of processes
-OPERATORS = "operators"  # what signs those of operators
+AUTHORITY = "ca"  # signs the certificates of processes
+OPERATORS = "operators"  # signs those of operators
 
 
 class Flow(NamedTuple):
@@ -28,7 +27,7 @@ class Flow(NamedTuple):
 class Plan:
     """The plan of `swarm`. Mappings are by identity; identities are in the order of the process table.
 
-    `by_name`: each process has a host of its own that is called as it is (a container), and is dialled by that name.
+    `by_name`: each process has its own host of its name (a container), and is dialled by that name.
     """
 
     def __init__(self, swarm: Swarm, by_name: bool = False) -> None:
@@ -40,7 +39,9 @@ class Plan:
         self.started = tuple(identity for identity, row in roster.rows.items() if row.started)
         self.certified = tuple(identity for identity, row in roster.rows.items() if row.certified)
         self.pilot: Mapping[int, str] = roster.pilots  # by drone, a virtual or tracked leader's included
-        self.pilots: Mapping[int, str] = {i: roster.pilots[i] for i in swarm.flying}  # whom a flight waits for
+        self.pilots: Mapping[int, str] = {
+            i: roster.pilots[i] for i in swarm.flying
+        }  # the processes that a flight waits for
         self.routers = tuple(identity for identity, row in roster.rows.items() if row.link is Link.ROUTER)
         self.recorders = tuple(identity for identity, row in roster.rows.items() if row.records)
         self.witnesses = tuple(identity for identity, row in roster.rows.items() if row.witness)
@@ -68,7 +69,7 @@ class Plan:
         return tuple(flow.key for flow in self.flows)
 
     def text(self, key: Key) -> str:
-        """Return the key as it stands on the wire."""
+        """Return the key on the wire."""
         return key_text(self.swarm.name, key)
 
     def of_kind(self, kind: str) -> tuple[str, ...]:
@@ -86,7 +87,7 @@ class Plan:
     def passes(self, sender: str, receiver: str) -> tuple[Key, ...]:
         """Return the keys that may go over the link from `sender` to `receiver`.
 
-        Between partners: what the one publishes and the other subscribes to. A router passes on what others publish.
+        Between partners these are keys that one publishes and the other subscribes to. A router passes others' keys on.
         """
         if sender in self.routers:
             return self.subscribes[receiver]
@@ -99,13 +100,13 @@ class Plan:
         return bool(self._between(sender, receiver))
 
     def dialled(self, one: str, other: str) -> str:
-        """Return the endpoint at which `one` dials `other`: an operator that which is reserved for operators."""
+        """Return the endpoint at which `one` dials `other`; for an operator the one reserved for operators."""
         return self.reserved.get(other, self.endpoints[other]) if one in self.operators else self.endpoints[other]
 
     def locator(self, endpoint: str) -> str:
-        """Return what Zenoh listens at, or dials, for `endpoint`: QUIC carries what may be lost as datagrams.
+        """Return Zenoh's locator of `endpoint`; QUIC carries best-effort messages as datagrams.
 
-        An IPv6 address is without its brackets: Zenoh looks for what it dials, as it stands, in the certificate.
+        An IPv6 address has no brackets, because Zenoh searches the dialled text in the certificate.
         """
         if self.swarm.network.security == "none":
             return f"tcp/{endpoint}"
@@ -118,11 +119,11 @@ class Plan:
         return self.swarm.network.security != "none" and self.swarm.network.link == "quic"
 
     def bound(self, endpoint: str) -> str:
-        """Return where the owner of `endpoint` listens: of a host that is called by name, at all addresses."""
+        """Return the address at which the owner of `endpoint` listens: all addresses for a host called by name."""
         return f"0.0.0.0:{endpoint.rpartition(':')[2]}" if self.by_name else endpoint
 
     def issuer(self, identity: str) -> str:
-        """Return which authority signs the certificate of `identity`: who dials reserved endpoints has one apart."""
+        """Return the authority of the certificate of `identity`; operators have a separate one."""
         return OPERATORS if self.reserved and identity in self.operators else AUTHORITY
 
     @property
@@ -142,7 +143,7 @@ class Plan:
         self.subscribes = {identity: tuple(keys) for identity, keys in subscribes.items()}
 
     def _between(self, sender: str, receiver: str) -> tuple[Key, ...]:
-        """Return what `sender` publishes and `receiver` subscribes to; found when asked, a swarm has too many pairs."""
+        """Return the keys that `sender` publishes and `receiver` subscribes to, computed on demand."""
         sent, received = self.publishes.get(sender, ()), self.subscribes.get(receiver, ())
         if len(sent) <= len(received):
             return tuple(key for key in sent if receiver in self._flows[key].subscribers)
@@ -188,7 +189,7 @@ class Plan:
         return f"[{address}]:{port}" if ":" in address else f"{address}:{port}"
 
     def _reserves(self, identity: str) -> bool:
-        """Return whether it listens for operators apart: nobody else can use up its places for them."""
+        """Return whether it has a separate endpoint for operators."""
         linked = set(self.operators).intersection(self.links[identity])
         return bool(linked) and not self.routers and self.swarm.network.security == "mtls"
 

@@ -1,7 +1,7 @@
-"""The process table: one row for each kind of process. No other file outside a kind's own folder knows its name.
+"""The process table: one row for each kind of process. No file outside a kind's folder uses its name.
 
-Beside it stands the key table (keys.py); who is linked to whom, with which certificate and access rules, is derived
-from the two and the graph (plan.py). A new kind of process is a row here, its keys there, and a folder with its core.
+Links, certificates and access rules are derived from it, the key table (keys.py) and the graph (plan.py). A new kind of
+process is a row here, its keys there, and a folder with its core.
 
 The order of the rows is that of tables and reports, and decides who dials: of two linked processes the one further down
 dials the other.
@@ -18,15 +18,15 @@ from flockwire.control.graph import LEADER
 from flockwire.swarm.model import Swarm, uav
 
 SINGLE_PORTS = 16  # base_port and those after it belong to kinds with one member
-DRONE_PORTS = 4  # after those, so many belong to each drone
+DRONE_PORTS = 4  # the number of ports of each drone after them
 
 
 class Link(Enum):
-    """How a kind of process is linked to the others."""
+    """The links of a kind of process."""
 
     PEER = "listens at its own endpoint and dials those before it"
     ROUTER = "listens; all others dial it, and it passes on what they publish"
-    DIALS = "dials and is dialled by nobody; may be there any number of times"
+    DIALS = "dials and is not dialled; any number may exist"
     NONE = "has no link, and so neither keys nor a certificate"
 
 
@@ -44,24 +44,22 @@ class Process:
     kind: str  # its verb on the command line
     help: str
     members: Callable[[Swarm], tuple[Member, ...]]
-    core: str  # "module:function" from a Start to the core, in real and in virtual time; empty: an operator's command
+    core: str  # "module:function" that makes the core from a Start; empty: an operator's command
     port: int  # its place among the kinds with one member, or among a drone's processes
-    runner: str = "flockwire.runtime.shell:run_core"  # what runs it in real time
+    runner: str = "flockwire.runtime.shell:run_core"  # runs it in real time
     numbered: bool = False  # one member for each of several drones, named on the command line by the drone's id
     link: Link = Link.PEER
-    pilot: bool = False  # flies its drone: a flight waits for it, and ends when it is lost
+    pilot: bool = False  # it is a pilot: a flight waits for it, and ends if it is lost
     witness: bool = False  # no fault reaches it: without it a flight cannot be judged
     records: bool = False  # subscribes to every key and writes the trace; its host conducts the flight
-    faults: frozenset[str] = frozenset()  # the kinds of fault that its core injects by itself
-    after: tuple[str, ...] = ("router", "recorder")  # kinds whose status is waited for before it is started
+    faults: frozenset[str] = frozenset()  # the kinds of fault that its core injects itself
+    after: tuple[str, ...] = ("router", "recorder")  # kinds that must report before it is started
     driver: bool = False  # drives airframes: it may end only when they are down
-    restarts: bool = False  # one that dies in a flight is restarted
-    untimed: bool = False  # begins before swarm time is known: its core is an Untimed one
+    restarts: bool = False  # it is restarted if it dies in a flight
+    untimed: bool = False  # it starts before swarm time is known: its core is Untimed
     rank: int = 0  # of processes whose parent is gone, those of a lower rank end first
-    alone: str = (
-        ""  # "module:function" that runs it without the swarm, with a --protocol of its own; empty: there is none
-    )
-    only_if: str = ""  # when a swarm has members of this kind, where not every swarm has
+    alone: str = ""  # "module:function" that runs it without the swarm, with its own --protocol; empty: none
+    only_if: str = ""  # the condition for members of this kind, in words
 
     @property
     def certified(self) -> bool:
@@ -70,7 +68,7 @@ class Process:
 
     @property
     def flies(self) -> bool:
-        """Whether its members have something in the air."""
+        """Whether its members have drones in the air."""
         return self.pilot or self.driver
 
     @property
@@ -108,7 +106,7 @@ TRACKER = Process(
     "tracker-sim",
     "Run the simulated tracker, which serves the simulated airframes in a real tracker's protocol.",
     lambda swarm: (Member("tracker-sim"),) if swarm.gateway.simulates_tracker else (),
-    "flockwire_mocap.twin.core:make_core",
+    "flockwire_mocap.twin.core:TwinCore",
     port=5,
     runner="flockwire_mocap.twin.process:run",
     rank=3,
@@ -204,7 +202,7 @@ CONSOLE = Process(
 )
 
 PROCESSES = (ROUTER, GATEWAY, TRACKER, KINEMATICS, LEADING, AGENT, DRIVER, RECORDER, OPERATOR, TELEOP, CONSOLE)
-ORDERING = (OPERATOR, CONSOLE)  # who gives orders, by the same rules
+ORDERING = (OPERATOR, CONSOLE)  # operators, by the same rules
 
 
 class Roster:
@@ -214,7 +212,7 @@ class Roster:
         self.swarm = swarm
         self.rows: dict[str, Process] = {}  # by identity
         self.members: dict[str, Member] = {}  # by identity
-        self.pilots: dict[int, str] = {}  # the identity of who flies a drone
+        self.pilots: dict[int, str] = {}  # the pilot's identity of a drone
         self._identities: dict[str, tuple[str, ...]] = {}  # by kind
         for row in PROCESSES:
             members = row.members(swarm)
@@ -225,7 +223,7 @@ class Roster:
                     self.pilots[member.drone] = member.identity
 
     def host(self, identity: str) -> str:
-        """Return the name of the host that runs it: the one that names it, its drone's, else the first."""
+        """Return the name of its host: the one that names it, its drone's, else the first."""
         swarm, drone = self.swarm, self.members[identity].drone
         for name, host in swarm.hosts.items():
             if identity in host.processes:
@@ -242,6 +240,6 @@ class Roster:
         return tuple(identity for row in rows for identity in self._identities[row.kind])
 
     def drivers(self, drone: int) -> tuple[str, ...]:
-        """Return the identity of who drives `drone`: its own driver, or the process of all simulated airframes."""
+        """Return the identity of the driver of `drone`: its own, or the process of all simulated airframes."""
         own = tuple(identity for identity in self.of(DRIVER) if self.members[identity].drone == drone)
         return own or self.of(KINEMATICS)

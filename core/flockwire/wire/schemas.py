@@ -1,4 +1,4 @@
-"""The ROS 2 definitions of all messages, as a trace carries them for its readers."""
+"""The ROS 2 definitions of all messages, for the readers of a trace."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ DEFINITIONS = {
 
 
 def schema_text(ros_type: str) -> str:
-    """Return the definition of `ros_type` followed by those that it needs, in MCAP's ros2msg encoding.
+    """Return the definition of `ros_type` followed by its dependencies, in MCAP's ros2msg encoding.
 
     Raises KeyError for a type that is not in DEFINITIONS.
     """

@@ -15,13 +15,13 @@ from typing import Any, Final
 from flockwire.domain.time import SECOND
 from flockwire.wire.cdr import HEADER, MessageError, layout
 
-MOST_FRAMES = 64  # whose structs are kept: a swarm has one
+MOST_FRAMES = 64  # frame ids with kept structs: a swarm has one
 LONGEST_FRAME = 1 << 16  # bytes, more than any message has
 Head = tuple[Callable[..., bytes], int, bytes]  # packs a message; the frame id's length with its NUL; the frame id
 
 
 class Heads(dict[str, Head]):
-    """By the frame id: what begins each message whose numbers have the struct codes `body`."""
+    """The heads of messages with the numbers `body` (struct codes), by frame id."""
 
     def __init__(self, body: str) -> None:
         super().__init__()
@@ -37,7 +37,7 @@ class Heads(dict[str, Head]):
 
 
 class Form:
-    """How messages with one length of the frame id are read."""
+    """The form of messages with one length of the frame id."""
 
     def __init__(self, struct: Struct) -> None:
         self.size = struct.size  # bytes
@@ -45,7 +45,7 @@ class Form:
 
 
 class Forms(dict[bytes, Form]):
-    """By the frame id's length, as it stands in the message: how messages with the numbers `body` are read."""
+    """The forms of messages with the numbers `body`, by the frame id's length in the message."""
 
     def __init__(self, body: str) -> None:
         super().__init__()
@@ -76,7 +76,7 @@ class Frames(dict[bytes, str]):
 
 
 class Layout:
-    """How a message with the numbers `body` (struct codes) is written and read."""
+    """The layout of a message with the numbers `body` (struct codes)."""
 
     def __init__(self, body: str) -> None:
         self.heads, self.forms = Heads(body), Forms(body)
@@ -89,7 +89,7 @@ _FIRST: Final = Layout("I")
 def unpack(data: bytes, expected: Layout) -> tuple[int, str, tuple[Any, ...]]:
     """Return the stamp (Unix ns), the frame and the numbers of a message; raises MessageError.
 
-    Nothing but padding may follow the numbers, and all must be finite.
+    Only padding may follow the numbers, and all must be finite.
     """
     form = expected.forms[data[12:16]]
     try:
@@ -110,7 +110,7 @@ def unpack(data: bytes, expected: Layout) -> tuple[int, str, tuple[Any, ...]]:
 
 
 def peek_length(data: bytes) -> int:
-    """Return the length of the sequence that a stamped message begins with; raises MessageError."""
+    """Return the length of the first sequence of a stamped message; raises MessageError."""
     try:
         return int(_FIRST.forms[data[12:16]].unpack(data)[5])
     except error:

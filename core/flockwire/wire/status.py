@@ -1,4 +1,4 @@
-"""The status that every process publishes of itself, ten times a second."""
+"""The status of every process, published ten times a second."""
 
 from __future__ import annotations
 
@@ -13,55 +13,55 @@ from flockwire.wire.phase import phase_of
 
 NO_MISSION = Mission(0, "", "")
 
-MOST_REJECTIONS = 128  # keys and reasons that one status names; the most frequent ones, the rest in one sum
-MOST_LINKS = 256  # processes that one status names
-MOST_REASONS = 8  # that one status gives
-LONGEST_TEXT = 256  # characters of any of its texts (of what `bounded` shortens, bytes of UTF-8)
+MOST_REJECTIONS = 128  # named keys and reasons in a status: the most frequent ones, the rest in one sum
+MOST_LINKS = 256  # named processes in a status
+MOST_REASONS = 8  # reasons in a status
+LONGEST_TEXT = 256  # characters of any of its texts (bytes of UTF-8 after `bounded`)
 SURELY_SHORT = LONGEST_TEXT // 4  # characters: one takes four bytes of UTF-8 at most
-SERIAL = "serial"  # the code of the reason whose text is the serial number of the drone that a driver drives
-LAW_FAILED = "law failed"  # the code of the reason whose text is what a law raised, and where
-OTHERS = "others"  # the sum of those rejections that are not named
+SERIAL = "serial"  # the code of the reason with the serial number of a driver's drone
+LAW_FAILED = "law failed"  # the code of the reason with a law's error and its place
+OTHERS = "others"  # the sum of unnamed rejections
 
 
-Counts = tuple[tuple[str, int], ...]  # what was counted, and how often
+Counts = tuple[tuple[str, int], ...]  # name and count
 
 
 def counted(*counts: tuple[str, int]) -> Counts:
-    """Return those of the counts that are not zero."""
+    """Return the counts that are not zero."""
     return tuple([count for count in counts if count[1]])
 
 
 class Reason(NamedTuple):
-    """Something that a process reports by a code: what it is about, what is so, and what to do where that is wrong."""
+    """A reported fact: its code, its text, and a remedy if it is a problem."""
 
     code: str
     text: str
-    remedy: str = ""  # empty if nothing is wrong
+    remedy: str = ""  # empty without a problem
 
     @property
     def line(self) -> str:
-        """The reason as a person reads it."""
+        """The reason as text."""
         return f"{self.text}: {self.remedy}" if self.remedy else self.text
 
 
 class Report(NamedTuple):
-    """What a core knows of itself; -1 stands for a figure that does not apply."""
+    """A core's report; -1 means that a figure does not apply."""
 
-    phase: str  # a Phase, or a word of the process's own
-    detail: str = ""  # what it waits for, or why it is in this phase
+    phase: str  # a Phase, or the process's own word
+    detail: str = ""  # the awaited input, or the reason of the phase
     formation_error: float = -1.0  # m, |x_i - h_i - eta_i|: by its own estimate
     pose_age: float = -1.0  # s
     estimate_age: float = -1.0  # s, of the oldest in-neighbour
     nearby_age: float = -1.0  # s
     telemetry_age: float = -1.0  # s
     battery: float = -1.0  # share of full
-    mission: Mission | None = None  # the order that it obeys: how an operator knows that it arrived
+    mission: Mission | None = None  # the order that it obeys, as confirmation
     latency: float = -1.0  # s from a frame's capture to its publication, median
-    counts: Counts = ()  # what was not as it should be of its own input
+    counts: Counts = ()  # counts of bad input
     position: Vector | None = None  # m, world frame, by its own pose
-    concurrent: tuple[Version, ...] = ()  # further orders that one which takes up must know of (pilot/orders.py)
-    order_age: float = -1.0  # s since it took in the newest of its orders
-    reasons: tuple[Reason, ...] = ()  # what else it reports, each thing by its code
+    concurrent: tuple[Version, ...] = ()  # other orders that an upward order must name (pilot/orders.py)
+    order_age: float = -1.0  # s since it received its newest order
+    reasons: tuple[Reason, ...] = ()  # other reports, by code
 
     @property
     def line(self) -> str:
@@ -72,34 +72,34 @@ class Report(NamedTuple):
 
     @property
     def newest(self) -> tuple[Version, ...]:
-        """The orders that one which takes up must know of."""
+        """The orders that an upward order must name."""
         return self.concurrent if self.mission is None else (self.mission.version, *self.concurrent)
 
 
 class Status(NamedTuple):
-    """flockwire_msgs/Status: how a process is."""
+    """flockwire_msgs/Status: the state of a process."""
 
     stamp: int
     frame: str
     identity: str
     report: Report
     steps: int
-    delayed_1ms: int  # made so much later than what called for them: their time, or the sending of a message
+    delayed_1ms: int  # late steps: after their due time, or the sending of a message
     delayed_5ms: int
     skipped: int
     refused: int  # connections
     cpu: float  # share of one core since the last status
-    resident: int  # bytes, the most so far
+    resident: int  # bytes, peak
     rejected: Counts  # messages dropped, by key
     links: tuple[str, ...]  # the processes that it is linked to
-    clock_offset: float = 0.0  # s that its host's clock is behind the swarm's, and corrected
-    clock_bound: float = 0.0  # s by which that may be wrong; -1 before it is known
+    clock_offset: float = 0.0  # s, corrected lag of its host's clock behind the swarm's
+    clock_bound: float = 0.0  # s, bound of the offset; -1 before it is known
 
     def bounded(self) -> Status:
-        """Return it with no more, and no longer, names and texts than `read_status` takes."""
+        """Return it with names and texts limited to those that `read_status` accepts."""
         report, rejected = self.report, self.rejected
         lists = (rejected, self.links, report.counts, report.reasons)
-        if not any(lists) and len(report.detail) <= SURELY_SHORT:  # as nearly always
+        if not any(lists) and len(report.detail) <= SURELY_SHORT:  # the usual case
             return self
         if len(rejected) > MOST_REJECTIONS:
             by_count = sorted(rejected, key=_count, reverse=True)
@@ -113,7 +113,7 @@ class Status(NamedTuple):
 
 
 def write_status(writer: Writer, status: Status) -> None:
-    """Append a status, behind its stamp and frame."""
+    """Append a status, after its stamp and frame."""
     report = status.report
     for text in (status.identity, report.phase, report.detail):
         writer.text(text)
@@ -137,7 +137,7 @@ def write_status(writer: Writer, status: Status) -> None:
 
 
 def read_status(stamp: int, frame: str, reader: Reader) -> Status:
-    """Take what `write_status` appends; raises MessageError."""
+    """Read the output of `write_status`; raises MessageError."""
     identity, phase, detail = reader.text(), phase_of(reader.text()), reader.text()
     figures = reader.take_all("d", 7)
     steps, delayed_1ms, delayed_5ms, skipped, refused, resident = reader.take_all("Q", 6)

@@ -5,14 +5,53 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import socket
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
 
 from flockwire import clock
 
 from flockwire_mocap.natnet.packets import COMMAND_PORT, DATA_PORT, GROUP
 from flockwire_mocap.natnet.session import NatNetSession
-from flockwire_mocap.natnet.sockets import command_socket, multicast_socket, waiting
 from flockwire_mocap.tracking import TrackerFrame
+
+BUFFER = 1 << 20  # bytes of the socket's queue: a second of frames and more
+LONGEST = 65535  # bytes of a datagram
+MOST = 512  # datagrams that are read in a row before other tasks run
+
+
+def command_socket(local: str) -> socket.socket:
+    """Return a socket that sends from the address `local`, from any port; raises OSError if it is not of this host."""
+    sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
+    sock.setblocking(False)
+    sock.bind((local, 0))
+    return sock
+
+
+def multicast_socket(group: tuple[str, int], local: str) -> socket.socket:
+    """Return a socket that receives what is sent to the group (address, port) on the interface `local`."""
+    sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # others on this host may listen too
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
+    sock.setblocking(False)
+    address, port = group
+    sock.bind(("" if sys.platform == "win32" else address, port))  # by its address: nothing else sent to the port
+    membership = socket.inet_aton(address) + socket.inet_aton(local)
+    sock.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, membership)
+    return sock
+
+
+def waiting(sock: socket.socket) -> Iterator[tuple[bytes, str]]:
+    """Yield the datagrams that have arrived, each with the address that it came from."""
+    for _ in range(MOST):
+        try:
+            data, sender = sock.recvfrom(LONGEST)
+        except BlockingIOError:
+            return
+        except OSError:  # the server's host has refused a datagram (ICMP): it is not there yet
+            continue
+        yield data, sender[0]
+
 
 TICK = 0.1  # s between two checks for datagrams to send
 
@@ -23,11 +62,14 @@ class NatNetClient:
     """Receives the frames of a session's server, and passes each on with the time of its arrival (Unix ns).
 
     Args:
-        session: the state of the connection. deliver: called in the event loop with each frame that is newer than all
-        before. local: IPv4 address of the interface to send from and to join the group on. command_port: the server's.
+        session: the state of the connection.
+        deliver: called in the event loop with each frame that is newer than all before.
+        local: IPv4 address of the interface to send from and to join the group on.
+        command_port: the server's.
         group: (address, port) of the multicast group, if it differs from the announced one. For a server that does not
-        answer it is the protocol's default. The client leaves it when a group is announced, because another server of
-        the same host may stream to it. drained: called after all received frames were delivered.
+            answer it is the protocol's default. The client leaves it when a group is announced, because another server
+            of the same host may stream to it.
+        drained: called after all received frames were delivered.
 
     """
 

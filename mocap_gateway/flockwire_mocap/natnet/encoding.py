@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from struct import pack
-from typing import NamedTuple
 
 from flockwire_mocap.natnet.packets import (
     CONNECTION,
@@ -28,27 +27,6 @@ from flockwire_mocap.natnet.packets import (
 from flockwire_mocap.quaternion import IDENTITY
 
 END = bytes(4)
-
-
-class Section(NamedTuple):
-    """A section of a frame, ready to be sent: how many elements, and their bytes."""
-
-    amount: int = 0
-    elements: bytes = b""
-
-
-class OtherSections(NamedTuple):
-    """The sections of a frame that are not rigid bodies; a section that a version lacks is left out."""
-
-    marker_sets: Section = Section()
-    other_markers: Section = Section()
-    skeletons: Section = Section()
-    assets: Section = Section()
-    labelled_markers: Section = Section()
-    force_plates: Section = Section()
-    devices: Section = Section()
-    imus: Section = Section()
-    gpios: Section = Section()
 
 
 def encode(kind: Kind, body: bytes = b"") -> bytes:
@@ -83,24 +61,14 @@ def encode_model(bodies: Iterable[BodyDescription], version: Version) -> bytes:
     return encode(Kind.MODEL, pack("<i", len(descriptions)) + b"".join(descriptions) + END)
 
 
-def encode_frame(frame: MocapFrame, version: Version, others: OtherSections | None = None) -> bytes:
-    """Return a frame; positions are rounded to single precision."""
-    around = OtherSections() if others is None else others
-    bodies = Section(len(frame.bodies), b"".join(map(_body, frame.bodies)))
-    sections = [around.marker_sets, around.other_markers, bodies, around.skeletons]
-    if version >= COUNTED:
-        sections.append(around.assets)
-    sections += [around.labelled_markers, around.force_plates, around.devices]
-    if version >= NEWEST:
-        sections += [around.imus, around.gpios]
-    parts = [pack("<i", frame.number), *(_section(section, version) for section in sections)]
-    return encode(Kind.FRAME, b"".join(parts) + _suffix(frame.stamps, frame.parameters, version) + END)
-
-
-def _section(section: Section, version: Version) -> bytes:
-    if version >= COUNTED:
-        return pack("<II", section.amount, len(section.elements)) + section.elements
-    return pack("<I", section.amount) + section.elements
+def encode_frame(frame: MocapFrame, version: Version) -> bytes:
+    """Return a frame with a section of rigid bodies, all others empty; positions are rounded to single precision."""
+    bodies = b"".join(map(_body, frame.bodies))
+    size, empty = (pack("<I", len(bodies)), bytes(8)) if version >= COUNTED else (b"", bytes(4))
+    behind = 4 + (version >= COUNTED) + 2 * (version >= NEWEST)  # of all versions; assets; IMU and GPIO
+    sections = 2 * empty + pack("<I", len(frame.bodies)) + size + bodies + behind * empty
+    suffix = _suffix(frame.stamps, frame.parameters, version)
+    return encode(Kind.FRAME, pack("<i", frame.number) + sections + suffix + END)
 
 
 def _body(body: RigidBody) -> bytes:

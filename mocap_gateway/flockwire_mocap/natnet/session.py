@@ -36,10 +36,11 @@ class Options(NamedTuple):
     """The address and options of a server.
 
     Attributes:
-        server: its IPv4 address, from which frames come; packets of others are dropped. multicast: whether frames use a
-        group; then no keep-alive is needed, and the version cannot be chosen. bitstream: in unicast the version to
-        request, from 4.0 servers on. In multicast, the streamed version; needed only if the server does not answer.
-        None: as the server reports. request_model: whether to request names. Frames do not need them.
+        server: its IPv4 address, from which frames come; packets of others are dropped.
+        multicast: whether frames use a group; then no keep-alive is needed, and the version cannot be chosen.
+        bitstream: in unicast the version to request, from 4.0 servers on. In multicast, the streamed version; needed
+            only if the server does not answer. None: as the server reports.
+        request_model: whether to request names. Frames do not need them.
 
     """
 
@@ -54,9 +55,11 @@ class PacketCounts:
     """Counts of packets, besides those of `FrameSequence`.
 
     Attributes:
-        frames: frames passed on. empty: those among them without a rigid body. malformed: packets that could not be
-        read. foreign: packets from other addresses than the server's. poses_rejected: poses marked as tracked that are
-        invalid: not finite, or not a unit quaternion.
+        frames: frames passed on.
+        empty: those among them without a rigid body.
+        malformed: packets that could not be read.
+        foreign: packets from other addresses than the server's.
+        poses_rejected: poses marked as tracked that are invalid: not finite, or not a unit quaternion.
 
     """
 
@@ -87,10 +90,12 @@ class NatNetSession:
     """The state of a server, from its packets.
 
     Attributes:
-        info: the server's answer to the greeting, None before it. names: of rigid bodies by number, once a model
-        definition has come. counts, sequence: received and missing packets. foreign: the newest other address that sent
-        a packet. rejected: reason of the newest malformed packet. failure: why the sockets do not receive, None if they
-        do.
+        info: the server's answer to the greeting, None before it.
+        names: of rigid bodies by number, once a model definition has come.
+        counts, sequence: received and missing packets.
+        foreign: the newest other address that sent a packet.
+        rejected: reason of the newest malformed packet.
+        failure: why the sockets do not receive, None if they do.
 
     """
 

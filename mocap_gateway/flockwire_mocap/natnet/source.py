@@ -10,8 +10,8 @@ from flockwire.wire.status import Counts, counted
 from flockwire_mocap.natnet.packets import Version
 from flockwire_mocap.natnet.session import NatNetSession, Options
 from flockwire_mocap.natnet.trouble import trouble
-from flockwire_mocap.source import SourceState
 from flockwire_mocap.streamed import StreamedSource, coordinates_of
+from flockwire_mocap.tracking import SourceState
 
 FIRST_ANSWER = SECOND  # ns without an answer after which a server is reported as silent
 
@@ -52,8 +52,3 @@ def version_of(text: str | None) -> Version | None:
         return None
     major, _, minor = text.partition(".")
     return int(major), int(minor)
-
-
-def make_source(start: Start) -> NatNetSource:
-    """Return the NatNet source of the gateway that starts."""
-    return NatNetSource(start)

@@ -9,9 +9,7 @@ from typing import Any
 
 from flockwire import clock
 
-from flockwire_mocap.extras import imported
-from flockwire_mocap.keep_alive import keep_alive
-from flockwire_mocap.persistent import PersistentConnection
+from flockwire_mocap.persistent import PersistentConnection, imported, keep_alive
 from flockwire_mocap.qualisys.source import QualisysSource, names_in
 
 ANSWER_TIMEOUT = 2.0  # s for the server to answer
@@ -20,7 +18,7 @@ ANSWER_TIMEOUT = 2.0  # s for the server to answer
 class QualisysClient(PersistentConnection):
     """Feeds a source with the frames of its server; `drained` is called after each.
 
-    Raises MissingExtraError if qtm-rt is not installed.
+    Raises OSError if qtm-rt is not installed.
     """
 
     def __init__(self, source: QualisysSource, drained: Callable[[], None]) -> None:

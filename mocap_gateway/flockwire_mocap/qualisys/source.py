@@ -13,9 +13,8 @@ from flockwire.wire.status import counted
 
 from flockwire_mocap.frame_sequence import Arrival, FrameSequence
 from flockwire_mocap.qualisys.rotation import from_columns
-from flockwire_mocap.source import SourceState
 from flockwire_mocap.streamed import StreamedSource, coordinates_of
-from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose, unseen
+from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, is_pose, unseen
 
 Measured = tuple[Vector, Sequence[float]]  # mm, rotation matrix column by column; NaN if the body is lost
 
@@ -24,8 +23,8 @@ class QualisysSource(StreamedSource):
     """The bodies that a QTM server streams.
 
     Attributes:
-        names: of the bodies, in the order of the frames. failure: the problem and its remedy in one line; empty while
-        connected.
+        names: of the bodies, in the order of the frames.
+        failure: the problem and its remedy in one line; empty while connected.
 
     """
 
@@ -69,8 +68,3 @@ def names_in(parameters: bytes) -> tuple[str, ...]:
     if not names:
         raise ValueError("it has no rigid bodies: enable 6DOF tracking and define bodies in QTM's project options")
     return names
-
-
-def make_source(start: Start) -> QualisysSource:
-    """Return the Qualisys source of the gateway that starts."""
-    return QualisysSource(start)

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_right
 from collections.abc import Sequence
+from pathlib import Path
+from struct import error as StructError  # noqa: N812
 from typing import NamedTuple
 
+from flockwire.domain.pose import Pose
 from flockwire.domain.vector import Vector
 from flockwire.process.cores import Start
-from flockwire.wire.codec import Message
+from flockwire.wire.cdr import MessageError
+from flockwire.wire.codec import Message, decode
 from flockwire.wire.keys import Key
 
 from flockwire_mocap.quaternion import Quaternion
-from flockwire_mocap.source import SourceState
-from flockwire_mocap.tracking import ReportedBody, TrackerFrame, framed
+from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, framed
 
 
 class RecordedPose(NamedTuple):
@@ -74,6 +78,27 @@ class ReplaySource:
         return SourceState(f"{self.table.trace} has ended" if over else "")
 
 
-def make_source(start: Start) -> ReplaySource:
-    """Return the replay source of the gateway that starts."""
-    return ReplaySource(start)
+_TOPIC = re.compile(r"/\w+/uav(\d+)/pose")
+
+
+def read_poses(path: Path) -> list[RecordedPose]:
+    """Return all poses of a trace in the order of their stamps; raises OSError if there are none."""
+    from mcap.exceptions import McapError  # noqa: PLC0415  (no other source needs them)
+    from mcap.reader import NonSeekingReader  # noqa: PLC0415
+
+    found: list[tuple[int, int, Pose]] = []
+    with path.open("rb") as file:
+        try:
+            for _, channel, record in NonSeekingReader(file, validate_crcs=True).iter_messages(log_time_order=False):
+                drone = _TOPIC.fullmatch(channel.topic)
+                if drone is not None:
+                    pose = decode(Pose, record.data)
+                    found.append((pose.stamp, int(drone[1]), pose))
+        except (McapError, MessageError, StructError) as error:  # cut off: what was read until then is served
+            if not found:
+                raise OSError(f"{path}: is not a trace: {error}") from error
+    if not found:
+        raise OSError(f"{path}: has no poses")
+    found.sort(key=lambda row: row[:2])
+    first = found[0][0]
+    return [RecordedPose(stamp - first, drone, pose.position, pose.orientation) for stamp, drone, pose in found]

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 from flockwire.domain.vector import Vector
+from scipy.spatial.transform import Rotation
 
-from flockwire_mocap.qualisys.rotation import from_columns
 from flockwire_mocap.quaternion import Quaternion
 
 BAD_RESIDUAL = 0.05  # m: a body that is so far beside its place is not where it should be, or is another one
@@ -51,9 +51,9 @@ def align_bodies(seen: Mapping[str, Vector], known: Mapping[str, Vector]) -> Ali
 def align(measured: Sequence[Vector], known: Sequence[Vector]) -> Alignment:
     """Return the rigid motion that brings `measured` (m, tracker's axes) closest to `known` (m, field).
 
-        min sum |R p_k + o − q_k|²:   H = sum (p_k − p̄)(q_k − q̄)ᵀ = U S Vᵀ,   R = V diag(1, 1, det(V Uᵀ)) Uᵀ
+        min sum |R p_k + o − q_k|²        (W. Kabsch, 1976)
 
-    (W. Kabsch, 1976.) Three places that are not on a line are enough; more show the accuracy. Raises AlignmentError.
+    Three places that are not on a line are enough; more show how good it is. Raises AlignmentError.
     """
     if len(measured) < 3:
         raise AlignmentError(f"{len(measured)} bodies: at least three on known places are needed")
@@ -61,12 +61,11 @@ def align(measured: Sequence[Vector], known: Sequence[Vector]) -> Alignment:
     if min(_width(p), _width(q)) < COLLINEAR:
         raise AlignmentError("the bodies are on a line: move one of them aside")
     centre, target = p.mean(axis=0), q.mean(axis=0)
-    u, _, vt = np.linalg.svd((p - centre).T @ (q - target))
-    turn = vt.T @ np.diag([1.0, 1.0, np.sign(np.linalg.det(vt.T @ u.T))]) @ u.T
-    offset = target - turn @ centre
-    residuals = np.linalg.norm(p @ turn.T + offset - q, axis=1)
-    x, y, z = map(float, offset)
-    return Alignment(from_columns(list(map(float, turn.T.ravel()))), (x, y, z), tuple(map(float, residuals)))
+    turn, _ = Rotation.align_vectors(q - target, p - centre)
+    offset = target - turn.apply(centre)
+    residuals = np.linalg.norm(turn.apply(p) + offset - q, axis=1)
+    (x, y, z), (qx, qy, qz, qw) = offset.tolist(), turn.as_quat().tolist()
+    return Alignment((qx, qy, qz, qw), (x, y, z), tuple(residuals.tolist()))
 
 
 def _width(places: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> float:

@@ -10,7 +10,7 @@ from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 from flockwire.swarm.model import Swarm, uav
 
-from flockwire_mocap.owners import Owners
+from flockwire_mocap.identities import owner
 from flockwire_mocap.tracking import TrackerFrame
 
 STILL = 0.02  # m, standard deviation of the position of a body that stands still
@@ -20,10 +20,13 @@ class BodyFigures(NamedTuple):
     """The measured figures of one body.
 
     Attributes:
-        name: the tracker's, or its number as text if it has none. drone: the body's drone, None for other bodies. rate:
-        of frames with the body tracked, Hz. jitter: standard deviation of the time between two, s. latency: from
-        capture to arrival, s, median; the smallest delay of the network counts as none. lost: share of frames in which
-        it was not tracked. position: average, m; None if it was never tracked.
+        name: the tracker's, or its number as text if it has none.
+        drone: the body's drone, None for other bodies.
+        rate: of frames with the body tracked, Hz.
+        jitter: standard deviation of the time between two, s.
+        latency: from capture to arrival, s, median; the smallest delay of the network counts as none.
+        lost: share of frames in which it was not tracked.
+        position: average, m; None if it was never tracked.
         motion: standard deviation of its position, m.
 
     """
@@ -48,7 +51,7 @@ class Inspection:
     """Collects frames of a source of `swarm`, on the field and in local time."""
 
     def __init__(self, swarm: Swarm) -> None:
-        self._swarm, self._owners = swarm, Owners(swarm)
+        self._swarm, self._drones = swarm, {swarm.body(i): i for i in swarm.tracked}
         self._bodies: dict[tuple[int, str | None], _Body] = {}
 
     def take(self, frame: TrackerFrame, now: int) -> None:
@@ -105,7 +108,7 @@ class Inspection:
         return []
 
     def _row(self, identity: int, name: str | None, body: _Body) -> BodyFigures:
-        drone = self._owners.drone(identity, name)
+        drone = owner(self._drones, identity, name)
         shown = name if name is not None else f"{identity}"
         seen = len(body.arrivals)
         lost = body.lost / (seen + body.lost)

@@ -12,8 +12,8 @@ from flockwire.wire.processes import GATEWAY
 
 from flockwire_mocap.core import make_core
 from flockwire_mocap.process import feed
-from flockwire_mocap.source import SourceState
 from flockwire_mocap.survey.inspection import Inspection
+from flockwire_mocap.tracking import SourceState
 
 NAMES = 1.2  # s before the first frame counts: connections and names come first
 

@@ -17,7 +17,7 @@ from flockwire.wire.keys import Key
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
-from flockwire_mocap.disturbances import Disturbance, Disturbances
+from flockwire_mocap.disturbances import Disturbances
 from flockwire_mocap.simulated import SimulatedSource
 from flockwire_mocap.streamed import coordinates_of
 from flockwire_mocap.tracking import LOST, ReportedBody, TrackerFrame, unseen
@@ -38,18 +38,16 @@ class TwinCore(Ground):
         gateway = swarm.gateway
         table = gateway.twin
         assert table is not None  # noqa: S101  (without one the swarm has no such process)
-        self._cameras = SimulatedSource(swarm, start.chance, start.faults, start.took_off)
+        self._cameras = SimulatedSource(start)
         self.triggers = self._cameras.triggers
         self.period = 1.0 / gateway.rate_hz
-        disturbance = Disturbance(loss=table.loss, repetition=table.repetition, reordering=table.reordering)
-        self._disturbances = Disturbances(disturbance, start.chance)
+        self._disturbances = Disturbances(table, start.chance)
         self._coordinates = coordinates_of(gateway)
         self._renamed = table.renamed
-        bodies = (*map(self._unseen, swarm.tracked), *map(self._visitor, self._cameras.visitors))
+        visitors = (unseen(*numbered) for numbered in self._cameras.visitors)
+        bodies = map(self._named, (*map(self._unseen, swarm.tracked), *visitors))
         self._bodies = {body.identity: body for body in bodies}
-        self._highest = AIRBORNE + max(
-            swarm.drone(i).start[2] for i in swarm.flying
-        )  # m; above it the flight has started
+        self._highest = AIRBORNE + max(swarm.drone(i).start[2] for i in swarm.flying)  # m; above it one has taken off
         self._walking = frozenset(Key("truth", uav(i)) for i in swarm.walking)
         self._epoch = start.now - UPTIME
         self._frames = 0
@@ -96,15 +94,7 @@ class TwinCore(Ground):
     def _unseen(self, drone: int) -> ReportedBody:
         body = self.swarm.body(drone)
         number, name = (drone, body) if isinstance(body, str) else (body, None)
-        return self._named(unseen(number, name))
-
-    def _visitor(self, numbered: tuple[int, str]) -> ReportedBody:
-        return self._named(unseen(*numbered))
+        return unseen(number, name)
 
     def _named(self, body: ReportedBody) -> ReportedBody:
         return body._replace(name=self._renamed.get(body.name or "", body.name))
-
-
-def make_core(start: Start) -> TwinCore:
-    """Return the core of the simulated tracker that starts."""
-    return TwinCore(start)

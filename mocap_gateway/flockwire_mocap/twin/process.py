@@ -24,7 +24,7 @@ from flockwire_mocap.natnet.server import NatNetServer
 from flockwire_mocap.natnet.source import version_of
 from flockwire_mocap.natnet.twin import TwinOptions
 from flockwire_mocap.qualisys.server import QtmServer
-from flockwire_mocap.twin.core import TwinCore, make_core
+from flockwire_mocap.twin.core import TwinCore
 from flockwire_mocap.vrpn.server import VrpnServer
 
 Server = NatNetServer | VrpnServer | QtmServer
@@ -76,7 +76,7 @@ def serve_alone(swarm: Swarm, protocol: str) -> None:
     gateway = swarm.gateway
     served = gateway.model_copy(update={"source": protocol, "twin": gateway.twin or Twin()})
     plan = Plan(swarm.tracked_by(served))
-    core = make_core(Start(plan, TRACKER.kind, clock.now(), Random(gateway.seed)))  # noqa: S311  (noise)
+    core = TwinCore(Start(plan, TRACKER.kind, clock.now(), Random(gateway.seed)))  # noqa: S311  (noise)
     asyncio.run(_stand(core))
 
 

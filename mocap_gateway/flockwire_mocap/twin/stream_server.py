@@ -13,13 +13,11 @@ BACKLOG = 1 << 20  # bytes; a client that reads so little is disconnected
 
 
 class Conversation(Protocol):
-    """One client's conversation without a socket; `failed` is true where it speaks another protocol."""
+    """One client's conversation without a socket; `failed`: why nothing more can be read of it, None while it can."""
 
-    @property
-    def failed(self) -> bool:
-        """Whether nothing more can be read from this client."""
+    failed: str | None
 
-    def receive(self, data: bytes) -> None:
+    def receive(self, data: bytes) -> object:
         """Receive bytes, split anywhere."""
 
     def publish(self, frame: TrackerFrame) -> None:
@@ -82,7 +80,7 @@ class _Client(asyncio.Protocol):
     def data_received(self, data: bytes) -> None:
         self._conversation.receive(data)
         self._flush()
-        if self._conversation.failed:
+        if self._conversation.failed is not None:
             self.close()
 
     def connection_lost(self, exc: Exception | None) -> None:

@@ -16,7 +16,7 @@ from typing import Any
 
 from flockwire import clock
 
-from flockwire_mocap.extras import MissingExtraError, imported
+from flockwire_mocap.persistent import imported
 
 
 def row(body: Any) -> list[float]:  # noqa: ANN401  (the package has no types)
@@ -36,7 +36,7 @@ def main() -> int:
             print(json.dumps([came, {name: row(body) for name, body in system.rigidBodies.items()}]), flush=True)
     except BrokenPipeError:
         return 0
-    except (MissingExtraError, RuntimeError) as error:
+    except (OSError, RuntimeError) as error:
         print(json.dumps(str(error)), flush=True)
         return 1
 

@@ -10,8 +10,7 @@ from collections.abc import Callable
 
 from flockwire import clock
 
-from flockwire_mocap.extras import imported
-from flockwire_mocap.persistent import PersistentConnection
+from flockwire_mocap.persistent import PersistentConnection, imported
 from flockwire_mocap.vicon.source import ViconSource
 
 FRAME_TIMEOUT = 2.5  # s without a frame after which the child is killed and restarted
@@ -21,7 +20,7 @@ LONGEST_LINE = 1 << 20  # bytes: a frame of MOST_BODIES with long names is a qua
 class ViconClient(PersistentConnection):
     """Feeds a source with the lines of its child; `drained` is called after each frame.
 
-    Raises MissingExtraError if motioncapture is not installed.
+    Raises OSError if motioncapture is not installed.
     """
 
     PAUSE = 0.3  # s between two children

@@ -9,9 +9,8 @@ from flockwire.domain.time import nanoseconds
 from flockwire.process.cores import Start
 from flockwire.wire.status import counted
 
-from flockwire_mocap.source import SourceState
 from flockwire_mocap.streamed import StreamedSource, coordinates_of
-from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose
+from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, is_pose
 
 MOST_BODIES = 1000
 LATEST = 1 << 62  # ns of a monotonic clock: 146 years
@@ -21,8 +20,8 @@ class ViconSource(StreamedSource):
     """The bodies that a Vicon server reports.
 
     Attributes:
-        failure: the problem and its remedy in one line; empty while frames arrive. child: the child's last line that is
-        not a frame: an error of the package.
+        failure: the problem and its remedy in one line; empty while frames arrive.
+        child: the child's last line that is not a frame: an error of the package.
 
     """
 
@@ -66,8 +65,3 @@ class ViconSource(StreamedSource):
         return SourceState(
             self.failure, counted(("lines malformed", self._malformed), ("poses rejected", self._rejected))
         )
-
-
-def make_source(start: Start) -> ViconSource:
-    """Return the Vicon source of the gateway that starts."""
-    return ViconSource(start)

@@ -8,44 +8,24 @@ from collections.abc import Callable
 
 from flockwire import clock
 
-from flockwire_mocap.keep_alive import keep_alive
-from flockwire_mocap.persistent import PersistentConnection
-from flockwire_mocap.tracking import TrackerFrame
-from flockwire_mocap.vrpn.session import VrpnSession
-from flockwire_mocap.vrpn.wire import PORT
+from flockwire_mocap.persistent import PersistentConnection, keep_alive
+from flockwire_mocap.vrpn.source import VrpnSource
 
 ACCEPT_TIMEOUT = 3.0  # s for the server to accept
 
-Deliver = Callable[[TrackerFrame, int], None]
-
 
 class VrpnClient(PersistentConnection):
-    """Receives the pose reports of a VRPN server, and passes each on with the time of its arrival (Unix ns).
+    """Feeds a source with the pose reports of its server; `drained` is called after all that had arrived."""
 
-    Args:
-        host: name or address of the server. deliver: called in the event loop with each report that is newer than all
-        before of its body. port: of the server. session: the state of the server.
-        drained: called after all that had arrived was delivered.
-
-    """
-
-    def __init__(
-        self,
-        host: str,
-        deliver: Deliver,
-        port: int = PORT,
-        session: VrpnSession | None = None,
-        drained: Callable[[], None] = lambda: None,
-    ) -> None:
+    def __init__(self, source: VrpnSource, drained: Callable[[], None]) -> None:
         super().__init__()
-        self.session = session or VrpnSession(f"{host}:{port} has not been connected yet")
-        self._host, self._port, self._deliver, self._drained = host, port, deliver, drained
+        self.session, self._source, self._drained = source.session, source, drained
 
     def receive(self, data: bytes) -> bytes:
         """Receive bytes of the connection; returns those to be sent."""
         now = clock.now()
         for frame in self.session.receive(data):
-            self._deliver(frame, now)
+            self._source.arrived(frame, now)
         self._drained()
         return self.session.connection.outgoing()
 
@@ -55,7 +35,7 @@ class VrpnClient(PersistentConnection):
 
     async def connected(self) -> str:
         """Connect, and return the reason when the connection fails or is lost."""
-        session, where = self.session, f"{self._host}:{self._port}"
+        session, where = self.session, f"{self._source.table.server}:{self._source.table.port}"
         try:
             async with asyncio.timeout(ACCEPT_TIMEOUT):
                 transport, link = await self._connect()
@@ -71,7 +51,8 @@ class VrpnClient(PersistentConnection):
     async def _connect(self) -> tuple[asyncio.Transport, _Link]:
         self.session.reconnect()
         link = _Link(self)
-        transport, _ = await asyncio.get_running_loop().create_connection(lambda: link, self._host, self._port)
+        table, loop = self._source.table, asyncio.get_running_loop()
+        transport, _ = await loop.create_connection(lambda: link, table.server, table.port)
         return transport, link
 
 

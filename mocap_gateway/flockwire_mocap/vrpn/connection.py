@@ -40,9 +40,11 @@ class VrpnConnection:
     """The state of a connection: the descriptions of both sides.
 
     Attributes:
-        failed: why nothing more can be read, and the connection should be closed; None otherwise. senders: names by the
-        other side's numbers. malformed: messages of a known type that could not be read. undescribed: messages whose
-        sender or type was never described. poses_rejected: invalid poses: not finite, or not a unit quaternion.
+        failed: why nothing more can be read, and the connection should be closed; None otherwise.
+        senders: names by the other side's numbers.
+        malformed: messages of a known type that could not be read.
+        undescribed: messages whose sender or type was never described.
+        poses_rejected: invalid poses: not finite, or not a unit quaternion.
 
     """
 

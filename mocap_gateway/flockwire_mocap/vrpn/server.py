@@ -10,33 +10,20 @@ from flockwire_mocap.vrpn.connection import VrpnConnection
 from flockwire_mocap.vrpn.wire import PORT, PoseBody
 
 
-class VrpnTwin:
+class VrpnTwin(VrpnConnection):
     """Describes the bodies `names`, then reports their poses; a body that is not tracked is not reported."""
 
     def __init__(self, names: Iterable[str]) -> None:
-        self._connection = VrpnConnection()
+        super().__init__()
         for name in names:
-            self._connection.describe(name)
-
-    @property
-    def failed(self) -> bool:
-        """Whether the client speaks another protocol."""
-        return self._connection.failed is not None
-
-    def receive(self, data: bytes) -> None:
-        """Receive bytes, split anywhere."""
-        self._connection.receive(data)
+            self.describe(name)
 
     def publish(self, frame: TrackerFrame) -> None:
         """Report the bodies of a frame."""
         for body in frame.bodies:
             if body.tracked:
                 name = body.name or str(body.identity)
-                self._connection.send_pose(name, frame.captured, PoseBody(0, body.position, body.orientation))
-
-    def outgoing(self) -> bytes:
-        """Return the bytes to be sent since the last call."""
-        return self._connection.outgoing()
+                self.send_pose(name, frame.captured, PoseBody(0, body.position, body.orientation))
 
 
 class VrpnServer(StreamServer):

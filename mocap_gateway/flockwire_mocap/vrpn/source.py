@@ -6,8 +6,8 @@ from flockwire.domain.time import nanoseconds
 from flockwire.process.cores import Start
 from flockwire.wire.status import counted
 
-from flockwire_mocap.source import SourceState
 from flockwire_mocap.streamed import StreamedSource, coordinates_of
+from flockwire_mocap.tracking import SourceState
 from flockwire_mocap.vrpn.session import VrpnSession
 
 
@@ -44,8 +44,3 @@ class VrpnSource(StreamedSource):
         if not self.session.connection.senders:
             return f"{where} answers, but describes no tracker: enable VRPN streaming and bodies in its settings"
         return f"{where} describes {', '.join(sorted(self.session.connection.senders.values()))}, but reports no pose"
-
-
-def make_source(start: Start) -> VrpnSource:
-    """Return the VRPN source of the gateway that starts."""
-    return VrpnSource(start)

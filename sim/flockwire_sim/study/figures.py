@@ -12,8 +12,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from flockwire_sim.study.findings import QUANTITIES, Findings, Quantity
-from flockwire_sim.study.labels import label
+from flockwire_sim.study.findings import QUANTITIES, Findings, Quantity, label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

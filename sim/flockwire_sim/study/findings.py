@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -146,3 +147,25 @@ def _without_frames(table: Table) -> Table:
     bare = {key: {k: v for k, v in table[key].items() if k != "frames"} for key in ("formation",) if key in table}
     named = {name: {k: v for k, v in one.items() if k != "frames"} for name, one in formations.items()}
     return {**table, **bare, **({"formations": named} if formations else {})}
+
+
+UNKNOWN = "\N{EN DASH}"
+
+
+def label(point: Mapping[str, JsonValue]) -> str:
+    """Return a grid point as `key=value` pairs, the last word of each key."""
+    return ", ".join(f"{key.rpartition('.')[2]}={shown(value)}" for key, value in point.items()) or "all runs"
+
+
+def shown(value: JsonValue) -> str:
+    """Return a value from the grid."""
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+def quantity(value: float | None, unit: str) -> str:
+    """Return a figure with its unit, small lengths in mm."""
+    if value is None:
+        return UNKNOWN
+    if unit == "m" and abs(value) < 0.1:
+        return f"{value * 1000:.2f} mm"
+    return f"{value:.3f} {unit}" if unit == "m" else f"{value:.2f} {unit}"

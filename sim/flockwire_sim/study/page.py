@@ -7,10 +7,9 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from flockwire.swarm.model import Swarm
-from flockwire_analysis.rendering import render
+from flockwire_analysis.report import render
 
-from flockwire_sim.study.findings import QUANTITIES, Findings, GridPointFigures
-from flockwire_sim.study.labels import label, quantity
+from flockwire_sim.study.findings import QUANTITIES, Findings, GridPointFigures, label, quantity
 
 
 def write_study(findings: Findings, swarm: Swarm, out: Path) -> None:

@@ -16,6 +16,10 @@ ERROR: Final = "error"
 OUT_OF_RANGE: Final = "out of range"
 
 
+class RefusedError(Exception):
+    """A command that is not done; the text is the reply."""
+
+
 class NoText(Enum):
     """Stands for a reply without text."""
 
@@ -46,13 +50,14 @@ class CommandedTello:
 Handler = Callable[[CommandedTello, list[str], int], Reply]  # arguments: drone, words after the name, now (ns)
 
 
-def whole(texts: list[str], *ranges: tuple[int, int]) -> list[int] | str:
-    """Return the texts as integers within their ranges, or the refusal."""
+def whole(texts: list[str], *ranges: tuple[int, int]) -> list[int]:
+    """Return the texts as integers within their ranges; raises RefusedError."""
     if len(texts) != len(ranges) or not all(len(text) < 6 and text.lstrip("-").isdecimal() for text in texts):
-        return ERROR
+        raise RefusedError(ERROR)
     try:
         numbers = [int(text) for text in texts]
     except ValueError:  # "1-" and "--1"
-        return ERROR
-    inside = all(low <= number <= high for number, (low, high) in zip(numbers, ranges, strict=True))
-    return numbers if inside else OUT_OF_RANGE
+        raise RefusedError(ERROR) from None
+    if not all(low <= number <= high for number, (low, high) in zip(numbers, ranges, strict=True)):
+        raise RefusedError(OUT_OF_RANGE)
+    return numbers

@@ -2,12 +2,40 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Final
 
 from flockwire_tello.commands import word
 from flockwire_tello.simulated import movements, settings
-from flockwire_tello.simulated.commanded import OK, CommandedTello, Handler, Reply
-from flockwire_tello.simulated.queries import SIGNAL, fixed_reply, motor_time, of_state, reading, speed
+from flockwire_tello.simulated.commanded import OK, CommandedTello, Handler, RefusedError, Reply
+from flockwire_tello.state_string import TelloState
+
+SIGNAL = "90"  # signal to noise of the Wi-Fi
+
+
+def reading(read: Callable[[CommandedTello, int], str]) -> Handler:
+    """Return the handler of a query for a number, which ends in CR LF."""
+    return lambda drone, texts, now: f"{read(drone, now)}\r\n"
+
+
+def fixed_reply(text: str) -> Handler:
+    """Return the handler that always replies `text`."""
+    return lambda drone, texts, now: text
+
+
+def of_state(form: Callable[[TelloState], str]) -> Handler:
+    """Return the handler of a query for a field of the state."""
+    return lambda drone, texts, now: f"{form(drone.flight.state(now))}\r\n"
+
+
+def speed(drone: CommandedTello, now: int) -> str:
+    """Return the speed of movements, cm/s; a Tello adds a decimal."""
+    return f"{drone.speed:.1f}" if drone.parameters.generation == "1.3" else str(drone.speed)
+
+
+def motor_time(drone: CommandedTello, now: int) -> str:
+    """Return the time of the motors, s; a Tello adds the unit, an EDU does not: public clients read it so."""
+    return f"{int(drone.flight.motor_time)}{'s' if drone.parameters.generation == '1.3' else ''}"
 
 
 def answer(drone: CommandedTello, text: str, now: int) -> Reply:
@@ -15,7 +43,10 @@ def answer(drone: CommandedTello, text: str, now: int) -> Reply:
     since, handler = _COMMANDS.get(word(text), ("", None))
     if handler is None or since > drone.parameters.generation:
         return f"unknown command: {text[:64]}"
-    return handler(drone, text.split()[1:], now)
+    try:
+        return handler(drone, text.split()[1:], now)
+    except RefusedError as refusal:
+        return str(refusal)
 
 
 _COMMANDS: Final[dict[str, tuple[str, Handler]]] = {  # first SDK with it, handler
@@ -43,7 +74,7 @@ _COMMANDS: Final[dict[str, tuple[str, Handler]]] = {  # first SDK with it, handl
     "keepalive": ("2.0", fixed_reply(OK)),
     "motoron": ("3.0", settings.motors(True)),
     "motoroff": ("3.0", settings.motors(False)),
-    "throwfly": ("3.0", movements.throw_fly),
+    "throwfly": ("3.0", movements.take_off),  # as from the ground; a throw is not simulated
     "reboot": ("3.0", settings.reboot),
     "port": ("3.0", settings.port),
     "wifisetchannel": ("3.0", settings.checked((1, 14))),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import ceil, pi
 
-from flockwire.domain.time import SECOND
+from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import Vector, add
 
 from flockwire_tello.simulated.airframe import AirframeMotion, TelloAirframe, clockwise_degrees
@@ -15,6 +15,7 @@ from flockwire_tello.state_string import TelloState
 from flockwire_tello.sticks import CENTRED, Sticks, to_body, to_velocity, to_world
 
 CYCLE = SECOND // 50  # of the controller
+SPIN_UP = 4 * SECOND // 5  # of the motors, before it climbs
 STICKS_CENTRE = SECOND // 2  # without the quirk STICKS_STAY
 TAKEOFF_BATTERY = 0.10  # share under which it refuses (user manual: low battery)
 LANDING_BATTERY = 0.05  # share under which it lands
@@ -44,7 +45,7 @@ class SimulatedFlight:
         p = self._parameters
         self.airframe.start(now)
         self._sticks = CENTRED
-        self.manoeuvre = TakeOff(self._ground + p.takeoff_height, p.takeoff_time, now)
+        self.manoeuvre = TakeOff(self._ground + p.takeoff_height, now + SPIN_UP, now + nanoseconds(p.takeoff_time))
 
     def land(self) -> None:
         """Land; a landing under way continues."""
@@ -55,7 +56,7 @@ class SimulatedFlight:
     def fly(self, points: tuple[Vector, ...], speed: float, now: int) -> None:
         """Fly through `points` (m, forward, left, up from here) at `speed` m/s."""
         motion = self.airframe.motion(now)
-        self.manoeuvre = Legs(tuple(add(motion.position, to_world(point, motion.yaw)) for point in points), speed)
+        self.manoeuvre = Legs([add(motion.position, to_world(point, motion.yaw)) for point in points], speed)
 
     def turn(self, clockwise: float, now: int) -> None:
         """Turn by an angle, degrees."""
@@ -63,7 +64,7 @@ class SimulatedFlight:
 
     def pause(self, seconds: float, now: int) -> None:
         """Stay in place."""
-        self.manoeuvre = Pause(seconds, now)
+        self.manoeuvre = Pause(now + nanoseconds(seconds))
 
     def stop(self) -> None:
         """Hover."""

@@ -7,7 +7,17 @@ from __future__ import annotations
 
 from flockwire.domain.vector import Vector, norm, scale, subtract
 
-from flockwire_tello.simulated.commanded import ERROR, OK, OUT_OF_RANGE, CommandedTello, Handler, NoText, Reply, whole
+from flockwire_tello.simulated.commanded import (
+    ERROR,
+    OK,
+    OUT_OF_RANGE,
+    CommandedTello,
+    Handler,
+    NoText,
+    RefusedError,
+    Reply,
+    whole,
+)
 from flockwire_tello.simulated.flight import TAKEOFF_BATTERY
 from flockwire_tello.simulated.quirks import Quirk
 from flockwire_tello.sticks import parse_sticks
@@ -33,11 +43,6 @@ def take_off(drone: CommandedTello, texts: list[str], now: int) -> Reply:
         return "error Motor stop"
     flight.take_off(now)
     return NoText.AT_END
-
-
-def throw_fly(drone: CommandedTello, texts: list[str], now: int) -> Reply:
-    """Take off as from the ground; a throw is not simulated."""
-    return take_off(drone, texts, now)
 
 
 def land(drone: CommandedTello, texts: list[str], now: int) -> Reply:
@@ -72,15 +77,10 @@ def direction(axis: Vector) -> Handler:
     """Return the handler of a straight movement along `axis` (forward, left, up)."""
 
     def move(drone: CommandedTello, texts: list[str], now: int) -> Reply:
-        match whole(texts, (20, 500)):
-            case [int(distance)]:
-                if (refusal := _refusal(drone)) is not None:
-                    return refusal
-                drone.flight.fly((scale(axis, distance / 100.0),), drone.speed / 100.0, now)
-                return NoText.AT_END
-            case str(wrong):
-                return wrong
-        return ERROR
+        (distance,) = whole(texts, (20, 500))
+        _begin(drone)
+        drone.flight.fly((scale(axis, distance / 100.0),), drone.speed / 100.0, now)
+        return NoText.AT_END
 
     return move
 
@@ -90,15 +90,10 @@ def turn(sign: int) -> Handler:
 
     def turn(drone: CommandedTello, texts: list[str], now: int) -> Reply:
         most = 3600 if drone.parameters.generation == "1.3" else 360
-        match whole(texts, (1, most)):
-            case [int(angle)]:
-                if (refusal := _refusal(drone)) is not None:
-                    return refusal
-                drone.flight.turn(float(sign * angle), now)
-                return NoText.AT_END
-            case str(wrong):
-                return wrong
-        return ERROR
+        (angle,) = whole(texts, (1, most))
+        _begin(drone)
+        drone.flight.turn(float(sign * angle), now)
+        return NoText.AT_END
 
     return turn
 
@@ -107,8 +102,7 @@ def flip(drone: CommandedTello, texts: list[str], now: int) -> Reply:
     """Wait for the time of a flip; the flip itself is not simulated."""
     if texts not in (["l"], ["r"], ["f"], ["b"]) or drone.flight.battery < FLIP_BATTERY:
         return ERROR
-    if (refusal := _refusal(drone)) is not None:
-        return refusal
+    _begin(drone)
     drone.flight.pause(FLIP_TIME, now)
     return NoText.AT_END
 
@@ -127,8 +121,6 @@ def curve(drone: CommandedTello, texts: list[str], now: int) -> Reply:
 
 def _through(drone: CommandedTello, texts: list[str], speeds: tuple[tuple[int, int]], count: int, now: int) -> Reply:
     numbers = whole(texts, *((-500, 500),) * (3 * count), *speeds)
-    if isinstance(numbers, str):
-        return numbers
     points = tuple(
         (n[0] / 100.0, n[1] / 100.0, n[2] / 100.0) for n in (numbers[3 * k : 3 * k + 3] for k in range(count))
     )
@@ -136,22 +128,22 @@ def _through(drone: CommandedTello, texts: list[str], speeds: tuple[tuple[int, i
         return OUT_OF_RANGE
     if count == 2 and not 0.5 <= _radius(*points) <= 10.0:
         return "error Radius is too large!"
-    if (refusal := _refusal(drone)) is not None:
-        return refusal
+    _begin(drone)
     drone.flight.fly(points, numbers[-1] / 100.0, now)
     return NoText.AT_END
 
 
-def _refusal(drone: CommandedTello) -> str | None:
-    """Return why no movement can start; a busy drone refuses with `error` (assumption)."""
+def _begin(drone: CommandedTello) -> None:
+    """Start a movement; raises RefusedError. A busy drone refuses with `error` (assumption)."""
     if not drone.flight.flying:
-        return "error Motor stop"
+        raise RefusedError("error Motor stop")
     if drone.flight.manoeuvre is not None:
-        return ERROR
+        raise RefusedError(ERROR)
     if drone.has(Quirk.NO_VALID_IMU):
-        return "error No valid imu"
+        raise RefusedError("error No valid imu")
     drone.moves += 1
-    return "error Not joystick" if drone.has(Quirk.NOT_JOYSTICK) and drone.moves % 3 == 0 else None
+    if drone.has(Quirk.NOT_JOYSTICK) and drone.moves % 3 == 0:
+        raise RefusedError("error Not joystick")
 
 
 def _radius(a: Vector, b: Vector) -> float:

@@ -10,9 +10,9 @@ from flockwire.process.cores import Address, Datagram
 from flockwire.process.driving import CONTACT, FROZEN
 from flockwire.swarm.model import Swarm
 
+from flockwire_tello.flight_monitor import SteadyTime
 from flockwire_tello.simulated.parameters import TelloParameters
 from flockwire_tello.simulated.tello import SimulatedTello
-from flockwire_tello.steady_time import SteadyTime
 from flockwire_tello.sticks import StickGains
 from flockwire_tello.swarm_file import COMMAND_PORT, reached, tello_addresses, tello_keys
 
@@ -25,7 +25,7 @@ class ServedTello:
         self._time = SteadyTime(now, FROZEN)
         self._tello = SimulatedTello(parameters_of(swarm, number), 0, chance)
         self._now = 0
-        self._motion = self._tello.motion(0)
+        self._motion = self._tello.flight.motion(0)
         self._ground = swarm.drone(number).start[2]
 
     @property
@@ -42,13 +42,13 @@ class ServedTello:
     @property
     def in_the_air(self) -> bool:
         """Whether it flies, lands or falls."""
-        return self._tello.flying or self.position[2] > self._ground + CONTACT
+        return self._tello.flight.flying or self.position[2] > self._ground + CONTACT
 
     def advance(self, now: int) -> None:
         """Advance to `now`."""
         self._now = self._time.at(now)
         self._tello.advance(self._now)
-        self._motion = self._tello.motion(self._now)
+        self._motion = self._tello.flight.motion(self._now)
 
     def datagram(self, data: bytes, sender: Address, now: int) -> None:
         """Receive a datagram from its client."""
@@ -62,11 +62,11 @@ class ServedTello:
 
     def stop(self) -> None:
         """Stop the motors: in flight it falls."""
-        self._tello.fail(self._now)
+        self._tello.flight.cut(self._now)
 
     def respond(self, lag: float, dead_time: float) -> None:
         """Set lag and dead time, s."""
-        self._tello.respond(lag, dead_time)
+        self._tello.flight.airframe.respond(lag, dead_time)
 
 
 def parameters_of(swarm: Swarm, number: int) -> TelloParameters:

@@ -16,7 +16,6 @@ from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.swarm.airframes import TELLO
 
 from flockwire_tello.commands import word
-from flockwire_tello.simulated.airframe import AirframeMotion
 from flockwire_tello.simulated.commanded import ERROR, OK, CommandedTello, NoText
 from flockwire_tello.simulated.commands import answer
 from flockwire_tello.simulated.flight import SimulatedFlight
@@ -45,13 +44,17 @@ class _Asker(NamedTuple):
 
 
 class SimulatedTello:
-    """One Tello at `now` (ns); `chance` draws from [0, 1) where a reply time or a loss is random."""
+    """One Tello at `now` (ns); `chance` draws from [0, 1) where a reply time or a loss is random.
+
+    `flight` is what it flies: the truth that a tracker would see, at a time to which `advance` has come.
+    """
 
     def __init__(self, parameters: TelloParameters, now: int, chance: Callable[[], float] = lambda: 0.5) -> None:
         self.parameters, self._chance = parameters, chance
         self._outbox: list[tuple[int, int, bytes, Address]] = []
         self._order = count()
-        self._drone = CommandedTello(parameters, SimulatedFlight(parameters, now), ports=(parameters.state_port, 11111))
+        self.flight = SimulatedFlight(parameters, now)
+        self._drone = CommandedTello(parameters, self.flight, ports=(parameters.state_port, 11111))
         self._client: Address | None = None  # last sender of `command`
         self._first: Address | None = None  # its first sender since power-on
         self._mover: _Asker | None = None  # waits for the end of a movement
@@ -85,7 +88,7 @@ class SimulatedTello:
 
     def advance(self, now: int) -> None:
         """Advance to `now`."""
-        flight = self._drone.flight
+        flight = self.flight
         while (moment := flight.next_cycle()) <= now:
             before = flight.manoeuvre
             done = flight.cycle()
@@ -116,38 +119,17 @@ class SimulatedTello:
         times = [self._outbox[0][0]] if self._outbox else []
         if self._client is not None:
             times.append(self._state_due)
-        if self._drone.flight.airframe.motors or not times:
-            times.append(self._drone.flight.next_cycle())
+        if self.flight.airframe.motors or not times:
+            times.append(self.flight.next_cycle())
         return min(times)
 
     def state(self, now: int) -> TelloState:
         """Return the state at `now`; call `advance` first."""
-        state, pads = self._drone.flight.state(now), self._drone.pads
+        state, pads = self.flight.state(now), self._drone.pads
         if self.parameters.generation == "1.3":
             return state
         off = (PADS_OFF, -200, -200, -200, (0, 0, 0))
         return state._replace(pad=MissionPad(*((NO_PAD, -100, -100, -100, (-1, -1, -1)) if pads else off)))
-
-    def motion(self, now: int) -> AirframeMotion:
-        """Return its true motion at `now`; call `advance` first."""
-        return self._drone.flight.motion(now)
-
-    @property
-    def flying(self) -> bool:
-        """Whether it is in the air, or about to be."""
-        return self._drone.flight.flying
-
-    def fail(self, now: int) -> None:
-        """Stop the motors at `now`."""
-        self._drone.flight.cut(now)
-
-    def hold(self, height: float, now: int) -> None:
-        """Hold it in a hand at `height` m, motors off; put it down at 0."""
-        self._drone.flight.airframe.hold(height, now)
-
-    def respond(self, lag: float, dead_time: float) -> None:
-        """Set the airframe's lag and dead time, s."""
-        self._drone.flight.airframe.respond(lag, dead_time)
 
     def _enter(self, sender: Address, now: int) -> None:
         """Enter SDK mode for `sender`."""
@@ -157,7 +139,7 @@ class SimulatedTello:
         self._client = sender
 
     def _command(self, text: str, asker: _Asker, now: int) -> None:
-        flight = self._drone.flight
+        flight = self.flight
         before = flight.manoeuvre
         reply = answer(self._drone, text, now)
         if flight.manoeuvre is not before:
@@ -181,7 +163,7 @@ class SimulatedTello:
 
     def _watch(self, now: int) -> None:
         """Land after a long time without commands."""
-        flight = self._drone.flight
+        flight = self.flight
         idle = flight.flying and flight.manoeuvre is None
         if idle and now - self._commanded_at >= SILENCE and Quirk.AUTO_LAND in self.parameters.quirks:
             flight.land()
@@ -211,8 +193,8 @@ class SimulatedTello:
 
     def _reboot(self, now: int) -> None:
         """Reset the session; a flying drone falls."""
-        self._drone.flight.cut(now)
-        self._drone = CommandedTello(self.parameters, self._drone.flight, ports=(self.parameters.state_port, 11111))
+        self.flight.cut(now)
+        self._drone = CommandedTello(self.parameters, self.flight, ports=(self.parameters.state_port, 11111))
         self._client = self._first = self._mover = self._numbered = None
         self._replies, self._silent_until = 0, now + REBOOT_TIME
 

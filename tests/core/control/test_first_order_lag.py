@@ -1,7 +1,7 @@
 from math import atan, exp, inf, pi
 
 import pytest
-from flockwire.control.first_order_lag import critical_gain, lagged, smallest_smoothing
+from flockwire.control.first_order_lag import critical_gain, lagged, lagged_motion, smallest_smoothing
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -20,6 +20,13 @@ def test_a_step_is_answered_by_the_closed_form():
 
 def test_without_lag_it_moves_at_once():
     assert lagged(1.0, 0.0, 2.0, 0.0, 0.5) == (2.0, 2.0)
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.3])
+def test_three_axes_are_three_times_one(lag):
+    x, v, u = (1.0, -2.0, 0.5), (0.1, 0.7, -0.4), (-0.3, 0.0, 1.2)
+    axes = [lagged(x[k], v[k], u[k], lag, 0.01) for k in range(3)]
+    assert lagged_motion(x, v, u, lag, 0.01) == tuple(zip(*axes, strict=True))
 
 
 def swing_ratio(gain, lag, dead_time, dt=0.001, seconds=40.0):

@@ -133,7 +133,7 @@ class Tower:
 
 
 class Mute(Tower):
-    """A tower that hears pilots, and of drones only those in `heard`."""
+    """A tower that receives from pilots, and of drones only those in `heard`."""
 
     heard: frozenset[int] = frozenset()
 
@@ -562,7 +562,7 @@ def fly_without(straggler, tower):
 def test_a_straggler_joins_the_formation_that_flies_with_its_start(tower):
     running = fly_without("uav2", tower)
     (order,) = tower.orders()
-    assert same_flight(order, running)  # same start: the formation's time goes on
+    assert same_flight(order, running)  # same start: the formation's time continues
     assert tower.stage is Stage.TAKING_OFF
     assert tower.orders(1.0, uav2=Phase.TAKEOFF) == []
     assert tower.orders(0.1, uav2=Phase.HOLD) == []
@@ -580,7 +580,7 @@ def test_a_straggler_joins_those_that_hold(tower):
 def test_a_straggler_that_is_not_ready_ends_the_waiting_with_its_reason(tower):
     fly_without("uav2", tower)
     assert tower.step(STAGE_TIME / SECOND + 1, uav2=(Phase.GROUNDED, "battery at 9%, take-off needs 20%")) == []
-    assert tower.stage is Stage.OVER  # nobody was ordered anything: who flies goes on
+    assert tower.stage is Stage.OVER  # no order was given: flying drones continue
     assert "uav2: battery at 9%, take-off needs 20%" in tower.failure
 
 

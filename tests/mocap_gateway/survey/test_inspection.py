@@ -81,7 +81,7 @@ def test_exchanged_bodies_are_named_by_whose_start_they_stand_at(inspect, make_s
     starts = {f"uav{i}": make_swarm().drone(i).start for i in range(5)}
     other = {"uav1": "uav2", "uav2": "uav1"}
     found = inspect(lambda name, k, place: (name, starts[other.get(name, name)])).problems()
-    assert ["there starts uav2" in found[0], "there starts uav1" in found[1]] == [True, True]
+    assert ["the start of uav2" in found[0], "the start of uav1" in found[1]] == [True, True]
 
 
 def test_flicker_is_a_share(inspect):

@@ -3,7 +3,7 @@ from struct import pack
 
 import pytest
 from flockwire_mocap.vrpn.connection import MOST_NAMES, VrpnConnection
-from flockwire_mocap.vrpn.reports import SET_BACK, Reports
+from flockwire_mocap.vrpn.session import SET_BACK, Reports
 from flockwire_mocap.vrpn.wire import (
     COOKIE,
     SENDER,

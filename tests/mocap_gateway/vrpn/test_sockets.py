@@ -3,6 +3,7 @@
 import asyncio
 
 from flockwire import clock
+from flockwire_mocap.core import make_core
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 from flockwire_mocap.vrpn.client import VrpnClient
 from flockwire_mocap.vrpn.server import VrpnServer
@@ -22,11 +23,17 @@ def frames(count=FRAMES):
         yield TrackerFrame(number, now, now, tuple(bodies))
 
 
-def test_every_report_arrives_once_and_lost_bodies_say_nothing():
+def client_of(start, port, deliver=lambda frame, now: None):
+    source = make_core(start(source="vrpn", vrpn={"server": HOME, "port": port})).source
+    source.arrived = deliver
+    return VrpnClient(source, lambda: None)
+
+
+def test_every_report_arrives_once_and_lost_bodies_say_nothing(start):
     async def fly():
         server, delivered = VrpnServer(NAMES, port=0), []
         await server.open()
-        client = VrpnClient(HOME, lambda frame, now: delivered.append((frame, now)), server.port)
+        client = client_of(start, server.port, lambda frame, now: delivered.append((frame, now)))
         client.open()
         await until(lambda: len(client.session.connection.senders) == len(NAMES))
         await stream(frames(), 240.0, server.publish)
@@ -47,7 +54,7 @@ def test_every_report_arrives_once_and_lost_bodies_say_nothing():
     assert all(seen == [number / 3 for number in range(FRAMES)] for seen in heights.values())
 
 
-def test_a_server_that_comes_later_or_comes_back_is_found(monkeypatch):
+def test_a_server_that_comes_later_or_comes_back_is_found(start, monkeypatch):
     monkeypatch.setattr(VrpnClient, "PAUSE", 0.02)
 
     async def fly():
@@ -55,7 +62,7 @@ def test_a_server_that_comes_later_or_comes_back_is_found(monkeypatch):
         await first.open()
         port = first.port
         first.close()
-        client = VrpnClient(HOME, lambda frame, now: delivered.append(frame), port)
+        client = client_of(start, port, lambda frame, now: delivered.append(frame))
         client.open()
         await until(lambda: "cannot be reached" in (client.session.trouble or ""))
         for _ in range(2):
@@ -75,13 +82,13 @@ def test_a_server_that_comes_later_or_comes_back_is_found(monkeypatch):
     assert {frame.bodies[0].identity for frame in delivered} == set(range(9))  # the same numbers both times
 
 
-def test_a_server_of_another_protocol_is_left():
+def test_a_server_of_another_protocol_is_left(start):
     async def fly():
         def greet(reader, writer):
             writer.write(b"HTTP/1.1 400 Bad Request\r\n\r\n")
 
         server = await asyncio.start_server(greet, HOME, 0)
-        client = VrpnClient(HOME, lambda frame, now: None, server.sockets[0].getsockname()[1])
+        client = client_of(start, server.sockets[0].getsockname()[1])
         client.open()
         await until(lambda: "not VRPN 7" in (client.session.trouble or ""))
         await client.close()

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import random
 
-from flockwire_sim.scheduler import Scheduler
+from flockwire.domain.time import SECOND
+from flockwire_sim.virtual_time import LocalClock, Scheduler
 
 
 def test_events_come_by_time_then_in_the_order_of_scheduling() -> None:
@@ -34,3 +35,20 @@ def test_an_event_may_schedule_another_for_now_and_stop_the_run() -> None:
     scheduler.run(100)
     assert seen == ["now"]
     assert scheduler.now == 4
+
+
+def test_offset_and_drift_add_to_the_true_time() -> None:
+    clock = LocalClock(100 * SECOND, offset=7, drift=50_000)  # 50 us per s
+    assert clock.read(100 * SECOND) == 100 * SECOND + 7
+    assert clock.read(110 * SECOND) == 110 * SECOND + 7 + 500_000
+
+
+def test_a_step_sets_it() -> None:
+    clock = LocalClock(0, offset=5)
+    clock.step(-25)
+    assert clock.read(1000) == 980
+
+
+def test_a_fast_clocks_second_is_shorter() -> None:
+    assert LocalClock(0, drift=SECOND).true_length(10) == 5
+    assert LocalClock(0).true_length(10_000_000) == 10_000_000
