@@ -28,13 +28,16 @@ find_uv() { # Python to get it with
 
 # Those who change the code run it as it is; compiling takes a C compiler and Python's headers.
 may_compile() {
-  [ ! -f .venv/flockwire-dev ] && command -v cc > /dev/null && command -v flock > /dev/null &&
+  [ ! -f .venv/flockwire-interpreted ] && command -v cc > /dev/null && command -v flock > /dev/null &&
     [ -f "$(.venv/bin/python -c 'import sysconfig; print(sysconfig.get_path("include"))')/Python.h" ]
 }
 
 sync_environment() { # groups as uv names them
   local stamp=.venv/flockwire-"$1" python uv
-  [ "$1" != dev ] || rm -f .venv/lib/python*/site-packages/flockwire_compiled_first.*
+  if [ "$1" = dev ] && [ -d .venv ]; then
+    touch .venv/flockwire-interpreted # a compilation under way ends without effect
+    rm -f .venv/lib/python*/site-packages/flockwire_compiled_first.*
+  fi
   if [ -f "$stamp" ] && [ "$stamp" -nt uv.lock ] && [ "$stamp" -nt pyproject.toml ]; then
     return
   fi
@@ -45,4 +48,5 @@ sync_environment() { # groups as uv names them
   [ "$1" = dev ] || options+=(--no-dev --inexact)
   UV_PYTHON_DOWNLOADS=never UV_PROJECT_ENVIRONMENT=.venv "$uv" sync "${options[@]}"
   touch "$stamp"
+  if [ "$1" = dev ]; then touch .venv/flockwire-interpreted; fi
 }
