@@ -219,6 +219,18 @@ def test_without_telemetry_it_lands_after_three_seconds(flyer):
     assert flyer.report.detail.startswith("telemetry lost")
 
 
+def test_without_telemetry_from_before_the_take_off_it_leaves_the_landing_to_the_driver(cockpit):
+    agent = cockpit()
+    agent.run(0.1)
+    agent.silent = {"telemetry"}
+    agent.order("takeoff")
+    agent.run(2.0)
+    assert (agent.state, agent.phase) == (FlightState.FLYING, Phase.GROUNDED)  # it knows of no take-off
+    assert agent.command is not None
+    agent.run(1.2)
+    assert agent.command is None
+
+
 @pytest.mark.parametrize(("battery", "phase"), [(0.15, Phase.FORMATION), (0.09, Phase.LANDING)])
 def test_a_battery_that_runs_out_lands(flyer, battery, phase):
     flyer.battery = battery

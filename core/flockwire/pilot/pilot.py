@@ -118,16 +118,22 @@ class Pilot:
     def command(self, wanted: Vector, now: int) -> list[tuple[Key, Message]]:
         """Return the command to publish at `now` (Unix ns); `wanted` (m/s) is used only in the formation phase.
 
-        None after an emergency stop, and before the driver has reported whether the drone flies: without commands it
-        then lands instead of hovering without end.
+        None after an emergency stop, and while it is not known whether the drone flies: without commands it then lands
+        instead of hovering without end.
         """
-        if self.flight.phase is Phase.STOPPED or self._telemetry is None:
+        if self.flight.phase is Phase.STOPPED or self._telemetry is None or self._may_have_taken_off:
             return []
         motion = self.motion
         self._wanted = wanted
         velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity()
         self._airframe.command(velocity, (now - self.born) / SECOND)
         return [(self._command_key, from_fields(Command, (self.stamp, self._frame, velocity, 0.0)))]
+
+    @property
+    def _may_have_taken_off(self) -> bool:
+        """Whether the pilot takes its drone for grounded by telemetry that is too old to know."""
+        lost = self._inputs.telemetry > self._limits.staleness.telemetry_land
+        return lost and self.flight.phase not in IN_FLIGHT
 
     def report(self, now: int, formation_error: float = -1.0, estimate_age: float = -1.0) -> Report:
         """Return the drone's status; `formation_error` in m, `estimate_age` in s, -1 if there is none."""

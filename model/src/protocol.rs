@@ -1,0 +1,287 @@
+//! The whole: two stations, drones, the orders on their way, faults; and what must hold in every state.
+
+use crate::drone::{Drone, Trouble};
+use crate::orders::{MOST, Order, Verb, bit};
+use crate::table::{Phase, Table};
+use stateright::{Model, Property};
+
+pub type Bug = &'static str;
+
+/// Bugs of the past, to be put back; each is found as the violation of a property.
+pub const BUGS: [Bug; 13] = [
+    "the newest stamp holds",
+    "orders name nothing",
+    "a hold takes a landing back",
+    "news is not noticed",
+    "any newer order confirms",
+    "a hold takes off",
+    "a restarted pilot obeys what it missed",
+    "what came down takes off again",
+    "commands without telemetry",
+    "commands though it may have taken off",
+    "a stopped pilot commands",
+    "without an order it flies on",
+    "a process ends in the air",
+];
+
+/// One who gives orders; several terminals of one person are several.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Station {
+    asked: Option<u8>, // a start or a change is under way: the holds and landings before it was asked for
+    known: u16,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct State {
+    orders: Vec<Order>, // each may be delivered to each pilot at any time, never, or again
+    stations: [Station; 2],
+    drones: Vec<Drone>,
+    taken: u8, // the holds and landings that anybody has taken in
+    faults: u8,
+    stop: bool,
+    wrong: Option<&'static str>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Action {
+    Ask(usize),
+    Give(usize, Verb),
+    Hear(usize, usize),
+    Deliver(u8, usize),
+    GiveStop,
+    StopDriver(usize),
+    StopPilot(usize),
+    Time(usize, usize),
+    Crash(usize),
+    Begin(usize),
+    Retire(usize),
+    CrashDriver(usize),
+    BeginDriver(usize),
+    Cut(usize, bool),
+    Mend(usize),
+    Trouble(usize, Trouble),
+}
+
+#[derive(Clone)]
+pub struct Protocol {
+    pub drones: usize,
+    pub faults: u8,
+    pub orders: usize,
+    pub stop: bool,
+    pub bug: Bug,
+    table: Table,
+}
+
+impl Default for Protocol {
+    fn default() -> Protocol {
+        Protocol { drones: 3, faults: 2, orders: 2, stop: false, bug: "", table: Table::read() }
+    }
+}
+
+impl Protocol {
+    fn faults_of(&self, i: usize, drone: &Drone, actions: &mut Vec<Action>) {
+        if drone.alive {
+            actions.push(Action::Crash(i));
+            if drone.retired == 0 {
+                actions.push(Action::Retire(i));
+            }
+            if drone.trouble == Trouble::None {
+                actions.extend([Action::Trouble(i, Trouble::Holds), Action::Trouble(i, Trouble::Lands)]);
+            }
+        }
+        if drone.driver {
+            actions.push(Action::CrashDriver(i));
+        }
+        if drone.telemetry && drone.commands {
+            actions.extend([Action::Cut(i, true), Action::Cut(i, false)]);
+        }
+    }
+
+    fn give(&self, state: &mut State, s: usize, verb: Verb) {
+        let station = &mut state.stations[s];
+        let mut rightful = station.asked.unwrap_or(0);
+        for (k, order) in state.orders.iter().enumerate() {
+            if station.known & 1 << k != 0 && order.verb.rank() == 0 {
+                rightful |= order.rightful;
+            }
+        }
+        let downs = (0..state.orders.len()).filter(|k| state.orders[*k].verb.rank() > 0).fold(0, |all, k| all | 1 << k);
+        for (k, order) in state.orders.iter().enumerate().rev() {
+            if rightful & 1 << k != 0 {
+                rightful |= order.knows as u8 & downs; // who gave it knew them
+            }
+        }
+        let new = state.orders.len() as u8;
+        state.orders.push(Order { verb, giver: s as u8, knows: station.known, rightful });
+        station.known |= bit(new);
+        if verb.rank() > 0 {
+            station.asked = None;
+        }
+    }
+
+    /// The station looks at what a pilot reports; another's hold or landing that is news ends what is under way.
+    fn hear(&self, state: &mut State, s: usize, i: usize) {
+        let (station, orders) = (&mut state.stations[s], &state.drones[i].orders);
+        let before = station.known;
+        if let Some(held) = orders.holds.filter(|held| before & bit(*held) == 0) {
+            station.known |= state.orders[held as usize].knows;
+        }
+        station.known |= orders.newest();
+        let news = (0..state.orders.len() as u8)
+            .filter(|k| orders.newest() & !before & bit(*k) != 0)
+            .filter(|k| state.orders[*k as usize].verb.rank() > 0 && state.orders[*k as usize].giver != s as u8)
+            .any(|k| station.asked.is_some_and(|asked| asked & 1 << k == 0));
+        if news && self.bug != "news is not noticed" {
+            station.asked = None;
+        }
+    }
+
+    /// Whether a station that hears the pilot takes its hold or landing `k` as confirmed by it.
+    fn confirms(&self, state: &State, drone: &Drone, k: u8) -> bool {
+        let order = state.orders[k as usize];
+        if self.bug == "any newer order confirms" {
+            return drone.orders.holds.is_some_and(|held| held >= k);
+        }
+        let Some(held) = drone.orders.holds.filter(|_| drone.orders.newest() & bit(k) != 0) else { return false };
+        let on_ground = matches!(drone.phase, Phase::Grounded | Phase::Ready);
+        (order.verb == Verb::Hold && on_ground) || state.orders[held as usize].verb == order.verb
+    }
+
+    fn wrong_now(&self, state: &State) -> Option<&'static str> {
+        for drone in &state.drones {
+            if !drone.is_cared_for(&state.orders, &self.table, self.bug) {
+                return Some("nobody is in the air for ever without a pilot that flies it or a driver that lands it");
+            }
+            if !drone.alive {
+                continue;
+            }
+            if let Some(held) = drone.orders.holds.map(|held| state.orders[held as usize]) {
+                if held.verb.rank() == 0 && drone.orders.down & !held.rightful != 0 {
+                    return Some("no hold and no landing is undone by an order that was asked for before it");
+                }
+            }
+            for k in 0..state.orders.len() as u8 {
+                let down = state.orders[k as usize].verb.rank() > 0;
+                if down && self.confirms(state, drone, k) && !drone.orders.knows_of(k) {
+                    return Some("who has confirmed a hold or a landing has taken it in");
+                }
+            }
+        }
+        None
+    }
+}
+
+impl Model for Protocol {
+    type State = State;
+    type Action = Action;
+
+    fn init_states(&self) -> Vec<State> {
+        vec![State {
+            orders: Vec::new(),
+            stations: Default::default(),
+            drones: vec![Drone::new(); self.drones],
+            taken: 0,
+            faults: self.faults,
+            stop: false,
+            wrong: None,
+        }]
+    }
+
+    fn actions(&self, state: &State, actions: &mut Vec<Action>) {
+        if state.wrong.is_some() {
+            return;
+        }
+        if state.orders.len() < self.orders.min(MOST) {
+            for (s, station) in state.stations.iter().enumerate() {
+                actions.extend([Action::Give(s, Verb::Hold), Action::Give(s, Verb::Land)]);
+                match station.asked {
+                    None => actions.push(Action::Ask(s)),
+                    Some(_) => actions.extend([Verb::TakeOff, Verb::Start, Verb::Formation].map(|v| Action::Give(s, v))),
+                }
+                actions.extend((0..self.drones).filter(|i| state.drones[*i].alive).map(|i| Action::Hear(s, i)));
+            }
+        }
+        if self.stop && !state.stop {
+            actions.push(Action::GiveStop);
+        }
+        for (i, drone) in state.drones.iter().enumerate() {
+            if drone.alive {
+                actions.extend((0..state.orders.len() as u8).map(|k| Action::Deliver(k, i)));
+            } else {
+                actions.push(Action::Begin(i));
+            }
+            if state.stop {
+                actions.extend([Action::StopDriver(i), Action::StopPilot(i)]);
+            }
+            actions.extend((0..drone.later(&state.orders, self.bug).len()).map(|way| Action::Time(i, way)));
+            if !drone.driver {
+                actions.push(Action::BeginDriver(i));
+            }
+            if !(drone.telemetry && drone.commands) {
+                actions.push(Action::Mend(i));
+            }
+            if drone.trouble != Trouble::None {
+                actions.push(Action::Trouble(i, Trouble::None));
+            }
+            if state.faults > 0 {
+                self.faults_of(i, drone, actions);
+            }
+        }
+    }
+
+    fn next_state(&self, last: &State, action: Action) -> Option<State> {
+        let mut state = last.clone();
+        let given = state.orders.len();
+        match action {
+            Action::Ask(s) => {
+                let known = (0..given).filter(|k| state.stations[s].known & 1 << k != 0);
+                let down = known.filter(|k| state.orders[*k].verb.rank() > 0).fold(0, |all, k| all | 1 << k);
+                state.stations[s].asked = Some(state.taken | down);
+            }
+            Action::Give(s, verb) => self.give(&mut state, s, verb),
+            Action::Hear(s, i) => self.hear(&mut state, s, i),
+            Action::Deliver(k, i) => {
+                if state.drones[i].orders.take(k, &state.orders, self.bug) {
+                    state.wrong = Some("no hold takes a landing back");
+                }
+                state.taken |= state.drones[i].orders.down;
+            }
+            Action::GiveStop => state.stop = true,
+            Action::StopDriver(i) => state.drones[i].stopped = true,
+            Action::StopPilot(i) => state.drones[i].phase = Phase::Stopped,
+            Action::Time(i, way) => {
+                let (next, wrong) = state.drones[i].later(&state.orders, self.bug).swap_remove(way);
+                state.drones[i] = next;
+                state.wrong = wrong;
+            }
+            Action::Crash(i) => state.drones[i].end(),
+            Action::Begin(i) => state.drones[i].begin(given),
+            Action::Retire(i) => state.drones[i].retired = 1,
+            Action::CrashDriver(i) => state.drones[i].driver = false,
+            Action::BeginDriver(i) => state.drones[i].begin_driver(),
+            Action::Cut(i, true) => state.drones[i].telemetry = false,
+            Action::Cut(i, false) => state.drones[i].commands = false,
+            Action::Mend(i) => (state.drones[i].telemetry, state.drones[i].commands) = (true, true),
+            Action::Trouble(i, trouble) => state.drones[i].trouble = trouble,
+        }
+        let is_fault = matches!(
+            action,
+            Action::Crash(_) | Action::Retire(_) | Action::CrashDriver(_) | Action::Cut(..)
+                | Action::Trouble(_, Trouble::Holds | Trouble::Lands)
+        );
+        state.faults -= u8::from(is_fault);
+        for drone in &mut state.drones {
+            state.wrong = state.wrong.or(drone.react(&state.orders, &self.table, self.bug));
+        }
+        if state.orders.len() >= self.orders.min(MOST) {
+            state.stations = Default::default(); // they have no more to say
+        }
+        state.wrong = state.wrong.or_else(|| self.wrong_now(&state));
+        state.drones.sort(); // all drones are alike
+        (state != *last).then_some(state)
+    }
+
+    fn properties(&self) -> Vec<Property<Self>> {
+        vec![Property::always("the protocol holds", |_, state: &State| state.wrong.is_none())]
+    }
+}
