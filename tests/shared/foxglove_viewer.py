@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from typing import Any, NamedTuple
@@ -41,10 +42,9 @@ class Viewer:
         async with asyncio.timeout(seconds):
             while not met():
                 self._news.clear()
-                try:
-                    await asyncio.wait_for(self._news.wait(), LOOK)
-                except TimeoutError:
-                    continue
+                with contextlib.suppress(TimeoutError):
+                    async with asyncio.timeout(LOOK):
+                        await self._news.wait()
 
     def decoded(self, seen: Seen) -> Any:
         """Return the content of a message."""

@@ -51,7 +51,8 @@ class ViconClient(PersistentConnection):
         server = self._source.table.server
         while True:
             try:
-                line = await asyncio.wait_for(child.stdout.readline(), FRAME_TIMEOUT)
+                async with asyncio.timeout(FRAME_TIMEOUT):  # `wait_for` can lose a cancellation before Python 3.12
+                    line = await child.stdout.readline()
             except TimeoutError:
                 return f"{server} sends nothing: check its address, and that Tracker or Nexus is live"
             if not line:
