@@ -90,6 +90,11 @@ class Trace:
         """The followers that were not left out, ascending."""
         return tuple(number for number in self.swarm.followers if number not in self.left_out)
 
+    @property
+    def was_ordered_up(self) -> bool:
+        """Whether any order made drones take off."""
+        return any(mission.verb not in ("prepare", "hold", "land") for mission in self.missions)
+
     def of(self, kind: str, number: int) -> Series:
         """Return the messages of drone `number`'s key `kind`, possibly none."""
         return self.series.get(Key(kind, uav(number))) or Columns(kind).series()

@@ -76,7 +76,7 @@ def load_flying(file: Path, keys: Path | None) -> tuple[Plan, Path]:
         return plan, keys_folder(file, plan, keys)
     clock.share(flying.epoch)
     if how := _changed(file, flying):
-        print(f"flockwire: {file}: {how}; the swarm that took off, {flying.swarm.name!r}, is meant", file=sys.stderr)
+        print(f"flockwire: {file}: {how}; the order is for {flying.swarm.name!r}, as it took off", file=sys.stderr)
     return planned(flying.swarm), keys or Path(flying.keys)
 
 

@@ -178,6 +178,8 @@ def _refuse_in_flight(plan: Plan, folder: Path) -> None:
 def _known(plan: Plan, argument: str, formation: str) -> None:
     known = plan.swarm.formations
     if formation and formation not in known:
+        if not known:
+            refuse(f"{argument} = {formation!r}: the swarm file has no [formations]")
         refuse(f"{argument} = {formation!r}: must be one of {sorted(known)} ([formations]){meant(formation, known)}")
 
 

@@ -51,7 +51,10 @@ def _report(trace: Path, out: Path) -> Iterable[str]:
         yield f"the trace cannot be read: {error}"
         return
     summary = summarise(read)
-    yield from print_figures(summary)
+    if read.was_ordered_up:
+        yield from print_figures(summary)
+    else:  # every check would fail
+        yield "it ended before take-off"
     try:
         with progress("draws the figures"):
             write_files(read, summary, out)

@@ -49,7 +49,7 @@ def test_a_bad_swarm_file_is_refused_in_one_line(flockwire, broken, old, new, li
         (("check", "nowhere.toml"), "flockwire: nowhere.toml: cannot read the swarm file: No such file or directory"),
         (("agent", PAPER, 9), "flockwire: ID = 9: must be one of [1, 2, 3, 4]"),
         (("router", PAPER), "flockwire: paper has no router: only a swarm with network.mode = 'router' has one"),
-        (("start", PAPER, "--formation", "x"), "flockwire: --formation = 'x': must be one of [] ([formations])"),
+        (("start", PAPER, "--formation", "x"), "flockwire: --formation = 'x': the swarm file has no [formations]"),
         (("up", PAPER, "--host", "mars"), "flockwire: --host = 'mars': must be one of ['local'] ([hosts])"),
         (("report", "nowhere.mcap"), "flockwire: "),
         (("recover", "nowhere.mcap"), "flockwire: "),

@@ -117,7 +117,7 @@ def test_whatever_becomes_of_the_swarm_file_and_its_keys_orders_reach_who_flies(
         order = flockwire(verb, swarm)
         output, errors = order.communicate(timeout=20)
         assert (order.returncode, f"{verb}: confirmed by" in output) == (0, True), errors
-        assert "the swarm that took off, 'paper', is meant" in errors
+        assert "the order is for 'paper', as it took off" in errors
     flight.communicate(timeout=60)
     assert len(list(out.glob("trace*.mcap"))) == 2
     assert not list(swarm.parent.glob(".flockwire/*.flying"))

@@ -95,7 +95,7 @@ def test_an_order_goes_to_what_flies_when_its_file_has_changed(file, what, chang
         for verb in ("hold", "land", "stop"):
             done = flockwire(verb, file)
             assert done.returncode == 0
-            assert "the swarm that took off, 'flock', is meant" in done.stderr
+            assert "the order is for 'flock', as it took off" in done.stderr
     assert [(str(keys), verb) for _, keys, verb in given] == [(what.keys, verb) for verb in ("hold", "land", "stop")]
     assert {swarm.name for swarm, _, _ in given} == {"flock"}
     assert {swarm.network.base_port for swarm, _, _ in given} == {what.swarm.network.base_port}

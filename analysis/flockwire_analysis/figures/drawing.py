@@ -181,7 +181,7 @@ def _width(text: str) -> float:
 def _before(marked: Sequence[Event], places: Sequence[float]) -> list[bool]:
     """Return the names to put before their lines, because behind them they would overlap the next event's."""
     found, taken = [], -BEYOND
-    for event, place, following in zip(marked, places, [*places[1:], 2.0], strict=True):
+    for event, place, following in zip(marked, places, (*places, 2.0)[1:], strict=True):
         width = _width(event.text)
         found.append(following - place < width and place - width >= taken)
         taken = max(taken, place + width)
