@@ -9,9 +9,3 @@ def test_a_flight_that_was_ended_before_its_take_off_has_one_sentence_and_no_che
     printed = capsys.readouterr()
     assert "ok " not in printed.out
     assert printed.err.splitlines()[-1] == "flockwire: the flight failed: it ended before take-off"
-
-
-def test_one_that_took_off_is_judged(tmp_path, capsys):
-    record(tmp_path / "trace.mcap", begin=-2.0, end=3.0)
-    conclude("", tmp_path)
-    assert "separation" in capsys.readouterr().out

@@ -41,6 +41,7 @@ def test_a_tree_s_own_packages_come_first():
     assert str(TREE.root / "agent") in paths
 
 
+@pytest.mark.long
 def test_calls_of_a_tree_are_counted_by_its_own_command():
     (found,) = calls(TREE).values()
     assert 10_000 < found < 1_000_000

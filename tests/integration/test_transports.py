@@ -33,6 +33,7 @@ def test_what_is_not_installed_is_named_with_what_installs_it():
     }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["flockwire", "Zenoh", "UDP"])
 def test_both_ends_receive_each_message(name, tmp_path, free_ports):
     (one,) = (one for one in transports.transports() if one.name == name)
