@@ -5,10 +5,10 @@
     .venv/bin/python bench/mutants.py --only 'ladder: blind landing hovers' --again
 
 bench/mutants/ has them as tables: a name, what is wrong, a file, and the text that replaces another. Each is put into a
-copy of the tree, and each column runs there until it finds it: exit status 1. `suite` runs the tests beside the changed
-module first, then those that start no process, then those that do (`--stages`). `draws` flies drawn flights. The
-unchanged copy comes first; a column that finds something there is not run. Results are kept in OUT/results.jsonl, and a
-call that was ended continues; `--again` runs the named ones, or without names those that survived, once more.
+copy of the tree, where each column runs until it finds it: exit status 1. `suite` runs the module's own tests, then
+those beside them, then all that start no process, then those that do (`--stages`). `draws` flies drawn flights. The
+unchanged copy comes first; a column that finds something there is not run. Results are kept in OUT/results.jsonl, and
+a call that was ended continues; `--again` runs the named ones, or without names those that survived, once more.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ FOUND, NOTHING = 1, 0  # exit statuses of a command of a column
 LONGEST = 3600.0  # s that a command may take
 MOST_PROCESSOR = 1500  # s of processor time of one process: a mutant may loop
 FAST = ("core", "agent", "leader", "kinematics", "tello_driver", "mocap_gateway", "router")  # folders of tests/
-STAGES = ("near", "fast", "flights", "rest", "processes")
+STAGES = ("own", "near", "fast", "flights", "rest", "processes")
 OWN = "tests/bench"  # judges the tables, not the tree
 
 
@@ -87,26 +87,27 @@ def mutants() -> tuple[Mutant, ...]:
     )
 
 
-def near(file: str) -> str:
+def near(file: str) -> Path:
     """Return the folder of the tests beside the module `file`: tests/ mirrors the folders."""
     top, _, *inner = Path(file).parts
-    own = Path("tests", top, *inner[:-1]) if top == "core" else Path("tests", top)
-    return str(own)
+    return Path("tests", top, *inner[:-1]) if top == "core" else Path("tests", top)
 
 
 def suite(stages: tuple[str, ...]) -> Column:
     """Return the column of the suite; `stages` of STAGES."""
 
     def column(mutant: Mutant | None) -> Iterator[Stage]:
-        folder = near(mutant.file) if mutant is not None else ""
-        rest = [f"--ignore={folder}"] if folder else []
-        fast = [f"tests/{name}" for name in FAST if f"tests/{name}" != folder]
+        folder = near(mutant.file) if mutant is not None else Path("nowhere")
+        own = folder / f"test_{Path(mutant.file).stem}.py" if mutant is not None else folder
+        done = [f"--ignore={folder}"]
+        fast = [f"tests/{name}" for name in FAST if Path("tests", name) != folder]
         others = [f"--ignore=tests/{name}" for name in (*FAST, "sim", "integration")]
         of = {
-            "near": [folder] if folder else [],
-            "fast": [*fast, *rest],
+            "own": [str(own)] if (ROOT / own).is_file() else [],
+            "near": [str(folder), f"--ignore={own}"] if mutant is not None else [],
+            "fast": [*fast, *done],
             "flights": ["tests/sim"],
-            "rest": ["tests", *others, *rest],
+            "rest": ["tests", *others, *done],
             "processes": ["tests", "-m", "integration and not long"],
         }
         for stage in STAGES:
@@ -169,11 +170,11 @@ class Copy:
     def run(self, command: list[str]) -> tuple[int | None, str, float]:
         """Run `command`; return its exit status (None: it took too long), its output, its processor time in s."""
         before = _children_s()
-        limit = lambda: resource.setrlimit(resource.RLIMIT_CPU, (MOST_PROCESSOR, MOST_PROCESSOR))  # noqa: E731
         process = subprocess.Popen(
             command, cwd=self.folder, env=self._environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, text=True, start_new_session=True, preexec_fn=limit,
+            stderr=subprocess.STDOUT, text=True, start_new_session=True,
         )  # fmt: skip
+        resource.prlimit(process.pid, resource.RLIMIT_CPU, (MOST_PROCESSOR, MOST_PROCESSOR))
         try:
             output, _ = process.communicate(timeout=LONGEST)
         except subprocess.TimeoutExpired:
@@ -265,7 +266,8 @@ def run(options: argparse.Namespace, columns: Mapping[str, Column]) -> bool:
                 raise SystemExit(f"{name} fails without a mutant: {results.newest[UNCHANGED, name].by}")
             for mutant in wanted:
                 was = results.outcome(mutant.id, name)
-                if was == "survived" and not options.again or was == "killed" and not (options.again and options.only):
+                wanted_again = options.again and (options.only or was == "survived")
+                if was in ("killed", "survived") and not wanted_again:
                     continue
                 result = judge(copy, mutant, name, column)
                 results.add(result)
@@ -287,6 +289,7 @@ def main() -> int:
     parser.add_argument("--again", action="store_true", help="run those that survived, or those of --only, once more")
     parser.add_argument("--out", type=Path, default=Path("runs/mutants"))
     options = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit("ended"))
     own = {name: commanded(name, shlex.split(command)) for name, _, command in map(_split, options.column)}
     columns: dict[str, Column] = {
         "suite": suite(tuple(options.stages)), "draws": commanded("draws", [*DRAWS, str(options.rounds)]), **own,
