@@ -41,13 +41,14 @@ OWN = "tests/bench"  # judges the tables, not the tree
 
 
 class Mutant(NamedTuple):
-    """One defect: in `file`, `before` (which is there once) becomes `after`."""
+    """One defect: in `file`, `before` (which is there once) becomes `after`; `model` is the like bug of model/."""
 
     id: str
     defect: str
     file: str
     before: str
     after: str
+    model: str = ""
 
     def applied(self, text: str) -> str:
         """Return the mutated `text` of the file; raises ValueError if `before` is not there exactly once."""
@@ -93,18 +94,24 @@ def near(file: str) -> Path:
     return Path("tests", top, *inner[:-1]) if top == "core" else Path("tests", top)
 
 
+def own(file: str) -> list[str]:
+    """Return the tests with the name of the module `file`; those of the library may stand beside who uses it."""
+    folders = [near(file), *(Path("tests", name) for name in FAST if file.startswith("core/"))]
+    name = f"test_{Path(file).stem}.py"
+    return [str(path) for folder in dict.fromkeys(folders) if (ROOT / (path := folder / name)).is_file()]
+
+
 def suite(stages: tuple[str, ...]) -> Column:
     """Return the column of the suite; `stages` of STAGES."""
 
     def column(mutant: Mutant | None) -> Iterator[Stage]:
-        folder = near(mutant.file) if mutant is not None else Path("nowhere")
-        own = folder / f"test_{Path(mutant.file).stem}.py" if mutant is not None else folder
+        folder, first = (near(mutant.file), own(mutant.file)) if mutant is not None else (Path("nowhere"), [])
         done = [f"--ignore={folder}"]
         fast = [f"tests/{name}" for name in FAST if Path("tests", name) != folder]
         others = [f"--ignore=tests/{name}" for name in (*FAST, "sim", "integration")]
         of = {
-            "own": [str(own)] if (ROOT / own).is_file() else [],
-            "near": [str(folder), f"--ignore={own}"] if mutant is not None else [],
+            "own": first,
+            "near": [str(folder), *(f"--ignore={file}" for file in first)] if mutant is not None else [],
             "fast": [*fast, *done],
             "flights": ["tests/sim"],
             "rest": ["tests", *others, *done],

@@ -34,6 +34,8 @@ def test_it_still_applies_to_its_file(mutant: Mutant) -> None:
 def test_each_has_a_name_of_its_own_and_tests_beside_its_module() -> None:
     assert [name for name, count in Counter(mutant.id for mutant in EACH).items() if count > 1] == []
     assert [mutant.id for mutant in EACH if not (mutants.ROOT / near(mutant.file)).is_dir()] == []
+    bugs = (mutants.ROOT / "model/src/protocol.rs").read_text(encoding="utf-8")
+    assert [mutant.model for mutant in EACH if f'"{mutant.model}"' not in bugs and mutant.model] == []
 
 
 @pytest.mark.parametrize("text", ["", "Apache License\nApache License\n"])
