@@ -10,7 +10,7 @@ from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.loading import parse_swarm
 from flockwire.process.cores import Core, Start, make_core
-from flockwire.process.faults import parse_faults
+from flockwire.process.fault_file import parse_faults
 from flockwire.swarm.model import Swarm
 from flockwire.wire.codec import decode
 from flockwire.wire.plan import Plan
