@@ -52,6 +52,7 @@ class Process:
     pilot: bool = False  # it is a pilot: a flight waits for it, and ends if it is lost
     witness: bool = False  # no fault reaches it: without it a flight cannot be judged
     records: bool = False  # subscribes to every key and writes the trace; its host conducts the flight
+    batches: bool = False  # its state reaches the recorder in batches (batch.py)
     faults: frozenset[str] = frozenset()  # the kinds of fault that its core injects itself
     after: tuple[str, ...] = ("router", "recorder")  # kinds that must report before it is started
     driver: bool = False  # drives airframes: it may end only when they are down
@@ -100,6 +101,7 @@ GATEWAY = Process(
     port=0,
     runner="flockwire_mocap.process:run",
     rank=4,
+    batches=True,
     faults=frozenset({"tracker", "noise", "swap", "visitor", "false_pose"}),
 )
 TRACKER = Process(
@@ -122,6 +124,7 @@ KINEMATICS = Process(
     port=1,
     driver=True,
     rank=2,
+    batches=True,
     faults=frozenset({"lag", "failure", "false_height"}),
     only_if="a simulated drone, or a simulated person who leads",
 )
@@ -132,6 +135,7 @@ LEADING = Process(
     "flockwire_leader.core:make_core",
     port=0,
     pilot=True,
+    batches=True,
 )
 AGENT = Process(
     "agent",
@@ -141,6 +145,7 @@ AGENT = Process(
     port=0,
     numbered=True,
     pilot=True,
+    batches=True,
     faults=frozenset({"false_estimate", "false_age"}),
 )
 DRIVER = Process(
@@ -152,6 +157,7 @@ DRIVER = Process(
     numbered=True,
     driver=True,
     rank=1,
+    batches=True,
     restarts=True,
     untimed=True,
     only_if="a drone whose airframe has a driver of its own",
