@@ -60,7 +60,7 @@ class AgentParameters(NamedTuple):
     neighbours: dict[int, float]  # its in-neighbours: w_ij by id j
     leader_kind: str
     disagreement: float  # m, between the neighbours' estimates; inf without a safety filter
-    closer: frozenset[int]  # the in-neighbours that are fewer hops from the leader
+    closer: frozenset[int]  # the in-neighbours that are fewer hops from the leader; likewise none
 
 
 class CourseParameters(NamedTuple):
@@ -143,7 +143,7 @@ def agent_parameters(swarm: Swarm, number: int) -> AgentParameters:
         neighbours=neighbours,
         leader_kind=swarm.leader.kind,
         disagreement=swarm.limits.disagreement if swarm.control.filtered else inf,
-        closer=frozenset(j for j in neighbours if depths[j] < depths[number]),
+        closer=frozenset(j for j in neighbours if swarm.control.filtered and depths[j] < depths[number]),
     )
 
 
