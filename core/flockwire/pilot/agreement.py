@@ -11,7 +11,9 @@ from flockwire.swarm.model import uav
 from flockwire.wire.status import LEFT_OUT, Reason
 
 DISAGREE = "disagree about the leader"
-BELIEVED = SECOND // 2  # ns for which a contradiction must last before it is reported, or the drone holds
+BELIEVED = (
+    SECOND  # ns that a contradiction must last before it is reported, or the drone holds: observers settle sooner
+)
 
 
 class Agreement:
