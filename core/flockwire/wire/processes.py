@@ -100,7 +100,7 @@ GATEWAY = Process(
     port=0,
     runner="flockwire_mocap.process:run",
     rank=4,
-    faults=frozenset({"tracker", "noise", "swap", "visitor"}),
+    faults=frozenset({"tracker", "noise", "swap", "visitor", "false_pose"}),
 )
 TRACKER = Process(
     "tracker-sim",
@@ -110,7 +110,7 @@ TRACKER = Process(
     port=5,
     runner="flockwire_mocap.twin.process:run",
     rank=3,
-    faults=frozenset({"tracker", "noise", "swap", "visitor"}),
+    faults=frozenset({"tracker", "noise", "swap", "visitor", "false_pose"}),
     alone="flockwire_mocap.twin.process:serve_alone",
     only_if="a table [gateway.twin], and a gateway.source that it serves,",
 )
@@ -122,7 +122,7 @@ KINEMATICS = Process(
     port=1,
     driver=True,
     rank=2,
-    faults=frozenset({"lag", "failure"}),
+    faults=frozenset({"lag", "failure", "false_height"}),
     only_if="a simulated drone, or a simulated person who leads",
 )
 LEADING = Process(
@@ -141,6 +141,7 @@ AGENT = Process(
     port=0,
     numbered=True,
     pilot=True,
+    faults=frozenset({"false_estimate", "false_age"}),
 )
 DRIVER = Process(
     "driver",
