@@ -47,10 +47,7 @@ def print_tables(results: list[Result]) -> None:
         times = sorted(_times(rung, results))
         timed = f"{median(times):8.2f}{times[-1]:8.2f}   of {len(times)}" if times else ""
         print(f"{rung:28}{count:>9}{timed}")
-    coverage = Coverage()
-    for result in results:
-        coverage.add(result.marks)
-    print("", *coverage.table(), sep="\n")
+    print("", *Coverage.of(result.marks for result in results).table(), sep="\n")
     closest = min(results, key=lambda result: result.closest)
     fastest = max(results, key=lambda result: result.fastest_contact)
     print(f"\nclosest approach {closest.closest:.3f} m (seed {closest.seed})")

@@ -25,7 +25,7 @@ from flockwire.wire.status import Status
 from flockwire_sim.process import Published, VirtualProcess
 from flockwire_sim.world import EPOCH, World
 from flockwire_tello.simulated.served import ServedTello
-from rare_draws import EARLY, HAND, ORDERS, STATION_KILLED
+from rare_draws import CLOCK, EARLY, HAND, ORDERS, STATION_KILLED
 
 LONGEST = 75.0  # s that a flight may take: the operator waits up to 30 s for a stage
 COLLISION = 0.2  # m between two centres, in the air
@@ -36,6 +36,7 @@ FALL = SECOND  # ns: more than a fall from the fence's top takes
 OBEYED = 3.0  # s in which an order has reached whoever can be reached
 PAUSE = 0.1  # s without truth
 AFTER = 2 * SECOND  # ns flown on after an order to a flight that is over
+LANDING = 20  # s in which a landing after the flight must end
 WORLD_ENDED = 2.0  # s from the end of the kinematics to that of the flight
 
 
@@ -111,6 +112,8 @@ class Judge:
             if self.flight.after:
                 self._order("operator", self.flight.after)
                 scheduler.run(scheduler.now + AFTER)
+            if any(fault["kind"] == ORDERS and fault["station"] == CONSOLE.kind for fault in self.flight.faults):
+                self._land_again()
             if self._stopped:  # the flight is over when all motors are off: let the drones fall
                 scheduler.run(scheduler.now + FALL)
         self._judge_frame()
@@ -157,6 +160,8 @@ class Judge:
             self._give(CONSOLE.kind, fault["orders"])
         elif kind == ORDERS:
             self._give(fault["station"], fault["orders"])
+        elif kind == CLOCK:
+            processes[CONSOLE.kind].clock.step(nanoseconds(fault["step"]))
         elif kind == EARLY:
             self._disturb(processes[fault["process"]], fault["duration"])
         elif kind == HAND:
@@ -179,6 +184,16 @@ class Judge:
         elif kind == "kill" and any(driver.identity == fault["process"] for driver in self._drivers):
             self.result.world_ended = True
             self._later(WORLD_ENDED, self.world.scheduler.stop)
+
+    def _land_again(self) -> None:
+        """Have the second station land what it has sent up since the flight was over."""
+        scheduler, console = self.world.scheduler, self.world.station(CONSOLE.kind)
+        if console.core.asked or any(place[2] > DOWN for place in self._frame.values()):
+            self._order(CONSOLE.kind, "land")
+            for _ in range(LANDING):
+                scheduler.run(scheduler.now + SECOND)
+                if not console.core.asked and all(place[2] <= DOWN for place in self._frame.values()):
+                    return
 
     def _disturb(self, process: VirtualProcess, lasts: float) -> None:
         """Kill a process, or freeze it for some s."""
@@ -210,6 +225,8 @@ class Judge:
         if station == CONSOLE.kind:
             duration = 0.05 if formation == "hasty" else None
             virtual.ask(Order(verb, "wide" if duration else formation, duration, without))
+        elif verb == "conduct":
+            virtual.core.conduct(self.world.scheduler.now, DURATION)
         else:
             virtual.core.order(verb, self.world.scheduler.now)
         if verb in ("land", "start"):

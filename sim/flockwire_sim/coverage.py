@@ -6,9 +6,10 @@ The marks are those of flockwire/domain/marks.txt, and one for each transition o
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from importlib.resources import files
+from typing import Self
 
 from flockwire.pilot.phases import transition_mark
 from flockwire.pilot.transitions import PHASES, transitions
@@ -35,6 +36,14 @@ class Coverage:
         self.reached: Counter[str] = Counter()  # flights that reached a mark
         self.times: Counter[str] = Counter()
 
+    @classmethod
+    def of(cls, flights: Iterable[Mapping[str, int]]) -> Self:
+        """Return the coverage of flights by the marks that each reached."""
+        coverage = cls()
+        for marks in flights:
+            coverage.add(marks)
+        return coverage
+
     def add(self, marks: Mapping[str, int]) -> None:
         """Add a flight that reached `marks` so many times each."""
         self.flights += 1
@@ -50,12 +59,16 @@ class Coverage:
         """The marks that were reached, but are not declared."""
         return tuple(sorted(self.reached.keys() - set(declared())))
 
+    @property
+    def line(self) -> str:
+        """How many of the marks were reached, in a few words."""
+        return f"{len(declared()) - len(self.rarer(1))} of {len(declared())} reached in {self.flights} flights"
+
     def table(self) -> Iterator[str]:
         """Yield the table, line by line, then the marks that were never reached."""
         yield f"{'mark':64}{'flights':>9}{'times':>11}"
         for mark in (*declared(), *self.undeclared):
             yield f"{mark:64}{self.reached[mark]:>9}{self.times[mark]:>11}"
-        never = self.rarer(1)
-        yield f"{len(declared()) - len(never)} of {len(declared())} marks reached in {self.flights} flights"
-        yield from (f"never reached: {mark}" for mark in never)
+        yield self.line
+        yield from (f"never reached: {mark}" for mark in self.rarer(1))
         yield from (f"not declared: {mark}" for mark in self.undeclared)
