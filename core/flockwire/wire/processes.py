@@ -168,6 +168,17 @@ RECORDER = Process(
     restarts=True,
     after=("router",),
 )
+ROS = Process(
+    "ros",
+    "Publish the swarm in ROS 2, and obey the orders from there that the file names.",
+    lambda swarm: (Member("ros"),) if swarm.ros is not None else (),
+    "flockwire_ros.core:make_core",
+    port=6,
+    rank=4,
+    runner="flockwire_ros.process:run",
+    restarts=True,
+    only_if="a table [ros]",
+)
 OPERATOR = Process(
     "operator",
     "Give orders.",
@@ -201,7 +212,7 @@ CONSOLE = Process(
     witness=True,
 )
 
-PROCESSES = (ROUTER, GATEWAY, TRACKER, KINEMATICS, LEADING, AGENT, DRIVER, RECORDER, OPERATOR, TELEOP, CONSOLE)
+PROCESSES = (ROUTER, GATEWAY, TRACKER, KINEMATICS, LEADING, AGENT, DRIVER, RECORDER, ROS, OPERATOR, TELEOP, CONSOLE)
 ORDERING = (OPERATOR, CONSOLE)  # operators, by the same rules
 
 

@@ -9,7 +9,7 @@ WRONG = [
     (
         {"hosts.a.processes": ["uav1"]},
         "hosts.a.processes has 'uav1': must be one of ['router', 'gateway', 'tracker-sim', 'kinematics', "
-        "'leader', 'recorder']",
+        "'leader', 'recorder', 'ros']",
     ),
     (
         {"hosts": {"a": {}, "b": {"address": "10.0.0.2"}}, "drones.2.host": "b", "drones.2.airframe": "tello"},
