@@ -22,6 +22,7 @@ HOMONYMS = {  # words that mean something else there
     ("core/flockwire/swarm/model.py", "gateway"),  # a table of the swarm file
     ("core/flockwire/swarm/tables.py", "router"),  # a mode of the network
     ("core/flockwire/swarm/gateway.py", "ros"),  # a source of poses
+    ("mocap_gateway/flockwire_mocap/core.py", "ros"),
     ("core/flockwire/swarm/leader.py", "ros"),  # a kind of leader
     ("core/flockwire/swarm/ros_rules.py", "ros"),  # tables of the swarm file
     ("core/flockwire/swarm/ros_rules.py", "leader"),

@@ -60,7 +60,7 @@ def _parser(row: Process) -> ArgumentParser:
         parser.add_argument(
             "--protocol",
             metavar="P",
-            help="The protocol: natnet, vrpn, qualisys. Without the swarm: bodies are at the starts.",
+            help="The protocol: natnet, vrpn, qualisys, ros. Without the swarm: bodies are at the starts.",
         )
     if row.faults or row.records:  # the recorder marks them in the trace
         parser.add_argument("--faults", type=Path, help="The faults to inject (TOML).")

@@ -43,7 +43,7 @@ CASES = {  # by what the file has: where the options of that row do nothing, and
     ),
 } | {
     f"another gateway.source than {source!r}": ({}, {"gateway.source": source})
-    for source in ("natnet", "vrpn", "qualisys", "vicon", "replay")
+    for source in ("natnet", "vrpn", "qualisys", "vicon", "ros", "replay")
 }
 OPTIONS = [(row, option) for row in IDLE for option in row.options]
 

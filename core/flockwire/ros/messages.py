@@ -83,6 +83,15 @@ def transforms(frame: str, poses: Sequence[Transform]) -> bytes:
     return _transforms(len(above), tuple(lengths)).pack(HEADER, len(poses), *values)
 
 
+def pose_array(stamp: int, frame: str, poses: Sequence[tuple[Vector, Quaternion]]) -> bytes:
+    """Return a geometry_msgs/PoseArray."""
+    writer = _stamped(stamp, frame)
+    writer.put("I", len(poses))
+    if poses:
+        writer.put_all("d", *(x for pose in poses for part in pose for x in part))
+    return writer.finish()
+
+
 def battery(stamp: int, frame: str, share: float) -> bytes:
     """Return a sensor_msgs/BatteryState with the charge as a `share` of full; what is not measured is NaN."""
     writer = _stamped(stamp, frame)

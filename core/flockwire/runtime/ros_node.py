@@ -98,11 +98,14 @@ class RosNode:
         return RosOutput(publisher, publisher_id(token))
 
     def subscribe(
-        self, name: str, ros_type: str, qos: Qos = DEFAULT, wake: Callable[[], None] | None = None
+        self, name: str, ros_type: str, shown: tuple[str, ...] = (), wake: Callable[[], None] | None = None
     ) -> RosInput:
-        """Subscribe to the topic of the absolute name `name`, in which `*` means any part; call it in the loop."""
-        if "*" not in name:
-            self._end(EndKind.SUBSCRIPTION, name, ros_type, qos)
+        """Subscribe to the topic of the absolute name `name`, in which `*` is any part; call it in the loop.
+
+        Others see a subscription to each of `shown`, or of the one name.
+        """
+        for one in shown or (name,):
+            self._end(EndKind.SUBSCRIPTION, one, ros_type, DEFAULT)
         source = RosInput(self.counts, wake)
         callback = zenoh.handlers.Callback(source.arrived, indirect=False)
         key = data_key(self.place.domain, name, ros_type)

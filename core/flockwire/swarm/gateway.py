@@ -103,6 +103,11 @@ class RosPoses(Axes):
     bodies: tuple[str, ...] = ()  # the bodies' names in the order of `array`; default: the drones', by id
     latency: NotNegative = 0.0  # s, from exposure to the stamp, if known
 
+    @property
+    def server(self) -> str:
+        """Where the poses come from."""
+        return self.router
+
 
 class Replay(Model):
     """The poses of an earlier trace."""
