@@ -81,8 +81,10 @@ class Mirror:
         if is_due(self._next_picture, now, PICTURE_PERIOD):
             self._next_picture = next_deadline(self._next_picture, now, PICTURE_PERIOD)
             due.append((MARKER_ARRAY, self._picture.markers(now)))
-        if self._health.changed(now) or is_due(self._next_health, now, HEALTH_PERIOD):
+        regular = is_due(self._next_health, now, HEALTH_PERIOD)
+        if regular:
             self._next_health = next_deadline(self._next_health, now, HEALTH_PERIOD)
+        if self._health.changed(now) or regular:
             due.append((DIAGNOSTIC_ARRAY, diagnostics(now, self._health.processes(now))))
             due.append((SWARM_STATUS, diagnostic(self._health.swarm(now))))
         return due
