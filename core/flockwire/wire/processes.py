@@ -59,6 +59,7 @@ class Process:
     untimed: bool = False  # it starts before swarm time is known: its core is Untimed
     rank: int = 0  # of processes whose parent is gone, those of a lower rank end first
     alone: str = ""  # "module:function" that runs it without the swarm, with its own --protocol; empty: none
+    replays: str = ""  # "module:function" that shows a trace instead of the swarm, with --trace and --pace; empty: none
     only_if: str = ""  # the condition for members of this kind, in words
 
     @property
@@ -177,6 +178,7 @@ ROS = Process(
     rank=4,
     runner="flockwire_ros.process:run",
     restarts=True,
+    replays="flockwire_ros.replay:play",
     only_if="a table [ros]",
 )
 OPERATOR = Process(
