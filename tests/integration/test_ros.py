@@ -10,13 +10,19 @@ from signal import SIGKILL
 import pytest
 import zenoh
 from fleet import PATIENCE, Fleet, Tower
+from flockwire import clock
+from flockwire.domain.airframe import Command
 from flockwire.ros.graph import data_key
+from flockwire.wire.codec import encode
 from flockwire.wire.keys import key_text
+from flockwire.wire.status import Status
 from flockwire_ros.services import services
 from flockwire_ros.topics import all_topics
-from ros_graph import ATTACHMENT, Gaps, Sdk, bare, free_port, router, within
+from ros_graph import ATTACHMENT, Gaps, Sdk, bare, free_port, router
+from waiting import wait_until
 
-BACK = 3.0  # s in which the topics are back
+GOOD = ATTACHMENT.pack(1, 1, 16, bytes(16))
+STEERED = ('kind = "trajectory"', 'kind = "ros"\nspeed = 0.3')
 
 
 class Graph:
@@ -50,9 +56,10 @@ def flying(
 ) -> Callable[..., tuple[Fleet, Tower]]:
     """Return a function that flies the paper's swarm with a table [ros], all in formation."""
 
-    def fly(tables: str = "", **replaced: str) -> tuple[Fleet, Tower]:
-        path = make_swarm(**replaced)
-        path.write_text(f'{path.read_text()}\n[ros]\nrouter = "127.0.0.1:{graph.port}"\n{tables}')
+    def fly(tables: str = "", edit: tuple[str, str] = ("", "")) -> tuple[Fleet, Tower]:
+        path = make_swarm()
+        text = path.read_text().replace(*edit)
+        path.write_text(f'{text}\n[ros]\nrouter = "127.0.0.1:{graph.port}"\n{tables}')
         fleet = make_fleet(path)
         tower = make_tower(fleet)
         fleet.start()
@@ -77,7 +84,7 @@ def test_an_independent_node_sees_and_orders_and_an_attacker_does_not(
         sdk.subscribe(topic.name, topic.ros_type, topic.qos.latched)
     with bare(graph.port) as session:
         gaps = Gaps(session, [data_key(0, topic.name, topic.ros_type) for topic in topics])
-        within(PATIENCE, lambda: all(sdk.counts[name] >= 5 for name in wanted if name not in ("/tf_static",)))
+        wait_until(lambda: all(sdk.counts[name] >= 5 for name in wanted if name not in ("/tf_static",)), PATIENCE)
         assert sdk.counts["/tf_static"] == 1  # kept for late joiners
         assert sdk.last["/paper/uav1/odom"].child_frame_id == "uav1"
         attack(session, fleet)
@@ -101,21 +108,20 @@ def test_an_independent_node_sees_and_orders_and_an_attacker_does_not(
 
 def attack(session: zenoh.Session, fleet: Fleet) -> None:
     """Do from the ROS side what must have no effect."""
-    good = ATTACHMENT.pack(1, 1, 16, bytes(16))
     empty = b"\0\1\0\0\0"
     for key in fleet.plan.keys:  # the swarm's own keys, in the ROS graph
         for name in (key_text("paper", key), f"0/{key_text('paper', key)}"):
-            session.put(name, b"\0\1\0\0" + bytes(80), attachment=good)
+            session.put(name, b"\0\1\0\0" + bytes(80), attachment=GOOD)
     stop = data_key(0, "/paper/stop", "std_srvs/srv/Trigger")
     requests: list[tuple[bytes | None, bytes | None]] = [
-        (empty, good), (None, None), (b"x" * 100, good), (empty, good[:-1]), (bytes(20000), good),
+        (empty, GOOD), (None, None), (b"x" * 100, GOOD), (empty, GOOD[:-1]), (bytes(20000), GOOD),
     ]  # fmt: skip
     for payload, attached in requests:
         list(session.get(stop, payload=payload, attachment=attached, timeout=2.0))
-    list(session.get("0/paper/**", payload=empty, attachment=good, timeout=2.0))
-    list(session.get("**", payload=empty, attachment=good, timeout=2.0))
+    list(session.get("0/paper/**", payload=empty, attachment=GOOD, timeout=2.0))
+    list(session.get("**", payload=empty, attachment=GOOD, timeout=2.0))
     for _ in range(200):
-        session.get(stop, payload=empty, attachment=good, timeout=2.0)
+        session.get(stop, payload=empty, attachment=GOOD, timeout=2.0)
     session.put("0/tf/tf2_msgs::msg::dds_::TFMessage_/x", bytes(60000))
 
 
@@ -130,11 +136,11 @@ def test_topics_are_back_after_the_router_or_the_process_was_killed(
     graph.begin()
     with bare(graph.port) as session:
         gaps = Gaps(session, [pose])
-        assert within(PATIENCE, lambda: gaps.counts[pose] > 0) < BACK
+        wait_until(lambda: gaps.counts[pose] > 0, PATIENCE)
         fleet.end("ros", SIGKILL)
         before = gaps.last[pose]
         fleet.start("ros")
-        within(PATIENCE, lambda: gaps.last[pose] < before)  # its numbers begin again
+        wait_until(lambda: gaps.last[pose] < before, PATIENCE)  # its numbers begin again
     tower.all_in("formation")
     tower.settled(0.1)
 
@@ -143,8 +149,25 @@ def test_topics_are_back_after_the_router_or_the_process_was_killed(
 def test_a_leader_follows_a_topic_and_stops_when_it_ends(
     graph: Graph, flying: Callable[..., tuple[Fleet, Tower]]
 ) -> None:
-    fleet, tower = flying('[leader.ros]\ntopic = "/joy/cmd_vel"\n', kind='"ros"', law='"extended"')
-    del fleet
-    key = data_key(0, "/joy/cmd_vel", "geometry_msgs/msg/TwistStamped")
-    assert key
+    _, tower = flying("", STEERED)
+    key = data_key(0, "/leader/cmd_vel", "geometry_msgs/msg/TwistStamped")
+
+    def moved(x: float) -> Callable[[dict[str, Status]], bool]:
+        def seen(statuses: dict[str, Status]) -> bool:
+            stamp = clock.now()
+            session.put(
+                key, encode(Command(stamp, "world", (0.3, 0.0, 0.0))), attachment=ATTACHMENT.pack(1, 1, 16, bytes(16))
+            )
+            return (statuses["leader"].report.position or (0.0,))[0] > x
+
+        return seen
+
+    with bare(graph.port) as session:
+        begin = (tower.statuses["leader"].report.position or (0.0,))[0]
+        tower.wait(moved(begin + 0.5))
+        tower.wait(lambda seen: seen["leader"].report.detail.startswith("no steering command for "))
+        counts = dict(tower.statuses["ros"].report.counts)
+        session.put(key, b"x" * 80, attachment=GOOD)
+        tower.wait(lambda seen: dict(seen["ros"].report.counts).get("ROS steering malformed") == 1)
+        assert "ROS steering malformed" not in counts
     tower.all_in("formation")

@@ -7,9 +7,8 @@ import json
 import os
 import socket
 import struct
-import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import zenoh
@@ -34,6 +33,7 @@ def router(port: int) -> Iterator[None]:
         "mode": "router",
         "listen": {"endpoints": [f"tcp/127.0.0.1:{port}"]},
         "scouting": {"multicast": {"enabled": False}},
+        "open": {"return_conditions": {"connect_scouted": False, "declares": False}},
     }
     session = zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
     try:
@@ -49,6 +49,7 @@ def bare(port: int) -> Iterator[zenoh.Session]:
         "mode": "client",
         "connect": {"endpoints": [f"tcp/127.0.0.1:{port}"], "timeout_ms": 5000},
         "scouting": {"multicast": {"enabled": False}},
+        "open": {"return_conditions": {"connect_scouted": False, "declares": False}},
     }
     session = zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
     try:
@@ -142,12 +143,3 @@ class Gaps:
             self.lost[key] += sequence - self.last[key] - 1
         self.last[key] = sequence
         self.counts[key] += 1
-
-
-def within(seconds: float, met: Callable[[], bool]) -> float:
-    """Wait until `met`; returns the seconds that it took."""
-    began = time.monotonic()
-    while not met():
-        assert time.monotonic() - began < seconds, "not seen in time"
-        time.sleep(0.02)
-    return time.monotonic() - began
