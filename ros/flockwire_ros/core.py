@@ -38,6 +38,7 @@ class RosCore(Ground):
         self.steering = Steering(plan.swarm) if plan.swarm.leader.follows_ros else None
         self.mirror: Mirror | None = None
         self.trouble = "waits for the ROS side"  # why there is none; empty when there is
+        self.advice = ""  # why the leader's topic is silent; empty when it is not
         self.dropped: Callable[[], Counts] = tuple  # what the ROS side sent and was dropped
         self._leader = Key("pose", uav(LEADER))
 
@@ -64,7 +65,8 @@ class RosCore(Ground):
         """Return whether the ROS side is there, and what was refused."""
         steering = self.steering.counts if self.steering is not None else {}
         counts = (*counted(*self.services.counts.items(), *steering.items()), *self.dropped())
-        return Report(Phase.WAITING if self.trouble else Phase.SERVING, self.trouble, counts=counts)
+        phase = Phase.WAITING if self.trouble else Phase.SERVING
+        return Report(phase, self.trouble or self.advice, counts=counts)
 
 
 def make_core(start: Start) -> RosCore:

@@ -11,7 +11,9 @@ import logging
 import secrets
 
 from flockwire import clock
+from flockwire.domain.time import SECOND
 from flockwire.process.stepping import StepCounts
+from flockwire.ros.advice import advice
 from flockwire.runtime.ending import Ending, finished, last_resort
 from flockwire.runtime.job import Job, connected
 from flockwire.runtime.refusals import Refusals
@@ -33,6 +35,7 @@ from flockwire_ros.core import PERIOD, RosCore
 from flockwire_ros.mirror import Mirror
 from flockwire_ros.topics import Names, Topic, all_topics
 
+SILENCE = SECOND  # ns without a message of the leader's topic, after which the status says why
 CAPACITY = 256  # messages of one key of the swarm that wait at most
 
 
@@ -55,6 +58,7 @@ class RosProcess:
         self._outputs: dict[Topic, RosOutput] = {}
         self._services: RosServices | None = None
         self._steering: RosInput | None = None
+        self._steered = 0  # when the leader's topic was heard last, Unix ns
 
     def join(self, node: RosNode) -> None:
         """Publish on `node` from now on, and serve its requests."""
@@ -63,6 +67,7 @@ class RosProcess:
         if self.core.steering is not None:
             topic = self.core.steering.topic
             self._steering = node.subscribe(topic.name, topic.ros_type)
+            node.watch()
         self.core.mirror, self.core.dropped = Mirror(self._plan), lambda: counted(*node.counts.items())
         self._node = node
 
@@ -95,17 +100,26 @@ class RosProcess:
                 self.core.request(request.name, now, request.answer)
         if self._steering is not None and self.core.steering is not None:
             for arrived in self._steering.take():
+                self._steered = now
                 self.core.steering.take(arrived.payload, now)
 
     def _report(self, now: int) -> None:
         if self._node is not None:
             self.core.trouble = "" if self._node.linked else remedy(self._plan.swarm)
+            self.core.advice = self._advice(self._node) if now - self._steered > SILENCE else ""
         rejected = tuple(
             (f"{self._names[source.inbox.key]} {reason}", count)
             for source in self._inputs
             for reason, count in source.inbox.rejected.items()
         )
         self._status.update(now, self.core.report(now), self._counts, rejected)
+
+    def _advice(self, node: RosNode) -> str:
+        """Return why the leader's topic is silent; empty if the leader follows none."""
+        if self.core.steering is None:
+            return ""
+        topic = self.core.steering.topic
+        return advice(node.publishers(), node.place.domain, topic.name, topic.ros_type, "ros.domain to that")
 
 
 def remedy(swarm: Swarm) -> str:

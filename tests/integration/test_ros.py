@@ -166,6 +166,7 @@ def test_a_leader_follows_a_topic_and_stops_when_it_ends(
         begin = (tower.statuses["leader"].report.position or (0.0,))[0]
         tower.wait(moved(begin + 0.5))
         tower.wait(lambda seen: seen["leader"].report.detail.startswith("no steering command for "))
+        tower.wait(lambda seen: seen["ros"].report.detail.startswith("no node publishes /leader/cmd_vel: "))
         counts = dict(tower.statuses["ros"].report.counts)
         session.put(key, b"x" * 80, attachment=GOOD)
         tower.wait(lambda seen: dict(seen["ros"].report.counts).get("ROS steering malformed") == 1)

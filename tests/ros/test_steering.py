@@ -117,3 +117,13 @@ def test_a_wrong_file_says_key_value_and_rule(
     with pytest.raises(SwarmFileError) as refused:
         make_swarm({"control.law": "extended", **changes})
     assert f"test.toml: {says}" in str(refused.value)
+
+
+def test_such_a_leader_flies_by_commands_as_a_teleoperated_one_does(ros_plan: Callable[..., Any]) -> None:
+    from flockwire.parameters import leader_parameters
+
+    own = leader_parameters(ros_plan({"leader": {"kind": "ros"}, "control.law": "extended"}).swarm)
+    other = leader_parameters(ros_plan({"leader": {"kind": "teleoperated"}, "control.law": "extended"}).swarm)
+    assert own == other
+    assert own.teleoperation is not None
+    assert own.teleoperation.stale == 0.3  # s, after which it stops

@@ -5,6 +5,10 @@ from flockwire.loading import SwarmFileError
 
 TWO_HOSTS = {"a": {"address": "127.8.9.1"}, "b": {"address": "::1"}}
 WRONG = [
+    (
+        {"ros": {"serve": True, "router": "127.0.0.1:7450"}},
+        "ros.router = '127.0.0.1:7450': gateway listens there; choose another port",
+    ),
     # processes
     (
         {"hosts.a.processes": ["uav1"]},
