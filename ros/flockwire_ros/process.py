@@ -33,6 +33,7 @@ from flockwire_station.planning import Planner
 
 from flockwire_ros.core import PERIOD, RosCore
 from flockwire_ros.mirror import Mirror
+from flockwire_ros.outgoing import Outgoing
 from flockwire_ros.topics import Names, Topic, all_topics
 
 SILENCE = SECOND  # ns without a message of the leader's topic, after which the status says why
@@ -56,6 +57,7 @@ class RosProcess:
         self._names = {key: plan.text(key) for key in keys}
         self._node: RosNode | None = None
         self._outputs: dict[Topic, RosOutput] = {}
+        self._outgoing = Outgoing()
         self._services: RosServices | None = None
         self._steering: RosInput | None = None
         self._steered = 0  # when the leader's topic was heard last, Unix ns
@@ -68,7 +70,10 @@ class RosProcess:
             topic = self.core.steering.topic
             self._steering = node.subscribe(topic.name, topic.ros_type)
             node.watch()
-        self.core.mirror, self.core.dropped = Mirror(self._plan), lambda: counted(*node.counts.items())
+        self.core.mirror, self.core.dropped = (
+            Mirror(self._plan),
+            lambda: counted(("not published", self._outgoing.dropped), *node.counts.items()),
+        )
         self._node = node
 
     def absent(self, why: str) -> None:
@@ -88,7 +93,8 @@ class RosProcess:
         self._session.publish(core.step(now))
         self._planner.plan(self._plan.swarm, core.operator.to_plan())
         if core.mirror is not None:
-            for topic, payload in core.mirror.publications(now):
+            self._outgoing.add(core.mirror.publications(now))
+            for topic, payload in self._outgoing.take():
                 self._outputs[topic].publish(payload)
         if self._status.due(now):
             self._report(now)

@@ -22,6 +22,7 @@ from mcap.records import Message as Record
 
 from flockwire_ros.core import PERIOD
 from flockwire_ros.mirror import Mirror, Publication
+from flockwire_ros.outgoing import Outgoing
 from flockwire_ros.process import place_of, remedy
 from flockwire_ros.topics import SIM_CLOCK, all_topics
 
@@ -99,8 +100,10 @@ async def _play(plan: Plan, replay: Replay, pace: float) -> None:
 async def _publish(plan: Plan, replay: Replay, pace: float, node: RosNode) -> None:
     outputs = {topic: node.publisher(*topic) for topic in (*all_topics(plan), SIM_CLOCK)}
     begun = due = clock.monotonic()
-    while not replay.over:
-        for topic, payload in replay.until(replay.begin + round((clock.monotonic() - begun) * pace)):
+    outgoing = Outgoing()
+    while not replay.over or len(outgoing):
+        outgoing.add(replay.until(replay.begin + round((clock.monotonic() - begun) * pace)))
+        for topic, payload in outgoing.take():
             outputs[topic].publish(payload)
         due = max(due + nanoseconds(PERIOD), clock.monotonic())
         await asyncio.sleep((due - clock.monotonic()) / SECOND)
