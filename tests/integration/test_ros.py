@@ -100,7 +100,7 @@ def test_an_independent_node_sees_and_orders_and_an_attacker_does_not(
         assert not [name for name, status in seen.items() for reason, _ in status.rejected if "mission" in reason]
         assert sdk.call("/paper/hold") == (True, "confirmed by leader, uav1, uav2, uav3, uav4")
         tower.all_in("hold")
-        assert not +gaps.lost
+        assert not +gaps.read().lost
         assert min(gaps.counts[data_key(0, topic.name, topic.ros_type)] for topic in topics[:2]) > 100
     assert "Traceback" not in fleet.log("ros")
     sdk.close()
@@ -136,11 +136,11 @@ def test_topics_are_back_after_the_router_or_the_process_was_killed(
     graph.begin()
     with bare(graph.port) as session:
         gaps = Gaps(session, [pose])
-        wait_until(lambda: gaps.counts[pose] > 0, PATIENCE)
+        wait_until(lambda: gaps.read().counts[pose] > 0, PATIENCE)
         fleet.end("ros", SIGKILL)
-        before = gaps.last[pose]
+        before = gaps.read().last[pose]
         fleet.start("ros")
-        wait_until(lambda: gaps.last[pose] < before, PATIENCE)  # its numbers begin again
+        wait_until(lambda: gaps.read().last[pose] < before, PATIENCE)  # its numbers begin again
     tower.all_in("formation")
     tower.settled(0.1)
 
