@@ -21,7 +21,7 @@ from flockwire.wire.inbox import ATTACHMENT, Origin, read_attachment
 
 LARGEST = 16384  # bytes of a message from the ROS side
 CAPACITY = 256  # messages of one topic that wait at most
-MOST_REQUESTS = 16  # requests of services that wait at most
+MOST_REQUESTS = 16  # requests of one service that wait at most
 
 
 class Arrived(NamedTuple):
@@ -99,7 +99,11 @@ class RosServices:
 
     def __init__(self, counts: Counter[str]) -> None:
         self._counts = counts
-        self._waiting: deque[tuple[str, zenoh.Query]] = deque()
+        self._waiting: dict[str, deque[zenoh.Query]] = {}  # by name: a flood of one service blocks no other
+
+    def add(self, name: str) -> None:
+        """Add the service `name`."""
+        self._waiting[name] = deque()
 
     def arrived(self, name: str, key: str, query: zenoh.Query) -> None:
         """Buffer a request of the service `name`, whose key is `key`. Called by Zenoh, in its thread."""
@@ -107,17 +111,18 @@ class RosServices:
             self._counts["ROS requests of several services"] += 1
             _refuse(query, "a request is of one service")
             return
-        if len(self._waiting) >= MOST_REQUESTS:
+        waiting = self._waiting[name]
+        if len(waiting) >= MOST_REQUESTS:
             self._counts["ROS requests too many"] += 1
             _refuse(query, "too many requests")
             return
-        self._waiting.append((name, query))
+        waiting.append(query)
 
     def take(self) -> list[Request]:
         """Return the requests since the last call; one of another form gets an error as its reply."""
+        taken = [(name, waiting.popleft()) for name, waiting in self._waiting.items() for _ in range(len(waiting))]
         found = []
-        while self._waiting:
-            name, query = self._waiting.popleft()
+        for name, query in taken:
             payload, attached = query.payload, query.attachment
             try:
                 if payload is None or attached is None or len(payload) > LARGEST:
