@@ -1,4 +1,7 @@
-"""A control law with an integral part: u = h' - K e - I, I' = K_I e, with e = x - h - eta (all in m and s)."""
+"""A control law with an integral part: u = h' - K e - I, I' = K_I e, with e = x - h - eta.
+
+It does not know the leader's velocity: without the integral part e would be about that velocity divided by K.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +18,7 @@ from flockwire.law import (
     Vector,
     add,
     limit,
+    norm,
     scale,
     subtract,
 )
@@ -25,7 +29,8 @@ class Gains(Parameters):
 
     gain: Positive = 1.5  # K, 1/s
     integral_gain: NotNegative = 0.4  # K_I, 1/s^2
-    integral_limit: Positive = 0.5  # m/s, of I
+    integral_limit: Positive = 0.3  # m/s, of I
+    reach: Positive = 0.3  # m: farther from the place, I does not change
 
 
 class Integrating:
@@ -53,7 +58,8 @@ class Integrating:
             self.integral = ZERO
             return Decision(estimate=self.leader)
         error = subtract(subtract(motion.position, place.offset(now)), self.leader.position)
-        step = scale(error, self.gains.integral_gain * observation.dt)
-        self.integral = limit(add(self.integral, step), self.gains.integral_limit)
+        if norm(error) < self.gains.reach:
+            step = scale(error, self.gains.integral_gain * observation.dt)
+            self.integral = limit(add(self.integral, step), self.gains.integral_limit)
         feedback = add(scale(error, self.gains.gain), self.integral)
         return Decision(subtract(place.rate(now), feedback), self.leader)

@@ -22,7 +22,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 PAGE = (EXAMPLES / "README.md").read_text(encoding="utf-8")
 SHORTER = {
     "sim": ["--duration", "25"],
-    "study": ["--runs", "1", "--duration", "12", "--jobs", "1"],
+    "study": ["--runs", "1", "--duration", "14", "--jobs", "1"],
     "up": ["--duration", "8"],
 }
 
