@@ -21,7 +21,7 @@ pytestmark = pytest.mark.long
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PAGE = (EXAMPLES / "README.md").read_text(encoding="utf-8")
 SHORTER = {
-    "sim": ["--duration", "25"],
+    "sim": ["--duration", "12"],
     "study": ["--runs", "1", "--duration", "14", "--jobs", "1"],
     "up": ["--duration", "8"],
 }
@@ -58,7 +58,8 @@ def begin(folder, words):
         key, _, value = words.pop(0).partition("=")
         environment[key] = value
     if words[0] == "flockwire":
-        shorter = SHORTER.get(words[1], []) if "--host" not in words or "--duration" in words else []
+        whole = "--faults" in words or ("--host" in words and "--duration" not in words)
+        shorter = [] if whole else SHORTER.get(words[1], [])
         line = [sys.executable, "-m", "flockwire_cli", *words[1:], *shorter]
     else:
         line = [sys.executable, *words[1:]]
