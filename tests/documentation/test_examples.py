@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from flockwire.loading import load_swarm
-from flockwire.process.faults import load_faults
+from flockwire.process.fault_file import load_faults
 from flockwire.wire.plan import Plan
 from flockwire_sim.study.file import load_study
 from PIL import Image
