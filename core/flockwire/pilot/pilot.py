@@ -76,7 +76,8 @@ class Pilot:
         self._off_place = OffPlace(parameters.room, parameters.checks)
         self._wanted = ZERO  # m/s, by the law, at the last command
         self._airframe = AirframeState(parameters.lag, parameters.dead_time)
-        self._body = TrackedBody(parameters.limits, self._airframe) if parameters.guard is not None else None
+        watched = parameters.guard is not None and parameters.limits.body_drift > 0.0
+        self._body = TrackedBody(parameters.limits, self._airframe) if watched else None
         self._surroundings = Surroundings(parameters.sensing, parameters.obstacles)
         self._pose: Pose | None = None
         self._telemetry: Telemetry | None = None
