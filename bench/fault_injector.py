@@ -52,27 +52,25 @@ class Injector:
             self._inject_later(lambda fault: fault.get("on") == verb)
 
     def end(self) -> None:
-        """Give the orders that come after the flight, and land whom the second station has sent up since."""
+        """Give the orders that come after the flight, and land whom nobody conducts."""
         if self._flight.after:
             self._order(OPERATOR.kind, self._flight.after)
             self._world.scheduler.run(self._world.scheduler.now + AFTER)
-        if any(fault.get("station") == CONSOLE.kind for fault in self._flight.faults):
-            for _ in range(LANDINGS):
-                if not self._at_rest:
-                    self._land()
+        orders = [fault for fault in self._flight.faults if fault["kind"] == ORDERS]
+        if any(fault["station"] == CONSOLE.kind for fault in orders):
+            self._land(CONSOLE.kind)
+        elif any(verb == "conduct" for fault in orders for _, verb, *_ in fault["orders"]):
+            self._land(OPERATOR.kind)  # its new flight may have ended without those that flew already
 
-    @property
-    def _at_rest(self) -> bool:
-        asked = self._world.station(CONSOLE.kind).core.asked
-        return not asked and all(place[2] <= DOWN for place in self._places.values())
-
-    def _land(self) -> None:
-        scheduler = self._world.scheduler
-        self._order(CONSOLE.kind, "land")
-        for _ in range(LANDING):
-            scheduler.run(scheduler.now + SECOND)
-            if self._at_rest:
+    def _land(self, identity: str) -> None:
+        """Have a station land all that are still up, again if need be."""
+        scheduler, station = self._world.scheduler, self._world.station(identity)
+        for second in range(LANDING * LANDINGS):
+            if not station.core.asked and all(place[2] <= DOWN for place in self._places.values()):
                 return
+            if second % LANDING == 0:
+                station.ask(Order("land"))
+            scheduler.run(scheduler.now + SECOND)
 
     def _inject_later(self, chosen: Callable[[dict[str, Any]], bool]) -> None:
         for fault in filter(chosen, self._flight.faults):
