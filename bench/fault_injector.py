@@ -59,8 +59,8 @@ class Injector:
         orders = [fault for fault in self._flight.faults if fault["kind"] == ORDERS]
         if any(fault["station"] == CONSOLE.kind for fault in orders):
             self._land(CONSOLE.kind)
-        elif any(verb == "conduct" for fault in orders for _, verb, *_ in fault["orders"]):
-            self._land(OPERATOR.kind)  # its new flight may have ended without those that flew already
+        elif any(verb in ("conduct", "start") for fault in orders for _, verb, *_ in fault["orders"]):
+            self._land(OPERATOR.kind)  # the flight may have ended without those that fly by another order
 
     def _land(self, identity: str) -> None:
         """Have a station land all that are still up, again if need be."""
