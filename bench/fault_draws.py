@@ -59,13 +59,17 @@ class Drawn:
         return parse_faults({"faults": listed}, Plan(self.swarm), f"seed {self.seed}")
 
 
-def drawn(seed: int, rare: bool = False) -> Drawn:
-    """Draw the flight of `seed`; `rare` adds what few flights meet, and takes faults away for it."""
+def drawn(seed: int, edges: list[list[int]] | None = None, rare: bool = False) -> Drawn:
+    """Draw the flight of `seed`, with other `edges` than the chain's.
+
+    `rare` adds what few flights meet, and takes faults away for it.
+    """
     chance = Random(f"fault flight {seed}")
     variant = chance.choices(tuple(VARIANTS), [share for *_, share in VARIANTS.values()])[0]
     file, law, moved, _ = VARIANTS[variant]
     table = tomllib.loads((SWARMS / f"{file}.toml").read_text())
     table["control"]["law"] = law
+    table["graph"]["edges"] = edges or table["graph"]["edges"]
     usual = chance.random() < 0.4
     if not usual:
         table["limits"]["staleness"] = _staleness(chance)
