@@ -76,7 +76,7 @@ def in_flight() -> dict[str, float]:
         file = swarm_file(folder, SMALL)
         line = ("up", str(file), "--headless", "--keys", str(folder / "keys"), "--out", str(folder / "out"))
         seconds = str(STARTING + TRACED)
-        up = Tree(Path(__file__).parents[1]).start(
+        up = Tree(Path(__file__).parents[1], compiled=False).start(
             "-m", "flockwire_cli", *line, "--duration", seconds, stderr=subprocess.DEVNULL
         )
         while "agent 1" not in (found := processes(up, file)):

@@ -153,6 +153,7 @@ def test_time_goes_only_to_those_who_request_it(make_plan):
     plan = make_plan({"hosts": {"base": {}, "far": {"processes": ["leader"]}}})
     asking, absent = Key("time_reply", "leader"), Key("time_reply", CONSOLE)
     assert [found.key for found in judged(plan, "leader", unreceived=[asking])] == [plan.text(asking)]
+    assert judged(plan, CONSOLE, unreceived=[absent]) == []
 
 
 def test_what_one_of_two_attacks_achieved_counts_as_achieved(plan):
