@@ -22,6 +22,7 @@ COMPILED = (
     "core/flockwire/pilot",
     *(f"core/flockwire/process/{name}.py" for name in ("stepping", "timekeeping")),
     *(f"core/flockwire/runtime/{name}.py" for name in ("publishing", "subscriptions", "topics")),
+    "core/flockwire/clock.py",
     "core/flockwire/law.py",
     "agent/flockwire_agent",
     *(f"leader/flockwire_leader/{name}.py" for name in ("core", "course", "teleoperation", "virtual")),

@@ -122,7 +122,8 @@ def main() -> None:
     for name, budget in budgets().items():
         if name in found:
             within = within and found[name] <= budget.most
-            print(f"{name:46}{found[name]:12.0f}{budget.most:12.0f}{found[name] / budget.most:8.2f}")
+            share = f"{found[name] / budget.most:8.2f}" if budget.most else ""
+            print(f"{name:46}{found[name]:12.0f}{budget.most:12.0f}{share}")
     sys.exit(not within)
 
 

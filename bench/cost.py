@@ -4,8 +4,9 @@
 
 A tree is a checkout. It runs in its .compiled if it has one (scripts/compile; calls are counted in .venv), or in its
 .venv, or in this one's with PYTHONPATH. Flights are real ones of five and ten followers (agents.py): the processor time
-of each process by its schedstat, and its memory (VmHWM) as the kernel has it, so that no tree's own account of itself counts; pose to command is from summary.json. Virtual time is
-that of the paper's five drones (sim_speed.py of each tree); calls are those of Python functions in a virtual second.
+of each process by its schedstat, and its memory (VmHWM) as the kernel has it, so that no tree's own account of itself
+counts; pose to command is from summary.json. Virtual time is that of the paper's five drones (sim_speed.py of each
+tree); calls are those of Python functions in a virtual second.
 The last column is B / A; compare figures of one run only, on a machine that does nothing else.
 """
 
