@@ -11,7 +11,8 @@ from random import Random
 from typing import Any
 
 from flockwire.loading import parse_swarm
-from flockwire.process.faults import Fault, parse_faults
+from flockwire.process.fault_file import parse_faults
+from flockwire.process.faults import Fault
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
 from flockwire_sim.study.draws import random_starts

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from flockwire.domain.body import BodyKind
 from flockwire.domain.time import SECOND
-from flockwire.process.faults import parse_faults
+from flockwire.process.fault_file import parse_faults
 from flockwire.wire.keys import BATCH, ROWS
 from flockwire_sim.recording import TraceFile
 from flockwire_sim.world import EPOCH, World

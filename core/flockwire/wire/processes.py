@@ -102,7 +102,7 @@ GATEWAY = Process(
     runner="flockwire_mocap.process:run",
     rank=4,
     batches=True,
-    faults=frozenset({"tracker", "noise", "swap", "visitor"}),
+    faults=frozenset({"tracker", "noise", "swap", "visitor", "false_pose"}),
 )
 TRACKER = Process(
     "tracker-sim",
@@ -112,7 +112,7 @@ TRACKER = Process(
     port=5,
     runner="flockwire_mocap.twin.process:run",
     rank=3,
-    faults=frozenset({"tracker", "noise", "swap", "visitor"}),
+    faults=frozenset({"tracker", "noise", "swap", "visitor", "false_pose"}),
     alone="flockwire_mocap.twin.process:serve_alone",
     only_if="a table [gateway.twin], and a gateway.source that it serves,",
 )
@@ -125,7 +125,7 @@ KINEMATICS = Process(
     driver=True,
     rank=2,
     batches=True,
-    faults=frozenset({"lag", "failure"}),
+    faults=frozenset({"lag", "failure", "false_height"}),
     only_if="a simulated drone, or a simulated person who leads",
 )
 LEADING = Process(
@@ -146,6 +146,7 @@ AGENT = Process(
     numbered=True,
     pilot=True,
     batches=True,
+    faults=frozenset({"false_estimate", "false_age"}),
 )
 DRIVER = Process(
     "driver",
