@@ -1,4 +1,4 @@
-"""The source distribution and the wheel made from it: in an environment of its own, the wheel flies a swarm."""
+"""The source distribution, and its wheel: installed in an environment of its own, the wheel flies a swarm."""
 
 import shutil
 import subprocess
