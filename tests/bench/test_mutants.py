@@ -6,11 +6,12 @@ from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
-import mutants
+import mutant_columns as columns
 import pytest
-from mutants import Copy, Mutant, Result, Results, commanded, figures, judge, near
+from mutant_columns import ROOT, STAGES, Copy, Mutant, Result, commanded, judge, mutants, near, suite
+from mutants import Results, figures
 
-EACH = mutants.mutants()
+EACH = mutants()
 ONE = Mutant("one", "a defect", "LICENSE", "Apache License\n", "another licence\n")
 
 
@@ -18,13 +19,13 @@ ONE = Mutant("one", "a defect", "LICENSE", "Apache License\n", "another licence\
 def copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Copy:
     """Return a copy of the few files of which the bench needs to know."""
     files = b"LICENSE\0pyproject.toml\0gone.py\0".decode()
-    monkeypatch.setattr("mutants.subprocess.run", lambda *_, **__: type("Listed", (), {"stdout": files}))
+    monkeypatch.setattr("mutant_columns.subprocess.run", lambda *_, **__: type("Listed", (), {"stdout": files}))
     return Copy(tmp_path / "tree")
 
 
 @pytest.mark.parametrize("mutant", [pytest.param(mutant, id=mutant.id) for mutant in EACH])
 def test_it_still_applies_to_its_file(mutant: Mutant) -> None:
-    text = (mutants.ROOT / mutant.file).read_text(encoding="utf-8")
+    text = (ROOT / mutant.file).read_text(encoding="utf-8")
     changed = mutant.applied(text)
     assert changed != text
     if mutant.file.endswith(".py"):
@@ -33,8 +34,8 @@ def test_it_still_applies_to_its_file(mutant: Mutant) -> None:
 
 def test_each_has_a_name_of_its_own_and_tests_beside_its_module() -> None:
     assert [name for name, count in Counter(mutant.id for mutant in EACH).items() if count > 1] == []
-    assert [mutant.id for mutant in EACH if not (mutants.ROOT / near(mutant.file)).is_dir()] == []
-    bugs = (mutants.ROOT / "model/src/protocol.rs").read_text(encoding="utf-8")
+    assert [mutant.id for mutant in EACH if not (ROOT / near(mutant.file)).is_dir()] == []
+    bugs = (ROOT / "model/src/protocol.rs").read_text(encoding="utf-8")
     assert [mutant.model for mutant in EACH if f'"{mutant.model}"' not in bugs and mutant.model] == []
 
 
@@ -59,19 +60,19 @@ def test_a_command_that_ends_with_status_1_has_found_it(copy: Copy, script: str,
 
 
 def test_a_command_that_takes_too_long_has_found_it(copy: Copy, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(mutants, "LONGEST", 0.05)
+    monkeypatch.setattr(columns, "LONGEST", 0.05)
     result = judge(copy, ONE, "draws", commanded("draws", ["sh", "-c", "cat /dev/zero > /dev/null"]))
     assert (result.outcome, result.by) == ("killed", "draws: time limit")
 
 
 def test_the_suite_begins_with_the_modules_own_tests_and_ends_with_processes() -> None:
     ladder = next(mutant for mutant in EACH if mutant.file.endswith("pilot/phases.py"))
-    stages = {stage.name: stage for stage in mutants.suite(mutants.STAGES)(ladder)}
-    assert tuple(stages) == mutants.STAGES
+    stages = {stage.name: stage for stage in suite(STAGES)(ladder)}
+    assert tuple(stages) == STAGES
     assert stages["own"].command[-1] == "tests/core/pilot/test_phases.py"
     assert stages["near"].command[-2:] == ["tests/core/pilot", "--ignore=tests/core/pilot/test_phases.py"]
     assert stages["processes"].command[-2:] == ["-m", "integration and not long"]
-    assert {stage.name for stage in mutants.suite(mutants.STAGES)(None)} == {"fast", "flights", "rest", "processes"}
+    assert {stage.name for stage in suite(STAGES)(None)} == {"fast", "flights", "rest", "processes"}
     assert stages["own"].found("..F\nFAILED tests/a.py::test_b - assert 1 == 2\n1 failed") == "tests/a.py::test_b"
 
 
