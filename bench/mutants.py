@@ -32,8 +32,10 @@ class Results:
 
     def __init__(self, file: Path) -> None:
         self._file = file
-        lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
-        rows = [Result(**json.loads(line)) for line in lines if line.endswith("}")]
+        lines = file.read_text(encoding="utf-8").splitlines(keepends=True) if file.exists() else []
+        if lines and not lines[-1].endswith("\n"):  # a call was ended while it wrote
+            file.write_text("".join(lines[:-1]), encoding="utf-8")
+        rows = [Result(**json.loads(line)) for line in lines if line.endswith("\n")]
         self.newest = {(row.mutant, row.column): row for row in rows}
 
     def add(self, result: Result) -> None:
@@ -50,12 +52,12 @@ class Results:
 
 def figures(results: Results, names: list[str], wanted: list[Mutant]) -> str:
     """Return the figures of each column, and the mutants that no column found."""
-    lines = [f"{'column':10}{'mutants':>9}{'killed':>8}{'share':>8}{'processor h':>13}{'kills per h':>13}"]
+    lines = [f"{'column':20}{'mutants':>9}{'killed':>8}{'share':>8}{'processor h':>13}{'kills per h':>13}"]
     for name in names:
         rows = [row for m in wanted if (row := results.newest.get((m.id, name))) is not None]
         killed, hours = sum(row.outcome == "killed" for row in rows), sum(row.processor_s for row in rows) / 3600.0
         share, rate = killed / max(len(rows), 1), killed / hours if hours else 0.0
-        lines.append(f"{name:10}{len(rows):>9}{killed:>8}{share:>8.0%}{hours:>13.2f}{rate:>13.0f}")
+        lines.append(f"{name:20}{len(rows):>9}{killed:>8}{share:>8.0%}{hours:>13.2f}{rate:>13.0f}")
     lines += [
         f"survived: {mutant.id} ({mutant.file}): {mutant.defect}"
         for mutant in wanted
@@ -111,7 +113,8 @@ def main() -> int:
     }  # fmt: skip
     if unknown := set(options.columns) - set(columns):
         parser.error(f"--columns: there is no column {', '.join(sorted(unknown))}, only {', '.join(columns)}")
-    return not run(options, {name: columns[name] for name in options.columns})
+    part = f" {'+'.join(options.stages)}" if options.stages != list(STAGES) else ""  # is no result of the whole suite
+    return not run(options, {name + part * (name == "suite"): columns[name] for name in options.columns})
 
 
 def _split(text: str) -> tuple[str, str, str]:

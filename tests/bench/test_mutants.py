@@ -82,11 +82,13 @@ def test_of_several_results_the_newest_counts(tmp_path: Path) -> None:
         Results(file).add(row)
     with file.open("a") as log:
         log.write('{"mutant": "one", "column": "su')  # the bench was ended
+    Results(file).add(Result("two", "draws", "survived", "", 0.0))
+    assert len(file.read_text(encoding="utf-8").splitlines()) == 3
     table = figures(Results(file), ["suite", "draws"], [ONE, ONE._replace(id="two")])
     assert [line.split() for line in table.splitlines()] == [
         ["column", "mutants", "killed", "share", "processor", "h", "kills", "per", "h"],
         ["suite", "1", "1", "100%", "0.50", "2"],
-        ["draws", "0", "0", "0%", "0.00", "0"],
+        ["draws", "1", "0", "0%", "0.00", "0"],
         ["survived:", "two", "(LICENSE):", "a", "defect"],
     ]
 
