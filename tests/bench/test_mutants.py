@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
 from pathlib import Path
 
 import mutant_columns as columns
@@ -90,26 +89,4 @@ def test_of_several_results_the_newest_counts(tmp_path: Path) -> None:
         ["suite", "1", "1", "100%", "0.50", "2"],
         ["draws", "1", "0", "0%", "0.00", "0"],
         ["survived:", "two", "(LICENSE):", "a", "defect"],
-    ]
-
-
-def test_drawn_flights_end_at_the_first_bad_one(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    import drawn_flights
-
-    def raises(seed: int) -> str:
-        raise ZeroDivisionError(f"flight {seed}")
-
-    def families(bad: Callable[[int], str]) -> tuple[tuple[Callable[[int], str], int], ...]:
-        return ((lambda _: "", 1), (bad, 2))
-
-    monkeypatch.setattr("sys.argv", ["drawn_flights.py", "--first", "1", "--rounds", "6"])
-    monkeypatch.setattr(drawn_flights, "FAMILIES", families(lambda _: ""))
-    assert drawn_flights.main() == 0
-    monkeypatch.setattr(drawn_flights, "FAMILIES", families(raises))
-    assert drawn_flights.main() == 1
-    assert capsys.readouterr().out.splitlines() == [
-        "none of 9 flights was bad",
-        "bad: raises, seed 1: ZeroDivisionError: flight 1",
     ]
