@@ -117,7 +117,8 @@ DRAWS = [".venv/bin/python", "bench/drawn_flights.py", "--rounds"]
 
 
 def _failed_test(output: str) -> str:
-    lines = [line for line in output.splitlines() if line.startswith(("FAILED", "ERROR"))]
+    """Return the first test that failed; a file that cannot be imported is none."""
+    lines = [line for line in output.splitlines() if line.startswith(("FAILED", "ERROR")) and "::" in line]
     return lines[0].split(" - ")[0].partition(" ")[2] if lines else ""
 
 
@@ -194,8 +195,8 @@ def judge(copy: Copy, mutant: Mutant | None, name: str, column: Column) -> Resul
         for stage in column(mutant):
             status, output, processor = copy.run(stage.command)
             spent += processor
-            if status == FOUND or status is None:
-                by = stage.found(output) if status == FOUND else "time limit"
+            by = stage.found(output) if status == FOUND else "time limit" if status is None else ""
+            if by:
                 return Result(identity, name, "killed", f"{stage.name}: {by}", spent)
             if status != NOTHING:
                 return Result(identity, name, "failed", f"{stage.name}: status {status}: {_last_line(output)}", spent)

@@ -50,6 +50,7 @@ def test_a_text_that_is_not_there_once_is_refused(text: str) -> None:
         ("echo seed 3; grep -q 'Apache License$' LICENSE", "killed", "draws: seed 3"),
         ("grep -q 'another licence' LICENSE", "survived", ""),
         ("echo no such option; exit 2", "failed", "draws: status 2: no such option"),
+        ("exit 1", "failed", "draws: status 1: "),
     ],
 )
 def test_a_command_that_ends_with_status_1_has_found_it(copy: Copy, script: str, outcome: str, by: str) -> None:
@@ -72,6 +73,7 @@ def test_the_suite_begins_with_the_modules_own_tests_and_ends_with_processes() -
     assert stages["near"].command[-2:] == ["tests/core/pilot", "--ignore=tests/core/pilot/test_phases.py"]
     assert stages["processes"].command[-2:] == ["-m", "integration and not long"]
     assert {stage.name for stage in suite(STAGES)(None)} == {"fast", "flights", "rest", "processes"}
+    assert stages["fast"].found("ERROR tests/a.py - ModuleNotFoundError: no module\n1 error") == ""
     assert stages["own"].found("..F\nFAILED tests/a.py::test_b - assert 1 == 2\n1 failed") == "tests/a.py::test_b"
 
 
