@@ -32,6 +32,17 @@ def third(cockpit):
     return cockpit(TWO, number=3).fly()
 
 
+@pytest.mark.parametrize("without", [(), (2,), (1, 2)])
+def test_who_is_left_out_does_not_take_off(cockpit, without):
+    agent = cockpit(TWO, number=2)
+    agent.run(0.1)
+    agent.order("takeoff", without=without)
+    agent.run(0.1)
+    assert (agent.phase, agent.report.detail) == (
+        (Phase.GROUNDED, "left out of this flight") if without else (Phase.TAKEOFF, "")
+    )
+
+
 def test_without_its_pose_it_stops_at_once_and_lands_after_a_second(flyer):
     flyer.silent = {"pose"}
     flyer.run(0.1)

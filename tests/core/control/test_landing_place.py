@@ -1,4 +1,4 @@
-"""Where a drone comes down; tests/leader/test_leader_landing.py flies it."""
+"""Where a drone comes down; tests/leader/test_landing.py flies it."""
 
 from math import dist
 
