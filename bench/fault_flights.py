@@ -24,7 +24,7 @@ from statistics import median
 
 from fault_draws import KINDS, VARIANTS
 from fault_judge import Result, fly
-from fault_rungs import RUNGS
+from flockwire_sim.search.rungs import RUNGS
 
 
 def print_tables(results: list[Result]) -> None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import fault_judge
+from dataclasses import replace
+
 import pytest
 from fault_draws import KINDS, drawn
 from fault_judge import Result, fly
-from fault_rungs import RUNGS
+from flockwire_sim.search.robustness import BOUNDS
+from flockwire_sim.search.rungs import RUNGS
 
 FLIGHTS = 10
 
@@ -35,16 +37,15 @@ def test_every_kind_of_fault_is_drawn() -> None:
     assert kinds == set(KINDS)
 
 
-def test_a_collision_would_be_seen(flown: list[Result], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fault_judge, "COLLISION", 5.0)
+def test_a_collision_would_be_seen(flown: list[Result]) -> None:
     seed = next(result.seed for result in flown if result.closest < 1.0)
-    assert any("collision of uav" in what for what in fly(seed).bad)
+    bad = fly(seed, bounds=replace(BOUNDS, collision=5.0)).bad
+    assert any("distance: uav" in what for what in bad)
 
 
-def test_a_hard_touch_down_would_be_seen(flown: list[Result], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fault_judge, "HARD", -0.5)
+def test_a_hard_touch_down_would_be_seen(flown: list[Result]) -> None:
     seed = next(result.seed for result in flown if result.fastest_contact > 0.6)
-    assert any("touched down at 0." in what for what in fly(seed).bad)
+    assert any("touched down at 0." in what for what in fly(seed, bounds=replace(BOUNDS, hard=-0.5)).bad)
 
 
 @pytest.mark.parametrize(
