@@ -19,6 +19,7 @@ from flockwire.pilot.neighbourhood import Neighbourhood
 from flockwire.pilot.orders import flown_formation, is_known
 from flockwire.pilot.pilot import Pilot
 from flockwire.process.cores import Start
+from flockwire.process.faults import AgentFault
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
@@ -26,6 +27,7 @@ from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 
 from flockwire_agent.guarded_law import GuardedLaw
+from flockwire_agent.lying import LyingAgent
 
 
 class AgentCore:
@@ -146,6 +148,8 @@ class AgentCore:
         self._law.restart()
 
 
-def make_core(start: Start) -> AgentCore:
-    """Return the core of one follower's agent."""
-    return AgentCore(agent_parameters(start.plan.swarm, start.drone), start.now)
+def make_core(start: Start) -> AgentCore | LyingAgent:
+    """Return the core of one follower's agent, which lies if a fault says so."""
+    core = AgentCore(agent_parameters(start.plan.swarm, start.drone), start.now)
+    lies = tuple(fault for fault in start.faults if isinstance(fault, AgentFault) and fault.drone == start.drone)
+    return LyingAgent(core, lies, start.took_off) if lies else core

@@ -198,6 +198,7 @@ def study(
     liveness: Annotated[
         bool, typer.Option("--liveness", help="With --search: faults end, then the formation must come back.")
     ] = False,
+    first: Annotated[bool, typer.Option("--first", help="With --search: end at the first violation.")] = False,
     replay: Annotated[
         Path | None, typer.Option(metavar="FAULTS", exists=True, help="Fly what a search found again: its faults.")
     ] = None,
@@ -219,7 +220,9 @@ def study(
             raise typer.Exit(searches.replay(swarm, replay, seed or 0, duration or 8.0, mode))
         if search or liveness:
             options |= {"mode": mode} if liveness else {}
-            raise typer.Exit(searches.search(swarm, file, options, folder, jobs or os.cpu_count() or 1, scheduler))
+            raise typer.Exit(
+                searches.search(swarm, file, options, folder, jobs or os.cpu_count() or 1, scheduler, first)
+            )
         status = studies.study(swarm, file, options, folder, jobs or os.cpu_count() or 1, scheduler)
     except (StudyError, SwarmFileError) as error:
         refuse(str(error))

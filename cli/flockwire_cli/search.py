@@ -25,8 +25,10 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from flockwire_cli.study import terminable
 
 
-def search(swarm: Path, file: Path | None, options: dict[str, object], out: Path, jobs: int, scheduler: str) -> int:
-    """Search, write and print what was found; returns the exit status: 1 with a violation, or if it was stopped.
+def search(
+    swarm: Path, file: Path | None, options: dict[str, object], out: Path, jobs: int, scheduler: str, first: bool
+) -> int:
+    """Search, write and print what was found, `first`: to the first violation; returns the exit status: 1 with a violation, or if it was stopped.
 
     Raises StudyError and SwarmFileError for bad input, before anything is written; OSError if `out` fails.
     """
@@ -40,7 +42,7 @@ def search(swarm: Path, file: Path | None, options: dict[str, object], out: Path
         raise StudyError("\n".join(f"{file or swarm}: {line}" for line in str(error).split("\n"))) from None
     place: AbstractContextManager[Workers] = cluster(scheduler) if scheduler else local(jobs)
     with place as workers, Ledger(out, plan, table, Entry.from_json) as ledger:
-        stopped = _fly(plan, space, ledger, workers)
+        stopped = _fly(plan, space, ledger, workers, first)
         entries = {entry.number: entry for entry in ledger.results if entry.number < plan.runs}
     return _conclude(space, entries, out, stopped)
 
@@ -61,7 +63,7 @@ def replay(swarm: Path, faults: Path, seed: int, duration: float, mode: str) -> 
     return bool(judged.violations)
 
 
-def _fly(plan: SearchPlan, space: Space, ledger: Ledger[Entry], workers: Workers) -> str:
+def _fly(plan: SearchPlan, space: Space, ledger: Ledger[Entry], workers: Workers, first: bool) -> str:
     """Fly what the ledger lacks; returns why it stopped early, or nothing."""
     columns = (BarColumn(None), MofNCompleteColumn(), TextColumn("{task.description}"), TimeElapsedColumn(),
                TimeRemainingColumn())  # fmt: skip
@@ -74,10 +76,11 @@ def _fly(plan: SearchPlan, space: Space, ledger: Ledger[Entry], workers: Workers
         with terminable(), Progress(*columns, console=Console(stderr=True)) as progress:
             bar = progress.add_task("0 with a violation", total=plan.runs)
 
-            def step(entry: Entry) -> None:
+            def step(entry: Entry) -> bool:
                 nonlocal violating
                 violating += bool(entry.judged.violations)
                 progress.update(bar, advance=1, description=f"{violating} with a violation")
+                return first and violating > 0
 
             conduct(plan, space, ledger, flown, step)
     except KeyboardInterrupt:

@@ -105,6 +105,11 @@ class Reader:
             raise MessageError(f"starts with {data[:4].hex()}, not with the header of little-endian CDR")
         self._data, self._at = data, 4
 
+    @property
+    def position(self) -> int:
+        """The number of bytes taken so far, the header's included."""
+        return self._at
+
     def take(self, code: str) -> int:
         """Take one integer of struct code `code`."""
         at = self._at + (4 - self._at) % _SIZES[code]

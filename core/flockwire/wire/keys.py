@@ -2,7 +2,7 @@
 
 A key is `<swarm>/<owner>/<kind>` (`<swarm>/<kind>` where all drones share it), which is also a ROS 2 topic name. No
 other file spells a key. Links (plan.py) follow from this table, the process table and the graph. A recorder subscribes
-to every key without being named here.
+to every key without being named here, but receives the state of most processes in batches (batch.py).
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from flockwire.domain.order import Mission, Stop
 from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import TimeReply, TimeRequest
 from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.batch import LARGEST, Batch
 from flockwire.wire.codec import Message
 from flockwire.wire.processes import (
     AGENT,
@@ -40,6 +41,7 @@ TIME_REPLY = "time_reply"
 ANY_TIME = 4e9  # s
 
 
+BATCH = "batch"  # the kind of key of messages for the recorder alone
 STEERING = "steering"  # the kind of key that steers the leader
 
 
@@ -105,6 +107,14 @@ def _processes(roster: Roster) -> tuple[Owner, ...]:
     return tuple(Owner(member.identity, member.drone) for member in roster.members.values() if roster.started(member))
 
 
+def _batching(roster: Roster) -> tuple[Owner, ...]:
+    return tuple(
+        Owner(member.identity, member.drone)
+        for member in roster.members.values()
+        if roster.rows[member.identity].batches
+    )
+
+
 def _simulated(swarm: Swarm) -> tuple[int, ...]:
     return (*swarm.walking, *swarm.simulated)
 
@@ -143,6 +153,10 @@ def _any_of(*parts: Who) -> Who:
 
 def _itself(_: Roster, owner: Owner) -> tuple[str, ...]:
     return (owner.name,)
+
+
+def _nobody(_: Roster, __: Owner) -> tuple[str, ...]:
+    return ()
 
 
 def _pilot(roster: Roster, owner: Owner) -> tuple[str, ...]:
@@ -232,6 +246,7 @@ TABLE = (
         "stop", Stop, _everybody, _all(*ORDERING), _all(KINEMATICS, DRIVER, LEADING, AGENT), 400, 1024, Delivery.EVENT,
         maximum_age=120.0, ahead=120.0,
     ),
+    KeyRow(BATCH, Batch, _batching, _itself, _nobody, 200, LARGEST, Delivery.BACKGROUND),
     KeyRow(STEERING, Command, _steered, _all(TELEOP), _pilot, 200, 512),
     KeyRow(  # between clocks with any offset
         TIME_REQUEST, TimeRequest, _other_hosts, _itself, _all(GATEWAY), 40, 512, maximum_age=None, ahead=ANY_TIME

@@ -52,6 +52,7 @@ class Process:
     pilot: bool = False  # it is a pilot: a flight waits for it, and ends if it is lost
     witness: bool = False  # no fault reaches it: without it a flight cannot be judged
     records: bool = False  # subscribes to every key and writes the trace; its host conducts the flight
+    batches: bool = False  # its state reaches the recorder in batches (batch.py)
     faults: frozenset[str] = frozenset()  # the kinds of fault that its core injects itself
     after: tuple[str, ...] = ("router", "recorder")  # kinds that must report before it is started
     driver: bool = False  # drives airframes: it may end only when they are down
@@ -100,7 +101,8 @@ GATEWAY = Process(
     port=0,
     runner="flockwire_mocap.process:run",
     rank=4,
-    faults=frozenset({"tracker", "noise", "swap", "visitor"}),
+    batches=True,
+    faults=frozenset({"tracker", "noise", "swap", "visitor", "false_pose"}),
 )
 TRACKER = Process(
     "tracker-sim",
@@ -110,7 +112,7 @@ TRACKER = Process(
     port=5,
     runner="flockwire_mocap.twin.process:run",
     rank=3,
-    faults=frozenset({"tracker", "noise", "swap", "visitor"}),
+    faults=frozenset({"tracker", "noise", "swap", "visitor", "false_pose"}),
     alone="flockwire_mocap.twin.process:serve_alone",
     only_if="a table [gateway.twin], and a gateway.source that it serves,",
 )
@@ -122,7 +124,8 @@ KINEMATICS = Process(
     port=1,
     driver=True,
     rank=2,
-    faults=frozenset({"lag", "failure"}),
+    batches=True,
+    faults=frozenset({"lag", "failure", "false_height"}),
     only_if="a simulated drone, or a simulated person who leads",
 )
 LEADING = Process(
@@ -132,6 +135,7 @@ LEADING = Process(
     "flockwire_leader.core:make_core",
     port=0,
     pilot=True,
+    batches=True,
 )
 AGENT = Process(
     "agent",
@@ -141,6 +145,8 @@ AGENT = Process(
     port=0,
     numbered=True,
     pilot=True,
+    batches=True,
+    faults=frozenset({"false_estimate", "false_age"}),
 )
 DRIVER = Process(
     "driver",
@@ -151,6 +157,7 @@ DRIVER = Process(
     numbered=True,
     driver=True,
     rank=1,
+    batches=True,
     restarts=True,
     untimed=True,
     only_if="a drone whose airframe has a driver of its own",

@@ -54,8 +54,8 @@ def chooser(plan: SearchPlan, space: Space) -> Chooser:
     return (Search if plan.method == "search" else Draws)(space.size, plan.seed)
 
 
-def conduct(plan: SearchPlan, space: Space, ledger: Ledger[Entry], flown: Fly, step: Callable[[Entry], object]) -> None:
-    """Fly what the ledger lacks; `step` gets each flight, those of the ledger too.
+def conduct(plan: SearchPlan, space: Space, ledger: Ledger[Entry], flown: Fly, step: Callable[[Entry], bool]) -> None:
+    """Fly what the ledger lacks; `step` gets each flight, those of the ledger too, and returns whether to end.
 
     Raises StudyError if the ledger's flights are not those that the plan asks for.
     """
@@ -70,7 +70,8 @@ def conduct(plan: SearchPlan, space: Space, ledger: Ledger[Entry], flown: Fly, s
                 if known[place].asked != candidate:
                     raise StudyError(f"flight {place} of the folder is not the one that this search asks for")
                 found[place] = known[place].judged
-                step(known[place])
+                if step(known[place]):
+                    return
                 continue
             try:
                 orders.append((place, space.case(candidate.point, candidate.seed)))
@@ -83,6 +84,7 @@ def conduct(plan: SearchPlan, space: Space, ledger: Ledger[Entry], flown: Fly, s
             entry = Entry(place, asked[place], judged)
             found[place] = judged
             ledger.add(entry)
-            step(entry)
+            if step(entry):
+                return
         seeker.tell(list(asked.values()), [found[place] for place in asked])
         number += len(asked)

@@ -9,7 +9,8 @@ from typing import Annotated, Any, Literal
 
 from flockwire.domain.time import nanoseconds
 from flockwire.ground.order import Order
-from flockwire.process.faults import Fault, parse_faults
+from flockwire.process.fault_file import parse_faults
+from flockwire.process.faults import Fault
 from flockwire.swarm.reading import error_lines
 from flockwire.swarm.tables import Model, NotNegative, Positive
 from flockwire.wire.plan import Plan

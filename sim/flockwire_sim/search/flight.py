@@ -9,7 +9,8 @@ from typing import Any, Literal
 
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.loading import SwarmFileError, parse_swarm
-from flockwire.process.faults import AirframeFailure, Fault, FaultFileError
+from flockwire.process.fault_file import FaultFileError
+from flockwire.process.faults import AirframeFailure, Fault
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import CONSOLE

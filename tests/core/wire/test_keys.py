@@ -21,6 +21,7 @@ CHAIN = {  # the paper's: {key: (who publishes it, who subscribes to it beside t
     **{Key("telemetry", uav(i)): ({"kinematics"}, {PILOTS[i], *ORDERING}) for i in range(5)},
     **{Key("status", identity): ({identity}, ORDERING) for identity in STARTED},
     Key("status", "leader"): ({"leader"}, {"uav1", *ORDERING}),  # whether it leads
+    **{Key("batch", identity): ({identity}, set()) for identity in STARTED if identity != "recorder"},
     MISSION: ({*ORDERING, "gateway"}, {"gateway", *PILOTS}),
     STOP: (ORDERING, {"kinematics", *PILOTS}),
 }
