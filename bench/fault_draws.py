@@ -61,7 +61,7 @@ def drawn(seed: int) -> Drawn:
     if chance.random() < 0.08:
         table.setdefault("airframes", {}).setdefault("kinematics", {})["endurance"] = chance.uniform(5.0, 12.0)
     if chance.random() < 0.25:
-        _tighten_fence(table, file, chance)
+        tighten_fence(table, file, chance)
     if moved:
         places = random_starts(parse_swarm(table, file), Starts(box=(6.0, 6.0), fixed=(0,)), chance)
         for drone, (x, y) in zip(table["drones"], places, strict=True):
@@ -69,7 +69,7 @@ def drawn(seed: int) -> Drawn:
     loses = Random(f"lost body {seed}")  # of its own: the other draws are those of the seeds from before
     lost = loses.random() < LOST_SHARE
     if lost and law != "paper" and table["limits"]["fence"]["max"][2] >= STACK and loses.random() < 0.5:
-        table["formation"] = _stacked()
+        table["formation"] = stacked()
     swarm = parse_swarm(table, file)
     plan = Plan(swarm)
     kinds = chance.choices((*FAULT_KINDS, "cut"), k=chance.choice((1, 1, 2, 2, 3)))
@@ -102,7 +102,7 @@ def _staleness(chance: Random) -> dict[str, float]:
     }
 
 
-def _stacked() -> dict[str, Any]:
+def stacked() -> dict[str, Any]:
     """Return a formation of two pairs, one drone above the other: the leader has one above it too."""
     offsets = ((0.0, 0.0, 0.8), (1.4, 0.0, 0.0), (1.4, 0.0, 0.8), (-1.4, 0.3, 0.4))
     rows = [f"{t},{i},{x},{y},{z}" for i, (x, y, z) in enumerate(offsets, 1) for t in (0, 1000)]
@@ -119,7 +119,7 @@ def _lost_body(plan: Plan, chance: Random) -> dict[str, Any]:
     }
 
 
-def _tighten_fence(table: dict[str, Any], file: str, chance: Random) -> None:
+def tighten_fence(table: dict[str, Any], file: str, chance: Random) -> None:
     """Let the formation reach the fence, or the climb its top."""
     reach, low = (3.05 if file == "paper_simulation" else 1.8), chance.random() < 0.5
     table["limits"]["fence"] = {"min": [-reach, -reach, -0.5], "max": [reach, reach, 0.93 if low else 3.0]}

@@ -28,13 +28,16 @@ from flockwire_cli.study import terminable
 def search(
     swarm: Path, file: Path | None, options: dict[str, object], out: Path, jobs: int, scheduler: str, first: bool
 ) -> int:
-    """Search, write and print what was found, `first`: to the first violation; returns the exit status: 1 with a violation, or if it was stopped.
+    """Search (`first`: up to the first violation), write and print what was found.
 
-    Raises StudyError and SwarmFileError for bad input, before anything is written; OSError if `out` fails.
+    Returns the exit status: 1 with a violation, or if it was stopped. Raises StudyError and SwarmFileError for bad
+    input, before anything is written; OSError if `out` fails.
     """
     table = swarm_table(swarm)
     checked = parse_swarm(table, str(swarm))
-    plan = load_study(file, options if file is not None else usual_space(table, checked) | options, SearchPlan)
+    plan = load_study(file, options, SearchPlan)
+    if not (plan.random or plan.starts or plan.graph):
+        plan = load_study(file, usual_space(table, checked) | options, SearchPlan)
     try:
         rehearse(plan, table)
         space = Space(plan, table, checked)

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations
+from math import isfinite
 
 import numpy as np
 from flockwire.domain.airframe import FlightState
@@ -87,6 +88,8 @@ def margins(flown: Flown, bounds: Bounds = BOUNDS) -> dict[str, Margin]:
     """Return the smallest margin of each property that the flight tells of, by the property's name."""
     found: dict[str, Margin] = {}
     for name, margin in _all(flown, bounds):
+        if not isfinite(margin.value):  # the flight does not tell of it
+            continue
         if name not in found or margin.value < found[name].value:
             found[name] = margin
     return found
@@ -177,8 +180,7 @@ def _of_drone(flown: Flown, owner: str, bounds: Bounds) -> Iterator[tuple[str, M
     room, reach = limits.fence.room(), limits.fence.margin + bounds.fence
     beyond = np.array([room.outside((x, y, z)) for x, y, z in places[flies].tolist()])
     inside, at = always(times[flies], -beyond)
-    if beyond.size:
-        yield "fence", Margin(1.0 + inside / reach, at, owner, f"{owner} {-inside:.2f} m outside the fence")
+    yield "fence", Margin(1.0 + inside / reach, at, owner, f"{owner} {-inside:.2f} m outside the fence")
     yield from _contacts(owner, times, places, falling(flown, owner, times), limits.vertical_speed + bounds.hard)
     yield from _silences(flown, owner, times, places, flies, bounds)
     yield from _stops(flown, owner, bounds)
@@ -206,8 +208,7 @@ def _contacts(
     speeds = np.where(dt > PAUSE, 0.0, np.linalg.norm(np.diff(places, axis=0), axis=1) / np.maximum(dt, 1e-9))
     touches = (places[2:, 2] <= 0.0) & (places[1:-1, 2] > 0.0) & (dt[1:] <= PAUSE) & ~falls[2:]
     speed, at = always(times[2:][touches], -speeds[:-1][touches])
-    if np.isfinite(speed):
-        yield "contact", Margin(1.0 + speed / fastest, at, owner, f"{owner} touched down at {-speed:.2f} m/s")
+    yield "contact", Margin(1.0 + speed / fastest, at, owner, f"{owner} touched down at {-speed:.2f} m/s")
 
 
 def _silences(
@@ -228,9 +229,8 @@ def _silences(
         pending = (silent > limit) & flies & drives
         late = np.where(pending, owed(times, pending), np.minimum(silent - limit, 0.0))
         least, at = always(times[flies], -late[flies])
-        if np.isfinite(least):
-            what = f"{owner} still flies {-least:.1f} s after it had to land without its {name}"
-            yield "silence", Margin(1.0 + least / bound, at, owner, what)
+        what = f"{owner} still flies {-least:.1f} s after it had to land without its {name}"
+        yield "silence", Margin(1.0 + least / bound, at, owner, what)
 
 
 def _stops(flown: Flown, owner: str, bounds: Bounds) -> Iterator[tuple[str, Margin]]:
@@ -274,5 +274,4 @@ def _rung(
     owner: str, name: str, times: Floats, ages: Floats, limit: float, wrong: Booleans
 ) -> Iterator[tuple[str, Margin]]:
     least, at = always(times[wrong], -ages[wrong])
-    if np.isfinite(least):
-        yield "rung", Margin(1.0 + least / limit, at, owner, f"{owner} not at {name} after {-least:.2f} s")
+    yield "rung", Margin(1.0 + least / limit, at, owner, f"{owner} not at {name} after {-least:.2f} s")

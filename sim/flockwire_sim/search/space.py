@@ -95,8 +95,6 @@ class Space:
         self.size = sum(lengths.values())
         ends = [sum(list(lengths.values())[: k + 1]) for k in range(len(lengths))]
         self._parts = {name: slice(end - lengths[name], end) for name, end in zip(lengths, ends, strict=True)}
-        if not self.size:
-            raise StudyError("nothing is random: there is nothing to search")
 
     def case(self, point: Sequence[float], seed: int) -> Case:
         """Return the flight of a point; raises StudyError if its values are refused."""

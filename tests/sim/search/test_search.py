@@ -89,7 +89,6 @@ def test_a_point_is_a_flight_with_its_faults_in_order(files: tuple[Path, Path]) 
     ("text", "rule"),
     [
         ("kinds = ['meteor']\n[starts]\nbox = [3.0, 3.0]", "kinds = 'meteor': must be one of kill"),
-        ("any_faults = 0", "nothing is random"),
         ("[grid]\n'control.law' = ['paper', 'extended']", "a search has no grid"),
         ("method = 'luck'", "method = 'luck'"),
     ],
