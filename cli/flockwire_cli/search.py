@@ -37,7 +37,7 @@ def search(
     checked = parse_swarm(table, str(swarm))
     plan = load_study(file, options, SearchPlan)
     if not (plan.random or plan.starts or plan.graph):
-        plan = load_study(file, usual_space(table, checked) | options, SearchPlan)
+        plan = load_study(file, usual_space(table, checked, plan.mode) | options, SearchPlan)
     try:
         rehearse(plan, table)
         space = Space(plan, table, checked)

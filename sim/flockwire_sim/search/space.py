@@ -111,18 +111,12 @@ class Space:
         return Case(varied.table, faults, seed, plan.duration, plan.mode)
 
 
-def usual_space(table: Table, swarm: Swarm) -> dict[str, Any]:
-    """Return the keys of a search without a file: network, clocks, lag, starts, the leader's path and obstacles."""
-    spans: dict[str, Any] = {
-        "sim.delay": {"log_uniform": [1e-4, 0.03]},
-        "sim.jitter": {"uniform": [0.0, 0.03]},
-        "sim.loss": {"uniform": [0.0, 0.2]},
-        "sim.reordering": {"uniform": [0.0, 0.2]},
-        "sim.clock_offset": {"uniform": [0.0, 0.5 if len(swarm.hosts) > 1 else 0.02]},  # one host has one clock
-    }
-    if KINEMATICS.kind in {drone.airframe for drone in swarm.drones}:
-        spans[f"airframes.{KINEMATICS.kind}.lag"] = {"uniform": [0.0, 0.25]}
-        spans[f"airframes.{KINEMATICS.kind}.dead_time"] = {"uniform": [0.0, 0.1]}
+def usual_space(table: Table, swarm: Swarm, mode: Mode) -> dict[str, Any]:
+    """Return the keys of a search without a file: network, clocks, lag, starts, the leader's path and obstacles.
+
+    In the mode liveness network, clocks and airframes are as in the swarm file: their faults must end.
+    """
+    spans = _conditions(swarm) if mode == "safety" else {}
     path: dict[str, Any] = table
     for key in PATH.split("."):
         path = path.get(key, {})
@@ -139,6 +133,20 @@ def usual_space(table: Table, swarm: Swarm) -> dict[str, Any]:
     box = [float(ceil(b - a) + 1) for a, b in zip(low, high, strict=True)]
     centre = [(a + b) / 2.0 for a, b in zip(low, high, strict=True)]
     return {"random": spans, "starts": {"box": box, "centre": centre}}
+
+
+def _conditions(swarm: Swarm) -> dict[str, Any]:
+    spans: dict[str, Any] = {
+        "sim.delay": {"log_uniform": [1e-4, 0.03]},
+        "sim.jitter": {"uniform": [0.0, 0.03]},
+        "sim.loss": {"uniform": [0.0, 0.2]},
+        "sim.reordering": {"uniform": [0.0, 0.2]},
+        "sim.clock_offset": {"uniform": [0.0, 0.5 if len(swarm.hosts) > 1 else 0.02]},  # one host has one clock
+    }
+    if KINEMATICS.kind in {drone.airframe for drone in swarm.drones}:
+        spans[f"airframes.{KINEMATICS.kind}.lag"] = {"uniform": [0.0, 0.25]}
+        spans[f"airframes.{KINEMATICS.kind}.dead_time"] = {"uniform": [0.0, 0.1]}
+    return spans
 
 
 def _round(value: float, reach: Finite) -> dict[str, JsonValue]:

@@ -71,7 +71,7 @@ def test_equal_numbers_are_equal_choices_and_near_ones_mostly_too() -> None:
 
 def test_a_point_is_a_flight_with_its_faults_in_order(files: tuple[Path, Path]) -> None:
     swarm = parse_swarm(table(), "pair")
-    plan = load_study(None, usual_space(table(), swarm) | {"any_faults": 3}, SearchPlan)
+    plan = load_study(None, usual_space(table(), swarm, "safety") | {"any_faults": 3}, SearchPlan)
     space = Space(plan, table(), swarm)
     kinds = set()
     for k in range(40):
