@@ -48,13 +48,14 @@ class Drawn:
         return parse_events(named, Plan(self.swarm.in_simulation()), f"seed {self.seed}")
 
 
-def drawn(seed: int) -> Drawn:
-    """Draw the flight of `seed`."""
+def drawn(seed: int, edges: list[list[int]] | None = None) -> Drawn:
+    """Draw the flight of `seed`, with other `edges` than the chain's."""
     chance = Random(f"fault flight {seed}")
     variant = chance.choices(tuple(VARIANTS), [share for *_, share in VARIANTS.values()])[0]
     file, law, moved, _ = VARIANTS[variant]
     table = tomllib.loads((SWARMS / f"{file}.toml").read_text())
     table["control"]["law"] = law
+    table["graph"]["edges"] = edges or table["graph"]["edges"]
     usual = chance.random() < 0.4
     if not usual:
         table["limits"]["staleness"] = _staleness(chance)

@@ -1,16 +1,21 @@
 """A process that lies with good keys, in virtual time: whom each lie harms, how far, and what notices it.
 
-    .compiled/bin/python bench/liar.py [--laws extended,paper] [--graphs chain,star,...] [--lies estimate_slow,...]
+    .compiled/bin/python bench/liar.py [--laws extended,paper] [--graphs chain,star] [--lies "age 0 s,pose 1 m/s"]
+    .compiled/bin/python bench/liar.py --honest 300 [--first 0]
 
 The paper's swarm of five flies twice by one seed: honestly, and with one lie from 8 s to 20 s after the order to take
 off. Printed for each flight: how far each drone was from its honest position at most while the lie lasted (truth
 against truth, m), the smallest distance between two drones in the air, m, the largest outside the fence, m, who
 reported what other than in the honest flight, and after how many s, and the checks that failed.
+
+`--honest` flies the drawn flights of bench/fault_flights.py that have the extended law, on these graphs in turn, and
+prints each one in which a pilot took a neighbour for false or its tracked body for another. Ends with 1 if one did.
 """
 
 from __future__ import annotations
 
 import argparse
+import sys
 import tomllib
 from dataclasses import dataclass, field
 from functools import cache
@@ -19,15 +24,18 @@ from math import dist, inf
 from pathlib import Path
 from typing import Any
 
+from fault_draws import Drawn, drawn
+from fault_judge import Judge
 from flockwire.domain.order import Mission
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 from flockwire.loading import parse_swarm
+from flockwire.pilot.agreement import DISAGREE
 from flockwire.process.fault_file import parse_faults
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
-from flockwire.wire.status import Status
+from flockwire.wire.status import APART, LEFT_OUT, Status
 from flockwire_analysis.checks import ABOUT_THE_RECORD
 from flockwire_analysis.summary import summarise
 from flockwire_sim.process import Published
@@ -154,13 +162,53 @@ def print_row(graph: str, law: str, lie: str) -> None:
     )
 
 
+class Alarms(Judge):
+    """Judges a flight without a lie: who takes what for a lie."""
+
+    def __init__(self, flight: Drawn) -> None:
+        super().__init__(flight)
+        self.raised: dict[str, None] = {}
+
+    def _status(self, published: Published, status: Status) -> None:
+        super()._status(published, status)
+        report = status.report
+        lies = [reason.text for reason in report.reasons if reason.code in (LEFT_OUT, APART)]
+        if DISAGREE in report.detail:
+            lies.append(report.detail)
+        self.raised |= dict.fromkeys(f"{status.identity} {lie}" for lie in lies)
+
+
+def fly_honest(seeds: range) -> bool:
+    """Fly the drawn flights of `seeds` that are filtered; returns whether none had an alarm."""
+    flown = alarmed = 0
+    for seed in seeds:
+        graph = list(GRAPHS)[seed % len(GRAPHS)]
+        flight = drawn(seed, GRAPHS[graph])
+        if not flight.swarm.control.filtered:
+            continue
+        judge, flown = Alarms(flight), flown + 1
+        result = judge.fly()
+        if judge.raised or result.bad:
+            alarmed += bool(judge.raised)
+            kinds = ", ".join(fault["kind"] for fault in flight.faults)
+            print(f"--first {seed} ({graph}, {kinds}): {'; '.join((*judge.raised, *result.bad))}", flush=True)
+        if flown % 20 == 0:
+            print(f"{flown} flights up to {seed}: {alarmed} with an alarm", file=sys.stderr, flush=True)
+    print(f"{alarmed} of {flown} flights with an alarm")
+    return not alarmed
+
+
 def main() -> None:
     """Fly all."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--laws", default="extended,paper")
     parser.add_argument("--graphs", default=",".join(GRAPHS))
     parser.add_argument("--lies", default=",".join(name for name in LIES if name != "none"))
+    parser.add_argument("--honest", type=int, default=0, help="flights to draw, without a lie")
+    parser.add_argument("--first", type=int, default=0)
     options = parser.parse_args()
+    if options.honest:
+        sys.exit(not fly_honest(range(options.first, options.first + options.honest)))
     for law in options.laws.split(","):
         for graph in options.graphs.split(","):
             for lie in options.lies.split(","):

@@ -35,7 +35,7 @@ UNCHANGED = "unchanged"  # the name of the copy without a mutant
 FOUND, NOTHING = 1, 0  # exit statuses of a command of a column
 LONGEST = 3600.0  # s that a command may take
 MOST_PROCESSOR = 1500  # s of processor time of one process: a mutant may loop
-FAST = ("core", "agent", "leader", "kinematics", "tello_driver", "mocap_gateway", "router")  # folders of tests/
+FAST = ("agent", "leader", "kinematics", "core", "mocap_gateway", "tello_driver", "router")  # folders of tests/
 STAGES = ("own", "near", "fast", "flights", "rest", "processes")
 OWN = "tests/bench"  # judges the tables, not the tree
 

@@ -43,7 +43,13 @@ class AgentCore:
         self._estimate_key = Key("estimate", name)
         self._rank, self._formations = parameters.rank, parameters.formations
         self._law = GuardedLaw(partial(make_law, parameters.law, parameters.settings), name)
-        self._neighbourhood = Neighbourhood(neighbours, parameters.pilot.limits.staleness, parameters.leader_kind)
+        self._neighbourhood = Neighbourhood(
+            neighbours,
+            parameters.pilot.limits.staleness,
+            parameters.leader_kind,
+            parameters.disagreement,
+            parameters.closer,
+        )
         self._reference: Reference | None = None  # the place to fly in the formation, None in any other phase
         self._flown: Mission | None = None  # its order
         self._judged: tuple[Observation, Decision] | None = None  # the formation of the error
@@ -75,6 +81,8 @@ class AgentCore:
         silence = neighbourhood.silence(now, pilot.born)
         leader_down = neighbourhood.leading is Leading.IS_DOWN
         fault = self._law.fault.text if self._law.fault is not None else ""
+        if not fault and neighbourhood.agreement.contradicted:
+            fault = neighbourhood.agreement.reason(now)
         self._refer(pilot.observe(now, silence, missing, fault, neighbourhood.positions, leader_down))
         observation = from_fields(
             Observation, (pilot.dt, pilot.stamp, pilot.motion, estimates, pilot.bodies, self._reference)
@@ -98,8 +106,12 @@ class AgentCore:
         return self._pilot.may_end(now)
 
     def report(self, now: int) -> Report:
-        """Return the agent's status; an error of its law is a reason with a code."""
+        """Return the agent's status; an error of its law, and a neighbour left out, are reasons with a code."""
         report, fault = self._pilot.report(now, self._error(), shown(self._neighbourhood.oldest(now))), self._law.fault
+        agreement = self._neighbourhood.agreement
+        if agreement.count:
+            counts = (*report.counts, ("estimates left out", agreement.count))
+            report = report._replace(reasons=(*report.reasons, *agreement.reasons(now)), counts=counts)
         if fault is None:
             return report
         detail = "" if report.detail == fault.text else report.detail

@@ -25,6 +25,7 @@ class Inputs(NamedTuple):
     outside: float  # m outside the fence
     leader_down: float = 0.0  # s since the leader of the ordered formation is down; 0 while it leads
     doubt: float = 0.0  # s since the tracker gave its name to another body; 0 without a doubt
+    apart: float = 0.0  # m/s of its tracked body apart from its commands; 0 while it moves as commanded
 
 
 def doubted(doubt: IdentityDoubt | None, now: int) -> float:
@@ -46,6 +47,7 @@ def all_well(inputs: Inputs, limits: Limits) -> bool:
         and inputs.outside == 0.0
         and inputs.leader_down == 0.0
         and inputs.doubt == 0.0
+        and inputs.apart == 0.0
     )
 
 
@@ -63,6 +65,8 @@ def land_reason(inputs: Inputs, limits: Limits) -> str:
             return f"{name} lost for {age:.1f} s"
     if inputs.doubt > stale.identity_land:
         return f"the tracker confuses its body with another for {inputs.doubt:.1f} s"
+    if inputs.apart > 0.0:
+        return f"its tracked body moves {inputs.apart:.1f} m/s apart from its commands"
     if inputs.battery < limits.battery_land:
         return f"battery at {inputs.battery:.0%}"
     if inputs.outside > limits.fence.margin:

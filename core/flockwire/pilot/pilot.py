@@ -33,6 +33,7 @@ from flockwire.pilot.off_place import OffPlace
 from flockwire.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, age, command_stamp
 from flockwire.pilot.place import Place
 from flockwire.pilot.surroundings import Surroundings
+from flockwire.pilot.tracked_body import WRONG, TrackedBody
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import STOP, Key
@@ -70,6 +71,7 @@ class Pilot:
         self._off_place = OffPlace(parameters.room, parameters.checks)
         self._wanted = ZERO  # m/s, by the law, at the last command
         self._airframe = AirframeState(parameters.lag, parameters.dead_time)
+        self._body = TrackedBody(parameters.limits, self._airframe) if parameters.guard is not None else None
         self._surroundings = Surroundings(parameters.sensing, parameters.obstacles)
         self._pose: Pose | None = None
         self._telemetry: Telemetry | None = None
@@ -110,9 +112,11 @@ class Pilot:
         self.motion, self.bodies = None, ()
         if pose is not None:
             self.bodies = self._surroundings.bodies(pose, neighbours)
-            if fresh:
+            if fresh and not inputs.apart:
                 seen = (pose.stamp - self.born) / SECOND  # small enough for a float with nanoseconds
                 self.motion = self._airframe.measure(pose.position, seen, (now - self.born) / SECOND)
+        if self._body is not None and now >= self._body.due:
+            self._body.look(self.motion, self._telemetry, phase, now, self.born)
         return phase
 
     def command(self, wanted: Vector, now: int) -> list[tuple[Key, Message]]:
@@ -138,7 +142,7 @@ class Pilot:
     def report(self, now: int, formation_error: float = -1.0, estimate_age: float = -1.0) -> Report:
         """Return the drone's status; `formation_error` in m, `estimate_age` in s, -1 if there is none."""
         pose, telemetry, detail = self._pose, self._telemetry, self.flight.reason
-        reasons: tuple[Reason, ...] = ()
+        reasons: tuple[Reason, ...] = (WRONG,) if self._inputs.apart else ()
         if self.flight.phase is not Phase.FORMATION or self.motion is None:
             self._off_place.forget()
         elif not detail:
@@ -179,6 +183,7 @@ class Pilot:
             self._room.outside(pose.position) if pose is not None else 0.0,
             leader_down,
             doubted(self._doubt, now),
+            self._body.apart if self._body is not None else 0.0,
         )
         return from_fields(Inputs, ages)
 

@@ -53,6 +53,13 @@ def test_with_neighbours_sensing_there_is_no_nearby_and_listeners_subscribe_to_p
     assert both(swarm, Key("pose", "uav4")) == ({"gateway"}, {"uav4"})
 
 
+def test_a_drone_with_a_driver_is_commanded_through_it_alone(make_swarm):
+    swarm = make_swarm({"drones.1.airframe": "tello", "drones.2.airframe": "tello"})
+    for i, driver in enumerate(("kinematics", "driver1", "driver2", "kinematics", "kinematics")):
+        assert both(swarm, Key("command", uav(i))) == ({PILOTS[i]}, {driver})
+        assert both(swarm, Key("telemetry", uav(i))) == ({driver}, {PILOTS[i], *ORDERING})
+
+
 @pytest.mark.parametrize(
     ("gateway", "cameras"),
     [({"source": "natnet"}, set()), ({"source": "vrpn", "twin": {}}, {"tracker-sim"}), ({}, {"gateway"})],
