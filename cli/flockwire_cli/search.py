@@ -8,8 +8,8 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 
 from flockwire.loading import parse_swarm
-from flockwire_sim.search.campaign import Entry, Order, conduct, fly_numbered
-from flockwire_sim.search.flight import Judged, fly
+from flockwire_sim.search.campaign import Entry, conduct
+from flockwire_sim.search.flight import Judged, Order, fly, fly_numbered
 from flockwire_sim.search.seeking import worst_of
 from flockwire_sim.search.shrinking import shrunk
 from flockwire_sim.search.space import SearchPlan, Space, usual_space

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from flockwire_sim.search.flight import Case, Judged, fly
+from flockwire_sim.search.flight import Judged, Order
 from flockwire_sim.search.seeking import Candidate, Chooser, Draws, Search
 from flockwire_sim.search.space import SearchPlan, Space
 from flockwire_sim.study.file import StudyError
@@ -36,17 +36,7 @@ class Entry:
         )
 
 
-Order = tuple[int, Case]
 Fly = Callable[[Iterable[Order]], Iterator[tuple[int, Judged]]]
-
-
-def fly_numbered(order: Order) -> tuple[int, Judged]:
-    """Fly one case, on any worker; it raises nothing: an error in a flight is a violation."""
-    number, case = order
-    try:
-        return number, fly(case)
-    except Exception as error:  # a user's law may raise anything
-        return number, Judged.broken(f"{type(error).__name__}: {error}")
 
 
 def chooser(plan: SearchPlan, space: Space) -> Chooser:

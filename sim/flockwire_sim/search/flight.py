@@ -137,6 +137,18 @@ def fly(case: Case, say: Callable[[str], None] | None = None, bounds: Bounds = B
     return judge(flight.fly(bounds), flight.recorder, case.faults, bounds)
 
 
+Order = tuple[int, Case]
+
+
+def fly_numbered(order: Order) -> tuple[int, Judged]:
+    """Fly one case, on any worker; it raises nothing: an error in a flight is a violation."""
+    number, case = order
+    try:
+        return number, fly(case)
+    except Exception as error:  # a user's law may raise anything
+        return number, Judged.broken(f"{type(error).__name__}: {error}")
+
+
 def judge(flown: Flown, recorder: Recorder, faults: list[Table], bounds: Bounds = BOUNDS) -> Judged:
     """Return the margins of a flight under `faults`, and the cell of its least one."""
     found = margins(flown, bounds)
