@@ -264,10 +264,10 @@ def _rungs(flown: Flown, owner: str, bounds: Bounds) -> Iterator[tuple[str, Marg
             yield from _rung(owner, name, reports.times, ages, limit + bounds.rung, awake & wrong)
     if states is not None:
         flying = np.array([state is FlightState.FLYING for state in states.states], np.bool_)
-        awake = (np.diff(states.times, prepend=-np.inf) < SILENT) & ~falling(flown, owner, states.times)
-        yield from _rung(
-            owner, "driver: land", states.times, states.command_ages, stale.command_land + bounds.rung, awake & flying
-        )
+        begins = np.diff(states.times, prepend=-np.inf) > SILENT
+        ages = np.minimum(states.command_ages, age(states.times, states.times[begins]))  # a pause restarts its limit
+        free = flying & ~falling(flown, owner, states.times)
+        yield from _rung(owner, "driver: land", states.times, ages, stale.command_land + bounds.rung, free)
 
 
 def _rung(

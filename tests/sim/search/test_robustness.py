@@ -150,6 +150,20 @@ def test_a_rung_is_owed_from_its_age_on() -> None:
     assert margins(flew(reports=reports))["rung"].value == pytest.approx(1.0 - 1.0 / 1.3)
 
 
+def test_the_limit_of_a_driver_restarts_after_its_own_pause() -> None:
+    ages = np.where(TIMES > 5.0, TIMES - 5.0, 0.0)
+
+    def driven(kept: np.ndarray) -> float:
+        flying = (FlightState.FLYING,) * int(kept.sum())
+        states = States(TIMES[kept], flying, np.zeros(len(flying), np.bool_), ages[kept])
+        return margins(flew(states={"uav0": states}))["rung"].value
+
+    assert driven(TIMES < 5.95) == pytest.approx(1.0 - 0.9 / 1.3)
+    assert driven(TIMES < 6.95) == pytest.approx(1.0 - 1.9 / 1.3)
+    assert driven((TIMES < 5.25) | ((TIMES > 9.05) & (TIMES < 9.95))) == pytest.approx(1.0 - 0.8 / 1.3)
+    assert driven((TIMES < 5.25) | (TIMES > 9.05)) < -1.0
+
+
 def test_the_end_the_contact_and_orders_have_margins() -> None:
     high = flew(places={"uav0": still(0.0), "uav1": still(1.5, x=2.0)})
     assert margins(high)["down"] == Margin(pytest.approx(-29.0), TIMES[-1], "uav1", "ended at 1.50 m")
