@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from random import Random
 from typing import Any
 
 from flockwire.loading import parse_swarm
+from flockwire.process.fault_file import parse_faults
 from flockwire.process.faults import Fault
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
+from flockwire_sim.rare import Rare
 from flockwire_sim.search.drawing import FAULT_KINDS, random_fault, second_station
-from flockwire_sim.search.events import SECOND_STATION, Event, parse_events
+from flockwire_sim.search.drawing import WORLD_KINDS as OF_WORLD
+from flockwire_sim.search.events import SECOND_STATION
 from flockwire_sim.study.draws import random_starts
 from flockwire_sim.study.file import Starts
+from rare_draws import WORLD_KINDS, alter, rare_faults
 
 SWARMS = Path(__file__).parents[1] / "swarms"
 VARIANTS = {  # swarm file, law, starts drawn, share of the flights
@@ -34,22 +39,29 @@ STACK = 2.5  # m that the fence must be high for drones to fly one above the oth
 
 @dataclass(frozen=True)
 class Drawn:
-    """One flight as its seed has it: `faults` in order, keys as in a file of faults."""
+    """One flight as its seed has it: `faults` in order, FILE_KINDS and LOST_BODY for the world, others for the tap."""
 
     seed: int
     variant: str
     swarm: Swarm
     faults: tuple[dict[str, Any], ...]
     usual: bool  # the limits are those of the swarm file
+    rare: Rare | None = None
+    without: tuple[int, ...] = ()
+    after: str = ""  # what its station orders once it is over
 
-    def injected(self) -> tuple[tuple[Fault, ...], tuple[Event, ...]]:
-        """Return the faults of the simulated world, and what happens to the operators."""
+    def of_world(self) -> tuple[Fault, ...]:
+        """Return the faults that the simulated world injects."""
         named = [fault | {"kind": "tracker"} if fault["kind"] == LOST_BODY else fault for fault in self.faults]
-        return parse_events(named, Plan(self.swarm.in_simulation()), f"seed {self.seed}")
+        listed = [fault for fault in named if fault["kind"] in (*OF_WORLD, *WORLD_KINDS)]
+        return parse_faults({"faults": listed}, Plan(self.swarm), f"seed {self.seed}")
 
 
-def drawn(seed: int, edges: list[list[int]] | None = None) -> Drawn:
-    """Draw the flight of `seed`, with other `edges` than the chain's."""
+def drawn(seed: int, edges: list[list[int]] | None = None, rare: bool = False) -> Drawn:
+    """Draw the flight of `seed`, with other `edges` than the chain's.
+
+    `rare` adds what few flights meet, and takes faults away for it.
+    """
     chance = Random(f"fault flight {seed}")
     variant = chance.choices(tuple(VARIANTS), [share for *_, share in VARIANTS.values()])[0]
     file, law, moved, _ = VARIANTS[variant]
@@ -71,6 +83,8 @@ def drawn(seed: int, edges: list[list[int]] | None = None) -> Drawn:
     lost = loses.random() < LOST_SHARE
     if lost and law != "paper" and table["limits"]["fence"]["max"][2] >= STACK and loses.random() < 0.5:
         table["formation"] = stacked()
+    if (extra := Random(f"rare {seed}") if rare else None) is not None:
+        alter(table, extra)
     swarm = parse_swarm(table, file)
     plan = Plan(swarm)
     kinds = chance.choices((*FAULT_KINDS, "cut"), k=chance.choice((1, 1, 2, 2, 3)))
@@ -80,7 +94,20 @@ def drawn(seed: int, edges: list[list[int]] | None = None) -> Drawn:
     gives = Random(f"second station {seed}")
     if gives.random() < STATION_SHARE:
         faults.append(second_station(DURATION, gives))
-    return Drawn(seed, variant, swarm, tuple(sorted(faults, key=lambda fault: fault["at"])), usual)
+    flight = Drawn(seed, variant, swarm, _in_order(faults), usual)
+    return flight if extra is None else _rarer(flight, plan, extra)
+
+
+def _rarer(flight: Drawn, plan: Plan, chance: Random) -> Drawn:
+    without = plan.swarm.flying[-1:] if chance.random() < 0.15 else ()
+    kept = flight.faults[: chance.choice((0, 0, 1, 2))]
+    faults = _in_order([*kept, *rare_faults(plan, without, chance)])
+    after = chance.choice(("", "hold", "resume", "land", "stop"))
+    return replace(flight, faults=faults, rare=Rare.drawn(chance), without=without, after=after)
+
+
+def _in_order(faults: Iterable[dict[str, Any]]) -> tuple[dict[str, Any], ...]:
+    return tuple(sorted(faults, key=lambda fault: fault["at"]))
 
 
 def _staleness(chance: Random) -> dict[str, float]:

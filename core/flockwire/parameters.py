@@ -149,7 +149,7 @@ def agent_parameters(swarm: Swarm, number: int) -> AgentParameters:
 
 def leader_parameters(swarm: Swarm) -> LeaderParameters:
     """Return the parameters of the leader of `swarm`, if it has an airframe."""
-    steered = swarm.leader.kind == "teleoperated"
+    steered = swarm.leader.steered
     return LeaderParameters(
         pilot=pilot_parameters(swarm, LEADER),
         course=course_parameters(swarm),

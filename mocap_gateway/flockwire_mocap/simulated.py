@@ -7,6 +7,7 @@ from math import hypot
 from flockwire.domain.fields import from_fields
 from flockwire.domain.order import Mission
 from flockwire.domain.pose import Pose
+from flockwire.domain.quaternion import IDENTITY
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, add, scale
 from flockwire.process.cores import Start
@@ -16,7 +17,6 @@ from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
 
 from flockwire_mocap.completeness import Completeness
-from flockwire_mocap.quaternion import IDENTITY
 from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, framed
 
 CameraFault = FalsePose | TrackerLoss | NoiseBurst | NameSwap | Visitor

@@ -14,11 +14,10 @@ from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, Message, Metadata, Schema
-from mcap.stream_reader import get_chunk_data_stream
+from mcap.stream_reader import breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 
 _HEAD = struct.Struct("<BQ")  # opcode, length of what follows
-_MESSAGE = struct.Struct("<HIQQ")  # channel, sequence number, log time, publish time; the payload follows
 _READERS = {
     Opcode.HEADER: Header.read,
     Opcode.SCHEMA: Schema.read,
@@ -75,18 +74,4 @@ def _parsed(opcode: int, body: bytes) -> list[McapRecord]:
     if opcode not in _READERS:
         return []
     record = _READERS[Opcode(opcode)](data)
-    return list(_inside(record)) if isinstance(record, Chunk) else [record]
-
-
-def _inside(chunk: Chunk) -> Iterator[McapRecord]:
-    """Yield the records of a chunk: like the library's `breakup_chunk`, at a third of its cost for each message."""
-    stream, size = get_chunk_data_stream(chunk, validate_crc=True)
-    data, end = stream.read(size), 0
-    while end < size:
-        opcode, length = _HEAD.unpack_from(data, end)
-        begin, end = end + _HEAD.size, end + _HEAD.size + length
-        if opcode == Opcode.MESSAGE:
-            channel, sequence, log_time, publish_time = _MESSAGE.unpack_from(data, begin)
-            yield Message(channel, log_time, data[begin + _MESSAGE.size : end], publish_time, sequence)
-        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-            yield from _parsed(opcode, data[begin:end])
+    return breakup_chunk(record, validate_crc=True) if isinstance(record, Chunk) else [record]

@@ -60,6 +60,7 @@ class Process:
     untimed: bool = False  # it starts before swarm time is known: its core is Untimed
     rank: int = 0  # of processes whose parent is gone, those of a lower rank end first
     alone: str = ""  # "module:function" that runs it without the swarm, with its own --protocol; empty: none
+    replays: str = ""  # "module:function" that shows a trace instead of the swarm, with --trace and --pace; empty: none
     only_if: str = ""  # the condition for members of this kind, in words
 
     @property
@@ -175,6 +176,18 @@ RECORDER = Process(
     restarts=True,
     after=("router",),
 )
+ROS = Process(
+    "ros",
+    "Publish the swarm in ROS 2, and obey the orders from there that the file names.",
+    lambda swarm: (Member("ros"),) if swarm.ros is not None else (),
+    "flockwire_ros.core:make_core",
+    port=6,
+    rank=4,
+    runner="flockwire_ros.process:run",
+    restarts=True,
+    replays="flockwire_ros.replay:play",
+    only_if="a table [ros]",
+)
 OPERATOR = Process(
     "operator",
     "Give orders.",
@@ -208,7 +221,7 @@ CONSOLE = Process(
     witness=True,
 )
 
-PROCESSES = (ROUTER, GATEWAY, TRACKER, KINEMATICS, LEADING, AGENT, DRIVER, RECORDER, OPERATOR, TELEOP, CONSOLE)
+PROCESSES = (ROUTER, GATEWAY, TRACKER, KINEMATICS, LEADING, AGENT, DRIVER, RECORDER, ROS, OPERATOR, TELEOP, CONSOLE)
 ORDERING = (OPERATOR, CONSOLE)  # operators, by the same rules
 
 

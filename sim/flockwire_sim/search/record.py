@@ -114,9 +114,9 @@ class Recorder:
         if self._say is not None:
             self._say(f"{self.seconds(self._at):8.3f} s  {what}")
 
-    def all_down(self) -> bool:
-        """Return whether all drones are on the ground now."""
-        return all(places[-1][1][2] <= DOWN for places in self._truth.values())
+    def all_down(self, height: float = DOWN) -> bool:
+        """Return whether all drones are on the ground now, none above `height`, m."""
+        return all(places[-1][1][2] <= height for places in self._truth.values())
 
     def places(self, at: int) -> dict[str, Vector]:
         """Return the newest true positions at `at` (Unix ns), m."""
