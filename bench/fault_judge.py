@@ -155,7 +155,7 @@ class Judge:
                 self._later(fault["duration"], operator.thaw)
                 return
             operator.kill()
-            for process in [*self._drivers, *(processes[pilot] for pilot in self._pilots)]:
+            for process in [*self._drivers, *(processes[pilot] for pilot in self.world.plan.pilots.values())]:
                 process.retire()
             self._end_when_down()
         elif kind == "kill" and any(driver.identity == fault["process"] for driver in self._drivers):
