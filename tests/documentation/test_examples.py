@@ -1,4 +1,4 @@
-"""The examples: their files are accepted, their page names all, and two of them fly; the long tests fly all."""
+"""The examples: their files are accepted, their page names all, and one flies; the long tests fly the others."""
 
 from __future__ import annotations
 
@@ -42,10 +42,8 @@ def test_the_files_of_an_example_are_accepted(name, monkeypatch):
             assert load_study(file, {}).runs >= 10
 
 
-@pytest.mark.parametrize("name", ["teleoperated_leader", "tracker_twin"])
-def test_an_example_flies(name, flockwire, monkeypatch):
-    monkeypatch.chdir(EXAMPLES / name)
-    monkeypatch.syspath_prepend(EXAMPLES / name)
+def test_the_example_that_no_long_test_flies_does(flockwire, monkeypatch):
+    monkeypatch.chdir(EXAMPLES / "teleoperated_leader")
     done = flockwire("sim", "swarm.toml", "--no-trace", "--duration", 8)
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.endswith("flockwire: all well\n")

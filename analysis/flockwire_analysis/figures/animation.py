@@ -27,6 +27,7 @@ RATE = 12  # frames per second of the picture
 FEWEST = 24  # frames
 FINE = 6  # points of a trail for each frame
 DPI, COLOURS = 130, 48
+NEARLY_WHITE = 249  # of 255
 TRAIL = 5.0  # s of the flight
 LARGEST = 3_000_000  # bytes
 
@@ -81,6 +82,8 @@ def _frames(trace: Trace, count: int) -> list[Image.Image]:
             scene.draw(place, canvas.second(int(instants[place])))
             drawn.append(Image.fromarray(np.asarray(agg.buffer_rgba())[..., :3].copy()))
     palette = drawn[-1].quantize(COLOURS, Image.Quantize.MEDIANCUT)
+    shades = palette.getpalette() or []
+    palette.putpalette([255 if shade >= NEARLY_WHITE else shade for shade in shades])  # the median of whites is grey
     return [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in drawn]
 
 

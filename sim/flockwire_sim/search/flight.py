@@ -10,7 +10,7 @@ from typing import Any, Literal
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.loading import SwarmFileError, parse_swarm
 from flockwire.process.fault_file import FaultFileError
-from flockwire.process.faults import AirframeFailure, Fault
+from flockwire.process.faults import AirframeFailure, Fault, Visitor
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import CONSOLE
@@ -94,6 +94,7 @@ class Flight:
         faults, events = injected
         stations = (CONSOLE.kind,) if any(isinstance(event, SecondStation) for event in events) else ()
         self.recorder = Recorder(Plan(swarm.in_simulation()), self._begin, say)
+        self._visited = any(isinstance(fault, Visitor) for fault in faults)
         self._quiet = not (faults or events)
         self.world = World(swarm, seed, duration, faults, self.recorder.take, stations=stations)
         self._injector = EventInjector(self.world, events, faults, self.recorder)
@@ -118,6 +119,7 @@ class Flight:
             failure,
             fails=self._fails,
             world_ended=self._injector.world_ended,
+            visited=self._visited,
             formed=self._recovery.formed if self._recovery is not None else (),
             tails=tails(recorder, world.swarm) if self._quiet and not failure else {},
         )

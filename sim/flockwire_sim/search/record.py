@@ -69,13 +69,23 @@ class Flown:
     fails: dict[str, float]  # times at which motors fail
     world_ended: bool  # the simulated airframes ended, drones and all
     formed: tuple[tuple[float, float], ...]  # s until the formation stood again where it was owed, and the bound
+    visited: bool  # a person or another body was in the field: drones avoid it as they land, too
     tails: dict[str, tuple[float, float]]  # at the end of a formation that had time to settle: time, largest error, m
 
 
 class Recorder:
-    """Collects a flight of the swarm of `plan`; `begin` is called at the first order, `say` takes what happens."""
+    """Collects a flight of the swarm of `plan`; `begin` is called at the first order, `say` takes what happens.
 
-    def __init__(self, plan: Plan, begin: Callable[[], None], say: Callable[[str], None] | None = None) -> None:
+    `landed` returns s since a landing that forbids take-offs, 0 without one (default: as `ordered` was told).
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        begin: Callable[[], None],
+        say: Callable[[str], None] | None = None,
+        landed: Callable[[], float] | None = None,
+    ) -> None:
         self.rungs: dict[str, float] = {}  # when each was first reached, s
         self.moments: list[tuple[float, str]] = []  # the same in the order in which they were reached
         self._swarm, self._begin, self._say = plan.swarm, begin, say
@@ -92,6 +102,7 @@ class Recorder:
         self.starts: list[tuple[int, Mission]] = []  # orders into a formation, and when they were published
         self.landing: int | None = None  # when the operator first ordered to land
         self._stopped: int | None = None
+        self._landed = landed or self._since_landing
         self._landing: int | None = None  # when another station ordered it, after which it ordered no start
         self._refused: list[tuple[float, str]] = []
         self._take = {"truth": self._place, "status": self._status, "telemetry": self._telemetry, "pose": self._pose,
@@ -108,6 +119,9 @@ class Recorder:
         """Note that the second station ordered `verb` at `at` (Unix ns)."""
         if verb in ("land", "start"):
             self._landing = at if verb == "land" else None
+
+    def _since_landing(self) -> float:
+        return 0.0 if self._landing is None else (self._at - self._landing) / SECOND
 
     def tell(self, what: str) -> None:
         """Pass on what happens."""
@@ -215,8 +229,8 @@ class Recorder:
         if self._phases.get(owner) != (report.phase, report.detail):
             self._phases[owner] = (report.phase, report.detail)
             self.tell(f"{status.identity}: {report.phase} {report.detail}")
-            if report.phase == Phase.TAKEOFF and self._landing is not None:
-                self._refused.append(((published.at - self._landing) / SECOND, owner))
+            if report.phase == Phase.TAKEOFF and (since := self._landed()) > 0.0:
+                self._refused.append((since, owner))
         if self._took_off is not None:
             self._climb_down(status)
 

@@ -181,7 +181,8 @@ def _of_drone(flown: Flown, owner: str, bounds: Bounds) -> Iterator[tuple[str, M
     beyond = np.array([room.outside((x, y, z)) for x, y, z in places[flies].tolist()])
     inside, at = always(times[flies], -beyond)
     yield "fence", Margin(1.0 + inside / reach, at, owner, f"{owner} {-inside:.2f} m outside the fence")
-    yield from _contacts(owner, times, places, falling(flown, owner, times), limits.vertical_speed + bounds.hard)
+    seen = places * (0.0, 0.0, 1.0) if flown.visited else places
+    yield from _contacts(owner, times, seen, falling(flown, owner, times), limits.vertical_speed + bounds.hard)
     yield from _silences(flown, owner, times, places, flies, bounds)
     yield from _stops(flown, owner, bounds)
 

@@ -48,7 +48,7 @@ def smooth(seed: int) -> Flown:
         {name: Reports(TIMES, (Phase.HOLD,) * len(TIMES), *np.zeros((3, len(TIMES)))) for name in NAMES},
         {name: States(TIMES, flying, np.zeros(len(TIMES), np.bool_), np.zeros(len(TIMES))) for name in NAMES},
         took_off=True, stopped=np.inf, refused=(), failure="", seconds=20.0, fails={}, world_ended=False, formed=(),
-        tails={},
+        tails={}, visited=False,
     )  # fmt: skip
 
 
