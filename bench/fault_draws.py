@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import tomllib
-from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from itertools import permutations
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -17,6 +15,9 @@ from flockwire.process.faults import Fault
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
 from flockwire_sim.rare import Rare
+from flockwire_sim.search.drawing import FAULT_KINDS, random_fault, second_station
+from flockwire_sim.search.drawing import WORLD_KINDS as OF_WORLD
+from flockwire_sim.search.events import SECOND_STATION
 from flockwire_sim.study.draws import random_starts
 from flockwire_sim.study.file import Starts
 from rare_draws import WORLD_KINDS, alter, rare_faults
@@ -29,11 +30,8 @@ VARIANTS = {  # swarm file, law, starts drawn, share of the flights
     "paper, Tello": ("paper_flight", "paper", False, 0.1),
 }
 DURATION = 8.0  # s from the order to take off to the order to land
-FILE_KINDS = ("kill", "restart", "freeze", "cut", "partition", "link", "tracker", "noise", "clock", "lag", "failure")
 LOST_BODY = "lost body"  # the tracker loses one drone while others are above and below it, or anywhere
-OTHER_KINDS = (*FILE_KINDS, "stop", "told to end", "station frozen", "station lost")
-SECOND_STATION = "second station"  # gives orders of its own beside the one that conducts
-KINDS = (*OTHER_KINDS, LOST_BODY, SECOND_STATION)
+KINDS = (*FAULT_KINDS, LOST_BODY, SECOND_STATION)
 STATION_SHARE = 0.15  # of the flights
 LOST_SHARE = 0.2  # of the flights
 STACK = 2.5  # m that the fence must be high for drones to fly one above the other
@@ -55,7 +53,7 @@ class Drawn:
     def of_world(self) -> tuple[Fault, ...]:
         """Return the faults that the simulated world injects."""
         named = [fault | {"kind": "tracker"} if fault["kind"] == LOST_BODY else fault for fault in self.faults]
-        listed = [fault for fault in named if fault["kind"] in (*FILE_KINDS, *WORLD_KINDS)]
+        listed = [fault for fault in named if fault["kind"] in (*OF_WORLD, *WORLD_KINDS)]
         return parse_faults({"faults": listed}, Plan(self.swarm), f"seed {self.seed}")
 
 
@@ -76,7 +74,7 @@ def drawn(seed: int, edges: list[list[int]] | None = None, rare: bool = False) -
     if chance.random() < 0.08:
         table.setdefault("airframes", {}).setdefault("kinematics", {})["endurance"] = chance.uniform(5.0, 12.0)
     if chance.random() < 0.25:
-        _tighten_fence(table, file, chance)
+        tighten_fence(table, file, chance)
     if moved:
         places = random_starts(parse_swarm(table, file), Starts(box=(6.0, 6.0), fixed=(0,)), chance)
         for drone, (x, y) in zip(table["drones"], places, strict=True):
@@ -84,18 +82,18 @@ def drawn(seed: int, edges: list[list[int]] | None = None, rare: bool = False) -
     loses = Random(f"lost body {seed}")  # of its own: the other draws are those of the seeds from before
     lost = loses.random() < LOST_SHARE
     if lost and law != "paper" and table["limits"]["fence"]["max"][2] >= STACK and loses.random() < 0.5:
-        table["formation"] = _stacked()
+        table["formation"] = stacked()
     if (extra := Random(f"rare {seed}") if rare else None) is not None:
         alter(table, extra)
     swarm = parse_swarm(table, file)
     plan = Plan(swarm)
-    kinds = chance.choices((*OTHER_KINDS, "cut"), k=chance.choice((1, 1, 2, 2, 3)))
-    faults = [_fault(kind, plan, chance) for kind in kinds]
+    kinds = chance.choices((*FAULT_KINDS, "cut"), k=chance.choice((1, 1, 2, 2, 3)))
+    faults = [random_fault(kind, plan, DURATION, chance) for kind in kinds]
     if lost:
         faults = [_lost_body(plan, loses), *faults[: loses.choice((0, 0, 1))]]
     gives = Random(f"second station {seed}")
     if gives.random() < STATION_SHARE:
-        faults.append(_second_station(gives))
+        faults.append(second_station(DURATION, gives))
     flight = Drawn(seed, variant, swarm, _in_order(faults), usual)
     return flight if extra is None else _rarer(flight, plan, extra)
 
@@ -132,7 +130,7 @@ def _staleness(chance: Random) -> dict[str, float]:
     }
 
 
-def _stacked() -> dict[str, Any]:
+def stacked() -> dict[str, Any]:
     """Return a formation of two pairs, one drone above the other: the leader has one above it too."""
     offsets = ((0.0, 0.0, 0.8), (1.4, 0.0, 0.0), (1.4, 0.0, 0.8), (-1.4, 0.3, 0.4))
     rows = [f"{t},{i},{x},{y},{z}" for i, (x, y, z) in enumerate(offsets, 1) for t in (0, 1000)]
@@ -149,14 +147,7 @@ def _lost_body(plan: Plan, chance: Random) -> dict[str, Any]:
     }
 
 
-def _second_station(chance: Random) -> dict[str, Any]:
-    """Draw the orders of another station, each some s after the one before."""
-    verbs = chance.choices(("hold", "land", "start"), (0.4, 0.3, 0.3), k=chance.randint(1, 3))
-    orders = [(round(chance.uniform(0.02, 2.0), 3), verb) for verb in verbs]
-    return {"at": round(chance.uniform(0.0, DURATION), 3), "kind": SECOND_STATION, "orders": orders}
-
-
-def _tighten_fence(table: dict[str, Any], file: str, chance: Random) -> None:
+def tighten_fence(table: dict[str, Any], file: str, chance: Random) -> None:
     """Let the formation reach the fence, or the climb its top."""
     reach, low = (3.05 if file == "paper_simulation" else 1.8), chance.random() < 0.5
     table["limits"]["fence"] = {"min": [-reach, -reach, -0.5], "max": [reach, reach, 0.93 if low else 3.0]}
@@ -164,47 +155,3 @@ def _tighten_fence(table: dict[str, Any], file: str, chance: Random) -> None:
     table["limits"]["takeoff_height"] = 0.9 if low else 1.0
     table["leader"] |= {"trajectory": {"kind": "constant", "velocity": [0.3, 0.2, 0.0]}, "input_bound": 0.4}
     table.pop("obstacles", None)
-
-
-def _fault(kind: str, plan: Plan, chance: Random) -> dict[str, Any]:
-    """Draw one fault of `kind`, keys as in a file of faults."""
-    lasting = round(min(8.0, 0.3 * (8.0 / 0.3) ** chance.random()), 3)  # s, as often short as long
-    fault: dict[str, Any] = {"at": round(chance.uniform(0.0, DURATION + 1.0), 3), "kind": kind}
-    if kind in ("freeze", "cut", "partition", "link", "tracker", "noise", "station frozen"):
-        fault["duration"] = round(chance.uniform(0.3, 8.0), 3) if kind == "cut" else lasting
-    if kind in ("tracker", "lag", "failure"):
-        fault["drone"] = chance.choice(plan.swarm.flying)
-    return fault | _keys(kind, plan, chance)
-
-
-def _keys(kind: str, plan: Plan, chance: Random) -> dict[str, Any]:
-    """Draw the keys that only some kinds have."""
-    processes = [identity for identity in plan.identities if identity not in plan.witnesses]
-    kinds = {plan.rows[identity].kind: [] for identity in processes}
-    for identity in processes:
-        kinds[plan.rows[identity].kind].append(identity)
-    keys: dict[str, Any] = {}
-    if kind in ("kill", "restart", "freeze", "clock"):
-        keys["process"] = chance.choice(kinds[chance.choice(tuple(kinds))])
-    match kind:
-        case "cut" | "link":
-            links: dict[tuple[str, str], list[tuple[str, str]]] = defaultdict(list)  # by the kinds at their ends
-            for a, b in permutations(processes, 2):
-                if plan.publishes_to(a, b):
-                    links[plan.rows[a].kind, plan.rows[b].kind].append((a, b))
-            keys["from"], keys["to"] = chance.choice(links[chance.choice(tuple(links))])
-            if kind == "link":
-                keys |= {"delay": chance.uniform(0.0, 0.3), "jitter": chance.uniform(0.0, 0.1)}
-                keys |= {"loss": chance.uniform(0.0, 0.6), "reordering": chance.uniform(0.0, 0.2)}
-        case "partition":
-            keys["processes"] = chance.sample(processes, chance.randint(1, 3))
-        case "noise":
-            keys["noise"] = chance.uniform(0.002, 0.03)
-        case "clock":
-            reach = chance.choice((0.2, 5.0))
-            keys["step"] = chance.uniform(-reach, reach)
-        case "lag":
-            keys |= {"lag": chance.uniform(0.0, 0.3), "dead_time": chance.uniform(0.0, 0.1)}
-        case "told to end":
-            keys["process"] = chance.choice(list(plan.pilots.values()))
-    return keys

@@ -24,8 +24,8 @@ from statistics import median
 
 from fault_draws import KINDS, VARIANTS
 from fault_judge import Result, fly, fly_rare
-from fault_rungs import RUNGS
 from flockwire_sim.coverage import Coverage
+from flockwire_sim.search.rungs import RUNGS
 from rare_draws import RARE_KINDS
 
 

@@ -1,38 +1,28 @@
-"""Flies one drawn flight in virtual time and judges it on the fly, by what is published: distances, falls, rungs."""
+"""Flies one drawn flight in virtual time, and judges it by the margins of flockwire_sim.search."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from itertools import combinations
-from math import dist, hypot, inf
+from math import inf
 from typing import Any
 
-from fault_draws import DURATION, SECOND_STATION, Drawn, drawn
-from fault_injector import DOWN, Injector
-from fault_rungs import told
-from flockwire.domain.airframe import FlightState, Telemetry
+from fault_draws import DURATION, Drawn, drawn
+from fault_injector import Injector
 from flockwire.domain.marks import marked
-from flockwire.domain.order import Mission, Stop
+from flockwire.domain.order import Mission
 from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.domain.time import nanoseconds
 from flockwire.domain.vector import Vector
-from flockwire.pilot.phases import IN_FLIGHT
 from flockwire.swarm.model import uav
-from flockwire.wire.phase import Phase
 from flockwire.wire.processes import CONSOLE
-from flockwire.wire.status import Status
 from flockwire_sim.process import Published
+from flockwire_sim.search.events import SECOND_STATION
+from flockwire_sim.search.flight import FALL, judge
+from flockwire_sim.search.record import Recorder
+from flockwire_sim.search.robustness import BOUNDS, Bounds, closest
 from flockwire_sim.world import EPOCH, World
 from rare_draws import ORDERS
-
-LONGEST = 75.0  # s that a flight may take: the operator waits up to 30 s for a stage
-COLLISION = 0.2  # m between two centres, in the air
-IN_THE_AIR = 0.15  # m
-HARD = 0.3  # m/s above `limits.vertical_speed` from which on a touch-down is too fast
-FALL = SECOND  # ns: more than a fall from the fence's top takes
-OBEYED = 3.0  # s in which an order has reached whoever can be reached
-PAUSE = 0.1  # s without truth
 
 
 @dataclass
@@ -52,6 +42,7 @@ class Result:
     bad: list[str] = field(default_factory=list)
     rungs: dict[str, float] = field(default_factory=dict)  # when each was first reached
     marks: dict[str, int] = field(default_factory=dict)  # how often each was reached
+    margins: dict[str, float] = field(default_factory=dict)  # of each property, as a share of its bound
 
     @property
     def outcome(self) -> str:
@@ -60,177 +51,68 @@ class Result:
             return "bad"
         if self.world_ended:
             return "world ended"
-        if self.struck < COLLISION:
+        if self.struck < BOUNDS.collision:
             return "struck by a fall"
         return "landed early" if self.failure else "flew on"
 
 
 class Judge:
-    """Judges one flight by what is published, and injects what the world does not."""
+    """Flies one flight, and judges it by what is published."""
 
-    def __init__(self, flight: Drawn, say: Callable[[str], None] | None = None) -> None:
-        self.flight, self._say = flight, say
-        self.result = Result(flight.seed, flight.variant, flight.usual, list(flight.faults))
-        swarm = flight.swarm
-        self._limits, self._stale = swarm.limits, swarm.limits.staleness
+    def __init__(self, flight: Drawn, say: Callable[[str], None] | None = None, bounds: Bounds = BOUNDS) -> None:
+        self.flight, self._bounds = flight, bounds
         kinds = {fault["kind"] for fault in flight.faults}
         self._visited = "visitor" in kinds
         stations = (CONSOLE.kind,) if {SECOND_STATION, ORDERS} & kinds else ()
         self.world = World(
-            swarm, flight.seed, DURATION, flight.of_world(), self.take, flight.without, stations, flight.rare
+            flight.swarm, flight.seed, DURATION, flight.of_world(), self.take, flight.without, stations, flight.rare
         )
-        plan = self.world.plan
-        self._pilots = {identity: uav(drone) for drone, identity in plan.pilots.items()}
         self._frame: dict[str, Vector] = {}
-        self._injector = Injector(flight, self.world, self._frame, self._tell)
-        self._at = self._before = 0
-        self._last: dict[str, Vector] = {}  # the frame before
-        self._speeds: dict[str, Vector] = {}  # between the two frames before
-        self._took_off: int | None = None
-        self._stopped = False
+        self._recorder = Recorder(self.world.plan, lambda: None, say, lambda: self._injector.landing)
+        self._injector = Injector(flight, self.world, self._frame, self._recorder.tell)
         failures = [fault for fault in flight.faults if fault["kind"] == "failure"]
         self._fails = {uav(fault["drone"]): fault["at"] for fault in reversed(failures)}
-        self._phases: dict[str, tuple[str, str]] = {}
-        self._take = {"truth": self._truth, "status": self._status, "telemetry": self._telemetry,
-                      "mission": self._mission, "stop": self._stop}  # fmt: skip
 
     def fly(self) -> Result:
         """Fly, judge the end too."""
-        result, scheduler, injector = self.result, self.world.scheduler, self._injector
-        scheduler.at(EPOCH + nanoseconds(LONGEST), lambda _: scheduler.stop())
+        flight, recorder, injector, scheduler = self.flight, self._recorder, self._injector, self.world.scheduler
+        scheduler.at(EPOCH + nanoseconds(self._bounds.longest), lambda _: scheduler.stop())
         injector.begin()
-        with marked() as result.marks:
+        with marked() as marks:
             outcome = self.world.run()
             injector.end()
-            if self._stopped:  # the flight is over when all motors are off: let the drones fall
+            if recorder.was_stopped:  # the flight is over when all motors are off: let the drones fall
                 scheduler.run(scheduler.now + FALL)
-        self._judge_frame()
-        result.world_ended = injector.world_ended
-        result.failure, result.seconds = outcome.failure, outcome.seconds
-        if outcome.seconds >= LONGEST:
-            result.bad.append(f"not over after {LONGEST:.0f} s")
-        if not result.world_ended:
-            high = [f"{owner} at {place[2]:.2f} m" for owner, place in self._frame.items() if place[2] > DOWN]
-            result.bad += [f"ended with {', '.join(high)}"] if high else []
-        return result
+        flown = recorder.flown(
+            EPOCH + nanoseconds(outcome.seconds), outcome.failure, fails=self._fails, world_ended=injector.world_ended,
+            formed=(), tails={}, visited=self._visited,
+        )  # fmt: skip
+        judged = judge(flown, recorder, list(flight.faults), self._bounds)
+        contact = judged.margins.get("contact")
+        fastest = flight.swarm.limits.vertical_speed + self._bounds.hard
+        return Result(
+            flight.seed, flight.variant, flight.usual, list(flight.faults), outcome.failure, outcome.seconds,
+            closest(flown), closest(flown, falls=True), 0.0 if contact is None else (1.0 - contact.value) * fastest,
+            injector.world_ended, judged.violations, judged.rungs, marks,
+            {name: round(margin.value, 4) for name, margin in judged.margins.items()},
+        )  # fmt: skip
 
     def take(self, published: Published) -> None:
         """Receive what is published."""
-        take = self._take.get(published.key.kind)
-        if take is not None:
-            opened = published.sample.opened()
-            assert opened is not None
-            take(published, opened[0])
-
-    @property
-    def _now(self) -> float:
-        """The time in s after the order to take off."""
-        return (self.world.scheduler.now - (self._took_off or EPOCH)) / SECOND
-
-    def _mission(self, _: Published, message: Mission) -> None:
-        if self._took_off is None:
-            self._took_off = self.world.scheduler.now
-        self._injector.ordered(message.verb)
-        self._tell(f"order: {message.verb}")
-
-    def _stop(self, _: Published, __: Stop) -> None:
-        self._stopped = True
-
-    def _truth(self, published: Published, message: Pose) -> None:
-        if published.at != self._at:
-            self._judge_frame()
-            self._before, self._at = self._at, published.at
-            self._last = dict(self._frame)
-        self._frame[published.key.owner] = message.position
-
-    def _judge_frame(self) -> None:
-        """Judge the positions of one moment."""
-        if self._took_off is None:
+        self._recorder.take(published)
+        if published.key.kind not in ("truth", "mission"):
             return
-        result, now, frame = self.result, self._now, self._frame
-        airborne = [(owner, place, self._falls(owner, now)) for owner, place in frame.items() if place[2] > IN_THE_AIR]
-        for (one, a, falls), (other, b, drops) in combinations(airborne, 2):
-            gap = dist(a, b)
-            if falls or drops:
-                result.struck = result.struck if falls and drops else min(result.struck, gap)
-            elif gap < result.closest:
-                if gap < COLLISION <= result.closest:
-                    self._bad(f"collision of {one} and {other}")
-                result.closest = gap
-        dt = (self._at - self._before) / SECOND
-        if dt > PAUSE:  # the world was frozen, or restarted
-            self._last, self._speeds = {}, {}
-            return
-        for owner, place in frame.items():
-            last = self._last.get(owner, place)
-            if place[2] > 0.0:
-                if self._limits.fence.room().outside(place) > 0.0:
-                    self._reached("fence: inwards", now)
-                x, y, z = (a - b for a, b in zip(place, last, strict=True))
-                self._speeds[owner] = (x / dt, y / dt, z / dt)
-            elif last[2] > 0.0 and not self._falls(owner, now):
-                self._judge_contact(owner, self._speeds.get(owner, (0.0, 0.0, 0.0)))
-
-    def _judge_contact(self, owner: str, velocity: Vector) -> None:
-        """Judge how fast a drone came down."""
-        speed = abs(velocity[2]) if self._visited else hypot(*velocity)  # it flees a person also as it lands
-        self.result.fastest_contact = max(self.result.fastest_contact, speed)
-        phase, _ = self._phases.get(owner, ("", ""))
-        self._tell(f"{owner} touches down at {speed:.2f} m/s ({phase})")
-        if speed > self._limits.vertical_speed + HARD:
-            self._bad(f"{owner} touched down at {speed:.2f} m/s ({phase})")
-
-    def _falls(self, owner: str, now: float) -> bool:
-        falling = self._speeds.get(owner, (0.0, 0.0, 0.0))[2] < -2.0 * self._limits.vertical_speed
-        return self._stopped or (owner in self._fails and (falling or now >= self._fails[owner]))
-
-    def _status(self, published: Published, status: Status) -> None:
-        owner, now = self._pilots.get(status.identity), self._now
-        if owner is None:
-            return
-        report, stale = status.report, self._stale
-        if self._phases.get(owner) != (report.phase, report.detail):
-            self._phases[owner] = (report.phase, report.detail)
-            self._tell(f"{status.identity}: {report.phase} {report.detail}")
-            if report.phase == Phase.TAKEOFF and self._injector.landing > OBEYED:
-                self._bad(f"{status.identity} takes off after a landing was ordered")
-        if self._took_off is None:
-            return
-        for rung in told(report.phase, report.detail):
-            self._reached(rung, now)
-        if report.phase not in IN_FLIGHT:
-            return
-        if report.pose_age > stale.pose_zero:
-            self._reached("own pose: zero", now)
-        elif report.nearby_age > stale.nearby_slow:
-            self._reached("nearby: slow", now)
-        if report.estimate_age > stale.estimate_drop:
-            self._reached("neighbour: dropped", now)
-        if report.telemetry_age > stale.telemetry_warn:
-            self._reached("telemetry: reported", now)
-
-    def _telemetry(self, published: Published, message: Telemetry) -> None:
-        age, stale = message.command_age, self._stale
-        if message.state is FlightState.FLYING and age > stale.command_zero:
-            self._reached("driver: zero", self._now)
-        elif message.state is FlightState.LANDING and age > stale.command_land:
-            self._reached("driver: land", self._now)
-
-    def _reached(self, rung: str, now: float) -> None:
-        self.result.rungs.setdefault(rung, round(now, 3))
-
-    def _bad(self, what: str) -> None:
-        self._tell(f"BAD: {what}")
-        self.result.bad.append(f"{what} at {self._now:.2f} s")
-
-    def _tell(self, what: str) -> None:
-        if self._say is not None:
-            self._say(f"{self._now:8.3f} s  {what}")
+        opened = published.sample.opened()
+        match opened[0] if opened is not None else None:
+            case Pose(position=position):
+                self._frame[published.key.owner] = position
+            case Mission(verb=verb):
+                self._injector.ordered(verb)
 
 
-def fly(seed: int, say: Callable[[str], None] | None = None) -> Result:
+def fly(seed: int, say: Callable[[str], None] | None = None, bounds: Bounds = BOUNDS) -> Result:
     """Fly the flight of `seed`; `say` takes what happens, line by line."""
-    return Judge(drawn(seed), say).fly()
+    return Judge(drawn(seed), say, bounds).fly()
 
 
 def fly_rare(seed: int, say: Callable[[str], None] | None = None) -> Result:

@@ -171,8 +171,14 @@ class Alarms(Judge):
         super().__init__(flight)
         self.raised: dict[str, None] = {}
 
-    def _status(self, published: Published, status: Status) -> None:
-        super()._status(published, status)
+    def take(self, published: Published) -> None:
+        """Receive what is published, and note alarms."""
+        super().take(published)
+        opened = published.sample.opened() if published.key.kind == "status" else None
+        if opened is not None and isinstance(opened[0], Status):
+            self._alarmed(opened[0])
+
+    def _alarmed(self, status: Status) -> None:
         report = status.report
         lies = [reason.text for reason in report.reasons if reason.code in (LEFT_OUT, APART)]
         if DISAGREE in report.detail:

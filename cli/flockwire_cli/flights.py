@@ -194,16 +194,35 @@ def study(
     ] = None,
     jobs: Annotated[int, typer.Option(min=0, help="Number of processes; 0: one for each core.")] = 0,
     scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="Address of a Dask cluster to use instead.")] = "",
+    search: Annotated[bool, typer.Option("--search", help="Look for the worst flight instead of drawing.")] = False,
+    liveness: Annotated[
+        bool, typer.Option("--liveness", help="With --search: faults end, then the formation must come back.")
+    ] = False,
+    first: Annotated[bool, typer.Option("--first", help="With --search: end at the first violation.")] = False,
+    replay: Annotated[
+        Path | None, typer.Option(metavar="FAULTS", exists=True, help="Fly what a search found again: its faults.")
+    ] = None,
 ) -> None:
-    """Fly the swarm many times in virtual time with variations; report the success rate."""
+    """Fly the swarm many times in virtual time with variations; report the success rate, or the worst flight."""
     from flockwire_sim.study.file import StudyError  # noqa: PLC0415
 
     from flockwire_cli import study as studies  # noqa: PLC0415  (numpy)
+
+    if search or liveness or replay is not None:
+        from flockwire_cli import search as searches  # noqa: PLC0415  (cma, ribs)
 
     loaded = load(swarm).swarm
     folder = out or Path("runs") / f"{loaded.name}-study-{clock.local():%Y%m%d-%H%M%S}"
     try:
         options = studies.options_of(runs, seed, duration, random_starts)
+        mode = "liveness" if liveness else "safety"
+        if replay is not None:
+            raise typer.Exit(searches.replay(swarm, replay, seed or 0, duration or 8.0, mode))
+        if search or liveness:
+            options |= {"mode": mode} if liveness else {}
+            raise typer.Exit(
+                searches.search(swarm, file, options, folder, jobs or os.cpu_count() or 1, scheduler, first)
+            )
         status = studies.study(swarm, file, options, folder, jobs or os.cpu_count() or 1, scheduler)
     except (StudyError, SwarmFileError) as error:
         refuse(str(error))

@@ -15,9 +15,10 @@ from flockwire.loading import parse_swarm
 from flockwire_sim.coverage import Coverage
 from flockwire_sim.study.file import Study, StudyError, load_study
 from flockwire_sim.study.findings import QUANTITIES, Findings, find, label, quantity, write_worst
-from flockwire_sim.study.ledger import Ledger
+from flockwire_sim.study.flight import Result, fly
+from flockwire_sim.study.ledger import Ledger, missing
 from flockwire_sim.study.page import write_study
-from flockwire_sim.study.variation import rehearse, swarm_table
+from flockwire_sim.study.variation import Table, rehearse, swarm_table
 from flockwire_sim.study.workers import Workers, WorkersLostError, cluster, conduct, local
 from rich import box
 from rich.console import Console
@@ -45,16 +46,16 @@ def study(swarm: Path, file: Path | None, options: dict[str, object], out: Path,
     """
     table = swarm_table(swarm)
     checked = parse_swarm(table, str(swarm))
-    plan = load_study(file, options)
+    plan = load_study(file, options, Study)
     try:
         rehearse(plan, table)
     except StudyError as error:
         raise StudyError("\n".join(f"{file or swarm}: {line}" for line in str(error).split("\n"))) from None
     place: AbstractContextManager[Workers] = cluster(scheduler) if scheduler else local(jobs)
-    with place as workers, Ledger(out, plan, table) as ledger:
+    with place as workers, Ledger(out, plan, table, Result.from_json) as ledger:
         if plan.runs > 1 and plan.equal_runs(checked):
             print(f"flockwire: warning: runs = {plan.runs}: {NO_CHANCE}", file=sys.stderr)
-        stopped = _fly(plan, ledger, workers)
+        stopped = _fly(plan, table, ledger, workers)
         findings = find(checked, plan, ledger.results)
     if findings.results:
         write_worst(findings, table, out)
@@ -66,16 +67,16 @@ def study(swarm: Path, file: Path | None, options: dict[str, object], out: Path,
     return _verdict(findings, stopped)
 
 
-def _fly(plan: Study, ledger: Ledger, workers: Workers) -> str:
+def _fly(plan: Study, table: Table, ledger: Ledger[Result], workers: Workers) -> str:
     """Fly the runs that the ledger lacks; returns why it stopped early, or nothing."""
-    tasks, runs = ledger.missing(), plan.runs * len(plan.points)
+    tasks, runs = missing(plan, table, ledger.results), plan.runs * len(plan.points)
     failures = sum(not r.ok for r in ledger.results if r.run < plan.runs)
     columns = (BarColumn(None), MofNCompleteColumn(), TextColumn("{task.description}"), TimeElapsedColumn(),
                TimeRemainingColumn())  # fmt: skip
     try:
-        with _terminable(), Progress(*columns, console=Console(stderr=True)) as progress:
+        with terminable(), Progress(*columns, console=Console(stderr=True)) as progress:
             bar = progress.add_task(f"{failures} failed", total=runs, completed=runs - len(tasks))
-            for result in conduct(tasks, workers):
+            for result in conduct(tasks, workers, fly):
                 ledger.add(result)
                 failures += not result.ok
                 progress.update(bar, advance=1, description=f"{failures} failed")
@@ -87,7 +88,7 @@ def _fly(plan: Study, ledger: Ledger, workers: Workers) -> str:
 
 
 @contextmanager
-def _terminable() -> Iterator[None]:
+def terminable() -> Iterator[None]:
     """Let SIGTERM end the study like Ctrl-C, with all finished runs kept."""
 
     def end(_: int, __: FrameType | None) -> NoReturn:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from random import Random
 
-import fault_judge
 import pytest
 from fault_draws import KINDS, drawn
 from fault_judge import Result, fly, fly_rare
-from fault_rungs import RUNGS
 from flockwire.wire.plan import Plan
 from flockwire_sim.coverage import Coverage
+from flockwire_sim.search.robustness import BOUNDS
+from flockwire_sim.search.rungs import RUNGS
 from rare_draws import RARE_KINDS, rare_faults
 
 FLIGHTS = 10
@@ -61,16 +62,15 @@ def test_a_rare_flight_is_the_same_again_and_not_the_usual_one() -> None:
     assert any(mark.startswith("answer: ") for mark in rare.marks)
 
 
-def test_a_collision_would_be_seen(flown: list[Result], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fault_judge, "COLLISION", 5.0)
+def test_a_collision_would_be_seen(flown: list[Result]) -> None:
     seed = next(result.seed for result in flown if result.closest < 1.0)
-    assert any("collision of uav" in what for what in fly(seed).bad)
+    bad = fly(seed, bounds=replace(BOUNDS, collision=5.0)).bad
+    assert any("distance: uav" in what for what in bad)
 
 
-def test_a_hard_touch_down_would_be_seen(flown: list[Result], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fault_judge, "HARD", -0.5)
+def test_a_hard_touch_down_would_be_seen(flown: list[Result]) -> None:
     seed = next(result.seed for result in flown if result.fastest_contact > 0.6)
-    assert any("touched down at 0." in what for what in fly(seed).bad)
+    assert any("touched down at 0." in what for what in fly(seed, bounds=replace(BOUNDS, hard=-0.5)).bad)
 
 
 @pytest.mark.parametrize(

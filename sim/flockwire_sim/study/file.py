@@ -27,7 +27,7 @@ from hashlib import blake2b
 from itertools import product
 from pathlib import Path
 from random import Random
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 from flockwire.swarm.model import Swarm
 from flockwire.swarm.reading import error_lines, read_toml
@@ -136,14 +136,17 @@ class Study(Model):
         return int.from_bytes(blake2b(f"{self.seed} {run}".encode(), digest_size=6).digest(), "big")
 
 
-def load_study(path: Path | None, options: dict[str, object]) -> Study:
-    """Read a study file (none: all defaults); `options` override its keys. Raises StudyError."""
+Plan = TypeVar("Plan", bound=Study)
+
+
+def load_study(path: Path | None, options: dict[str, object], kind: type[Plan]) -> Plan:
+    """Read a file of a study, of `kind` (none: all defaults); `options` override its keys. Raises StudyError."""
     origin = str(path) if path is not None else "options"
     table = read_toml(path, "study", StudyError) if path is not None else {}
     try:
-        return Study.model_validate_json(json.dumps(_spelled_out(table | options), default=str))
+        return kind.model_validate_json(json.dumps(_spelled_out(table | options), default=str))
     except ValidationError as error:
-        raise StudyError("\n".join(f"{origin}: {line}" for line in error_lines(error, Study))) from None
+        raise StudyError("\n".join(f"{origin}: {line}" for line in error_lines(error, kind))) from None
 
 
 def _spelled_out(table: dict[str, Any]) -> dict[str, Any]:

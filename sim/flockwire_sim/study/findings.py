@@ -116,7 +116,7 @@ def write_worst(findings: Findings, table: Table, out: Path) -> None:
         except StudyError:
             continue
         stem = f"{result.point}-{result.seed}"
-        content = {key: value for key, value in _without_frames(varied.table).items() if key != "name"}
+        content = {key: value for key, value in without_frames(varied.table).items() if key != "name"}
         (folder / f"{stem}.toml").write_text(tomli_w.dumps({"name": varied.swarm.name, **content}), encoding="utf-8")
         if findings.plan.faults:
             (folder / f"{stem}.faults.toml").write_text(tomli_w.dumps(varied.fault_table), encoding="utf-8")
@@ -141,7 +141,7 @@ def _goodness(result: Result) -> tuple[bool, float, float, int, int]:
     return result.ok, result.margin, -error if error is not None else 0.0, result.point, result.run
 
 
-def _without_frames(table: Table) -> Table:
+def without_frames(table: Table) -> Table:
     """Remove the text of key frames: the swarm file names their file."""
     formations = table.get("formations", {})
     bare = {key: {k: v for k, v in table[key].items() if k != "frames"} for key in ("formation",) if key in table}

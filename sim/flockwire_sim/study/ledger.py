@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import fcntl
 import json
+from collections.abc import Callable, Iterable
 from importlib.metadata import version
 from pathlib import Path
 from types import TracebackType
+from typing import Any, Generic, Protocol, Self, TypeVar
 
 from flockwire_sim.study.file import Study, StudyError
 from flockwire_sim.study.flight import Result, Task
@@ -15,14 +17,24 @@ from flockwire_sim.study.variation import Table
 PLAN, RUNS = "plan.json", "runs.jsonl"
 
 
-class Ledger:
-    """Opens the folder `out` for a plan: a new one, or one with earlier runs (`results`).
+class Line(Protocol):
+    """What a line of a ledger holds."""
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the line's content."""
+
+
+Entry = TypeVar("Entry", bound=Line)
+
+
+class Ledger(Generic[Entry]):
+    """Opens the folder `out` for a plan: a new one, or one with earlier runs (`results`), which `read` reads.
 
     Raises StudyError, without changes, if the folder has other content; OSError if it cannot be written.
     """
 
-    def __init__(self, out: Path, plan: Study, table: Table) -> None:
-        self._plan, self._table = plan, table
+    def __init__(self, out: Path, plan: Study, table: Table, read: Callable[[dict[str, Any]], Entry]) -> None:
+        self._entry = read
         identity = _identity(plan, table)
         there = _read(out / PLAN)
         if there is None and out.exists() and (not out.is_dir() or any(out.iterdir())):
@@ -37,7 +49,7 @@ class Ledger:
         self._file = (out / RUNS).open("a+b")
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            self.results = self._flown(out)
+            self.results: list[Entry] = self._flown(out)
         except BlockingIOError:
             self._file.close()
             raise StudyError(f"--out = {out}: another command works on this study; wait until it ends") from None
@@ -45,7 +57,7 @@ class Ledger:
             self._file.close()
             raise
 
-    def __enter__(self) -> Ledger:
+    def __enter__(self) -> Self:
         """Lock the folder."""
         return self
 
@@ -53,20 +65,13 @@ class Ledger:
         """Unlock the folder."""
         self._file.close()
 
-    def add(self, result: Result) -> None:
+    def add(self, result: Entry) -> None:
         """Add a run, on the disk too."""
         self.results.append(result)
         self._file.write(json.dumps(result.as_json()).encode() + b"\n")
         self._file.flush()
 
-    def missing(self) -> list[Task]:
-        """Return the remaining runs: the first of each grid point, then the second ones, and so on."""
-        flown = {(result.point, result.run) for result in self.results}
-        plan, points = self._plan, range(len(self._plan.points))
-        runs = [(point, run) for run in range(plan.runs) for point in points if (point, run) not in flown]
-        return [Task(plan, self._table, point, run) for point, run in runs]
-
-    def _flown(self, out: Path) -> list[Result]:
+    def _flown(self, out: Path) -> list[Entry]:
         """Read the runs; remove a last line that was truncated by a crash."""
         self._file.seek(0)
         content = self._file.read()
@@ -74,11 +79,18 @@ class Ledger:
         found = []
         for place, line in enumerate(content[:whole].splitlines(), start=1):
             try:
-                found.append(Result.from_json(json.loads(line)))
+                found.append(self._entry(json.loads(line)))
             except (ValueError, TypeError, KeyError):
                 raise StudyError(f"{out / RUNS}: line {place} is not a run of a study") from None
         self._file.truncate(whole)
         return found
+
+
+def missing(plan: Study, table: Table, results: Iterable[Result]) -> list[Task]:
+    """Return the remaining runs: the first of each grid point, then the second ones, and so on."""
+    flown = {(result.point, result.run) for result in results}
+    runs = [(point, run) for run in range(plan.runs) for point in range(len(plan.points)) if (point, run) not in flown]
+    return [Task(plan, table, point, run) for point, run in runs]
 
 
 def _identity(plan: Study, table: Table) -> str:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from copy import deepcopy
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -21,6 +22,7 @@ from flockwire_sim.study.draws import random_edges, random_starts
 from flockwire_sim.study.file import Draw, GridPoint, Study, StudyError
 
 Table = dict[str, Any]
+Chance = Callable[[str], Random]
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,10 +36,14 @@ class Variation:
     drawn: dict[str, JsonValue]
 
 
-def vary(plan: Study, table: Table, point: GridPoint, seed: int) -> Variation:
-    """Return the run of `seed` at a grid point; raises StudyError if its values are refused."""
-    drawn = {key: draw.value(_chance(seed, key)) for key, draw in plan.random.items()}
-    return _build(plan, table, [*point, *drawn.items()], seed, drawn)
+def vary(plan: Study, table: Table, point: GridPoint, seed: int, chance: Chance | None = None) -> Variation:
+    """Return the run of `seed` at a grid point; raises StudyError if its values are refused.
+
+    `chance` returns the source of the random values of a key, of "starts", "graph" or "fault K" (default: by the seed).
+    """
+    chance = chance or partial(_chance, seed)
+    drawn = {key: draw.value(chance(key)) for key, draw in plan.random.items()}
+    return _build(plan, table, [*point, *drawn.items()], chance, drawn)
 
 
 def swarm_table(path: Path) -> Table:
@@ -59,7 +65,7 @@ def rehearse(plan: Study, table: Table) -> None:
     first = list(plan.points[0])
     for key, draw in plan.random.items():
         for value in draw.extremes():
-            _build(plan, table, [*first, (key, value)], plan.seed_of(0), {})
+            _build(plan, table, [*first, (key, value)], partial(_chance, plan.seed_of(0)), {})
     swarm = _swarm(table)
     for place, fault in enumerate(plan.faults):
         for change in _extremes(fault.table):
@@ -67,28 +73,28 @@ def rehearse(plan: Study, table: Table) -> None:
 
 
 def _build(
-    plan: Study, table: Table, values: list[tuple[str, JsonValue]], seed: int, drawn: dict[str, JsonValue]
+    plan: Study, table: Table, values: list[tuple[str, JsonValue]], chance: Chance, drawn: dict[str, JsonValue]
 ) -> Variation:
     varied = deepcopy(table)
     for key, value in values:
         _put(varied, key, value)
     swarm = _swarm(varied)
     if plan.starts is not None:
-        places = random_starts(swarm, plan.starts, _chance(seed, "starts"))
+        places = random_starts(swarm, plan.starts, chance("starts"))
         for drone, place in zip(varied["drones"], places, strict=True):
             drone["start"] = [*place, drone["start"][2]]
     if plan.graph is not None:
-        varied.setdefault("graph", {})["edges"] = random_edges(swarm, plan.graph, _chance(seed, "graph"))
+        varied.setdefault("graph", {})["edges"] = random_edges(swarm, plan.graph, chance("graph"))
     if plan.starts is not None or plan.graph is not None:
         swarm = _swarm(varied)
-    fault_table = {"faults": _drawn_faults(plan, seed)}
+    fault_table = {"faults": _drawn_faults(plan, chance)}
     return Variation(varied, swarm, fault_table, _faults(fault_table, swarm, "the study's faults"), drawn)
 
 
-def _drawn_faults(plan: Study, seed: int) -> list[Table]:
+def _drawn_faults(plan: Study, chance_of: Chance) -> list[Table]:
     happen: list[Table] = []
     for place, fault in enumerate(plan.faults):
-        chance = _chance(seed, f"fault {place}")
+        chance = chance_of(f"fault {place}")
         if chance.random() < fault.probability:
             values = fault.table.items()
             happen.append({key: v.value(chance) if isinstance(v, Draw) else v for key, v in values})

@@ -6,19 +6,21 @@ import logging
 import multiprocessing
 import os
 import signal
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
 from multiprocessing.process import BaseProcess
 from threading import Thread
+from typing import TypeVar
 
 from flockwire.extras import remedy
 
 from flockwire_sim.study.file import StudyError
-from flockwire_sim.study.flight import Result, Task, fly
 
+Task = TypeVar("Task")
+Result = TypeVar("Result")
 PATIENCE = 10.0  # s for a scheduler to answer with a worker
 AHEAD = 3  # runs in the queue for each worker
 
@@ -76,7 +78,7 @@ def cluster(address: str) -> Iterator[Workers]:
                 executor.shutdown(wait=False)  # which cancels runs that have not started
 
 
-def conduct(tasks: Iterable[Task], workers: Workers) -> Iterator[Result]:
+def conduct(tasks: Iterable[Task], workers: Workers, fly: Callable[[Task], Result]) -> Iterator[Result]:
     """Fly all tasks, in any order they end; raises WorkersLostError."""
     waiting = iter(tasks)
     running: set[Future[Result]] = set()
@@ -86,7 +88,7 @@ def conduct(tasks: Iterable[Task], workers: Workers) -> Iterator[Result]:
             running |= {workers.executor.submit(fly, task) for task in islice(waiting, room)}
             finished, running = wait(running, return_when=FIRST_COMPLETED)
             results = [future.result() for future in finished]
-        except (Exception, CancelledError) as error:  # fly() raises nothing: the error is the executor's
+        except (Exception, CancelledError) as error:  # a flight raises nothing: the error is the executor's
             raise WorkersLostError(f"the workers are gone ({type(error).__name__}: {error})") from error
         yield from results
         if not (running or results):

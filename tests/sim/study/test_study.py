@@ -183,7 +183,7 @@ def test_a_bad_study_is_refused_in_one_line_before_anything_is_written(
 def test_the_study_of_the_documentation_can_be_made(tmp_path: Path) -> None:
     page = (Path(__file__).parents[3] / "docs" / "study.md").read_text()
     (tmp_path / "study.toml").write_text(page.split("```toml\n")[1].split("```")[0])
-    plan = load_study(tmp_path / "study.toml", {})
+    plan = load_study(tmp_path / "study.toml", {}, Study)
     rehearse(plan, load_table(Path(__file__).parents[3] / "swarms" / "paper_simulation.toml"))
     assert len(plan.points) == 2
 
@@ -223,7 +223,7 @@ def test_a_folder_with_another_study_or_something_else_is_left_alone(files: tupl
 
     out = tmp_path / "out"
     table = load_table(files[0])
-    with Ledger(out, load_study(files[1], {}), table):
+    with Ledger(out, load_study(files[1], {}, Study), table, Result.from_json):
         busy = flockwire(*files, "--out", out)
         assert (busy.exit_code, "another command works" in busy.stderr) == (2, True)
     content = {path.name: path.read_bytes() for path in out.iterdir()}

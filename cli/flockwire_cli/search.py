@@ -1,0 +1,128 @@
+"""`flockwire study --search` and `--replay`: looks for the worst flight, and flies one that was found again."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import AbstractContextManager
+from pathlib import Path
+
+from flockwire.loading import parse_swarm
+from flockwire_sim.search.campaign import Entry, conduct
+from flockwire_sim.search.flight import Judged, Order, fly, fly_numbered
+from flockwire_sim.search.seeking import worst_of
+from flockwire_sim.search.shrinking import shrunk
+from flockwire_sim.search.space import SearchPlan, Space, usual_space
+from flockwire_sim.search.writing import read_case, write_case, write_search
+from flockwire_sim.study import workers as study_workers
+from flockwire_sim.study.file import StudyError, load_study
+from flockwire_sim.study.ledger import Ledger
+from flockwire_sim.study.variation import rehearse, swarm_table
+from flockwire_sim.study.workers import Workers, WorkersLostError, cluster, local
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from flockwire_cli.study import terminable
+
+
+def search(
+    swarm: Path, file: Path | None, options: dict[str, object], out: Path, jobs: int, scheduler: str, first: bool
+) -> int:
+    """Search (`first`: up to the first violation), write and print what was found.
+
+    Returns the exit status: 1 with a violation, or if it was stopped. Raises StudyError and SwarmFileError for bad
+    input, before anything is written; OSError if `out` fails.
+    """
+    table = swarm_table(swarm)
+    checked = parse_swarm(table, str(swarm))
+    plan = load_study(file, options, SearchPlan)
+    if not (plan.random or plan.starts or plan.graph):
+        plan = load_study(file, usual_space(table, checked, plan.mode) | options, SearchPlan)
+    try:
+        rehearse(plan, table)
+        space = Space(plan, table, checked)
+    except StudyError as error:
+        raise StudyError("\n".join(f"{file or swarm}: {line}" for line in str(error).split("\n"))) from None
+    place: AbstractContextManager[Workers] = cluster(scheduler) if scheduler else local(jobs)
+    with place as workers, Ledger(out, plan, table, Entry.from_json) as ledger:
+        stopped = _fly(plan, space, ledger, workers, first)
+        entries = {entry.number: entry for entry in ledger.results if entry.number < plan.runs}
+    return _conclude(space, entries, out, stopped)
+
+
+def replay(swarm: Path, faults: Path, seed: int, duration: float, mode: str) -> int:
+    """Fly a flight of two files again, print what happens and its margins; returns 1 if it violates a property.
+
+    Raises StudyError, SwarmFileError for bad input.
+    """
+    table = swarm_table(swarm)
+    parse_swarm(table, str(swarm))
+    judged = fly(read_case(table, faults, seed, duration, "liveness" if mode == "liveness" else "safety"), print)
+    if judged.refused:
+        raise StudyError(f"{faults}: {judged.refused}")
+    _print_margins(judged)
+    for violation in judged.violations:
+        print(f"flockwire: violated: {violation}", file=sys.stderr)
+    return bool(judged.violations)
+
+
+def _fly(plan: SearchPlan, space: Space, ledger: Ledger[Entry], workers: Workers, first: bool) -> str:
+    """Fly what the ledger lacks; returns why it stopped early, or nothing."""
+    columns = (BarColumn(None), MofNCompleteColumn(), TextColumn("{task.description}"), TimeElapsedColumn(),
+               TimeRemainingColumn())  # fmt: skip
+    violating = 0
+
+    def flown(orders: Iterable[Order]) -> Iterator[tuple[int, Judged]]:
+        return study_workers.conduct(orders, workers, fly_numbered)
+
+    try:
+        with terminable(), Progress(*columns, console=Console(stderr=True)) as progress:
+            bar = progress.add_task("0 with a violation", total=plan.runs)
+
+            def step(entry: Entry) -> bool:
+                nonlocal violating
+                violating += bool(entry.judged.violations)
+                progress.update(bar, advance=1, description=f"{violating} with a violation")
+                return first and violating > 0
+
+            conduct(plan, space, ledger, flown, step)
+    except KeyboardInterrupt:
+        return "stopped"
+    except WorkersLostError as error:
+        return str(error)
+    return ""
+
+
+def _conclude(space: Space, entries: dict[int, Entry], out: Path, stopped: str) -> int:
+    """Write the worst flights, shrink the violations, print both; returns the exit status."""
+    found = {number: entry.judged for number, entry in entries.items()}
+    worst = worst_of(found)
+    cases = {
+        name: space.case(entries[number].asked.point, entries[number].asked.seed) for name, number in worst.items()
+    }
+    commands = {name: write_case(case, out / "worst" / name) for name, case in cases.items()}
+    smallest: dict[str, str] = {}
+    print(f"  {'property':12}{'least margin':>13}  flight")
+    for name, number in sorted(worst.items(), key=lambda item: found[item[1]].margins[item[0]].value):
+        margin = found[number].margins[name]
+        print(f"  {name:12}{margin.value:13.3f}  {number}: {margin.what} at {margin.at:.2f} s")
+        if margin.violated and not stopped:
+            case, flights = shrunk(cases[name], name, fly)
+            smallest[name] = write_case(case, out / "found" / name)
+            print(f"  the smallest of {flights} flights that violate it: {smallest[name]}", flush=True)
+    write_search(found, commands, smallest, out)
+    print(f"  search: {out / 'search.json'}")
+    if stopped:
+        print(f"flockwire: {stopped}; the same command continues", file=sys.stderr)
+        return 1
+    violating = sum(bool(judged.violations) for judged in found.values())
+    if violating:
+        print(f"flockwire: {violating} of {len(found)} flights violate a property", file=sys.stderr)
+        return 1
+    print(f"flockwire: no violation in {len(found)} flights")
+    return 0
+
+
+def _print_margins(judged: Judged) -> None:
+    for name, margin in sorted(judged.margins.items(), key=lambda item: item[1].value):
+        print(f"  {name:12}{margin.value:8.3f}  {margin.what} at {margin.at:.2f} s")

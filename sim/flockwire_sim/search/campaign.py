@@ -1,0 +1,80 @@
+"""A whole search: chooses flights, has them flown, keeps each in a ledger, and continues one that was stopped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from flockwire_sim.search.flight import Judged, Order
+from flockwire_sim.search.seeking import Candidate, Chooser, Draws, Search
+from flockwire_sim.search.space import SearchPlan, Space
+from flockwire_sim.study.file import StudyError
+from flockwire_sim.study.ledger import Ledger
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One flight of a search: its number, what was asked, and what it showed."""
+
+    number: int
+    asked: Candidate
+    judged: Judged
+
+    def as_json(self) -> dict[str, Any]:
+        """Return its line in runs.jsonl."""
+        return {"number": self.number, "asked": asdict(self.asked), "judged": self.judged.as_json()}
+
+    @classmethod
+    def from_json(cls, table: dict[str, Any]) -> Entry:
+        """Return the flight of a line; raises TypeError, KeyError for a bad one."""
+        asked = table["asked"]
+        return cls(
+            table["number"],
+            Candidate(tuple(asked["point"]), asked["seed"], asked["focus"]),
+            Judged.from_json(table["judged"]),
+        )
+
+
+Fly = Callable[[Iterable[Order]], Iterator[tuple[int, Judged]]]
+
+
+def chooser(plan: SearchPlan, space: Space) -> Chooser:
+    """Return what chooses the flights of a plan."""
+    return (Search if plan.method == "search" else Draws)(space.size, plan.seed)
+
+
+def conduct(plan: SearchPlan, space: Space, ledger: Ledger[Entry], flown: Fly, step: Callable[[Entry], bool]) -> None:
+    """Fly what the ledger lacks; `step` gets each flight, those of the ledger too, and returns whether to end.
+
+    Raises StudyError if the ledger's flights are not those that the plan asks for.
+    """
+    known = {entry.number: entry for entry in ledger.results}
+    seeker, number = chooser(plan, space), 0
+    while number < plan.runs:
+        asked = dict(enumerate(seeker.ask()[: plan.runs - number], start=number))
+        found: dict[int, Judged] = {}
+        orders: list[Order] = []
+        for place, candidate in asked.items():
+            if place in known:
+                if known[place].asked != candidate:
+                    raise StudyError(f"flight {place} of the folder is not the one that this search asks for")
+                found[place] = known[place].judged
+                if step(known[place]):
+                    return
+                continue
+            try:
+                orders.append((place, space.case(candidate.point, candidate.seed)))
+            except StudyError as error:
+                entry = Entry(place, candidate, Judged({}, refused=str(error).replace("\n", "; ")))
+                found[place] = entry.judged
+                ledger.add(entry)
+                step(entry)
+        for place, judged in flown(orders) if orders else ():
+            entry = Entry(place, asked[place], judged)
+            found[place] = judged
+            ledger.add(entry)
+            if step(entry):
+                return
+        seeker.tell(list(asked.values()), [found[place] for place in asked])
+        number += len(asked)

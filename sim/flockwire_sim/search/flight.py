@@ -1,0 +1,172 @@
+"""One flight of a search, on any worker: flown, recorded, judged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from math import inf
+from typing import Any, Literal
+
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.loading import SwarmFileError, parse_swarm
+from flockwire.process.fault_file import FaultFileError
+from flockwire.process.faults import AirframeFailure, Fault, Visitor
+from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.plan import Plan
+from flockwire.wire.processes import CONSOLE
+
+from flockwire_sim.search.events import Event, EventInjector, SecondStation, parse_events
+from flockwire_sim.search.formation import tails
+from flockwire_sim.search.liveness import Recovery
+from flockwire_sim.search.record import Flown, Recorder
+from flockwire_sim.search.robustness import BOUNDS, Bounds, Margin, first_outside, margins
+from flockwire_sim.study.file import StudyError
+from flockwire_sim.study.variation import Table
+from flockwire_sim.world import EPOCH, World
+
+Mode = Literal["safety", "liveness"]
+FALL = SECOND  # ns: more than a fall from the fence's top takes
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A flight: the swarm file's and the file of faults' content, the seed, `duration` s up to the order to land."""
+
+    table: Table
+    faults: list[Table]
+    seed: int
+    duration: float
+    mode: Mode = "safety"
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """What a flight showed: margins by property, rungs with the s after the order to take off, why it failed."""
+
+    margins: dict[str, Margin]
+    rungs: dict[str, float] = field(default_factory=dict)
+    failure: str = ""
+    seconds: float = 0.0
+    world_ended: bool = False
+    refused: str = ""  # why the case is not a flight
+    cell: tuple[str, str, str] = ("", "", "")  # of the least margin: last rung, last fault, phase
+
+    @classmethod
+    def broken(cls, error: str) -> Judged:
+        """Return the result of a flight that ended with an exception."""
+        return cls({"error": Margin(-1.0, 0.0, "", error)}, failure=error)
+
+    @property
+    def least(self) -> tuple[float, str]:
+        """The least margin and its property; infinite without any."""
+        return min(((margin.value, name) for name, margin in self.margins.items()), default=(inf, ""))
+
+    @property
+    def violations(self) -> list[str]:
+        """The violated properties, in words."""
+        return [
+            f"{name}: {margin.what} at {margin.at:.2f} s" for name, margin in self.margins.items() if margin.violated
+        ]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it as a line of a file of flights."""
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, table: dict[str, Any]) -> Judged:
+        """Return it from a line; raises TypeError, KeyError for a bad one."""
+        found = {name: Margin(**margin) for name, margin in table["margins"].items()}
+        return cls(**{**table, "margins": found, "cell": tuple(table["cell"])})
+
+
+class Flight:
+    """The flight of a swarm under faults and events; `say` takes what happens, line by line."""
+
+    def __init__(
+        self,
+        swarm: Swarm,
+        seed: int,
+        duration: float,
+        injected: tuple[tuple[Fault, ...], tuple[Event, ...]],
+        mode: Mode = "safety",
+        say: Callable[[str], None] | None = None,
+    ) -> None:
+        faults, events = injected
+        stations = (CONSOLE.kind,) if any(isinstance(event, SecondStation) for event in events) else ()
+        self.recorder = Recorder(Plan(swarm.in_simulation()), self._begin, say)
+        self._visited = any(isinstance(fault, Visitor) for fault in faults)
+        self._quiet = not (faults or events)
+        self.world = World(swarm, seed, duration, faults, self.recorder.take, stations=stations)
+        self._injector = EventInjector(self.world, events, faults, self.recorder)
+        self._fails = {uav(f.drone): f.at for f in reversed(faults) if isinstance(f, AirframeFailure)}
+        self._recovery = Recovery(self.world, self.recorder, faults) if mode == "liveness" else None
+
+    def fly(self, bounds: Bounds = BOUNDS) -> Flown:
+        """Fly it to its end."""
+        world, recorder, scheduler = self.world, self.recorder, self.world.scheduler
+        scheduler.at(EPOCH + nanoseconds(bounds.longest), lambda _: scheduler.stop())
+        if self._recovery is not None:
+            self._recovery.begin()
+            scheduler.run(EPOCH + nanoseconds(bounds.longest))
+            failure = ""
+        else:
+            failure = world.run().failure
+        end = scheduler.now
+        if recorder.was_stopped:  # the flight is over when all motors are off: let the drones fall
+            scheduler.run(scheduler.now + FALL)
+        return recorder.flown(
+            end,
+            failure,
+            fails=self._fails,
+            world_ended=self._injector.world_ended,
+            visited=self._visited,
+            formed=self._recovery.formed if self._recovery is not None else (),
+            tails=tails(recorder, world.swarm) if self._quiet and not failure else {},
+        )
+
+    def _begin(self) -> None:
+        self._injector.begin()
+
+
+def fly(case: Case, say: Callable[[str], None] | None = None, bounds: Bounds = BOUNDS) -> Judged:
+    """Fly and judge a case; what cannot be flown is refused."""
+    try:
+        swarm = parse_swarm(case.table, "the swarm of the search")
+        injected = parse_events(case.faults, Plan(swarm.in_simulation()), "the faults of the search")
+    except (SwarmFileError, FaultFileError, StudyError) as error:
+        return Judged({}, refused=str(error).replace("\n", "; "))
+    flight = Flight(swarm, case.seed, case.duration, injected, case.mode, say)
+    return judge(flight.fly(bounds), flight.recorder, case.faults, bounds)
+
+
+Order = tuple[int, Case]
+
+
+def fly_numbered(order: Order) -> tuple[int, Judged]:
+    """Fly one case, on any worker; it raises nothing: an error in a flight is a violation."""
+    number, case = order
+    try:
+        return number, fly(case)
+    except Exception as error:  # a user's law may raise anything
+        return number, Judged.broken(f"{type(error).__name__}: {error}")
+
+
+def judge(flown: Flown, recorder: Recorder, faults: list[Table], bounds: Bounds = BOUNDS) -> Judged:
+    """Return the margins of a flight under `faults`, and the cell of its least one."""
+    found = margins(flown, bounds)
+    least = min(found.values(), key=lambda margin: margin.value)
+    inwards = first_outside(flown)
+    if inwards is not None:
+        recorder.note("fence: inwards", inwards)
+    rung = next((name for at, name in reversed(recorder.moments) if at <= least.at), "")
+    fault = next((one["kind"] for one in sorted(faults, key=lambda one: -one["at"]) if one["at"] <= least.at), "")
+    cell = (rung, fault, _phase(flown, least))
+    return Judged(found, dict(recorder.rungs), flown.failure, flown.seconds, flown.world_ended, cell=cell)
+
+
+def _phase(flown: Flown, margin: Margin) -> str:
+    """Return the phase that the pilot of the margin's drone reported before it."""
+    reports = flown.reports.get(margin.who)
+    if reports is None:
+        return ""
+    return next((p for t, p in zip(reports.times[::-1], reversed(reports.phases), strict=True) if t <= margin.at), "")

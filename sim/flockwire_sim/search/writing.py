@@ -1,0 +1,57 @@
+"""The files of a search: for each flight to look at a swarm file, a file of faults, the command that flies it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+from flockwire.swarm.reading import read_toml
+
+from flockwire_sim.search.flight import Case, Judged, Mode
+from flockwire_sim.search.seeking import worst_of
+from flockwire_sim.study.file import StudyError
+from flockwire_sim.study.findings import without_frames
+
+
+def write_case(case: Case, stem: Path) -> str:
+    """Write STEM.toml and STEM.faults.toml; returns the command that flies them. Raises OSError."""
+    stem.parent.mkdir(parents=True, exist_ok=True)
+    swarm, faults = stem.with_name(f"{stem.name}.toml"), stem.with_name(f"{stem.name}.faults.toml")
+    table = {key: value for key, value in without_frames(case.table).items() if key != "name"}
+    swarm.write_text(tomli_w.dumps({"name": case.table["name"], **table}), encoding="utf-8")
+    faults.write_text(tomli_w.dumps({"faults": case.faults}), encoding="utf-8")
+    mode = " --liveness" if case.mode == "liveness" else ""
+    return f"flockwire study {swarm} --replay {faults} --seed {case.seed} --duration {case.duration:g}{mode}"
+
+
+def read_case(table: dict[str, Any], faults: Path, seed: int, duration: float, mode: Mode) -> Case:
+    """Return the flight of a swarm file's content and a file of faults; raises StudyError."""
+    listed = read_toml(faults, "faults", StudyError).get("faults", [])
+    if not isinstance(listed, list) or not all(isinstance(fault, dict) for fault in listed):
+        raise StudyError(f"{faults}: faults: must be a list of tables")
+    return Case(table, listed, seed, duration, mode)
+
+
+def write_search(found: Mapping[int, Judged], commands: dict[str, str], shrunk: dict[str, str], out: Path) -> None:
+    """Write search.json: the least margin of each property, and the commands of worst and shrunk flights."""
+    worst = worst_of(found)
+    content = {
+        "flights": len(found),
+        "refused": sum(bool(judged.refused) for judged in found.values()),
+        "violating": sum(bool(judged.violations) for judged in found.values()),
+        "cells": len({judged.cell for judged in found.values() if judged.margins}),
+        "least": {
+            name: {
+                "margin": found[number].margins[name].value,
+                "flight": number,
+                "what": found[number].margins[name].what,
+            }
+            | {"command": commands.get(name, "")}
+            for name, number in worst.items()
+        },
+        "violations": shrunk,
+    }
+    (out / "search.json").write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")

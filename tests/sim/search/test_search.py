@@ -1,0 +1,216 @@
+"""A search from the command line: it finds, continues, shrinks, and its finds can be flown again."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from contextlib import nullcontext
+from pathlib import Path
+
+import pytest
+from flockwire.loading import parse_swarm
+from flockwire.wire.plan import Plan
+from flockwire_cli import search as searches
+from flockwire_cli.main import app
+from flockwire_sim.search.events import SECOND_STATION, parse_events
+from flockwire_sim.search.flight import Case, Judged, fly
+from flockwire_sim.search.robustness import Margin
+from flockwire_sim.search.seeking import Candidate, Search
+from flockwire_sim.search.shrinking import shrunk
+from flockwire_sim.search.space import Genes, SearchPlan, Space, usual_space
+from flockwire_sim.search.writing import read_case, write_case
+from flockwire_sim.study.file import StudyError, load_study
+from typer.testing import CliRunner
+from typer.testing import Result as Ended
+
+SWARM = """
+name = "pair"
+control = { rate_hz = 20 }
+gateway = { rate_hz = 20 }
+limits = { takeoff_height = 0.4 }
+formation = { kind = "line", spacing = 1.0 }
+graph = { edges = [[0, 1]] }
+drones = [{ id = 0, start = [0.0, 0.0, 0.0] }, { id = 1, start = [1.0, 0.0, 0.0] }]
+"""
+FILE = """
+duration = 1.0
+any_faults = 1
+kinds = ["freeze", "tracker"]
+[random]
+sim.delay = { uniform = [0.0, 0.01] }
+"""
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> tuple[Path, Path]:
+    swarm, file = tmp_path / "pair.toml", tmp_path / "search.toml"
+    swarm.write_text(SWARM)
+    file.write_text(FILE)
+    return swarm, file
+
+
+def flockwire(*arguments: object) -> Ended:
+    return CliRunner().invoke(app, ["study", *map(str, arguments)])
+
+
+def table(swarm: str = SWARM) -> dict:
+    return tomllib.loads(swarm)
+
+
+def test_equal_numbers_are_equal_choices_and_near_ones_mostly_too() -> None:
+    def values(numbers: list[float]) -> list[object]:
+        genes = Genes(numbers)
+        return [genes.choice("abcd"), genes.randint(1, 3), round(genes.uniform(2.0, 4.0), 3), genes.sample("xyz", 2)]
+
+    assert values([0.3, 0.99, 0.5, 0.4, 0.9]) == ["b", 3, 3.0, ["y", "z"]]
+    assert values([0.31, 0.98, 0.5, 0.41, 0.91]) == ["b", 3, 3.0, ["y", "z"]]
+    assert Genes([0.2]).random() == 0.2
+    first, second = Genes([0.2]), Genes([0.2])
+    assert [first.random() for _ in range(5)] == [second.random() for _ in range(5)]
+
+
+def test_a_point_is_a_flight_with_its_faults_in_order(files: tuple[Path, Path]) -> None:
+    swarm = parse_swarm(table(), "pair")
+    plan = load_study(None, usual_space(table(), swarm, "safety") | {"any_faults": 3}, SearchPlan)
+    space = Space(plan, table(), swarm)
+    kinds = set()
+    for k in range(40):
+        point = [(0.37 * k + 0.61 * j) % 1.0 for j in range(space.size)]
+        case = space.case(point, 0)
+        assert case == space.case(point, 0)
+        assert [fault["at"] for fault in case.faults] == sorted(fault["at"] for fault in case.faults)
+        parse_events(case.faults, Plan(swarm), "it")
+        kinds |= {fault["kind"] for fault in case.faults}
+    assert len(kinds) > 8
+    assert SECOND_STATION in kinds
+
+
+@pytest.mark.parametrize(
+    ("text", "rule"),
+    [
+        ("kinds = ['meteor']\n[starts]\nbox = [3.0, 3.0]", "kinds = 'meteor': must be one of kill"),
+        ("[grid]\n'control.law' = ['paper', 'extended']", "a search has no grid"),
+        ("method = 'luck'", "method = 'luck'"),
+    ],
+)
+def test_a_bad_search_is_refused_in_one_line(files: tuple[Path, Path], text: str, rule: str, tmp_path: Path) -> None:
+    files[1].write_text(text)
+    ended = flockwire(*files, "--search", "--out", tmp_path / "out")
+    assert ended.exit_code == 2
+    assert rule in ended.output
+    assert not (tmp_path / "out").exists()
+
+
+def known(point: tuple[float, ...]) -> Judged:
+    """A landscape with its least distance in one corner."""
+    away = sum((x - 0.9) ** 2 for x in point) ** 0.5
+    return Judged({"distance": Margin(away - 0.1, 1.0, "uav1", "")}, cell=("stop" if point[0] > 0.5 else "", "", ""))
+
+
+def test_the_search_goes_where_the_margin_is_least_and_draws_do_not() -> None:
+    search, least, flown = Search(4, 5), 9.0, 0
+    while flown < 500:
+        asked = search.ask()
+        found = [known(candidate.point) for candidate in asked]
+        search.tell(asked, found)
+        least, flown = min(least, *(judged.least[0] for judged in found)), flown + len(asked)
+    assert least < -0.07
+    assert len(list(search.archive)) == 2
+
+
+def test_equal_results_give_equal_questions() -> None:
+    def asked() -> list[Candidate]:
+        search, all_asked = Search(3, 1), []
+        for _ in range(8):
+            batch = search.ask()
+            search.tell(batch, [known(candidate.point) for candidate in batch])
+            all_asked += batch
+        return all_asked
+
+    assert asked() == asked()
+
+
+def test_a_search_continues_and_ends_like_one_in_a_single_call(
+    files: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    flown_here(monkeypatch)
+    assert flockwire(*files, "--search", "--runs", 2, "--out", tmp_path / "parts", "--jobs", 1).exit_code == 0
+    ended = flockwire(*files, "--search", "--runs", 5, "--out", tmp_path / "parts", "--jobs", 1)
+    assert ended.exit_code == 0, ended.output
+    assert flockwire(*files, "--search", "--runs", 5, "--out", tmp_path / "whole", "--jobs", 1).exit_code == 0
+    assert (tmp_path / "parts/runs.jsonl").read_bytes() == (tmp_path / "whole/runs.jsonl").read_bytes()
+    found = json.loads((tmp_path / "whole/search.json").read_text())
+    assert found["flights"] == 5
+    assert {"distance", "rung", "silence"} <= found["least"].keys()
+    again = found["least"]["distance"]["command"].split()[2:]
+    ended = flockwire(*again)
+    assert ended.exit_code == 0, ended.output
+    assert found["least"]["distance"]["what"] in ended.output
+
+
+def flown_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fly in this process: starting another takes longer than the flights."""
+    monkeypatch.setattr(searches, "local", nullcontext)
+    monkeypatch.setattr(searches.study_workers, "conduct", lambda tasks, _, fly: map(fly, tasks))
+
+
+def too_fast(case: Case) -> Judged:
+    """A judge by the case alone: a freeze of uav1 for more than 1.234 s violates a property."""
+    value = min((1.234 - fault["duration"] for fault in case.faults if fault.get("process") == "uav1"), default=1.0)
+    return Judged({"distance": Margin(value, 0.0, "", "")})
+
+
+def test_a_violation_is_shrunk_to_what_shows_it(tmp_path: Path) -> None:
+    swarm = """
+name = "four"
+formation = { kind = "line", spacing = 1.0 }
+graph = { edges = [[0, 1], [1, 2], [2, 3]] }
+sim = { delay = 0.01234, loss = 0.1 }
+obstacles = [{ center = [5.0, 5.0, 0.0] }]
+drones = [
+  { id = 0, start = [0.0, 0.0, 0.0] }, { id = 1, start = [1.2345, 0.0, 0.0] }, { id = 2, start = [-1.0, 0.0, 0.0] },
+  { id = 3, start = [-2.0, 0.0, 0.0] },
+]
+"""
+    faults = [
+        {"at": 1.0, "kind": "stop"},
+        {"at": 3.14159, "kind": "freeze", "process": "uav1", "duration": 2.71828},
+        {"at": 4.0, "kind": "freeze", "process": "uav2", "duration": 3.0},
+    ]
+    case, flights = shrunk(Case(table(swarm), faults, 17, 8.0), "distance", too_fast)
+    assert case.faults == [{"at": 3.0, "kind": "freeze", "process": "uav1", "duration": 3.0}]
+    assert case.seed == 0
+    assert case.duration == 1.0
+    assert [drone["id"] for drone in case.table["drones"]] == [0]
+    assert not {"sim", "obstacles"} & case.table.keys()
+    assert 0 < flights < 200
+    write_case(case, tmp_path / "found" / "distance")
+    again = read_case(
+        table((tmp_path / "found/distance.toml").read_text()), tmp_path / "found/distance.faults.toml", 0, 1.0, "safety"
+    )
+    assert again == case
+
+
+def test_a_violation_ends_with_status_1_and_its_smallest_flight_shows_it_again(
+    files: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(searches, "shrunk", lambda case, name, fly: shrunk(case, name, fly, most=3))
+    flown_here(monkeypatch)
+    close = "spacing = 0.15 }\navoidance = { drone_safety_distance = 0.05 }"
+    files[0].write_text(SWARM.replace("spacing = 1.0 }", close).replace("[1.0, 0.0", "[0.15, 0.0"))
+    ended = flockwire(*files, "--search", "--runs", 1, "--out", tmp_path / "out", "--jobs", 1)
+    assert ended.exit_code == 1, ended.output
+    assert "1 of 1 flights violate a property" in ended.output
+    found = json.loads((tmp_path / "out/search.json").read_text())
+    assert found["least"]["distance"]["margin"] < -0.1
+    again = flockwire(*found["violations"]["distance"].split()[2:])
+    assert again.exit_code == 1
+    assert "violated: distance: uav0 and uav1 0.1" in again.output
+
+
+def test_a_file_of_a_find_with_a_bad_event_is_refused(tmp_path: Path) -> None:
+    bad = Case(table(), [{"at": 1.0, "kind": "second station", "orders": [[0.1, "dive"]]}], 0, 1.0)
+    assert "orders" in fly(bad).refused
+    with pytest.raises(StudyError):
+        (tmp_path / "x.toml").write_text("faults = 3")
+        read_case(table(), tmp_path / "x.toml", 0, 1.0, "safety")
