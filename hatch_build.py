@@ -15,9 +15,14 @@ TRACKED = ("completeness", "core", "field_bodies", "identities", "jumps", "simul
 COMPILED = (
     "core/flockwire/control",
     "core/flockwire/domain",
-    *(f"core/flockwire/wire/{name}.py" for name in ("cdr", "codec", "inbox", "orders", "phase", "stamped", "status")),
+    *(
+        f"core/flockwire/wire/{name}.py"
+        for name in ("batch", "cdr", "codec", "inbox", "orders", "phase", "stamped", "status")
+    ),
     "core/flockwire/pilot",
     *(f"core/flockwire/process/{name}.py" for name in ("stepping", "timekeeping")),
+    *(f"core/flockwire/runtime/{name}.py" for name in ("publishing", "subscriptions", "topics")),
+    "core/flockwire/clock.py",
     "core/flockwire/law.py",
     "agent/flockwire_agent",
     *(f"leader/flockwire_leader/{name}.py" for name in ("core", "course", "teleoperation", "virtual")),

@@ -76,7 +76,7 @@ def in_flight() -> dict[str, float]:
         file = swarm_file(folder, SMALL)
         line = ("up", str(file), "--headless", "--keys", str(folder / "keys"), "--out", str(folder / "out"))
         seconds = str(STARTING + TRACED)
-        up = Tree(Path(__file__).parents[1]).start(
+        up = Tree(Path(__file__).parents[1], compiled=False).start(
             "-m", "flockwire_cli", *line, "--duration", seconds, stderr=subprocess.DEVNULL
         )
         while "agent 1" not in (found := processes(up, file)):
@@ -122,7 +122,8 @@ def main() -> None:
     for name, budget in budgets().items():
         if name in found:
             within = within and found[name] <= budget.most
-            print(f"{name:46}{found[name]:12.0f}{budget.most:12.0f}{found[name] / budget.most:8.2f}")
+            share = f"{found[name] / budget.most:8.2f}" if budget.most else ""
+            print(f"{name:46}{found[name]:12.0f}{budget.most:12.0f}{share}")
     sys.exit(not within)
 
 

@@ -2,10 +2,11 @@
 
     .venv/bin/python bench/cost.py TREE_A TREE_B [--rounds 5] [--seconds 10] [--only flights|virtual]
 
-A tree is a checkout. One that has a .venv runs in it, another one in this one's with PYTHONPATH. Flights are real ones
-of five and ten followers (agents.py): the processor time of each process by its schedstat, and its memory (VmHWM) as
-the kernel has it, so that no tree's own account of itself counts; pose to command is from summary.json. Virtual time is
-that of the paper's five drones (sim_speed.py of each tree); calls are those of Python functions in a virtual second.
+A tree is a checkout. It runs in its .compiled if it has one (scripts/compile; calls are counted in .venv), or in its
+.venv, or in this one's with PYTHONPATH. Flights are real ones of five and ten followers (agents.py): the processor time
+of each process by its schedstat, and its memory (VmHWM) as the kernel has it, so that no tree's own account of itself
+counts; pose to command is from summary.json. Virtual time is that of the paper's five drones (sim_speed.py of each
+tree); calls are those of Python functions in a virtual second.
 The last column is B / A; compare figures of one run only, on a machine that does nothing else.
 """
 
@@ -23,7 +24,7 @@ import tempfile
 import time
 from collections import defaultdict
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import psutil
@@ -47,14 +48,23 @@ class Tree:
     """A checkout, and how its programs run."""
 
     root: Path
+    compiled: bool
+
+    @classmethod
+    def at(cls, path: str) -> Tree:
+        """Return the tree in folder `path`, compiled if it was compiled."""
+        root = Path(path).resolve()
+        return cls(root, (root / ".compiled").exists())
 
     def python(self) -> str:
         """Return its interpreter."""
-        own = self.root / ".venv/bin/python"
+        own = self.root / (".compiled" if self.compiled else ".venv") / "bin/python"
         return str(own) if own.exists() else sys.executable
 
     def environment(self) -> dict[str, str]:
         """Return the environment in which its own packages are imported before any other's."""
+        if self.compiled:
+            return dict(os.environ)
         packages = sorted({str(one.parent.parent) for one in self.root.glob("*/flockwire*/__init__.py")})
         return os.environ | {"PYTHONPATH": os.pathsep.join(packages)}
 
@@ -138,7 +148,7 @@ def calls(tree: Tree) -> dict[str, float]:
     file, counts = str(tree.root / "swarms/paper_simulation.toml"), []
     for seconds in CALLS:
         line = ("-c", COUNTING, "sim", file, "--no-trace", "--duration", str(seconds))
-        said, _ = tree.start(*line).communicate()
+        said, _ = replace(tree, compiled=False).start(*line).communicate()
         counts.append(int(said.split()[-1]))
     return {"calls in a virtual second": (counts[1] - counts[0]) / (CALLS[1] - CALLS[0])}
 
@@ -146,7 +156,7 @@ def calls(tree: Tree) -> dict[str, float]:
 def main() -> None:
     """Measure both, in turns."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("trees", type=lambda text: Tree(Path(text).resolve()), nargs=2, metavar="TREE")
+    parser.add_argument("trees", type=Tree.at, nargs=2, metavar="TREE")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--seconds", type=float, default=10.0)
     parser.add_argument("--only", choices=("flights", "virtual"))

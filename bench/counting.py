@@ -26,6 +26,7 @@ PAPER = Path(__file__).parents[1] / "swarms/paper_simulation.toml"
 SHORT, LONG = 2.0, 4.0  # s of the virtual flights between which is counted
 SETTLED = 1.0  # s from an agent's first session until it is looked at
 COUNTER = "allocations.so"
+OPENSSL = ("libssl", "libcrypto")
 AGENT = ("agent", "swarm.toml", "1", "--keys", "keys")
 _OUTPUT = os.dup(1)  # an agent reads its own output, where Zenoh's log stands
 
@@ -99,12 +100,14 @@ def agent(folder: Path) -> dict[str, float]:
         while not opened["sessions"]:
             time.sleep(0.05)
         time.sleep(SETTLED)
+        mapped = {Path(line.split()[-1]).name for line in Path("/proc/self/maps").read_text().splitlines()}
         status = dict(line.split(":\t", 1) for line in Path("/proc/self/status").read_text().splitlines())
         show(
             {
                 "Zenoh sessions of an agent": opened["sessions"],
                 "threads of an agent": int(status["Threads"]) - 1,  # this one
                 "memory of an agent, MB": int(status["VmHWM"].split()[0]) / 1024,
+                "libraries of OpenSSL in an agent": sum(name.startswith(OPENSSL) for name in mapped),
                 "modules that an agent imports": len(imported.union(sys.modules)),
                 "modules resident in an agent": len(sys.modules),
             }

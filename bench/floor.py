@@ -14,8 +14,9 @@ from typing import Any, NamedTuple
 from flockwire.domain.time import SECOND
 from flockwire.runtime.configuration import configuration
 from flockwire.security.files import files_of
+from flockwire.wire.batch import PERIOD
 from flockwire.wire.inbox import ATTACHMENT
-from flockwire.wire.keys import ROWS, Key
+from flockwire.wire.keys import BATCH, ROWS, Key
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import AGENT, GATEWAY
 from traced import published
@@ -93,9 +94,18 @@ def _task(plan: Plan, identity: str, keys: Path, carried: Traffic) -> dict[str, 
         "publish": [
             (plan.text(key), carried.sizes[_name(key)], carried.rates[_name(key)])
             for key in plan.publishes[identity]
-            if _name(key) in carried.sizes
-        ],
+            if _name(key) in carried.sizes and plan.subscribers(key)
+        ]
+        + _batches(plan, identity, carried),
     }
+
+
+def _batches(plan: Plan, identity: str, carried: Traffic) -> list[tuple[str, int, float]]:
+    """Return what `identity` sends to the recorder in batches: the key, bytes and messages per s."""
+    names = [_name(key) for key in plan.publishes[identity] if key in plan.batched and _name(key) in carried.sizes]
+    rate = SECOND / PERIOD
+    size = sum(carried.sizes[name] * carried.rates[name] for name in names) / rate
+    return [(plan.text(Key(BATCH, identity)), round(size), rate)] if names else []
 
 
 def _name(key: Key) -> str:

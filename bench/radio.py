@@ -3,9 +3,8 @@
     sudo bench/radio.py [--loss 0,3,10] [--links tls,quic] [--seconds 20] [--repeats 3] [--swarm FILE] [--out FOLDER]
 
 Each namespace drops a share of all packets that come in, so that a message and its acknowledgement cross it once each.
-Printed are the age of the estimates that the recorder has, looked at every 10 ms (its links are as lossy as all
-others), and what became of formation error and separation. Needs root, `ip`, `nft`; under `chrt -r 5` other work on
-the machine matters little.
+Printed are the age of the estimates that the followers use, as each reports it ten times a second, and what became of
+formation error and separation. Needs root, `ip`, `nft`; under `chrt -r 5` other work on the machine matters little.
 """
 
 from __future__ import annotations
@@ -18,20 +17,16 @@ import subprocess
 import sys
 import tempfile
 import time
-from bisect import bisect_right
-from collections import defaultdict
 from collections.abc import Iterator
-from itertools import accumulate
 from pathlib import Path
 
 from flockwire import clock
-from flockwire.domain.motion import Estimate
-from flockwire.domain.time import SECOND
 from flockwire.ground.order import Order
 from flockwire.loading import load_swarm
 from flockwire.security.pki import make_keys
 from flockwire.wire.codec import decode
 from flockwire.wire.plan import Plan
+from flockwire.wire.status import Status
 from flockwire_station.giving import give
 from flockwire_station.processes import command
 from silent_peer import SWARM, namespaces, spread
@@ -39,7 +34,6 @@ from traced import published
 
 STARTS = 6  # how often `start` is given: links come up slowly where packets are lost
 LANDING = 6.0  # s
-LOOK = SECOND // 100
 LOSSY = """
 table inet radio {{
     chain received {{
@@ -102,17 +96,9 @@ def ended(process: subprocess.Popen[bytes]) -> Iterator[None]:
 
 
 def ages(trace: Path) -> dict[str, float]:
-    """Return median, 99th percentile and greatest age of the newest estimate of each follower, ms."""
-    arrivals: dict[str, list[tuple[int, int]]] = defaultdict(list)
-    for owner, _, record in published(trace, "estimate"):
-        arrivals[owner].append((record.log_time, decode(Estimate, record.data).stamp))
-    found: list[float] = []
-    for listed in arrivals.values():
-        times = [at for at, _ in sorted(listed)]
-        newest = list(accumulate((stamp for _, stamp in sorted(listed)), max))
-        looks = range(times[0], times[-1], LOOK)
-        found += [(at - newest[bisect_right(times, at) - 1]) / 1e6 for at in looks]
-    found.sort()
+    """Return median, 99th percentile and greatest age of the oldest estimate that each follower uses, ms."""
+    reports = [decode(Status, record.data).report for _, _, record in published(trace, "status")]
+    found = sorted(1e3 * report.estimate_age for report in reports if report.estimate_age >= 0.0)
     return {f"{name} ms": round(found[min(int(q * len(found)), len(found) - 1)], 1)
             for name, q in (("p50", 0.5), ("p99", 0.99), ("most", 1.0))}  # fmt: skip
 

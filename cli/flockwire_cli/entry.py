@@ -7,10 +7,12 @@ where an interrupt, or a lack of memory, gives one line.
 from __future__ import annotations
 
 import sys
+from importlib import import_module
 from typing import NoReturn
 
 ORDERS = ("stop", "land", "hold")
 INTERRUPTED = 130  # exit status, as shells have it
+OPENSSL = ("_hashlib", "_ssl", "ssl")
 
 
 def main() -> NoReturn:
@@ -57,10 +59,27 @@ def _needed(error: ModuleNotFoundError) -> str:
     return lacking(error)
 
 
+def spare_openssl(*names: str) -> None:
+    """Import the modules `names`, which work without OpenSSL, without it: it takes 4 MB of each process.
+
+    hashlib and hmac then have Python's own algorithms, and asyncio no TLS. Who imports ssl later gets it.
+    """
+    absent = [name for name in OPENSSL if name not in sys.modules]
+    sys.modules.update(dict.fromkeys(absent))  # type: ignore[arg-type]  # None: an import of it fails
+    try:
+        for name in names:
+            import_module(name)
+    finally:
+        for name in absent:
+            del sys.modules[name]
+
+
 def _command(command: str) -> None:
+    spare_openssl("hashlib", "hmac")  # which the swarm's model loads
     from flockwire.wire.processes import PROCESSES  # noqa: PLC0415
 
     if any(row.started and row.kind == command for row in PROCESSES):
+        spare_openssl("asyncio")  # no process uses its TLS: Zenoh has its own
         from flockwire_cli.kinds import run  # noqa: PLC0415
 
         raise SystemExit(run(command, sys.argv[2:]))

@@ -68,7 +68,7 @@ def test_when_the_tracker_confuses_its_body_it_holds_at_once_then_lands(flyer):
 
 
 def test_a_body_that_moves_apart_from_its_commands_lands_straight_down(cockpit):
-    agent = cockpit({"control.law": "extended", "formation.rate": 0.001}).fly()
+    agent = cockpit({"control.law": "extended", "formation.rate": 0.001, "limits.body_drift": 0.15}).fly()
     agent.holds_still = False
     for _ in range(250):  # the tracker moves the body by 0.8 m/s, and the pilot flies against it
         assert agent.phase is Phase.FORMATION
@@ -87,7 +87,7 @@ def test_a_body_that_moves_apart_from_its_commands_lands_straight_down(cockpit):
 
 
 def test_a_drone_whose_commands_do_not_reach_its_driver_is_not_taken_for_another_body(cockpit):
-    agent = cockpit({"control.law": "extended", "formation.rate": 0.001}).fly()
+    agent = cockpit({"control.law": "extended", "formation.rate": 0.001, "limits.body_drift": 0.15}).fly()
     agent.command_age = 0.3
     x, y, z = agent.position
     agent.position = (x + 0.8, y, z)

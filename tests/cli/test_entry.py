@@ -36,6 +36,14 @@ def test_an_urgent_order_and_a_process_load_little(verb):
     assert not loaded(verb) & HEAVY
 
 
+def test_who_imports_ssl_in_a_process_gets_it():
+    line = "from flockwire_cli.entry import spare_openssl as spare; spare('hashlib', 'asyncio'); import asyncio, sys"
+    line += "; assert 'ssl' not in sys.modules; import hashlib, ssl; ssl.create_default_context()"
+    line += "; print(hashlib.sha256(b'').hexdigest()[:8])"
+    done = subprocess.run([sys.executable, "-c", line], capture_output=True, text=True, check=True)
+    assert done.stdout == "e3b0c442\n"
+
+
 def test_any_other_command_is_found():
     done = subprocess.run(
         [sys.executable, "-m", "flockwire_cli", "--help"], capture_output=True, text=True, check=True

@@ -19,7 +19,9 @@ import zenoh
 from fleet import Fleet, Tower, copy_swarm, processes_of
 from flockwire import clock
 from flockwire.security.pki import make_keys
-from flockwire.wire.keys import MISSION, ROWS
+from flockwire.wire.batch import decode_batch
+from flockwire.wire.inbox import attachment, read_attachment
+from flockwire.wire.keys import BATCH, MISSION, ROWS, Key
 from flockwire.wire.status import Status
 
 FOLLOWERS = ("uav1", "uav2", "uav3", "uav4")
@@ -80,11 +82,23 @@ def rejections(statuses: dict[str, Status]) -> Counter[tuple[str, str]]:
     return counts
 
 
-def overhear(fleet: Fleet, take: Callable[[zenoh.Sample], object], seconds: float) -> None:
-    """Subscribe as the recorder for a while."""
+def overhear(fleet: Fleet, take: Callable[[str, bytes, bytes], object], seconds: float) -> None:
+    """Subscribe as the recorder for a while; `take` gets key, payload and attachment of all, in batches or not."""
+
+    def arrived(sample: zenoh.Sample) -> None:
+        text, payload, attached = str(sample.key_expr), sample.payload.to_bytes(), sample.attachment.to_bytes()
+        if not text.endswith(f"/{BATCH}"):
+            take(text, payload, attached)
+            return
+        for entry in decode_batch(payload).entries:
+            owner, kind = entry.key.split("/")
+            publisher = read_attachment(attached).publisher
+            own = attachment(entry.sequence, entry.sent, publisher, Key(kind, owner))
+            take(fleet.plan.text(Key(kind, owner)), entry.payload, own)
+
     with fleet.insider("recorder") as session:
         for key in fleet.plan.subscribes["recorder"]:
-            session.declare_subscriber(fleet.plan.text(key), zenoh.handlers.Callback(take, indirect=False))
+            session.declare_subscriber(fleet.plan.text(key), zenoh.handlers.Callback(arrived, indirect=False))
         time.sleep(seconds)
 
 
@@ -165,11 +179,7 @@ def test_junk_on_every_key_is_counted_and_the_flight_continues(flight: Flight) -
 def test_a_recorded_flight_played_back_by_an_insider_moves_no_drone(flight: Flight) -> None:
     fleet, tower = flight
     recorded: list[tuple[str, bytes, bytes]] = []
-
-    def record(sample: zenoh.Sample) -> None:
-        recorded.append((str(sample.key_expr), sample.payload.to_bytes(), sample.attachment.to_bytes()))
-
-    overhear(fleet, record, 4.0)
+    overhear(fleet, lambda *sample: recorded.append(sample), 4.0)
     tower.settled(0.03)
     before = rejections(everybody(flight))
     sent: Counter[str] = Counter()
@@ -213,7 +223,7 @@ def within_quota(fleet: Fleet, insider: str) -> Iterator[str]:
 def test_a_hundred_thousand_payloads_end_no_process_and_delay_no_step(flight: Flight) -> None:
     fleet, tower = flight
     genuine: dict[str, bytes] = {}
-    overhear(fleet, lambda sample: genuine.setdefault(str(sample.key_expr), sample.payload.to_bytes()), 1.0)
+    overhear(fleet, lambda key, payload, _: genuine.setdefault(key, payload), 1.0)
     assert len(genuine) > 30
     before = rejections(everybody(flight))
     dice, sent = random.Random(7), Counter()

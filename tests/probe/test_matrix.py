@@ -151,8 +151,9 @@ def test_nothing_is_to_be_received_of_one_who_is_not_there(plan):
 
 def test_time_goes_only_to_those_who_request_it(make_plan):
     plan = make_plan({"hosts": {"base": {}, "far": {"processes": ["leader"]}}})
-    asking, _ = Key("time_reply", "leader"), Key("time_reply", CONSOLE)
+    asking, absent = Key("time_reply", "leader"), Key("time_reply", CONSOLE)
     assert [found.key for found in judged(plan, "leader", unreceived=[asking])] == [plan.text(asking)]
+    assert judged(plan, CONSOLE, unreceived=[absent]) == []
 
 
 def test_what_one_of_two_attacks_achieved_counts_as_achieved(plan):

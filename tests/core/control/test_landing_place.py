@@ -58,3 +58,12 @@ def test_a_body_farther_than_any_room_is_not_in_its_way():
     place, free = landing(HERE, HERE, (drone(-0.1, 0.0), far))
     assert place == pytest.approx((0.9 + KEPT + SPARE, 0.5, 1.0))
     assert not free
+
+
+def test_in_a_narrow_room_it_takes_a_place_without_spare():
+    side = KEPT + 0.02
+    room = Room((0.0, 0.0, -0.5), (side, side, 3.0))
+    below = [drone(0.0, 0.0), drone(0.0, side)]
+    place, free = landing_place((0.0, 0.0, 1.0), (0.0, 0.0, 1.0), below, SEPARATION, room)
+    assert min(dist(place[:2], body.relative_position[:2]) for body in below) >= KEPT - 1e-9
+    assert not free

@@ -202,3 +202,12 @@ def test_a_key_that_orders_nothing_reports_why(station: Station) -> None:
     station.order("hold")
     station.order("resume")
     assert station.notes == [f"{verb}: nothing ordered while preparing" for verb in ("hold", "resume")]
+
+
+def test_a_landing_before_the_first_look_of_a_new_flight_lands_drones_that_fly(station: Station) -> None:
+    station.stopped(FlightState.FLYING)
+    station.core.conduct(station.now)
+    station.order("land")
+    assert station.step() == ["land"]
+    assert station.core.director is not None
+    assert station.core.director.stage is Stage.LANDING

@@ -134,8 +134,10 @@ def test_an_order_in_flight_without_a_certificate_is_refused_with_the_reason(mak
 def test_orders_travel_before_state_and_no_put_waits_for_a_peer(make_plan):
     plan = make_plan({"network.security": "none", "network.base_port": 17700})
     with Session(plan, "operator") as operator, Session(plan, "gateway") as gateway:
-        orders = [*chain(*operator._publishers.values())]
-        state = [*chain(*(gateway._publishers[key] for key in plan.publishes["gateway"] if key.kind == "pose"))]
+        orders = [*chain(*(outlet.publishers for outlet in operator._publishing.outlets.values()))]
+        state = [
+            *chain(*(outlet.publishers for key, outlet in gateway._publishing.outlets.items() if key.kind == "pose"))
+        ]
         assert len(orders) == 2
         assert state
         assert all(publisher.congestion_control == zenoh.CongestionControl.DROP for publisher in orders + state)
