@@ -102,7 +102,7 @@ def drawn(seed: int, edges: list[list[int]] | None = None, rare: bool = False) -
 
 def _rarer(flight: Drawn, plan: Plan, chance: Random) -> Drawn:
     without = plan.swarm.flying[-1:] if chance.random() < 0.15 else ()
-    kept = flight.faults[: chance.choice((0, 0, 1, 2))]
+    kept = flight.faults[: chance.choice((0, 1, 1, 2))]
     faults = _in_order([*kept, *rare_faults(plan, without, chance)])
     after = chance.choice(("", "hold", "resume", "land", "stop"))
     return replace(flight, faults=faults, rare=Rare.drawn(chance), without=without, after=after)

@@ -9,6 +9,7 @@ from math import dist, hypot, inf
 from typing import Any
 
 from fault_draws import DURATION, SECOND_STATION, Drawn, drawn
+from fault_injector import DOWN, Injector
 from fault_rungs import told
 from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.marks import marked
@@ -16,28 +17,22 @@ from flockwire.domain.order import Mission, Stop
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import Vector
-from flockwire.ground.order import Order
 from flockwire.pilot.phases import IN_FLIGHT
 from flockwire.swarm.model import uav
 from flockwire.wire.phase import Phase
 from flockwire.wire.processes import CONSOLE
 from flockwire.wire.status import Status
-from flockwire_sim.process import Published, VirtualProcess
+from flockwire_sim.process import Published
 from flockwire_sim.world import EPOCH, World
-from flockwire_tello.simulated.served import ServedTello
-from rare_draws import CLOCK, EARLY, HAND, ORDERS, STATION_KILLED
+from rare_draws import ORDERS
 
 LONGEST = 75.0  # s that a flight may take: the operator waits up to 30 s for a stage
 COLLISION = 0.2  # m between two centres, in the air
 IN_THE_AIR = 0.15  # m
-DOWN = 0.05  # m
 HARD = 0.3  # m/s above `limits.vertical_speed` from which on a touch-down is too fast
 FALL = SECOND  # ns: more than a fall from the fence's top takes
 OBEYED = 3.0  # s in which an order has reached whoever can be reached
 PAUSE = 0.1  # s without truth
-AFTER = 2 * SECOND  # ns flown on after an order to a flight that is over
-LANDING = 20  # s in which a landing after the flight must end
-WORLD_ENDED = 2.0  # s from the end of the kinematics to that of the flight
 
 
 @dataclass
@@ -79,20 +74,19 @@ class Judge:
         swarm = flight.swarm
         self._limits, self._stale = swarm.limits, swarm.limits.staleness
         kinds = {fault["kind"] for fault in flight.faults}
+        self._visited = "visitor" in kinds
         stations = (CONSOLE.kind,) if {SECOND_STATION, ORDERS} & kinds else ()
         self.world = World(
             swarm, flight.seed, DURATION, flight.of_world(), self.take, flight.without, stations, flight.rare
         )
-        self._ordered_down = inf  # when another station ordered a landing, after which it ordered no start
         plan = self.world.plan
-        self._drivers = [self.world.processes[name] for name, row in plan.rows.items() if row.driver]
         self._pilots = {identity: uav(drone) for drone, identity in plan.pilots.items()}
         self._frame: dict[str, Vector] = {}
+        self._injector = Injector(flight, self.world, self._frame, self._tell)
         self._at = self._before = 0
         self._last: dict[str, Vector] = {}  # the frame before
         self._speeds: dict[str, Vector] = {}  # between the two frames before
         self._took_off: int | None = None
-        self._published: set[str] = set()  # verbs of orders
         self._stopped = False
         failures = [fault for fault in flight.faults if fault["kind"] == "failure"]
         self._fails = {uav(fault["drone"]): fault["at"] for fault in reversed(failures)}
@@ -102,21 +96,16 @@ class Judge:
 
     def fly(self) -> Result:
         """Fly, judge the end too."""
-        result, scheduler = self.result, self.world.scheduler
+        result, scheduler, injector = self.result, self.world.scheduler, self._injector
         scheduler.at(EPOCH + nanoseconds(LONGEST), lambda _: scheduler.stop())
-        for fault in self.flight.faults:
-            if fault["kind"] in (EARLY, HAND) or fault.get("on") == "":
-                self._later(fault["at"], lambda fault=fault: self._inject(fault))
+        injector.begin()
         with marked() as result.marks:
             outcome = self.world.run()
-            if self.flight.after:
-                self._order("operator", self.flight.after)
-                scheduler.run(scheduler.now + AFTER)
-            if any(fault["kind"] == ORDERS and fault["station"] == CONSOLE.kind for fault in self.flight.faults):
-                self._land_again()
+            injector.end()
             if self._stopped:  # the flight is over when all motors are off: let the drones fall
                 scheduler.run(scheduler.now + FALL)
         self._judge_frame()
+        result.world_ended = injector.world_ended
         result.failure, result.seconds = outcome.failure, outcome.seconds
         if outcome.seconds >= LONGEST:
             result.bad.append(f"not over after {LONGEST:.0f} s")
@@ -141,109 +130,8 @@ class Judge:
     def _mission(self, _: Published, message: Mission) -> None:
         if self._took_off is None:
             self._took_off = self.world.scheduler.now
-            for fault in self.flight.faults:
-                if fault["kind"] not in (EARLY, HAND, ORDERS):
-                    self._later(fault["at"], lambda fault=fault: self._inject(fault))
-        if message.verb not in self._published:
-            self._published.add(message.verb)
-            for fault in self.flight.faults:
-                if fault.get("on") == message.verb:
-                    self._later(fault["at"], lambda fault=fault: self._inject(fault))
+        self._injector.ordered(message.verb)
         self._tell(f"order: {message.verb}")
-
-    def _inject(self, fault: dict[str, Any]) -> None:
-        processes, kind = self.world.processes, fault["kind"]
-        self._tell(f"fault: {fault}")
-        if kind == "stop":
-            self.world.stop("bench")
-        elif kind == SECOND_STATION:
-            self._give(CONSOLE.kind, fault["orders"])
-        elif kind == ORDERS:
-            self._give(fault["station"], fault["orders"])
-        elif kind == CLOCK:
-            processes[CONSOLE.kind].clock.step(nanoseconds(fault["step"]))
-        elif kind == EARLY:
-            self._disturb(processes[fault["process"]], fault["duration"])
-        elif kind == HAND:
-            self._lift(fault["drone"], fault["duration"])
-        elif kind == STATION_KILLED:
-            processes["operator"].kill()
-            self._end_when_down()
-        elif kind == "told to end":
-            processes[fault["process"]].retire()
-        elif kind.startswith("station"):
-            operator = processes["operator"]
-            if kind == "station frozen":
-                operator.freeze()
-                self._later(fault["duration"], operator.thaw)
-                return
-            operator.kill()
-            for process in [*self._drivers, *(processes[pilot] for pilot in self._pilots)]:
-                process.retire()
-            self._end_when_down()
-        elif kind == "kill" and any(driver.identity == fault["process"] for driver in self._drivers):
-            self.result.world_ended = True
-            self._later(WORLD_ENDED, self.world.scheduler.stop)
-
-    def _land_again(self) -> None:
-        """Have the second station land what it has sent up since the flight was over."""
-        scheduler, console = self.world.scheduler, self.world.station(CONSOLE.kind)
-        if console.core.asked or any(place[2] > DOWN for place in self._frame.values()):
-            self._order(CONSOLE.kind, "land")
-            for _ in range(LANDING):
-                scheduler.run(scheduler.now + SECOND)
-                if not console.core.asked and all(place[2] <= DOWN for place in self._frame.values()):
-                    return
-
-    def _disturb(self, process: VirtualProcess, lasts: float) -> None:
-        """Kill a process, or freeze it for some s."""
-        if not lasts:
-            process.kill()
-            return
-        process.freeze()
-        self._later(lasts, process.thaw)
-
-    def _lift(self, drone: int, lasts: float) -> None:
-        """Hold a Tello in a hand for some s, before the flight."""
-        served = self.world.processes["kinematics"]._core._airframes[uav(drone)]
-        if isinstance(served, ServedTello) and self._took_off is None:
-            airframe = served._tello.flight.airframe
-            airframe.hold(1.0, served._now)
-            self._later(lasts, lambda: airframe.hold(0.0, served._now))
-
-    def _give(self, station: str, orders: list[tuple[Any, ...]]) -> None:
-        """Have a station give these orders, one after another."""
-        at = 0.0
-        for after, *order in orders:
-            at += after
-            self._later(at, lambda order=order: self._order(station, *order))
-
-    def _order(self, station: str, verb: str, formation: str = "", without: tuple[int, ...] = ()) -> None:
-        """Have a station give an order; the operator gives it to the flight that it conducts."""
-        self._tell(f"{station}: {verb} {formation} {without or ''}")
-        virtual = self.world.station(station)
-        if station == CONSOLE.kind:
-            duration = 0.05 if formation == "hasty" else None
-            virtual.ask(Order(verb, "wide" if duration else formation, duration, without))
-        elif verb == "conduct":
-            virtual.core.conduct(self.world.scheduler.now, DURATION)
-        else:
-            virtual.core.order(verb, self.world.scheduler.now)
-        if verb in ("land", "start"):
-            self._ordered_down = self._now if verb == "land" else inf
-
-    def _end_when_down(self, looks: int = 0) -> None:
-        """End the flight that has no operator any more once all have been down for a second, or the world is gone."""
-        down = all(place[2] <= 0.0 for place in self._frame.values()) or not any(one.alive for one in self._drivers)
-        looks = looks + 1 if down else 0
-        if looks > 10:
-            self.world.scheduler.stop()
-        else:
-            self._later(0.1, lambda: self._end_when_down(looks))
-
-    def _later(self, seconds: float, action: Callable[[], None]) -> None:
-        scheduler = self.world.scheduler
-        scheduler.at(scheduler.now + nanoseconds(seconds), lambda _: action())
 
     def _stop(self, _: Published, __: Stop) -> None:
         self._stopped = True
@@ -285,7 +173,7 @@ class Judge:
 
     def _judge_contact(self, owner: str, velocity: Vector) -> None:
         """Judge how fast a drone came down."""
-        speed = hypot(*velocity)
+        speed = abs(velocity[2]) if self._visited else hypot(*velocity)  # it flees a person also as it lands
         self.result.fastest_contact = max(self.result.fastest_contact, speed)
         phase, _ = self._phases.get(owner, ("", ""))
         self._tell(f"{owner} touches down at {speed:.2f} m/s ({phase})")
@@ -304,7 +192,7 @@ class Judge:
         if self._phases.get(owner) != (report.phase, report.detail):
             self._phases[owner] = (report.phase, report.detail)
             self._tell(f"{status.identity}: {report.phase} {report.detail}")
-            if report.phase == Phase.TAKEOFF and now > self._ordered_down + OBEYED:
+            if report.phase == Phase.TAKEOFF and self._injector.landing > OBEYED:
                 self._bad(f"{status.identity} takes off after a landing was ordered")
         if self._took_off is None:
             return

@@ -17,7 +17,7 @@ from __future__ import annotations
 import argparse
 import sys
 import tomllib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from itertools import combinations
 from math import dist, inf
@@ -45,6 +45,7 @@ from flockwire_sim.world import World
 SWARM = Path(__file__).parents[1] / "swarms/paper_simulation.toml"
 BEGIN, LASTS, DURATION = 8.0, 12.0, 21.0  # s
 IN_THE_AIR = 0.15  # m
+DRIFT = 0.15  # m/s, limits.body_drift
 GRAPHS = {  # [from, to]
     "chain": [[0, 1], [1, 2], [2, 3], [3, 4]],
     "tree": [[0, 1], [1, 2], [1, 3], [2, 4]],
@@ -103,6 +104,7 @@ def swarm_of(graph: str, law: str) -> Swarm:
     """Return the paper's swarm on another graph, with the law `law`."""
     table = tomllib.loads(SWARM.read_text())
     table["control"]["law"], table["graph"]["edges"] = law, GRAPHS[graph]
+    table.setdefault("limits", {})["body_drift"] = DRIFT
     return parse_swarm(table, SWARM.name)
 
 
@@ -178,12 +180,18 @@ class Alarms(Judge):
         self.raised |= dict.fromkeys(f"{status.identity} {lie}" for lie in lies)
 
 
+def watching(flight: Drawn) -> Drawn:
+    """Return the flight with pilots that watch their tracked bodies."""
+    limits = flight.swarm.limits.model_copy(update={"body_drift": DRIFT})
+    return replace(flight, swarm=flight.swarm.model_copy(update={"limits": limits}))
+
+
 def fly_honest(seeds: range) -> bool:
     """Fly the drawn flights of `seeds` that are filtered; returns whether none had an alarm."""
     flown = alarmed = 0
     for seed in seeds:
         graph = list(GRAPHS)[seed % len(GRAPHS)]
-        flight = drawn(seed, GRAPHS[graph])
+        flight = watching(drawn(seed, GRAPHS[graph]))
         if not flight.swarm.control.filtered:
             continue
         judge, flown = Alarms(flight), flown + 1

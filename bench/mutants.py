@@ -16,207 +16,15 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import resource
 import shlex
 import shutil
 import signal
-import subprocess
 import sys
-import tomllib
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass
-from importlib.util import cache_from_source
+from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
-from typing import NamedTuple
 
-ROOT = Path(__file__).parents[1]
-TABLES = ROOT / "bench/mutants"
-UNCHANGED = "unchanged"  # the name of the copy without a mutant
-FOUND, NOTHING = 1, 0  # exit statuses of a command of a column
-LONGEST = 3600.0  # s that a command may take
-MOST_PROCESSOR = 1500  # s of processor time of one process: a mutant may loop
-FAST = ("agent", "leader", "kinematics", "core", "mocap_gateway", "tello_driver", "router")  # folders of tests/
-STAGES = ("own", "near", "fast", "flights", "rest", "processes")
-OWN = "tests/bench"  # judges the tables, not the tree
-
-
-class Mutant(NamedTuple):
-    """One defect: in `file`, `before` (which is there once) becomes `after`; `model` is the like bug of model/."""
-
-    id: str
-    defect: str
-    file: str
-    before: str
-    after: str
-    model: str = ""
-
-    def applied(self, text: str) -> str:
-        """Return the mutated `text` of the file; raises ValueError if `before` is not there exactly once."""
-        if (count := text.count(self.before)) != 1:
-            raise ValueError(f"{self.id}: {self.file} has {self.before!r} {count} times, not once")
-        return text.replace(self.before, self.after)
-
-
-@dataclass(frozen=True)
-class Result:
-    """What one column did with one mutant: "killed", "survived", or "failed" if a command could not run."""
-
-    mutant: str
-    column: str
-    outcome: str
-    by: str  # what found it
-    processor_s: float
-
-
-class Stage(NamedTuple):
-    """One command of a column, and the reader of what it found from its output."""
-
-    name: str
-    command: list[str]
-    found: Callable[[str], str]
-
-
-Column = Callable[[Mutant | None], Iterator[Stage]]
-
-
-def mutants() -> tuple[Mutant, ...]:
-    """Return the mutants of all tables."""
-    return tuple(
-        Mutant(**row)
-        for table in sorted(TABLES.glob("*.toml"))
-        for row in tomllib.loads(table.read_text(encoding="utf-8"))["mutants"]
-    )
-
-
-def near(file: str) -> Path:
-    """Return the folder of the tests beside the module `file`: tests/ mirrors the folders."""
-    top, _, *inner = Path(file).parts
-    return Path("tests", top, *inner[:-1]) if top == "core" else Path("tests", top)
-
-
-def own(file: str) -> list[str]:
-    """Return the tests with the name of the module `file`; those of the library may stand beside who uses it."""
-    folders = [near(file), *(Path("tests", name) for name in FAST if file.startswith("core/"))]
-    name = f"test_{Path(file).stem}.py"
-    return [str(path) for folder in dict.fromkeys(folders) if (ROOT / (path := folder / name)).is_file()]
-
-
-def suite(stages: tuple[str, ...]) -> Column:
-    """Return the column of the suite; `stages` of STAGES."""
-
-    def column(mutant: Mutant | None) -> Iterator[Stage]:
-        folder, first = (near(mutant.file), own(mutant.file)) if mutant is not None else (Path("nowhere"), [])
-        done = [f"--ignore={folder}"]
-        fast = [f"tests/{name}" for name in FAST if Path("tests", name) != folder]
-        others = [f"--ignore=tests/{name}" for name in (*FAST, "sim", "integration")]
-        of = {
-            "own": first,
-            "near": [str(folder), *(f"--ignore={file}" for file in first)] if mutant is not None else [],
-            "fast": [*fast, *done],
-            "flights": ["tests/sim"],
-            "rest": ["tests", *others, *done],
-            "processes": ["tests", "-m", "integration and not long"],
-        }
-        for stage in STAGES:
-            if stage in stages and of[stage]:
-                yield Stage(stage, [*PYTEST, *of[stage]], _failed_test)
-
-    return column
-
-
-PYTEST = [
-    ".venv/bin/python", "-m", "pytest", "-x", "-q", "--tb=no", "-p", "no:cacheprovider", f"--ignore={OWN}",
-    "-m", "not integration and not long",
-]  # fmt: skip
-DRAWS = [".venv/bin/python", "bench/drawn_flights.py", "--rounds"]
-
-
-def _failed_test(output: str) -> str:
-    lines = [line for line in output.splitlines() if line.startswith(("FAILED", "ERROR"))]
-    return lines[0].split(" - ")[0].partition(" ")[2] if lines else ""
-
-
-def _last_line(output: str) -> str:
-    lines = output.strip().splitlines()
-    return lines[-1] if lines else ""
-
-
-def commanded(name: str, command: list[str]) -> Column:
-    """Return the column of one command, whose last line says what it found."""
-    return lambda _: iter([Stage(name, command, _last_line)])
-
-
-class Copy:
-    """A copy of the tree in `folder`, with its environment, into which one mutant at a time is put."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        listed = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
-        files = subprocess.run(listed, cwd=ROOT, check=True, capture_output=True, text=True).stdout
-        shutil.rmtree(folder, ignore_errors=True)
-        for file in filter(None, files.split("\0")):
-            if (ROOT / file).is_file():
-                (folder / file).parent.mkdir(parents=True, exist_ok=True)
-                shutil.copy2(ROOT / file, folder / file)
-        (folder / ".venv").symlink_to(ROOT / ".venv")
-        packages = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"]
-        roots = dict.fromkeys(str(folder / Path(package).parent) for package in packages["packages"])
-        self._environment = os.environ | {"PYTHONPATH": os.pathsep.join(roots)}  # before those of .venv
-
-    def put(self, mutant: Mutant) -> Callable[[], None]:
-        """Put `mutant` in; return what takes it out."""
-        path = self.folder / mutant.file
-        was = path.read_text(encoding="utf-8")
-        self._write(path, mutant.applied(was))
-        return lambda: self._write(path, was)
-
-    def _write(self, path: Path, text: str) -> None:
-        path.write_text(text, encoding="utf-8")
-        Path(cache_from_source(str(path))).unlink(missing_ok=True)  # which is judged by seconds and size
-
-    def run(self, command: list[str]) -> tuple[int | None, str, float]:
-        """Run `command`; return its exit status (None: it took too long), its output, its processor time in s."""
-        before = _children_s()
-        process = subprocess.Popen(
-            command, cwd=self.folder, env=self._environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, text=True, start_new_session=True,
-        )  # fmt: skip
-        resource.prlimit(process.pid, resource.RLIMIT_CPU, (MOST_PROCESSOR, MOST_PROCESSOR))
-        try:
-            output, _ = process.communicate(timeout=LONGEST)
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)
-            output, _ = process.communicate()
-            return None, output, _children_s() - before
-        except BaseException:  # the bench is ended: so is what it began
-            os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
-            raise
-        status = None if process.returncode in (-signal.SIGXCPU, -signal.SIGKILL) else process.returncode
-        return status, output, _children_s() - before
-
-
-def _children_s() -> float:
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
-
-
-def judge(copy: Copy, mutant: Mutant | None, name: str, column: Column) -> Result:
-    """Run the stages of a column against `mutant` (None: the unchanged copy) until one finds it."""
-    identity, spent = mutant.id if mutant is not None else UNCHANGED, 0.0
-    take_out = copy.put(mutant) if mutant is not None else lambda: None
-    try:
-        for stage in column(mutant):
-            status, output, processor = copy.run(stage.command)
-            spent += processor
-            if status == FOUND or status is None:
-                by = stage.found(output) if status == FOUND else "time limit"
-                return Result(identity, name, "killed", f"{stage.name}: {by}", spent)
-            if status != NOTHING:
-                return Result(identity, name, "failed", f"{stage.name}: status {status}: {_last_line(output)}", spent)
-    finally:
-        take_out()
-    return Result(identity, name, "survived", "", spent)
+from mutant_columns import DRAWS, STAGES, UNCHANGED, Column, Copy, Mutant, Result, commanded, judge, mutants, suite
 
 
 class Results:
@@ -224,8 +32,10 @@ class Results:
 
     def __init__(self, file: Path) -> None:
         self._file = file
-        lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
-        rows = [Result(**json.loads(line)) for line in lines if line.endswith("}")]
+        lines = file.read_text(encoding="utf-8").splitlines(keepends=True) if file.exists() else []
+        if lines and not lines[-1].endswith("\n"):  # a call was ended while it wrote
+            file.write_text("".join(lines[:-1]), encoding="utf-8")
+        rows = [Result(**json.loads(line)) for line in lines if line.endswith("\n")]
         self.newest = {(row.mutant, row.column): row for row in rows}
 
     def add(self, result: Result) -> None:
@@ -242,12 +52,12 @@ class Results:
 
 def figures(results: Results, names: list[str], wanted: list[Mutant]) -> str:
     """Return the figures of each column, and the mutants that no column found."""
-    lines = [f"{'column':10}{'mutants':>9}{'killed':>8}{'share':>8}{'processor h':>13}{'kills per h':>13}"]
+    lines = [f"{'column':20}{'mutants':>9}{'killed':>8}{'share':>8}{'processor h':>13}{'kills per h':>13}"]
     for name in names:
         rows = [row for m in wanted if (row := results.newest.get((m.id, name))) is not None]
         killed, hours = sum(row.outcome == "killed" for row in rows), sum(row.processor_s for row in rows) / 3600.0
         share, rate = killed / max(len(rows), 1), killed / hours if hours else 0.0
-        lines.append(f"{name:10}{len(rows):>9}{killed:>8}{share:>8.0%}{hours:>13.2f}{rate:>13.0f}")
+        lines.append(f"{name:20}{len(rows):>9}{killed:>8}{share:>8.0%}{hours:>13.2f}{rate:>13.0f}")
     lines += [
         f"survived: {mutant.id} ({mutant.file}): {mutant.defect}"
         for mutant in wanted
@@ -303,7 +113,8 @@ def main() -> int:
     }  # fmt: skip
     if unknown := set(options.columns) - set(columns):
         parser.error(f"--columns: there is no column {', '.join(sorted(unknown))}, only {', '.join(columns)}")
-    return not run(options, {name: columns[name] for name in options.columns})
+    part = f" {'+'.join(options.stages)}" if options.stages != list(STAGES) else ""  # is no result of the whole suite
+    return not run(options, {name + part * (name == "suite"): columns[name] for name in options.columns})
 
 
 def _split(text: str) -> tuple[str, str, str]:

@@ -19,19 +19,28 @@ ORDERS = "orders"  # of one station, `at` s after an order was published (`on`; 
 EARLY = "early"  # a process that is killed, or stands still, `at` s after the flight's beginning
 HAND = "hand"  # a Tello in a hand before the flight
 STATION_KILLED = "station killed"  # and nobody is told
-AT_TAKE_OFF = "at take-off"  # a fault just as the drones take off
+AT_TAKE_OFF = "at take-off"  # a fault just as the drones take off, and perhaps an order
+PREPARING = "preparing"  # orders before the order to take off, which waits for a process
+CROSSING = "crossing"  # upward orders of both stations at once
+DEAF = "deaf"  # a process is frozen as a station gives an order
+UPLINK = "uplink"  # a Tello receives nothing, though its state arrives
+OTHER_FLIES = "other flies"  # the second station conducts the flight, and nobody else
+SECOND_FLIGHT = "second flight"  # the station conducts a new flight of drones that fly
 ORPHAN = "orphan"  # a pilot that restarts in flight when nobody knows its order any more
 CLOCK = "station's clock"  # the second station's is ahead
+HASTY = "hasty"  # to the other formation, too fast
 WORLD_KINDS = ("swap", "visitor")  # which the simulated world injects
 _SHARES = {
-    ORDERS: 8.0, EARLY: 1.5, HAND: 1.0, STATION_KILLED: 0.5, AT_TAKE_OFF: 2.0, ORPHAN: 0.7, CLOCK: 0.7, "swap": 1.0,
-    "visitor": 1.0,
+    ORDERS: 4.0, EARLY: 0.7, HAND: 3.0, STATION_KILLED: 0.3, AT_TAKE_OFF: 4.0, PREPARING: 4.0, CROSSING: 4.0, DEAF: 3.0,
+    SECOND_FLIGHT: 2.0, UPLINK: 3.0, OTHER_FLIES: 3.0, ORPHAN: 0.9, CLOCK: 1.0, "swap": 2.0, "visitor": 1.0,
 }  # fmt: skip
-RARE_KINDS = tuple(_SHARES)
+RARE_KINDS = (ORDERS, EARLY, HAND, UPLINK, STATION_KILLED, OTHER_FLIES, CLOCK, *WORLD_KINDS)
 CONDUCTED = ("hold", "hold", "resume", "resume", "land", "stop", "conduct")  # by the station that conducts the flight
-ASKED = ("start", "start", "formation", "formation", "hold", "land", "stop")
+ASKED = ("start", "start", "start", "formation", "formation", "hold", "land", "stop")
+ORDERED = (*((verb, "console") for verb in ASKED), *((verb, "operator") for verb in CONDUCTED))
 SMALL_SHARE = 0.8  # of the flights of airframes without a driver of their own
 SMALL, SLOW = 3, 20  # drones, steps a second: a tenth of the time
+CRAMPED_SHARE, SIDE = 0.08, 0.45  # of the small swarms; m
 LONG = 36.0  # s, longer than the director waits
 LANDED = 25.0  # s after the take-off, when the second station lands those whose own was killed
 
@@ -48,8 +57,15 @@ def alter(table: dict[str, Any], chance: Random) -> None:
         table["graph"] = {"edges": [[i, i + 1] for i in range(SMALL - 1)]}
         table["control"]["rate_hz"] = SLOW
         table.setdefault("gateway", {})["rate_hz"] = SLOW
+        if table["control"]["law"] != "paper" and chance.random() < CRAMPED_SHARE:
+            _cramp(table)
+            return
     table["formations"] = {"wide": {"kind": "circle", "radius": 1.5, "rate": 0.2}}
-    match chance.choice(("", "", "", "", "", "", "start", "battery", "blind")):
+    match chance.choice(("", "", "", "", "", "fence", "start", "battery", "blind")):
+        case "fence" if "airframe" not in table["drones"][0]:
+            limits["fence"] = {"min": [-3.05, -3.05, -0.5], "max": [3.05, 3.05, 3.0], "margin": 0.02}
+            table["leader"] |= {"trajectory": {"kind": "constant", "velocity": [0.3, 0.2, 0.0]}, "input_bound": 0.4}
+            table.pop("obstacles", None)
         case "start":
             limits["start_tolerance"] = chance.choice((0.001, 0.004))
             table.setdefault("gateway", {})["noise"] = 0.002
@@ -60,19 +76,35 @@ def alter(table: dict[str, Any], chance: Random) -> None:
             limits["blind_speed"] = chance.uniform(0.1, 0.2)
 
 
+def _cramp(table: dict[str, Any]) -> None:
+    """Fly one drone above the other in a room in which there is hardly a place for a third to land."""
+    places = ((0.0, 0.0), (SIDE, 0.0), (0.0, SIDE))
+    for drone, (x, y) in zip(table["drones"], places, strict=True):
+        drone["start"] = [x, y, 0.0]
+    table["limits"]["fence"] = {"min": [-0.02, -0.02, -0.5], "max": [SIDE + 0.02, SIDE + 0.02, 3.0]}
+    table["leader"]["trajectory"] = {"kind": "constant", "velocity": [0.0, 0.0, 0.0]}
+    table["gateway"]["noise"] = 0.01
+    rows = [f"{t},{i},0.0,0.0,{0.6 * i}" for i in (1, 2) for t in (0, 1000)]
+    table["formation"] = {"kind": "key_frames", "file": "bench.csv", "frames": "\n".join(("t,drone,x,y,z", *rows))}
+    table["formations"] = {"wide": table["formation"]}
+    table.pop("obstacles", None)
+
+
 def rare_faults(plan: Plan, without: Without, chance: Random) -> Faults:
     """Draw what else happens."""
     found: Faults = []
-    for kind in chance.choices(RARE_KINDS, tuple(_SHARES.values()), k=chance.choice((1, 1, 2, 3))):
+    driven = len(_drivers(plan)) > 1  # each by its own driver
+    shares = {kind: share for kind, share in _SHARES.items() if driven or kind not in (HAND, UPLINK)}
+    for kind in chance.choices(tuple(shares), tuple(shares.values()), k=chance.choice((1, 1, 2, 3))):
         found += [{"kind": kind} | fault for fault in _DRAWN[kind](plan, without, chance)]
-    if any(fault["kind"] == STATION_KILLED for fault in found):
+    if any(fault["kind"] in (STATION_KILLED, OTHER_FLIES) for fault in found):
         found.append(_asked(LANDED, "land"))
     return found
 
 
-def _asked(at: float, *verbs: str) -> dict[str, Any]:
-    orders = [(0.0, verb, "wide" if verb in ("start", "formation") else "", ()) for verb in verbs]
-    return {"kind": ORDERS, "on": "takeoff", "at": at, "station": "console", "orders": orders}
+def _asked(at: float, verb: str, station: str = "console", on: str = "takeoff") -> dict[str, Any]:
+    orders = [(0.0, verb, "wide" if verb in ("start", "formation") else "", ())]
+    return {"kind": ORDERS, "on": on, "at": round(at, 3), "station": station, "orders": orders}
 
 
 def _orders(plan: Plan, without: Without, chance: Random) -> Faults:
@@ -83,7 +115,7 @@ def _orders(plan: Plan, without: Without, chance: Random) -> Faults:
     orders = []
     for place in range(chance.choice((1, 1, 2, 3))):
         verb = chance.choice(CONDUCTED if station == "operator" else ASKED)
-        formation = chance.choice(("", "wide", "wide", "hasty")) if verb in ("start", "formation") else ""
+        formation = chance.choice(("", "wide", "wide", HASTY)) if verb in ("start", "formation") else ""
         left_out = without or plan.swarm.flying[-1:] if verb == "start" and chance.random() < 0.2 else ()
         wait = chance.choice((0.1, 1.0, 6.0)) * chance.random() if place else 0.0
         orders.append((round(wait, 3), verb, formation, left_out))
@@ -91,14 +123,14 @@ def _orders(plan: Plan, without: Without, chance: Random) -> Faults:
 
 
 def _early(plan: Plan, _: Without, chance: Random) -> Faults:
-    driving = (identity for identity, row in plan.rows.items() if row.driver)
-    processes = [identity for identity in plan.identities if identity not in {*plan.witnesses, *driving}]
+    spared = {*plan.witnesses, *_drivers(plan)}
+    processes = [identity for identity in plan.identities if identity not in spared]
     lasts = chance.choice((0.0, 1.0, 6.0, LONG))  # 0: for ever
     return [{"at": _moment(chance, 1.0), "process": chance.choice(processes), "duration": lasts}]
 
 
 def _hand(plan: Plan, _: Without, chance: Random) -> Faults:
-    return [{"at": _moment(chance, 0.5), "drone": chance.choice(plan.swarm.flying), "duration": 6.0}]
+    return [{"at": 0.25 + _moment(chance, 0.5), "drone": chance.choice(plan.swarm.flying), "duration": 6.0}]
 
 
 def _killed(_: Plan, __: Without, chance: Random) -> Faults:
@@ -109,7 +141,74 @@ def _at_take_off(plan: Plan, _: Without, chance: Random) -> Faults:
     at = _moment(chance, chance.choice((0.05, 0.3, 2.0)))
     lost = {"kind": "tracker", "drone": chance.choice(plan.swarm.flying), "duration": chance.choice((1.0, 4.0))}
     restarted = {"kind": "restart", "process": chance.choice(list(plan.pilots.values()))}
-    return [{"at": at} | chance.choice((lost, restarted))]
+    asked = [_asked(chance.uniform(0.0, 4.0), *chance.choice(ORDERED)) for _ in range(chance.choice((0, 1, 1)))]
+    variant = chance.random()
+    if variant < 0.3:  # before telemetry tells that they fly
+        return [_asked(chance.uniform(0.0, 0.04), "land", chance.choice(("operator", "console")))]
+    if variant < 0.55:  # one still climbs
+        lost["duration"] = 0.8
+        return [{"at": chance.uniform(0.2, 1.0)} | lost, _asked(chance.uniform(1.6, 2.6), "formation")]
+    return [{"at": at} | chance.choice((lost, restarted)), *asked]
+
+
+def _preparing(plan: Plan, without: Without, chance: Random) -> Faults:
+    waits = {
+        "kind": EARLY,
+        "process": chance.choice(list(plan.pilots.values())),
+        "duration": chance.choice((1.0, 4.0, 7.0)),
+    }
+    asked = [_asked(chance.uniform(0.1, 4.0), *chance.choice(ORDERED), on="") for _ in range(chance.choice((1, 1, 2)))]
+    if without:  # the others fly without the one that waits
+        waits |= {"process": plan.pilots[without[0] - 1], "duration": 7.0}
+        asked[0]["orders"] = [(0.0, "start", "", (without[0] - 1, *without))]
+    return [waits | {"at": _moment(chance, 0.3)}, *asked]
+
+
+def _crossing(_: Plan, __: Without, chance: Random) -> Faults:
+    at, on = chance.uniform(0.0, 7.0), chance.choice(("takeoff", "start", "start"))
+    if chance.random() < 0.5:  # two pages of one station, or of two
+        other = chance.choice(("operator", "console"))
+        pages = [
+            _asked(at, "formation", other, on),
+            _asked(at, chance.choice(("start", "formation")), "console", on),
+        ]
+        pages[1]["orders"] = [(0.0, pages[1]["orders"][0][1], "", ())]
+        return chance.sample(pages, 2)
+    held = [_asked(at - 1.0, "hold", chance.choice(("operator", "console")), on)] if at > 1.0 else []
+    upward = chance.choice(("formation", "formation", "start"))
+    mine = _asked(at + chance.uniform(0.0, 0.3), chance.choice(("resume", "resume", "hold")), "operator", on)
+    return [*held, _asked(at + chance.uniform(0.0, 0.3), upward, "console", on), mine]
+
+
+def _deaf(plan: Plan, _: Without, chance: Random) -> Faults:
+    at, processes = (
+        chance.uniform(0.0, 8.0),
+        [*plan.pilots.values(), *_drivers(plan)],
+    )
+    frozen = {"kind": "freeze", "process": chance.choice(processes), "duration": chance.choice((0.8, 2.0, 6.0))}
+    if len(_drivers(plan)) > 1 and chance.random() < 0.4:  # it lands without its driver
+        frozen |= {"process": chance.choice(_drivers(plan)), "duration": LONG}
+    return [{"at": round(at, 3)} | frozen, _asked(at + chance.uniform(0.0, 0.5), *chance.choice(ORDERED))]
+
+
+def _second_flight(_: Plan, __: Without, chance: Random) -> Faults:
+    at, on = chance.uniform(0.5, 7.0), chance.choice(("takeoff", "start", "start"))
+    after = _asked(at + chance.choice((0.0, 0.0, 1.0)) * chance.random(), chance.choice(CONDUCTED), "operator", on)
+    return [_asked(at, "conduct", "operator", on), after]
+
+
+def _uplink(plan: Plan, _: Without, chance: Random) -> Faults:
+    at = _moment(chance, 8.0)
+    lost = {"at": at, "drone": chance.choice(plan.swarm.flying), "duration": chance.choice((1.0, 8.0))}
+    return [lost, _asked(at + chance.uniform(0.0, 0.5), chance.choice(("stop", "stop", "land", "hold")))]
+
+
+def _other_flies(plan: Plan, without: Without, chance: Random) -> Faults:
+    started = _asked(chance.uniform(0.2, 1.0), "start", on="") | {"orders": [(0.0, "start", "", without)]}
+    asked = [_asked(chance.uniform(0.0, 9.0), *chance.choice(ORDERED)) for _ in range(chance.choice((0, 1, 2)))]
+    last, before = plan.pilots[plan.swarm.flying[-1]], plan.pilots[plan.swarm.flying[-2]]
+    cut = {"at": _moment(chance, 3.0), "kind": "cut", "from": before, "to": last, "duration": 6.0}
+    return [{"at": 0.0}, started, *asked, *([cut] if chance.random() < 0.4 else [])]
 
 
 def _orphan(plan: Plan, _: Without, chance: Random) -> Faults:
@@ -126,7 +225,7 @@ def _clock(_: Plan, __: Without, chance: Random) -> Faults:
 
 
 def _swap(plan: Plan, _: Without, chance: Random) -> Faults:
-    lasts = chance.choice((0.3, 3.0, 9.0))
+    lasts = chance.choice((0.3, 9.0, 9.0))
     return [{"at": _moment(chance, 8.0), "drones": chance.sample(plan.swarm.flying, 2), "duration": lasts}]
 
 
@@ -135,11 +234,16 @@ def _visitor(_: Plan, __: Without, chance: Random) -> Faults:
     return [{"at": _moment(chance, 6.0), "start": start, "velocity": velocity, "duration": 9.0}]
 
 
+def _drivers(plan: Plan) -> list[str]:
+    return [identity for identity, row in plan.rows.items() if row.driver]
+
+
 def _moment(chance: Random, latest: float) -> float:
     return round(chance.uniform(0.0, latest), 3)
 
 
 _DRAWN: dict[str, Callable[[Plan, Without, Random], Faults]] = {
     ORDERS: _orders, EARLY: _early, HAND: _hand, STATION_KILLED: _killed, AT_TAKE_OFF: _at_take_off, ORPHAN: _orphan,
-    CLOCK: _clock, "swap": _swap, "visitor": _visitor,
+    PREPARING: _preparing, CROSSING: _crossing, DEAF: _deaf, SECOND_FLIGHT: _second_flight, CLOCK: _clock,
+    UPLINK: _uplink, OTHER_FLIES: _other_flies, "swap": _swap, "visitor": _visitor,
 }  # fmt: skip

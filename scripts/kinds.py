@@ -24,7 +24,8 @@ HOMONYMS = {  # words that mean something else there
     ("core/flockwire/swarm/gateway.py", "ros"),  # a source of poses
     ("mocap_gateway/flockwire_mocap/core.py", "ros"),
     ("core/flockwire/swarm/leader.py", "ros"),  # a kind of leader
-    ("core/flockwire/swarm/ros_rules.py", "ros"),  # tables of the swarm file
+    ("core/flockwire/wire/address_rules.py", "ros"),  # tables of the swarm file
+    ("core/flockwire/swarm/ros_rules.py", "ros"),
     ("core/flockwire/swarm/ros_rules.py", "leader"),
     ("core/flockwire/swarm/ros_rules.py", "gateway"),
     ("station/flockwire_station/idle_options.py", "ros"),  # a source of poses

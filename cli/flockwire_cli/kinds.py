@@ -33,10 +33,10 @@ class _Help(RawDescriptionHelpFormatter):
 def run(kind: str, arguments: Sequence[str]) -> int:
     """Run one process of that kind to its end; returns its exit status. Raises SystemExit for bad arguments."""
     row = KINDS[kind]
-    return _serve(row, _parser(row).parse_args(arguments))
+    return _serve(row, parser_of(row).parse_args(arguments))
 
 
-def _parser(row: Process) -> ArgumentParser:
+def parser_of(row: Process) -> ArgumentParser:
     """Return the argument parser of one kind of process."""
     parser = ArgumentParser(f"flockwire {row.kind}", description=row.help, formatter_class=_Help, allow_abbrev=False)
     parser.set_defaults(id=None, out=Path(), dated=False, protocol=None, trace=None, faults=None, took_off=None)

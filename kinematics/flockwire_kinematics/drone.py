@@ -47,7 +47,6 @@ class SimulatedDrone:
             return
         self._commanded = now
         if norm(velocity) > TOLERANCE * self._speed:
-            sometimes("rung: driver, clips")
             self.clipped += 1
             velocity = limit(velocity, self._speed)
         if self._set_down:

@@ -76,6 +76,12 @@ class RosProcess:
         )
         self._node = node
 
+    def joined(self, task: asyncio.Task[None]) -> None:
+        """Report an error of the task that joins."""
+        if not task.cancelled() and (error := task.exception()) is not None:
+            self.core.trouble = f"cannot join the ROS graph: {error!r}"
+            self._log.error(self.core.trouble, exc_info=error)
+
     def absent(self, why: str) -> None:
         """Record why there is no node."""
         self.core.trouble = f"{remedy(self._plan.swarm)} ({why})"
@@ -156,6 +162,7 @@ async def run(job: Job) -> None:
         ticker = Ticker(PERIOD, process.tick)
         ticker.start()
         joining = asyncio.create_task(_join(process, place_of(plan.swarm, identity), ending, stack))
+        joining.add_done_callback(process.joined)
         done = False
         try:
             await finished(process.core, plan, identity, session, ending)

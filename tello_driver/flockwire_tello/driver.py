@@ -158,7 +158,6 @@ class DriverCore:
     def _command(self, message: Command, t: int) -> None:
         velocity = message.velocity
         if norm(velocity) > TOLERANCE * self._limits.speed:
-            sometimes("rung: driver, clips")
             self._clipped += 1
             velocity = limit(velocity, self._limits.speed)
         jump = norm(subtract(velocity, self._velocity)) > JUMP or abs(message.yaw_rate - self._yaw_rate) > JUMP

@@ -109,8 +109,8 @@ class Cockpit:
         for _ in range(round(seconds * 100)):
             self.step()
 
-    def order(self, verb: str, start: int = 0, formation: str = "") -> None:
-        order = Mission(self.now + 1, "world", verb, start, formation, knows=self.report.newest)
+    def order(self, verb: str, start: int = 0, formation: str = "", without: tuple[int, ...] = ()) -> None:
+        order = Mission(self.now + 1, "world", verb, start, formation, without=without, knows=self.report.newest)
         self.core.receive(MISSION, order, self.now)
 
     def stop(self) -> None:

@@ -32,6 +32,17 @@ def third(cockpit):
     return cockpit(TWO, number=3).fly()
 
 
+@pytest.mark.parametrize("without", [(), (2,), (1, 2)])
+def test_who_is_left_out_does_not_take_off(cockpit, without):
+    agent = cockpit(TWO, number=2)
+    agent.run(0.1)
+    agent.order("takeoff", without=without)
+    agent.run(0.1)
+    assert (agent.phase, agent.report.detail) == (
+        (Phase.GROUNDED, "left out of this flight") if without else (Phase.TAKEOFF, "")
+    )
+
+
 def test_without_its_pose_it_stops_at_once_and_lands_after_a_second(flyer):
     flyer.silent = {"pose"}
     flyer.run(0.1)
@@ -57,7 +68,7 @@ def test_when_the_tracker_confuses_its_body_it_holds_at_once_then_lands(flyer):
 
 
 def test_a_body_that_moves_apart_from_its_commands_lands_straight_down(cockpit):
-    agent = cockpit({"control.law": "extended", "formation.rate": 0.001}).fly()
+    agent = cockpit({"control.law": "extended", "formation.rate": 0.001, "limits.body_drift": 0.15}).fly()
     agent.holds_still = False
     for _ in range(250):  # the tracker moves the body by 0.8 m/s, and the pilot flies against it
         assert agent.phase is Phase.FORMATION
@@ -76,7 +87,7 @@ def test_a_body_that_moves_apart_from_its_commands_lands_straight_down(cockpit):
 
 
 def test_a_drone_whose_commands_do_not_reach_its_driver_is_not_taken_for_another_body(cockpit):
-    agent = cockpit({"control.law": "extended", "formation.rate": 0.001}).fly()
+    agent = cockpit({"control.law": "extended", "formation.rate": 0.001, "limits.body_drift": 0.15}).fly()
     agent.command_age = 0.3
     x, y, z = agent.position
     agent.position = (x + 0.8, y, z)

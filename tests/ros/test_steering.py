@@ -127,3 +127,15 @@ def test_such_a_leader_flies_by_commands_as_a_teleoperated_one_does(ros_plan: Ca
     assert own == other
     assert own.teleoperation is not None
     assert own.teleoperation.stale == 0.3  # s, after which it stops
+
+
+def test_a_point_that_flies_these_commands_reaches_a_moving_place(steering: Callable[..., Steering]) -> None:
+    leader, position = steering("PoseStamped"), (0.0, 0.0, 1.0)
+    for k in range(800):
+        place = (1.0 + 0.003 * k, -0.5, 1.2)  # 0.3 m/s, within the leader's 0.5 m/s
+        leader.position(position)
+        leader.take(encode(Pose(5, "world", place)), NOW + k * SECOND // 100)
+        ((_, command),) = leader.command(NOW + k * SECOND // 100) or [(KEY, Command(0, "world", (0.0, 0.0, 0.0)))]
+        assert sum(v * v for v in command.velocity) <= 0.25 + 1e-9
+        position = tuple(x + 0.01 * v for x, v in zip(position, command.velocity, strict=True))
+    assert position == pytest.approx(place, abs=0.01)

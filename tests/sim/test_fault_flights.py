@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from random import Random
+
 import fault_judge
 import pytest
 from fault_draws import KINDS, drawn
-from fault_judge import Result, fly
+from fault_judge import Result, fly, fly_rare
 from fault_rungs import RUNGS
+from flockwire.wire.plan import Plan
+from flockwire_sim.coverage import Coverage
+from rare_draws import RARE_KINDS, rare_faults
 
 FLIGHTS = 10
+RARE, TELLO = 18, 3  # with --rare a small swarm and orders of a second station; airframes with drivers
 
 
 @pytest.fixture(scope="module")
@@ -33,6 +39,26 @@ def test_a_seed_draws_the_same_flight_again(flown: list[Result]) -> None:
 def test_every_kind_of_fault_is_drawn() -> None:
     kinds = {fault["kind"] for seed in range(80) for fault in drawn(seed).faults}
     assert kinds == set(KINDS)
+
+
+def test_they_reach_no_mark_that_is_not_declared(flown: list[Result]) -> None:
+    coverage = Coverage.of(result.marks for result in flown)
+    assert coverage.undeclared == ()
+    assert {"director: takes off", "rung: own pose, land", "phase: take-off to hold"} <= coverage.reached.keys()
+
+
+def test_rare_draws_add_every_kind() -> None:
+    plans = [Plan(drawn(seed).swarm) for seed in (RARE, TELLO)]
+    kinds = {f["kind"] for plan in plans for seed in range(200) for f in rare_faults(plan, (), Random(seed))}
+    assert set(RARE_KINDS) <= kinds
+
+
+def test_a_rare_flight_is_the_same_again_and_not_the_usual_one() -> None:
+    assert drawn(RARE, rare=True) == drawn(RARE, rare=True) != drawn(RARE)
+    rare = fly_rare(RARE)
+    assert rare == fly_rare(RARE)
+    assert (rare.bad, Coverage.of([rare.marks]).undeclared) == ([], ())
+    assert any(mark.startswith("answer: ") for mark in rare.marks)
 
 
 def test_a_collision_would_be_seen(flown: list[Result], monkeypatch: pytest.MonkeyPatch) -> None:

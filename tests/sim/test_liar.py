@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 from flockwire.domain.motion import Leading
 from flockwire.pilot.agreement import DISAGREE
-from flockwire.wire.phase import Phase
-from flockwire.wire.status import APART, LEFT_OUT
+from flockwire.wire.status import LEFT_OUT
 from liar import GRAPHS, displaced
 from liar import fly as flown_by_bench
 
@@ -29,25 +28,16 @@ def test_all_that_a_liar_says_is_published_and_only_its_estimate_is_left_out(fly
         {"at": AT, "kind": "false_age", "drone": 1, "age": 0.25, "duration": 1.5},
         {"at": AT, "kind": "false_height", "drone": 2, "offset": 0.5, "duration": 1.0},
     )
-    flown = fly(EVERYBODY, *lies, duration=7.0)
+    flown = fly(EVERYBODY, *lies, duration=6.0)
     (_, lie), (_, truth) = (flown.of("estimate", owner, AT + 1.0, AT + 1.1)[0] for owner in ("uav1", "uav2"))
     assert dist(lie.motion.position, truth.motion.position) == pytest.approx(2.0, abs=0.3)
     assert lie.motion.velocity[0] - truth.motion.velocity[0] == pytest.approx(2.0, abs=0.1)
     assert (lie.stamp - lie.origin, lie.hops, lie.leading) == (250_000_000, 0, Leading.LEADS)
     assert codes(flown, "uav2") == codes(flown, "uav4") == {LEFT_OUT}
     assert codes(flown, "uav1") == set()
-    heights = [message.height for _, message in flown.of("telemetry", "uav2", AT - 0.5, AT + 2.0)]
+    heights = [message.height for _, message in flown.of("telemetry", "uav2", AT - 0.5, AT + 1.4)]
     assert max(heights) - min(heights) == pytest.approx(0.5, abs=0.05)
     assert not flown.outcome.failure
-
-
-def test_a_tracker_that_moves_a_body_away_lands_its_drone(fly: Callable[..., Any]) -> None:
-    lie = {"at": AT, "kind": "false_pose", "drone": 2, "velocity": [1.0, 0.0, 0.0], "duration": 4.0}
-    flown = fly({"control.law": "extended"}, lie, duration=8.0)
-    landing = next((t, detail) for t, phase, detail in flown.phases("uav2", AT) if phase == Phase.LANDING)
-    assert landing[0] - AT < 3.0
-    assert "apart from its commands" in landing[1]
-    assert APART in codes(flown, "uav2")
 
 
 @pytest.mark.long
@@ -55,7 +45,6 @@ def test_a_tracker_that_moves_a_body_away_lands_its_drone(fly: Callable[..., Any
     ("graph", "lie", "most", "told"),
     [
         ("complete", "estimate 3 m/s", 0.3, "leaves out the estimate of uav1"),
-        ("three ways", "estimate 0.5 m/s", 0.3, "leaves out the estimate of uav1"),
         ("double chain", "estimate 0.5 m/s", 9.0, DISAGREE),
         ("chain", "pose 1 m/s", 9.0, "apart from its commands"),
     ],

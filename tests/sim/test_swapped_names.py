@@ -38,3 +38,18 @@ def test_both_hold_and_the_others_fly_on(fly: Callable[..., Any], drones: list[i
     gateway = flown.of("status", "gateway")[-1][1].report
     assert ("swaps", 1) in gateway.counts
     assert gateway.latency >= 0.0
+
+
+@pytest.mark.long
+def test_by_each_others_poses_two_come_down_near_the_fence(fly: Callable[..., Any]) -> None:
+    """A gateway that restarts meanwhile takes the exchanged names for right: they flew 60 m away."""
+    fence = {"min": [-4.0, -4.0, -0.5], "max": [4.0, 4.0, 3.0]}
+    swap = {"at": 3.0, "kind": "swap", "drones": [1, 2], "duration": 20.0}
+    restart = {"at": 4.0, "kind": "restart", "process": "gateway"}
+    changes = {"control.law": "extended", "control.rate_hz": 20, "gateway.rate_hz": 20, "limits.fence": fence}
+    flown = fly(changes, swap, restart, duration=12.0)
+    assert "outside the fence" in flown.outcome.failure
+    room = flown.world.swarm.limits.fence.room()
+    places = {i: [pose.position for _, pose in flown.of("truth", uav(i))] for i in range(5)}
+    assert 0.5 < max(room.outside(place) for way in places.values() for place in way) < 2.5
+    assert all(way[-1][2] <= 0.0 for way in places.values())

@@ -10,6 +10,7 @@ from flockwire_station.fault_injection import FaultInjector, refusal
 CUT = {"at": 1.0, "kind": "cut", "from": "uav1", "to": "uav2", "duration": 1.0}
 SLOW = {"at": 2.0, "kind": "link", "from": "gateway", "to": "uav1", "duration": 1.0, "delay": 0.1, "jitter": 0.02}
 PART = {"at": 3.0, "kind": "partition", "processes": ["uav3", "uav4"], "duration": 1.0}
+LIE = {"at": 1.0, "kind": "false_age", "drone": 2, "age": 0.0, "duration": 1.0}
 KILL = {"at": 1.0, "kind": "kill", "process": "uav2"}
 BLIND = {"at": 1.0, "kind": "tracker", "drone": 2, "duration": 0.5}
 TWO_HOSTS = {"hosts": {"ground": {}, "air": {"address": "10.0.0.2"}}, "drones.2.host": "air"}
@@ -63,6 +64,8 @@ def test_what_a_real_flight_cannot_have_is_refused_in_one_line(make_plan, change
             "faults.0.process = 'uav2': only 'ground', the recorder's host, knows the time; use --faults there",
         ),
         ("ground", KILL | {"process": "uav1"}, ""),
+        ("ground", LIE, "faults.0.drone = 2: uav2 runs on host 'air', this is 'ground'; only its own host can"),
+        ("air", LIE, ""),
         (
             "air",
             BLIND,

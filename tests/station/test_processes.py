@@ -68,7 +68,8 @@ def test_a_process_is_started_by_its_own_command(make_plan, identity, arguments)
 def test_faults_go_to_those_whose_cores_inject_them_with_the_time_of_take_off_where_it_is_known(make_plan):
     plan = make_plan({"network.mode": "router"})
     plain = {identity: command(plan, identity, Path("s"), Path("o"), Path("k")) for identity in plan.started}
+    injecting = ("gateway", "kinematics", "recorder", "uav1", "uav2", "uav3", "uav4")
     for took_off, more in ((None, []), (17, ["--took-off", "17"])):
         lines = {i: command(plan, i, Path("s"), Path("o"), Path("k"), Path("f"), took_off) for i in plan.started}
         longer = {identity: line[len(plain[identity]) :] for identity, line in lines.items() if line != plain[identity]}
-        assert longer == {identity: ["--faults", "f", *more] for identity in ("gateway", "kinematics", "recorder")}
+        assert longer == {identity: ["--faults", "f", *more] for identity in injecting}

@@ -75,23 +75,30 @@ def keep_clear(
 
 
 def keep_inside(
-    position: Vector, stopping: Vector, low: Vector, high: Vector, rate: float, braking: float, speed: float
+    position: Vector,
+    stopping: Vector,
+    low: Vector,
+    high: Vector,
+    rate: float,
+    braking: float,
+    speed: float,
+    recovery: float = inf,
 ) -> list[HalfSpace]:
     """Return the half-spaces of velocities that stay in the box `low` … `high`, m, or come back to it.
 
         n·u >= −A(g),   g the distance to the face, from here or from the stopping point, whichever is less
 
-    Faces that no velocity up to `speed`, m/s, reaches are left out.
+    Faces that no velocity up to `speed`, m/s, reaches are left out. A(g) is at least −`recovery`, m/s.
     """
     found: list[HalfSpace] = []
     for k in range(3):
         near, far = position[k], stopping[k]
         if near > far:
             near, far = far, near
-        least = -approach_speed(near - low[k], rate, braking)
+        least = min(-approach_speed(near - low[k], rate, braking), recovery)
         if least > -speed:
             found.append((float(k == 0), float(k == 1), float(k == 2), least))
-        least = -approach_speed(high[k] - far, rate, braking)
+        least = min(-approach_speed(high[k] - far, rate, braking), recovery)
         if least > -speed:
             found.append((-float(k == 0), -float(k == 1), -float(k == 2), least))
     return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import hypot
+from math import hypot, inf
 
 from flockwire.control.barrier import approach_speed, keep_inside
 from flockwire.control.plane_polygon import Corner, clearance, edges, inward_normal, nearest_on_edge
@@ -68,7 +68,14 @@ class Room:
         return velocity
 
     def half_spaces(
-        self, position: Vector, stopping: Vector, floor: float, rate: float, braking: float, speed: float
+        self,
+        position: Vector,
+        stopping: Vector,
+        floor: float,
+        rate: float,
+        braking: float,
+        speed: float,
+        recovery: float = inf,
     ) -> list[HalfSpace]:
         """Return the half-spaces of velocities that stay in the room above `floor` (m), or come back to it.
 
@@ -76,13 +83,13 @@ class Room:
         position to the stopping point. Outside, n leads straight back, and no other edge counts.
         """
         low = (self.low[0], self.low[1], max(self.low[2], floor))
-        found = keep_inside(position, stopping, low, self.high, rate, braking, speed)
+        found = keep_inside(position, stopping, low, self.high, rate, braking, speed, recovery)
         if not self.corners:
             return found
         ends = (position[:2], stopping[:2])
         distance, (nx, ny) = min(clearance(self.corners, end) for end in ends)
         if distance <= 0.0:
-            return [*found, (nx, ny, 0.0, -approach_speed(distance, rate, braking))]
+            return [*found, (nx, ny, 0.0, min(-approach_speed(distance, rate, braking), recovery))]
         for edge in edges(self.corners):
             gap, (nx, ny) = self._away(edge, ends)
             least = -approach_speed(gap, rate, braking)

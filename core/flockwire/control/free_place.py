@@ -26,8 +26,8 @@ def landing_place(
     """Return the landing place, and whether the way down from `position` is free.
 
     It is `place` (m, world frame) or, if that or the way down is occupied, the free place nearest to `position`.
-    `bodies` are relative to `position`; those above it are not in the way. If no place is free it is `place`, straight
-    down: the safety filter still avoids bodies.
+    `bodies` are relative to `position`; those above it are not in the way. If no place is free, even without SPARE, it
+    is `place`, straight down: the safety filter still avoids bodies.
     """
     if not bodies:
         return place, True
@@ -41,6 +41,8 @@ def landing_place(
     if free and is_free((place[0], place[1]), discs):
         return place, True
     chosen = nearest_free_place((x, y), [(a, b, r + SPARE) for a, b, r in discs], room)
+    if chosen is None:
+        chosen = nearest_free_place((x, y), discs, room)
     if chosen is None:
         sometimes("landing place: none is free")
         return place, True

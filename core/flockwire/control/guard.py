@@ -34,7 +34,7 @@ class GuardParameters(NamedTuple):
     room: Room
     floor: float  # m
     speed: float  # m/s, at most
-    vertical_speed: float  # m/s, speed out of an obstacle that has grown around it
+    vertical_speed: float  # m/s, speed out of an obstacle that has grown around it, and back inside as it lands
     acceleration: float  # m/s^2, of commands
     barrier_rate: float  # 1/s, alpha at most
     slowness: float  # s, lag and dead time of the airframe
@@ -92,7 +92,8 @@ class Guard:
         spaces = self._bodies(motion, bodies, stamp, now, speed)
         room, braking = own.room, own.acceleration
         floor = room.low[2] if grounding else own.floor
-        spaces += room.half_spaces(motion.position, motion.stopping, floor, self._rate, braking, speed)
+        recovery = own.vertical_speed if grounding else inf  # a landing must not fly back at full speed, but descend
+        spaces += room.half_spaces(motion.position, motion.stopping, floor, self._rate, braking, speed, recovery)
         centre, radius, sliver = speed_and_acceleration(last, speed, braking * dt)
         if sliver is not None:
             spaces.append(sliver)

@@ -4,10 +4,10 @@ The stopping point y of an airframe obeys y' = u (airframe_state.py). A tracker 
 makes its pilot command −d, so the body stays and the residual is d. No other sensor on board knows the position.
 
     E <- LP(y' − u),   U <- LP(u),   LP: first order, T = 3 s        (ours)
-    the body is not the drone's if |E| > 0.15 m/s + 0.2 |U| + 0.05 |u − U| for 0.5 s
+    the body is not the drone's if |E| > drift + 0.2 |U| + 0.05 |u − U| for 0.5 s
 
-The terms allow for the drift of an airframe that hovers by its own sensors (0.1 m/s), for a gain that is wrong by 20 %,
-and for a lag that is wrong by 0.15 s.
+The drift is that of an airframe that hovers by its own sensors (a good one: 0.1 m/s), and that of the wind. The other
+terms allow for a gain that is wrong by 20 %, and for a lag that is wrong by 0.15 s.
 """
 
 from __future__ import annotations
@@ -17,18 +17,20 @@ from math import dist, exp, hypot
 from flockwire.domain.vector import ZERO, Vector
 
 TIME_CONSTANT = 3.0  # s
-DRIFT = 0.15  # m/s
 GAIN_ERROR = 0.2
 LAG_ERROR = 0.15 / TIME_CONSTANT
 LASTING = 0.5  # s
 
 
 class MotionResidual:
-    """The residual of one drone; `fastest` is the largest |y' − u|, m/s, that is motion and not a jump."""
+    """The residual of one drone.
 
-    def __init__(self, fastest: float) -> None:
+    `drift`: m/s, of the airframe; `fastest`: the largest |y' − u|, m/s, that is motion and not a jump.
+    """
+
+    def __init__(self, drift: float, fastest: float) -> None:
         self.speed = 0.0  # m/s, |E|
-        self._fastest = fastest
+        self._drift, self._fastest = drift, fastest
         self.reset()
 
     def reset(self) -> None:
@@ -52,7 +54,7 @@ class MotionResidual:
         self._error = _mean(self._error, (motion[0] - command[0], motion[1] - command[1], motion[2] - command[2]), q)
         self._usual = _mean(self._usual, command, q)
         self.speed = hypot(*self._error)
-        limit = DRIFT + GAIN_ERROR * hypot(*self._usual) + LAG_ERROR * dist(command, self._usual)
+        limit = self._drift + GAIN_ERROR * hypot(*self._usual) + LAG_ERROR * dist(command, self._usual)
         if self.speed <= limit:
             self._since = None
             return False

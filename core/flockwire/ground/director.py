@@ -79,6 +79,10 @@ class Director:
             self._sent = now
         return order
 
+    def look(self, fleet: Fleet) -> None:
+        """Receive what is known before the first step: an order to land may come before it."""
+        self._aloft = fleet.without(self._without).flies
+
     def land(self, now: int) -> Mission | None:
         """Return the order to land, None if no take-off was ordered and no drone flies: the flight is over."""
         if self.stage is Stage.OVER or (self.stage is Stage.PREPARING and not self._others_fly):

@@ -85,6 +85,7 @@ class OperatorCore:
         """Conduct a flight from `now` (Unix ns) on; return its Director."""
         asked = now if asked is None else asked
         self.director = Director(self._plan, order, self._new_giver(), asked, now, duration, grace)
+        self.director.look(self.fleet(now))
         return self.director
 
     def order(self, verb: str, now: int, note: Callable[[str], None] = lambda _: None) -> None:

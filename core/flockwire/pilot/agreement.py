@@ -11,9 +11,7 @@ from flockwire.swarm.model import uav
 from flockwire.wire.status import LEFT_OUT, Reason
 
 DISAGREE = "disagree about the leader"
-BELIEVED = (
-    SECOND  # ns that a contradiction must last before it is reported, or the drone holds: observers settle sooner
-)
+BELIEVED = SECOND  # ns that a contradiction must last to be reported, or to hold the drone: observers settle sooner
 
 
 class Agreement:

@@ -36,7 +36,7 @@ from flockwire.pilot.off_place import OffPlace
 from flockwire.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, age, command_stamp
 from flockwire.pilot.place import Place
 from flockwire.pilot.surroundings import Surroundings
-from flockwire.pilot.tracked_body import WRONG, TrackedBody
+from flockwire.pilot.tracked_body import PERIOD, WRONG, TrackedBody
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import STOP, Key
@@ -76,7 +76,8 @@ class Pilot:
         self._off_place = OffPlace(parameters.room, parameters.checks)
         self._wanted = ZERO  # m/s, by the law, at the last command
         self._airframe = AirframeState(parameters.lag, parameters.dead_time)
-        self._body = TrackedBody(parameters.limits, self._airframe) if parameters.guard is not None else None
+        watched = parameters.guard is not None and parameters.limits.body_drift > 0.0
+        self._body = TrackedBody(parameters.limits, self._airframe) if watched else None
         self._surroundings = Surroundings(parameters.sensing, parameters.obstacles)
         self._pose: Pose | None = None
         self._telemetry: Telemetry | None = None
@@ -121,7 +122,7 @@ class Pilot:
             if fresh and not inputs.apart:
                 seen = (pose.stamp - self.born) / SECOND  # small enough for a float with nanoseconds
                 self.motion = self._airframe.measure(pose.position, seen, (now - self.born) / SECOND)
-        if self._body is not None and now >= self._body.due:
+        if self._body is not None and not 0 < self._body.due - now <= PERIOD:  # a clock may be set back
             self._body.look(self.motion, self._telemetry, phase, now, self.born)
         return phase
 

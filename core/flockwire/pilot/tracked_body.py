@@ -25,7 +25,7 @@ class TrackedBody:
     def __init__(self, limits: Limits, airframe: AirframeState) -> None:
         self.apart = 0.0  # m/s, its speed apart from the commands; 0 while it moves as commanded
         self.due = 0  # when to look again, Unix ns
-        self._residual = MotionResidual(JUMP * limits.speed)
+        self._residual = MotionResidual(limits.body_drift, JUMP * limits.speed)
         self._airframe, self._zero = airframe, limits.staleness.command_zero
         self._looked = 0
 

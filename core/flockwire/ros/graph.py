@@ -43,7 +43,6 @@ class Qos(NamedTuple):
 
 DEFAULT = Qos()
 LATCHED = Qos(latched=True, depth=LATCHED_DEPTH)
-SENSOR = Qos(reliable=False, depth=5)
 
 
 class Node(NamedTuple):

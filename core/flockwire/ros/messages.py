@@ -152,12 +152,6 @@ def read_poses(data: bytes) -> tuple[int, list[tuple[Vector, Quaternion]]]:
     return stamp, found
 
 
-def read_trigger_response(data: bytes) -> tuple[bool, str]:
-    """Return what a std_srvs/Trigger responded; raises MessageError."""
-    reader = Reader(data)
-    return bool(reader.take("B")), reader.text()
-
-
 def _stamped(stamp: int, frame: str) -> Writer:
     writer = Writer()
     writer.time(stamp)

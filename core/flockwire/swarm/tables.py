@@ -173,6 +173,9 @@ class Limits(Model):
     vertical_speed: Positive = 0.7  # m/s, of take-off and landing
     start_tolerance: Positive = 0.2  # m, of a drone's position before its first flight
     disagreement: Positive = 0.3  # m, between the estimates of a follower's neighbours (all laws but "paper")
+    body_drift: NotNegative = (
+        0.0  # m/s, of a tracked body apart from its commands; above it lands (all laws but "paper"; 0: not watched)
+    )
     clock_offset_bound: Positive = 0.05  # s, largest uncertainty of a process's clock offset
     battery_takeoff: Probability = 0.2  # share of the battery below which no drone takes off
     battery_land: Probability = 0.1  # share of the battery below which a drone lands

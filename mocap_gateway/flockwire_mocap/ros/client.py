@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 from collections import Counter
 from collections.abc import Callable
 
@@ -30,12 +31,19 @@ class RosClient:
     def open(self) -> None:
         """Start to connect, until `close`."""
         self._task = asyncio.get_running_loop().create_task(self._run())
+        self._task.add_done_callback(self._over)
 
     async def close(self) -> None:
         """Close the connection."""
         self._ended.set()
         if self._task is not None:
-            await self._task
+            await asyncio.wait((self._task,))
+
+    def _over(self, task: asyncio.Task[None]) -> None:
+        """Report an error that ended the connection."""
+        if not task.cancelled() and (error := task.exception()) is not None:
+            self._source.trouble = f"the connection to ROS failed: {error!r}"
+            logging.getLogger(GATEWAY.kind).error(self._source.trouble, exc_info=error)
 
     async def _run(self) -> None:
         source, table = self._source, self._source.table

@@ -39,6 +39,21 @@ def test_a_drone_inside_a_grown_body_leaves_slowly_but_flees_a_person(make_swarm
         assert last == pytest.approx((-swarm.limits.vertical_speed, 0.0, 0.0))
 
 
+@pytest.mark.parametrize("room", [{}, {"polygon": [[-9.0, -9.0], [9.0, -9.0], [0.0, 9.0]]}])
+def test_a_landing_far_outside_the_fence_descends_as_it_comes_back(make_swarm, room):
+    """By a false pose it never comes back: two drones with each other's names flew 60 m away without descending."""
+    swarm = make_swarm(
+        {"control.law": "extended", "limits.fence": {"min": [-9.0, -9.0, -0.5], "max": [9.0, 9.0, 3.0], **room}}
+    )
+    parameters = guard_parameters(swarm, 1)
+    filtered, last, outside = Guard(parameters), (0.0, 0.0, 0.0), (15.0, 0.0, 1.0)
+    down, motion = -parameters.vertical_speed, Motion(outside, last, outside)
+    for step in range(1, 100):
+        last = filtered.velocity((0.0, 0.0, down), motion, (), step, step, last, 0.01, 3.0, True)
+    assert last[2] == pytest.approx(down)
+    assert hypot(last[0], last[1]) == pytest.approx(parameters.vertical_speed, rel=0.05)
+
+
 def settled(parameters, wanted, place=(0.0, 0.0, 1.0), age=0.0, body=None, grounding=False):
     """Return what a drone that stays at `place` may fly at in the end; `body`: its x at last; it comes at 0.5 m/s."""
     filtered, last = Guard(parameters), (0.0, 0.0, 0.0)

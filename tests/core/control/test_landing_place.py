@@ -1,4 +1,4 @@
-"""Where a drone comes down; tests/leader/test_leader_landing.py flies it."""
+"""Where a drone comes down; tests/leader/test_landing.py flies it."""
 
 from math import dist
 
@@ -57,4 +57,13 @@ def test_a_body_farther_than_any_room_is_not_in_its_way():
     far = Body(BodyKind.OBSTACLE, (1e200, -1e200, -0.5), 1.0)
     place, free = landing(HERE, HERE, (drone(-0.1, 0.0), far))
     assert place == pytest.approx((0.9 + KEPT + SPARE, 0.5, 1.0))
+    assert not free
+
+
+def test_in_a_narrow_room_it_takes_a_place_without_spare():
+    side = KEPT + 0.02
+    room = Room((0.0, 0.0, -0.5), (side, side, 3.0))
+    below = [drone(0.0, 0.0), drone(0.0, side)]
+    place, free = landing_place((0.0, 0.0, 1.0), (0.0, 0.0, 1.0), below, SEPARATION, room)
+    assert min(dist(place[:2], body.relative_position[:2]) for body in below) >= KEPT - 1e-9
     assert not free

@@ -12,7 +12,7 @@ STEP = 0.1  # s
 
 def found_after(motion, command, seconds=20.0):
     """Return when the residual is found, s; None if never. `motion` and `command` return m/s at a time, s."""
-    residual = MotionResidual(fastest=6.0)
+    residual = MotionResidual(drift=0.15, fastest=6.0)
     stopping, travelled = (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
     for k in range(round(seconds / STEP)):
         if residual.update(stopping, travelled, k * STEP):

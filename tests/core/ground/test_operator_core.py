@@ -97,6 +97,17 @@ def test_a_stop_that_no_driver_confirms_is_repeated_for_longer(station: Station)
     assert station.answers[0].missing == ("uav0", "uav1", "uav2", "uav3", "uav4")
 
 
+def test_a_stop_that_is_received_is_not_done_before_the_motors_are_off(station: Station) -> None:
+    station.ask("stop")
+    for _ in range(round(4.0 / POLL_PERIOD)):
+        station.stopped(FlightState.FLYING)
+        assert station.step() == ["stop"]
+    assert station.answers == []
+    station.stopped()
+    station.step()
+    assert [answer.failure for answer in station.answers] == [""]
+
+
 def test_a_stop_is_this_flights_failure(station: Station) -> None:
     director = station.core.conduct(station.now)
     station.ask("stop")
@@ -191,3 +202,12 @@ def test_a_key_that_orders_nothing_reports_why(station: Station) -> None:
     station.order("hold")
     station.order("resume")
     assert station.notes == [f"{verb}: nothing ordered while preparing" for verb in ("hold", "resume")]
+
+
+def test_a_landing_before_the_first_look_of_a_new_flight_lands_drones_that_fly(station: Station) -> None:
+    station.stopped(FlightState.FLYING)
+    station.core.conduct(station.now)
+    station.order("land")
+    assert station.step() == ["land"]
+    assert station.core.director is not None
+    assert station.core.director.stage is Stage.LANDING

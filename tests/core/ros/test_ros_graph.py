@@ -5,13 +5,14 @@ from __future__ import annotations
 import pytest
 from flockwire.ros import graph
 from flockwire.ros.definitions import MESSAGES, TRIGGER
-from flockwire.ros.graph import DEFAULT, LATCHED, SENSOR, End, EndKind, Node, Qos
+from flockwire.ros.graph import DEFAULT, LATCHED, End, EndKind, Node, Qos
 from flockwire.ros.type_hash import type_hash
 from zenoh_ros2_sdk.entity import EndpointEntity, EntityKind, NodeEntity
 from zenoh_ros2_sdk.keyexpr import endpoint_liveliness_keyexpr, node_liveliness_keyexpr, topic_keyexpr
 from zenoh_ros2_sdk.qos import QosDurability, QosProfile, QosReliability
 from zenoh_ros2_sdk.utils import mangle_name, ros2_to_dds_type
 
+SENSOR = Qos(reliable=False, depth=5)
 SESSION = "7c9f41fbc4a57233b8a90d7eeee6d0c"
 KINDS = {
     EndKind.PUBLISHER: EntityKind.PUBLISHER, EndKind.SUBSCRIPTION: EntityKind.SUBSCRIPTION,

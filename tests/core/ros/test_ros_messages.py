@@ -11,12 +11,14 @@ from flockwire.ros.definitions import MESSAGES, SERVICES
 from flockwire.ros.markers import Marker, Shape, marker_array
 from flockwire.ros.type_hash import rihs01, service_parts, type_hash
 from flockwire.wire.cdr import MessageError
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 NOW = 1_790_000_000_123_456_789
 NAMES = ("", "a", "ab", "abc", "abcd", "uav1", "a longer name")
 STANDARD = [name for name in MESSAGES if not name.startswith(("flockwire_msgs", "service_msgs"))]
 STORE = get_typestore(Stores.ROS2_JAZZY)
+RESPONSE = "std_srvs/msg/TriggerResponse"
+STORE.register(get_types_from_msg(SERVICES[definitions.TRIGGER][1], RESPONSE))
 
 
 def read(data: bytes, ros_type: str) -> Any:
@@ -101,7 +103,8 @@ def test_markers() -> None:
 def test_clock_and_trigger() -> None:
     assert read(messages.clock_reading(NOW), definitions.CLOCK).clock.nanosec == 123_456_789
     response = messages.trigger_response(False, "not confirmed by uav3")
-    assert messages.read_trigger_response(response) == (False, "not confirmed by uav3")
+    found = read(response, RESPONSE)
+    assert (found.success, found.message) == (False, "not confirmed by uav3")
     messages.check_empty(b"\0\1\0\0\0")
     for wrong in (b"", b"\0\1\0\0\1", b"\0\0\0\0\0", b"\0\1\0\0" + bytes(5)):
         with pytest.raises(MessageError):

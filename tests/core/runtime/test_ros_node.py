@@ -9,7 +9,7 @@ import pytest
 import zenoh
 from flockwire.ros.definitions import POSE, TRIGGER
 from flockwire.ros.graph import LATCHED, data_key
-from flockwire.ros.messages import read_trigger_response
+from flockwire.ros.messages import trigger_response
 from flockwire.runtime import ros_node
 from flockwire.runtime.ros_ends import CAPACITY, LARGEST, MOST_REQUESTS, RosServices
 from flockwire.runtime.ros_node import Place, RosNode, RosRouterAbsentError, join
@@ -69,7 +69,7 @@ def served(node: RosNode, session: zenoh.Session) -> RosServices:
 def test_a_request_is_answered_with_its_own_number_and_sender(node: RosNode, attacker: zenoh.Session) -> None:
     services = served(node, attacker)
     (reply,) = asked(attacker, services, KEY, payload=EMPTY, attachment=GOOD)
-    assert read_trigger_response(reply.ok.payload.to_bytes()) == (True, "/paper/stop done")
+    assert reply.ok.payload.to_bytes() == trigger_response(True, "/paper/stop done")
     sequence, _, size, sender = ATTACHMENT.unpack(reply.ok.attachment.to_bytes())
     assert (sequence, size, sender) == (3, 16, b"0123456789abcdef")
     assert not node.counts
