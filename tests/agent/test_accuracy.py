@@ -88,7 +88,7 @@ WIDE = {"limits.fence": {"min": [-30.0, -30.0, -0.5], "max": [30.0, 30.0, 3.0]}}
 TELLO = {"airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}, "limits.speed": 1.0}
 
 
-@pytest.mark.parametrize("count", [2, pytest.param(3, marks=pytest.mark.long), 6])
+@pytest.mark.parametrize("count", [2, *(pytest.param(count, marks=pytest.mark.long) for count in (3, 6))])
 @pytest.mark.parametrize("airframe", [{}, TELLO], ids=["ideal", "tello"])
 def test_drones_that_meet_head_on_pass(count: int, airframe: dict[str, Any], fly_flock: Callable[..., Any]) -> None:
     flown = fly_flock(*swap(count), {**WIDE, **airframe}, 15.0)

@@ -108,6 +108,7 @@ def test_hovering_and_landing_are_not_formation(trace, canvas):
     assert np.isnan(references(trace, 1, after)).all()
 
 
+@pytest.mark.long
 def test_two_flights_are_drawn_over_each_other(trace, tmp_path):
     written = compare(([trace], [trace]), ("one", "other"), tmp_path)
     assert [path.name for path in written] == ["comparison.png", "paths.png"]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import Path
 
 import pytest
 from flockwire.loading import load_swarm
 from flockwire.process.fault_file import load_faults
 from flockwire.wire.plan import Plan
-from flockwire_sim.study.file import load_study
+from flockwire_sim.study.file import Study, load_study
 from PIL import Image
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -31,6 +32,7 @@ def test_the_page_has_a_section_and_the_picture_of_each_example():
 def test_the_files_of_an_example_are_accepted(name, monkeypatch):
     monkeypatch.chdir(EXAMPLES / name)
     monkeypatch.syspath_prepend(EXAMPLES / name)
+    monkeypatch.delitem(sys.modules, "my_law", raising=False)  # of another page
     plan = Plan(load_swarm(Path("swarm.toml")))
     assert plan.swarm.gateway.noise > 0  # of a laboratory's tracker, as the page says
     assert plan.swarm.gateway.latency > 0
@@ -39,7 +41,7 @@ def test_the_files_of_an_example_are_accepted(name, monkeypatch):
         if file.name == "walk.toml":
             assert load_faults(file, plan)
         else:
-            assert load_study(file, {}).runs >= 10
+            assert load_study(file, {}, Study).runs >= 10
 
 
 def test_the_example_that_no_long_test_flies_does(flockwire, monkeypatch):

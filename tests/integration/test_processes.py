@@ -140,6 +140,7 @@ def test_a_recorder_killed_loses_a_fifth_of_a_second_at_most(
     assert (killed - newest) / SECOND < 0.2
 
 
+@pytest.mark.long
 def test_a_full_disk_under_the_recorder_leaves_the_swarm_in_flight(
     make_swarm: MakeSwarm, make_fleet: MakeFleet, make_tower: MakeTower
 ) -> None:

@@ -206,6 +206,7 @@ def test_runs_that_are_equal_for_nothing_is_drawn_are_known_as_such(
     assert Study.model_validate_json(json.dumps(study)).equal_runs(make_swarm(changes)) is equal
 
 
+@pytest.mark.long
 def test_a_study_without_chance_gives_a_warning(files: tuple[Path, Path], tmp_path: Path) -> None:
     (tmp_path / "none.toml").write_text("duration = 1.0\n")
     ended = flockwire(files[0], tmp_path / "none.toml", "--out", tmp_path / "out", "--runs", 2, "--jobs", 1)

@@ -24,6 +24,7 @@ def flying(**parameters):
 
 
 @given(orders, st.lists(st.floats(0.0, 1.0), max_size=10))
+@pytest.mark.long
 def test_the_flight_does_not_depend_on_how_often_it_is_looked_at(script, looks):
     motions = []
     for shares in ([], looks):
