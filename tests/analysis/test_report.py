@@ -59,6 +59,7 @@ def test_the_page_needs_nothing_else(report):
     assert "{{" not in read.text
 
 
+@pytest.mark.long
 def test_a_trace_without_a_mission_says_what_it_lacks(fly, tmp_path):
     path = fly(begin=-0.5, end=0.2, started=False, lands=False)
     path.write_bytes(path.read_bytes()[:25_000])

@@ -45,6 +45,7 @@ def port() -> int:
     return 20000 + os.getpid() % 10000
 
 
+@pytest.mark.long
 def test_it_lists_the_bodies_and_aligns_their_frame(flockwire: Any, swarm: Callable[..., Path]) -> None:
     path = swarm(source="vrpn", vrpn={"port": port()}, **ALIGNED)
     with served(path, "vrpn"):

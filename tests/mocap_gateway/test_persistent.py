@@ -76,10 +76,9 @@ def qualisys(start, server):
     return QualisysClient(source, lambda: None), lambda: "streams nothing" in source.failure
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform != "linux", reason="the cable is pulled by a filter of Linux's kernel")
-@pytest.mark.parametrize(
-    ("kind", "connect"), [(VrpnServer, vrpn), pytest.param(QtmServer, qualisys, marks=pytest.mark.long)]
-)
+@pytest.mark.parametrize(("kind", "connect"), [(VrpnServer, vrpn), (QtmServer, qualisys)])
 def test_a_silent_server_keeps_its_connection_and_one_that_is_gone_gets_another(start, kind, connect, monkeypatch):
     monkeypatch.setattr(persistent, "SILENCE", 1)  # s
     monkeypatch.setattr(PersistentConnection, "PAUSE", 0.05)  # s

@@ -204,6 +204,7 @@ def test_a_drone_in_the_air_is_not_left_out(swarm):
     assert swarm.published == []
 
 
+@pytest.mark.long
 def test_a_start_names_who_does_not_come_into_the_formation(swarm, monkeypatch):
     monkeypatch.setattr(core, "LEAD_TIME", SECOND)
     swarm.all(Phase.HOLD)
