@@ -19,7 +19,8 @@ def test_a_drone_that_cannot_keep_clear_is_no_faster_anyway(make_swarm):
         at = step * SECOND // 100
         x, behind = 0.029 * step, Body(BodyKind.DRONE, (0.021 * step - 1.0, 0.0, 0.0), 0.0)
         motion = Motion((x, 0.0, 1.0), last, (x, 0.0, 1.0))
-        last = filtered.velocity((3.0, 0.0, 0.0), motion, (behind,), at, at, last, 0.01, 3.0, False)
+        bodies = filtered.tracked(motion, (behind,), at)
+        last = filtered.velocity((3.0, 0.0, 0.0), motion, bodies, at, at, last, 0.01, 3.0, False)
         assert hypot(*last) <= parameters.fastest + 1e-12
     assert hypot(*last) == pytest.approx(parameters.fastest)
 
