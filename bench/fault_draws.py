@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import tomllib
 from collections import defaultdict
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from itertools import permutations
 from pathlib import Path
 from random import Random
 from typing import Any
 
 from flockwire.loading import parse_swarm
-from flockwire.process.faults import Fault, parse_faults
+from flockwire.process.fault_file import parse_faults
+from flockwire.process.faults import Fault
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
+from flockwire_sim.rare import Rare
 from flockwire_sim.study.draws import random_starts
 from flockwire_sim.study.file import Starts
+from rare_draws import WORLD_KINDS, alter, rare_faults
 
 SWARMS = Path(__file__).parents[1] / "swarms"
 VARIANTS = {  # swarm file, law, starts drawn, share of the flights
@@ -44,21 +48,28 @@ class Drawn:
     swarm: Swarm
     faults: tuple[dict[str, Any], ...]
     usual: bool  # the limits are those of the swarm file
+    rare: Rare | None = None
+    without: tuple[int, ...] = ()
+    after: str = ""  # what its station orders once it is over
 
     def of_world(self) -> tuple[Fault, ...]:
         """Return the faults that the simulated world injects."""
         named = [fault | {"kind": "tracker"} if fault["kind"] == LOST_BODY else fault for fault in self.faults]
-        listed = [fault for fault in named if fault["kind"] in FILE_KINDS]
+        listed = [fault for fault in named if fault["kind"] in (*FILE_KINDS, *WORLD_KINDS)]
         return parse_faults({"faults": listed}, Plan(self.swarm), f"seed {self.seed}")
 
 
-def drawn(seed: int) -> Drawn:
-    """Draw the flight of `seed`."""
+def drawn(seed: int, edges: list[list[int]] | None = None, rare: bool = False) -> Drawn:
+    """Draw the flight of `seed`, with other `edges` than the chain's.
+
+    `rare` adds what few flights meet, and takes faults away for it.
+    """
     chance = Random(f"fault flight {seed}")
     variant = chance.choices(tuple(VARIANTS), [share for *_, share in VARIANTS.values()])[0]
     file, law, moved, _ = VARIANTS[variant]
     table = tomllib.loads((SWARMS / f"{file}.toml").read_text())
     table["control"]["law"] = law
+    table["graph"]["edges"] = edges or table["graph"]["edges"]
     usual = chance.random() < 0.4
     if not usual:
         table["limits"]["staleness"] = _staleness(chance)
@@ -74,6 +85,8 @@ def drawn(seed: int) -> Drawn:
     lost = loses.random() < LOST_SHARE
     if lost and law != "paper" and table["limits"]["fence"]["max"][2] >= STACK and loses.random() < 0.5:
         table["formation"] = _stacked()
+    if (extra := Random(f"rare {seed}") if rare else None) is not None:
+        alter(table, extra)
     swarm = parse_swarm(table, file)
     plan = Plan(swarm)
     kinds = chance.choices((*OTHER_KINDS, "cut"), k=chance.choice((1, 1, 2, 2, 3)))
@@ -83,7 +96,20 @@ def drawn(seed: int) -> Drawn:
     gives = Random(f"second station {seed}")
     if gives.random() < STATION_SHARE:
         faults.append(_second_station(gives))
-    return Drawn(seed, variant, swarm, tuple(sorted(faults, key=lambda fault: fault["at"])), usual)
+    flight = Drawn(seed, variant, swarm, _in_order(faults), usual)
+    return flight if extra is None else _rarer(flight, plan, extra)
+
+
+def _rarer(flight: Drawn, plan: Plan, chance: Random) -> Drawn:
+    without = plan.swarm.flying[-1:] if chance.random() < 0.15 else ()
+    kept = flight.faults[: chance.choice((0, 0, 1, 2))]
+    faults = _in_order([*kept, *rare_faults(plan, without, chance)])
+    after = chance.choice(("", "hold", "resume", "land", "stop"))
+    return replace(flight, faults=faults, rare=Rare.drawn(chance), without=without, after=after)
+
+
+def _in_order(faults: Iterable[dict[str, Any]]) -> tuple[dict[str, Any], ...]:
+    return tuple(sorted(faults, key=lambda fault: fault["at"]))
 
 
 def _staleness(chance: Random) -> dict[str, float]:

@@ -23,8 +23,10 @@ from pathlib import Path
 from statistics import median
 
 from fault_draws import KINDS, VARIANTS
-from fault_judge import Result, fly
+from fault_judge import Result, fly, fly_rare
 from fault_rungs import RUNGS
+from flockwire_sim.coverage import Coverage
+from rare_draws import RARE_KINDS
 
 
 def print_tables(results: list[Result]) -> None:
@@ -37,7 +39,7 @@ def print_tables(results: list[Result]) -> None:
         rows["all"][result.outcome] += 1
         rows[f"law: {result.variant}"][result.outcome] += 1
     print(f"\n{'fault':24}{'flights':>9}" + "".join(f"{name:>18}" for name in outcomes))
-    for kind in (*KINDS, *(f"law: {name}" for name in VARIANTS), "all"):
+    for kind in (*KINDS, *RARE_KINDS, *(f"law: {name}" for name in VARIANTS), "all"):
         print(f"{kind:24}{rows[kind].total():>9}" + "".join(f"{rows[kind][name]:>18}" for name in outcomes))
     print(f"\n{'rung':28}{'flights':>9}    s after the fault began (one fault, usual limits): median, longest")
     for rung in RUNGS:
@@ -45,6 +47,7 @@ def print_tables(results: list[Result]) -> None:
         times = sorted(_times(rung, results))
         timed = f"{median(times):8.2f}{times[-1]:8.2f}   of {len(times)}" if times else ""
         print(f"{rung:28}{count:>9}{timed}")
+    print("", *Coverage.of(result.marks for result in results).table(), sep="\n")
     closest = min(results, key=lambda result: result.closest)
     fastest = max(results, key=lambda result: result.fastest_contact)
     print(f"\nclosest approach {closest.closest:.3f} m (seed {closest.seed})")
@@ -80,10 +83,11 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--resume", action="store_true", help="go on with what is in the folder, of the same version")
     parser.add_argument("--seed", type=int)
+    parser.add_argument("--rare", action="store_true", help="add what few flights meet (rare_draws.py)")
     parser.add_argument("--out", type=Path, default=Path("runs/fault_flights"))
     options = parser.parse_args()
     if options.seed is not None:
-        result = fly(options.seed, print)
+        result = (fly_rare if options.rare else fly)(options.seed, print)
         print(json.dumps(asdict(result), indent=1))
         return bool(result.bad)
     options.out.mkdir(parents=True, exist_ok=True)
@@ -93,7 +97,7 @@ def main() -> int:
     done = {result.seed for result in results}
     seeds = [seed for seed in wanted if seed not in done]
     with Pool(options.jobs) as pool, file.open("a" if options.resume else "w") as log:
-        for result in pool.imap(fly, seeds, chunksize=4):
+        for result in pool.imap(fly_rare if options.rare else fly, seeds, chunksize=4):
             results.append(result)
             log.write(json.dumps(asdict(result)) + "\n")
             log.flush()

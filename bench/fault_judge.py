@@ -11,6 +11,7 @@ from typing import Any
 from fault_draws import DURATION, SECOND_STATION, Drawn, drawn
 from fault_rungs import told
 from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.marks import marked
 from flockwire.domain.order import Mission, Stop
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
@@ -21,8 +22,10 @@ from flockwire.swarm.model import uav
 from flockwire.wire.phase import Phase
 from flockwire.wire.processes import CONSOLE
 from flockwire.wire.status import Status
-from flockwire_sim.process import Published
+from flockwire_sim.process import Published, VirtualProcess
 from flockwire_sim.world import EPOCH, World
+from flockwire_tello.simulated.served import ServedTello
+from rare_draws import CLOCK, EARLY, HAND, ORDERS, STATION_KILLED
 
 LONGEST = 75.0  # s that a flight may take: the operator waits up to 30 s for a stage
 COLLISION = 0.2  # m between two centres, in the air
@@ -32,6 +35,8 @@ HARD = 0.3  # m/s above `limits.vertical_speed` from which on a touch-down is to
 FALL = SECOND  # ns: more than a fall from the fence's top takes
 OBEYED = 3.0  # s in which an order has reached whoever can be reached
 PAUSE = 0.1  # s without truth
+AFTER = 2 * SECOND  # ns flown on after an order to a flight that is over
+LANDING = 20  # s in which a landing after the flight must end
 WORLD_ENDED = 2.0  # s from the end of the kinematics to that of the flight
 
 
@@ -51,6 +56,7 @@ class Result:
     world_ended: bool = False
     bad: list[str] = field(default_factory=list)
     rungs: dict[str, float] = field(default_factory=dict)  # when each was first reached
+    marks: dict[str, int] = field(default_factory=dict)  # how often each was reached
 
     @property
     def outcome(self) -> str:
@@ -73,8 +79,10 @@ class Judge:
         swarm = flight.swarm
         self._limits, self._stale = swarm.limits, swarm.limits.staleness
         kinds = {fault["kind"] for fault in flight.faults}
-        stations = (CONSOLE.kind,) if SECOND_STATION in kinds else ()
-        self.world = World(swarm, flight.seed, DURATION, flight.of_world(), self.take, stations=stations)
+        stations = (CONSOLE.kind,) if {SECOND_STATION, ORDERS} & kinds else ()
+        self.world = World(
+            swarm, flight.seed, DURATION, flight.of_world(), self.take, flight.without, stations, flight.rare
+        )
         self._ordered_down = inf  # when another station ordered a landing, after which it ordered no start
         plan = self.world.plan
         self._drivers = [self.world.processes[name] for name, row in plan.rows.items() if row.driver]
@@ -84,6 +92,7 @@ class Judge:
         self._last: dict[str, Vector] = {}  # the frame before
         self._speeds: dict[str, Vector] = {}  # between the two frames before
         self._took_off: int | None = None
+        self._published: set[str] = set()  # verbs of orders
         self._stopped = False
         failures = [fault for fault in flight.faults if fault["kind"] == "failure"]
         self._fails = {uav(fault["drone"]): fault["at"] for fault in reversed(failures)}
@@ -95,9 +104,18 @@ class Judge:
         """Fly, judge the end too."""
         result, scheduler = self.result, self.world.scheduler
         scheduler.at(EPOCH + nanoseconds(LONGEST), lambda _: scheduler.stop())
-        outcome = self.world.run()
-        if self._stopped:  # the flight is over when all motors are off: let the drones fall
-            scheduler.run(scheduler.now + FALL)
+        for fault in self.flight.faults:
+            if fault["kind"] in (EARLY, HAND) or fault.get("on") == "":
+                self._later(fault["at"], lambda fault=fault: self._inject(fault))
+        with marked() as result.marks:
+            outcome = self.world.run()
+            if self.flight.after:
+                self._order("operator", self.flight.after)
+                scheduler.run(scheduler.now + AFTER)
+            if any(fault["kind"] == ORDERS and fault["station"] == CONSOLE.kind for fault in self.flight.faults):
+                self._land_again()
+            if self._stopped:  # the flight is over when all motors are off: let the drones fall
+                scheduler.run(scheduler.now + FALL)
         self._judge_frame()
         result.failure, result.seconds = outcome.failure, outcome.seconds
         if outcome.seconds >= LONGEST:
@@ -124,7 +142,13 @@ class Judge:
         if self._took_off is None:
             self._took_off = self.world.scheduler.now
             for fault in self.flight.faults:
-                self._later(fault["at"], lambda fault=fault: self._inject(fault))
+                if fault["kind"] not in (EARLY, HAND, ORDERS):
+                    self._later(fault["at"], lambda fault=fault: self._inject(fault))
+        if message.verb not in self._published:
+            self._published.add(message.verb)
+            for fault in self.flight.faults:
+                if fault.get("on") == message.verb:
+                    self._later(fault["at"], lambda fault=fault: self._inject(fault))
         self._tell(f"order: {message.verb}")
 
     def _inject(self, fault: dict[str, Any]) -> None:
@@ -133,7 +157,18 @@ class Judge:
         if kind == "stop":
             self.world.stop("bench")
         elif kind == SECOND_STATION:
-            self._give(fault["orders"])
+            self._give(CONSOLE.kind, fault["orders"])
+        elif kind == ORDERS:
+            self._give(fault["station"], fault["orders"])
+        elif kind == CLOCK:
+            processes[CONSOLE.kind].clock.step(nanoseconds(fault["step"]))
+        elif kind == EARLY:
+            self._disturb(processes[fault["process"]], fault["duration"])
+        elif kind == HAND:
+            self._lift(fault["drone"], fault["duration"])
+        elif kind == STATION_KILLED:
+            processes["operator"].kill()
+            self._end_when_down()
         elif kind == "told to end":
             processes[fault["process"]].retire()
         elif kind.startswith("station"):
@@ -150,16 +185,50 @@ class Judge:
             self.result.world_ended = True
             self._later(WORLD_ENDED, self.world.scheduler.stop)
 
-    def _give(self, orders: list[tuple[float, str]]) -> None:
-        """Have the second station give these orders, one after another."""
-        at = 0.0
-        for after, verb in orders:
-            at += after
-            self._later(at, lambda verb=verb: self._order(verb))
+    def _land_again(self) -> None:
+        """Have the second station land what it has sent up since the flight was over."""
+        scheduler, console = self.world.scheduler, self.world.station(CONSOLE.kind)
+        if console.core.asked or any(place[2] > DOWN for place in self._frame.values()):
+            self._order(CONSOLE.kind, "land")
+            for _ in range(LANDING):
+                scheduler.run(scheduler.now + SECOND)
+                if not console.core.asked and all(place[2] <= DOWN for place in self._frame.values()):
+                    return
 
-    def _order(self, verb: str) -> None:
-        self._tell(f"second station: {verb}")
-        self.world.station(CONSOLE.kind).ask(Order(verb))
+    def _disturb(self, process: VirtualProcess, lasts: float) -> None:
+        """Kill a process, or freeze it for some s."""
+        if not lasts:
+            process.kill()
+            return
+        process.freeze()
+        self._later(lasts, process.thaw)
+
+    def _lift(self, drone: int, lasts: float) -> None:
+        """Hold a Tello in a hand for some s, before the flight."""
+        served = self.world.processes["kinematics"]._core._airframes[uav(drone)]
+        if isinstance(served, ServedTello) and self._took_off is None:
+            airframe = served._tello.flight.airframe
+            airframe.hold(1.0, served._now)
+            self._later(lasts, lambda: airframe.hold(0.0, served._now))
+
+    def _give(self, station: str, orders: list[tuple[Any, ...]]) -> None:
+        """Have a station give these orders, one after another."""
+        at = 0.0
+        for after, *order in orders:
+            at += after
+            self._later(at, lambda order=order: self._order(station, *order))
+
+    def _order(self, station: str, verb: str, formation: str = "", without: tuple[int, ...] = ()) -> None:
+        """Have a station give an order; the operator gives it to the flight that it conducts."""
+        self._tell(f"{station}: {verb} {formation} {without or ''}")
+        virtual = self.world.station(station)
+        if station == CONSOLE.kind:
+            duration = 0.05 if formation == "hasty" else None
+            virtual.ask(Order(verb, "wide" if duration else formation, duration, without))
+        elif verb == "conduct":
+            virtual.core.conduct(self.world.scheduler.now, DURATION)
+        else:
+            virtual.core.order(verb, self.world.scheduler.now)
         if verb in ("land", "start"):
             self._ordered_down = self._now if verb == "land" else inf
 
@@ -274,3 +343,8 @@ class Judge:
 def fly(seed: int, say: Callable[[str], None] | None = None) -> Result:
     """Fly the flight of `seed`; `say` takes what happens, line by line."""
     return Judge(drawn(seed), say).fly()
+
+
+def fly_rare(seed: int, say: Callable[[str], None] | None = None) -> Result:
+    """Fly the flight of `seed` with what `--rare` adds."""
+    return Judge(drawn(seed, rare=True), say).fly()

@@ -21,7 +21,7 @@ from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 from flockwire.loading import load_swarm
-from flockwire.process.faults import parse_faults
+from flockwire.process.fault_file import parse_faults
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
 from flockwire_sim.process import Published

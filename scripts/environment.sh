@@ -34,7 +34,7 @@ may_compile() {
 
 sync_environment() { # groups as uv names them
   local stamp=.venv/flockwire-"$1" python uv
-  if [ "$1" = dev ] && [ -d .venv ]; then
+  if [ "$1" != run ] && [ -d .venv ]; then
     touch .venv/flockwire-interpreted # a compilation under way ends without effect
     rm -f .venv/lib/python*/site-packages/flockwire_compiled_first.*
   fi
@@ -45,8 +45,12 @@ sync_environment() { # groups as uv names them
   python=$(find_python)
   uv=$(find_uv "$python")
   local options=(--locked --quiet --python "$python" --extra station --extra report --extra console)
-  [ "$1" = dev ] || options+=(--no-dev --inexact)
+  case "$1" in
+    run) options+=(--no-dev --inexact) ;;
+    docs) options+=(--group docs --inexact) ;;
+    dev) rm -f .venv/flockwire-docs ;; # it removes what no group of its own needs
+  esac
   UV_PYTHON_DOWNLOADS=never UV_PROJECT_ENVIRONMENT=.venv "$uv" sync "${options[@]}"
   touch "$stamp"
-  if [ "$1" = dev ]; then touch .venv/flockwire-interpreted; fi
+  if [ "$1" != run ]; then touch .venv/flockwire-interpreted; fi
 }

@@ -21,9 +21,18 @@ HOMONYMS = {  # words that mean something else there
     ("core/flockwire/swarm/model.py", "uav"),  # the name of a drone
     ("core/flockwire/swarm/model.py", "gateway"),  # a table of the swarm file
     ("core/flockwire/swarm/tables.py", "router"),  # a mode of the network
+    ("core/flockwire/swarm/gateway.py", "ros"),  # a source of poses
+    ("mocap_gateway/flockwire_mocap/core.py", "ros"),
+    ("core/flockwire/swarm/leader.py", "ros"),  # a kind of leader
+    ("core/flockwire/wire/address_rules.py", "ros"),  # tables of the swarm file
+    ("core/flockwire/swarm/ros_rules.py", "ros"),
+    ("core/flockwire/swarm/ros_rules.py", "leader"),
+    ("core/flockwire/swarm/ros_rules.py", "gateway"),
+    ("station/flockwire_station/idle_options.py", "ros"),  # a source of poses
     ("core/flockwire/swarm/reading.py", "leader"),  # a table of the swarm file
     ("station/flockwire_station/initial.py", "leader"),
     ("core/flockwire/runtime/configuration.py", "router"),  # Zenoh's own modes
+    ("core/flockwire/runtime/ros_node.py", "router"),
     ("probe/flockwire_probe/attackers.py", "router"),
 }
 

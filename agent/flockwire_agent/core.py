@@ -19,6 +19,7 @@ from flockwire.pilot.neighbourhood import Neighbourhood
 from flockwire.pilot.orders import flown_formation, is_known
 from flockwire.pilot.pilot import Pilot
 from flockwire.process.cores import Start
+from flockwire.process.faults import AgentFault
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
@@ -26,6 +27,7 @@ from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 
 from flockwire_agent.guarded_law import GuardedLaw
+from flockwire_agent.lying import LyingAgent
 
 
 class AgentCore:
@@ -41,7 +43,13 @@ class AgentCore:
         self._estimate_key = Key("estimate", name)
         self._rank, self._formations = parameters.rank, parameters.formations
         self._law = GuardedLaw(partial(make_law, parameters.law, parameters.settings), name)
-        self._neighbourhood = Neighbourhood(neighbours, parameters.pilot.limits.staleness, parameters.leader_kind)
+        self._neighbourhood = Neighbourhood(
+            neighbours,
+            parameters.pilot.limits.staleness,
+            parameters.leader_kind,
+            parameters.disagreement,
+            parameters.closer,
+        )
         self._reference: Reference | None = None  # the place to fly in the formation, None in any other phase
         self._flown: Mission | None = None  # its order
         self._judged: tuple[Observation, Decision] | None = None  # the formation of the error
@@ -73,6 +81,8 @@ class AgentCore:
         silence = neighbourhood.silence(now, pilot.born)
         leader_down = neighbourhood.leading is Leading.IS_DOWN
         fault = self._law.fault.text if self._law.fault is not None else ""
+        if not fault and neighbourhood.agreement.contradicted:
+            fault = neighbourhood.agreement.reason(now)
         self._refer(pilot.observe(now, silence, missing, fault, neighbourhood.positions, leader_down))
         observation = from_fields(
             Observation, (pilot.dt, pilot.stamp, pilot.motion, estimates, pilot.bodies, self._reference)
@@ -96,9 +106,13 @@ class AgentCore:
         return self._pilot.may_end(now)
 
     def report(self, now: int) -> Report:
-        """Return the agent's status; an error of its law is a reason with a code."""
+        """Return the agent's status; an error of its law, and a neighbour left out, are reasons with a code."""
         place, fault = self._place(), self._law.fault
         report = self._pilot.report(now, self._error(place), shown(self._neighbourhood.oldest(now)), place)
+        agreement = self._neighbourhood.agreement
+        if agreement.count:
+            counts = (*report.counts, ("estimates left out", agreement.count))
+            report = report._replace(reasons=(*report.reasons, *agreement.reasons(now)), counts=counts)
         if fault is None:
             return report
         detail = "" if report.detail == fault.text else report.detail
@@ -149,6 +163,8 @@ class AgentCore:
         self._law.restart()
 
 
-def make_core(start: Start) -> AgentCore:
-    """Return the core of one follower's agent."""
-    return AgentCore(agent_parameters(start.plan.swarm, start.drone), start.now)
+def make_core(start: Start) -> AgentCore | LyingAgent:
+    """Return the core of one follower's agent, which lies if a fault says so."""
+    core = AgentCore(agent_parameters(start.plan.swarm, start.drone), start.now)
+    lies = tuple(fault for fault in start.faults if isinstance(fault, AgentFault) and fault.drone == start.drone)
+    return LyingAgent(core, lies, start.took_off) if lies else core

@@ -60,6 +60,7 @@ class Measured:
     stops: tuple[str, ...]
     settled: float | None
     failed_laws: tuple[str, ...]
+    contradictions: tuple[str, ...]
     unsettled: str  # the phase that did not settle
     longest_off: float | None
     formation_tail: float | None
@@ -85,6 +86,7 @@ def checks(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
     alone = not swarm.obstacles and measured.min_distance_obstacle is None
     idle = {
         "formation kept": measured.longest_off is None,  # no follower settled: judged by another check
+        "contradictions": not measured.contradictions,
         "laws that failed": not measured.failed_laws,
         "obstacle clearance": alone,
         "separation": measured.drones < 2,
@@ -106,6 +108,7 @@ def _in_flight(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
         _at_most("fence", measured.max_outside, swarm.checks.fence, "m", nowhere, "outside limits.fence"),
         _none("emergency stop", measured.stops),
         _none("laws that failed", measured.failed_laws),
+        _none("contradictions", measured.contradictions),
     )  # fmt: skip
 
 

@@ -12,7 +12,7 @@ from flockwire.swarm.model import Swarm
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import ROWS, Key
 from flockwire.wire.plan import Plan
-from flockwire.wire.status import LAW_FAILED, Status
+from flockwire.wire.status import APART, LAW_FAILED, LEFT_OUT, Status
 from flockwire_recorder.trace import count_lost, published_at
 
 from flockwire_analysis.observed import Observed, keep, observed
@@ -55,6 +55,7 @@ class Collector:
         self._states: dict[str, list[StateChange]] = {}
         self._histories: dict[str, list[Observed]] = {identity: [] for identity in self.plan.pilots.values()}
         self._failed_laws: dict[str, None] = {}
+        self._contradictions: dict[str, None] = {}
         self._begin = self._end = 0
         self._recorded = self._malformed = 0
 
@@ -93,8 +94,9 @@ class Collector:
                 if (obeyed := message.report.mission) is not None:
                     self._obeyed.add(obeyed.version)
                 for reason in message.report.reasons:
-                    if reason.code == LAW_FAILED:
-                        self._failed_laws[f"{message.identity}: {reason.text}"] = None
+                    if reason.code in (LAW_FAILED, LEFT_OUT, APART):
+                        found = self._failed_laws if reason.code == LAW_FAILED else self._contradictions
+                        found[f"{message.identity}: {reason.text}"] = None
                 if (history := self._histories.get(message.identity)) is not None:
                     keep(history, observed(message, channel))
                 states = self._states.setdefault(message.identity, [])
@@ -120,6 +122,7 @@ class Collector:
             {identity: tuple(states) for identity, states in self._states.items()},
             {identity: tuple(history) for identity, history in self._histories.items()},
             tuple(self._failed_laws),
+            tuple(self._contradictions),
             self._begin, self._end, self._recorded,
             self._lost(), self._malformed, closed, lost_bytes,
         )  # fmt: skip

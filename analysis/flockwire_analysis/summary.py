@@ -119,8 +119,9 @@ def summarise(trace: Trace) -> Summary:
     measured = Measured(
         lacking.places, lacking.formation, len(trace.flying),
         apart, clear, speed, outside,
-        tuple(dict.fromkeys(stop.reason for stop in trace.stops)), formation.settled_s, trace.failed_laws,
-        _unsettled(judged), tracking.largest([phase.longest_off_s for phase in judged]),
+        tuple(dict.fromkeys(stop.reason for stop in trace.stops)), formation.settled_s,
+        trace.failed_laws, trace.contradictions, _unsettled(judged),
+        tracking.largest([phase.longest_off_s for phase in judged]),
         tracking.largest([phase.judged_tail_m for phase in judged]), observation.max_tail,
         outcomes.grounded(trace, phases), outcomes.lost(trace), deviations(trace), outcomes.landing(trace),
         rate, gap, gaps.where(trace, gap), trace.lost,

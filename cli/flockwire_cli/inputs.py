@@ -95,7 +95,7 @@ def planned(swarm: Swarm) -> Plan:
 
 def faults_of(path: Path | None, plan: Plan) -> tuple[Fault, ...]:
     """Return the faults of a file, empty without one; or refuse it."""
-    from flockwire.process.faults import FaultFileError, load_faults  # noqa: PLC0415
+    from flockwire.process.fault_file import FaultFileError, load_faults  # noqa: PLC0415
 
     try:
         return load_faults(path, plan) if path is not None else ()

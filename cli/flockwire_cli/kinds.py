@@ -6,7 +6,7 @@ The standard library's argparse reads their arguments: a drone's host has no oth
 from __future__ import annotations
 
 import os
-from argparse import SUPPRESS, ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
@@ -19,6 +19,7 @@ from flockwire_station.folders import keys_folder
 
 from flockwire_cli.inputs import faults_of, load, planned, refuse, refuse_a_second_trace
 
+FASTEST = 100.0  # times the recorded pace
 KINDS = {row.kind: row for row in PROCESSES if row.started}
 
 
@@ -32,13 +33,13 @@ class _Help(RawDescriptionHelpFormatter):
 def run(kind: str, arguments: Sequence[str]) -> int:
     """Run one process of that kind to its end; returns its exit status. Raises SystemExit for bad arguments."""
     row = KINDS[kind]
-    return _serve(row, _parser(row).parse_args(arguments))
+    return _serve(row, parser_of(row).parse_args(arguments))
 
 
-def _parser(row: Process) -> ArgumentParser:
+def parser_of(row: Process) -> ArgumentParser:
     """Return the argument parser of one kind of process."""
     parser = ArgumentParser(f"flockwire {row.kind}", description=row.help, formatter_class=_Help, allow_abbrev=False)
-    parser.set_defaults(id=None, out=Path(), dated=False, protocol=None, faults=None, took_off=None)
+    parser.set_defaults(id=None, out=Path(), dated=False, protocol=None, trace=None, faults=None, took_off=None)
     parser.add_argument("swarm", metavar="SWARM", type=Path, help="The swarm file (TOML).")
     if row.numbered:
         parser.add_argument("id", metavar="ID", type=int, help="The drone's id.")
@@ -60,8 +61,11 @@ def _parser(row: Process) -> ArgumentParser:
         parser.add_argument(
             "--protocol",
             metavar="P",
-            help="The protocol: natnet, vrpn, qualisys. Without the swarm: bodies are at the starts.",
+            help="The protocol: natnet, vrpn, qualisys, ros. Without the swarm: bodies are at the starts.",
         )
+    if row.replays:
+        parser.add_argument("--trace", type=Path, help="Show this trace of the swarm, with its clock, instead of it.")
+        parser.add_argument("--pace", type=_pace, default=1.0, help="How many times as fast as it was recorded [1].")
     if row.faults or row.records:  # the recorder marks them in the trace
         parser.add_argument("--faults", type=Path, help="The faults to inject (TOML).")
         parser.add_argument("--took-off", type=int, help=SUPPRESS)  # time 0 of faults, Unix ns
@@ -78,6 +82,8 @@ def _serve(row: Process, given: Namespace) -> int:
     plan = load(swarm) if flying is None else planned(flying.swarm)
     if given.protocol is not None:
         return _alone(row, plan, given.protocol)
+    if given.trace is not None:
+        return _replayed(row, plan, given.trace, given.pace)
     identity = _identity(plan, row, given.id)
     if given.dated:
         out = _dated(out, plan)
@@ -113,6 +119,32 @@ def _alone(row: Process, plan: Plan, protocol: str) -> int:
         load_object(row.alone)(plan.swarm, protocol)
     except OSError as error:
         refuse(str(error))
+    except KeyboardInterrupt:
+        pass
+    return 0
+
+
+def _pace(text: str) -> float:
+    try:
+        pace = float(text)
+    except ValueError:
+        pace = 0.0
+    if not 0.0 < pace <= FASTEST:
+        raise ArgumentTypeError(f"{text!r}: must be a number above 0, at most {FASTEST:g}")
+    return pace
+
+
+def _replayed(row: Process, plan: Plan, trace: Path, pace: float) -> int:
+    """Show a trace, until it is interrupted."""
+    from flockwire.objects import load_object  # noqa: PLC0415
+
+    _identity(plan, row, None)
+    try:
+        load_object(row.replays)(plan, trace, pace)
+    except ValueError as error:
+        refuse(f"--trace = {error}")
+    except OSError as error:
+        refuse(f"--trace = {trace}: cannot read it: {error.strerror or error}")
     except KeyboardInterrupt:
         pass
     return 0

@@ -12,6 +12,7 @@ from types import FrameType
 from typing import NoReturn
 
 from flockwire.loading import parse_swarm
+from flockwire_sim.coverage import Coverage
 from flockwire_sim.study.file import Study, StudyError, load_study
 from flockwire_sim.study.findings import QUANTITIES, Findings, find, label, quantity, write_worst
 from flockwire_sim.study.ledger import Ledger
@@ -23,6 +24,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table as RichTable
 
+MARKS = "marks.txt"
 NO_CHANCE = "nothing is random, so all runs of a grid point are equal and their interval has no meaning"
 
 
@@ -57,7 +59,10 @@ def study(swarm: Path, file: Path | None, options: dict[str, object], out: Path,
     if findings.results:
         write_worst(findings, table, out)
         write_study(findings, checked, out)
+        coverage = Coverage.of(result.marks for result in ledger.results)
+        (out / MARKS).write_text("\n".join(coverage.table()) + "\n", encoding="utf-8")
         _print(findings, out)
+        print(f"  marks: {coverage.line}: {out / MARKS}")
     return _verdict(findings, stopped)
 
 

@@ -1,4 +1,4 @@
-"""Commands that read traces: `report`, `recover`, `export`, `compare`."""
+"""Commands that read traces: `report`, `animate`, `recover`, `export`, `compare`."""
 
 from __future__ import annotations
 
@@ -44,6 +44,25 @@ def report(
 
 
 @app.command()
+def animate(
+    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="A trace.mcap.")],
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE.gif", help="The file [flight.gif, beside the trace].")
+    ] = None,
+    seconds: Annotated[float, typer.Option(min=2.0, max=60.0, help="Length of the moving picture.")] = 10.0,
+) -> None:
+    """Write the flight from above as a moving picture (GIF, 3 MB at most)."""
+    from flockwire_analysis.figures.animation import animate as write  # noqa: PLC0415  (matplotlib)
+    from flockwire_analysis.reading import read_trace  # noqa: PLC0415
+
+    file = out or trace.parent / "flight.gif"
+    if file.suffix != ".gif":
+        refuse(f"--out = {file}: must end with .gif")
+    with progress("reads the trace, draws its frames"):
+        print(_trace(lambda: write(read_trace(trace), file, seconds)))
+
+
+@app.command()
 def recover(
     trace: Annotated[Path, typer.Argument(metavar="TRACE", help="A truncated trace.")],
     out: Annotated[Path | None, typer.Option(help="The complete trace to write [TRACE-recovered.mcap].")] = None,
@@ -75,31 +94,62 @@ def export(
 
 @app.command()
 def compare(
-    first: Annotated[Path, typer.Argument(metavar="TRACE", help="A trace.mcap.")],
-    second: Annotated[Path, typer.Argument(metavar="TRACE", help="Another one.")],
-    out: Annotated[Path, typer.Option(help="Folder for the figures.")] = Path("runs/comparison"),
+    flights: Annotated[list[Path], typer.Argument(metavar="TRACE...", help="Traces; a folder: all in it.")],
+    out: Annotated[Path, typer.Option(help="Folder for tables and figures.")] = Path("runs/comparison"),
 ) -> None:
-    """Overlay two flights in figures, and print their key figures side by side."""
-    from flockwire_analysis.figures.comparison import compare as draw  # noqa: PLC0415  (matplotlib)
-    from flockwire_analysis.key_figures import beside  # noqa: PLC0415
+    """Compare flights, or groups of flights: key figures, means with 95 % intervals, paired tests against the first."""
+    from flockwire_analysis.comparison import Group, comparison  # noqa: PLC0415  (scipy)
+    from flockwire_analysis.comparison_tables import as_csv, as_latex, as_text  # noqa: PLC0415
+    from flockwire_analysis.figures.comparison import MOST  # noqa: PLC0415  (matplotlib)
+    from flockwire_analysis.figures.comparison import compare as draw  # noqa: PLC0415
     from flockwire_analysis.reading import read_trace  # noqa: PLC0415
     from flockwire_analysis.summary import summarise  # noqa: PLC0415
 
-    traces = _trace(lambda: (read_trace(first), read_trace(second)))
-    names = _names(first, second)
-    print("\n".join(beside(names, [summarise(trace) for trace in traces])))
+    files = [_flights_of(one) for one in flights]
+    traces = _trace(lambda: [{name: read_trace(path) for name, path in one.items()} for one in files])
+    names = _names(flights)
+    groups = [
+        Group(name, {flight: summarise(trace) for flight, trace in one.items()})
+        for name, one in zip(names, traces, strict=True)
+    ]
+    if len(flights) > 2 and not any(path.is_dir() for path in flights):
+        groups.append(Group("all", {name: one.flights[""] for name, one in zip(names, groups, strict=True)}))
+    rows = comparison(groups)
+    print("\n".join(as_text(groups, rows)))
     try:
         out.mkdir(parents=True, exist_ok=True)
+        (out / "comparison.csv").write_text(as_csv(groups, rows), encoding="utf-8")
+        (out / "comparison.tex").write_text(as_latex(groups, rows), encoding="utf-8")
     except OSError as error:
         unwritable(out, error)
-    for path in _trace(lambda: draw(traces, names, out)):
+    print(out / "comparison.csv", out / "comparison.tex", sep="\n")
+    if len(names) > MOST:
+        print(f"flockwire: no figures: they can show {MOST} flights or groups, not {len(names)}", file=sys.stderr)
+        return
+    for path in _trace(lambda: draw([list(one.values()) for one in traces], names, out)):
         print(path)
 
 
-def _names(first: Path, second: Path) -> tuple[str, str]:
-    """Return distinct names of two traces: their folders, or else their file names."""
-    folders = first.resolve().parent.name, second.resolve().parent.name
-    return folders if folders[0] != folders[1] else (first.stem, second.stem)
+def _flights_of(path: Path) -> dict[str, Path]:
+    """Return the traces of one argument by name: the file, or all below a folder by their place in it."""
+    if not path.is_dir():
+        return {"": path}
+    found = {str(trace.parent.relative_to(path)): trace for trace in sorted(path.rglob("trace.mcap"))}
+    if not found:
+        refuse(f"{path}: has no trace.mcap, nor has any folder below it")
+    return found
+
+
+def _names(paths: list[Path]) -> list[str]:
+    """Return distinct names of traces and folders: the last parts of their paths, as many as needed."""
+    parts = [(path if path.is_dir() else path.with_suffix("")).resolve().parts for path in paths]
+    if all(not path.is_dir() and path.stem == paths[0].stem for path in paths):  # the folders of flights tell more
+        parts = [one[:-1] for one in parts]
+    for count in range(1, max(len(one) for one in parts) + 1):
+        names = ["/".join(one[-count:]) for one in parts]
+        if len(set(names)) == len(names):
+            return names
+    return [f"{k}: {name}" for k, name in enumerate(names, 1)]
 
 
 def _trace(work: Any) -> Any:  # noqa: ANN401  (it passes through whatever `work` returns)

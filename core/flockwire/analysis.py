@@ -6,6 +6,7 @@ lengths m, world frame ENU.
 
 from flockwire_analysis.checks import Check
 from flockwire_analysis.export import ExportError, write_csv, write_parquet
+from flockwire_analysis.opening import open_trace
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.report import write_report
@@ -20,6 +21,7 @@ __all__ = [
     "Trace",
     "formation_errors",
     "observation_errors",
+    "open_trace",
     "read_trace",
     "summarise",
     "write_csv",

@@ -16,7 +16,7 @@ from pydantic import ValidationError
 from flockwire.law import Law, LawSettings
 from flockwire.objects import load_object
 from flockwire.parameters import law_settings
-from flockwire.swarm import airframe_rules, formation_rules, gateway_rules, rules
+from flockwire.swarm import airframe_rules, formation_rules, gateway_rules, ros_rules, rules
 from flockwire.swarm.airframes import AIRFRAMES
 from flockwire.swarm.mending import mended, validated
 from flockwire.swarm.model import Swarm, uav
@@ -89,7 +89,14 @@ def problems(swarm: Swarm, to_fly: bool = True, wrong: set[str] | None = None) -
     For a swarm that is not `to_fly`, because it has flown, no law is imported; it may be missing here.
     """
     own = (rule for row in AIRFRAMES if row.rules for rule in load_object(row.rules))
-    of_files = (*rules.RULES, *formation_rules.RULES, *own, *airframe_rules.RULES, *gateway_rules.RULES)
+    of_files = (
+        *rules.RULES,
+        *formation_rules.RULES,
+        *own,
+        *airframe_rules.RULES,
+        *gateway_rules.RULES,
+        *ros_rules.RULES,
+    )
     of_laws = (_law_problems, _law_constructor) if to_fly else ()
     yield from broken(swarm, (*of_files, *address_rules.RULES, *of_laws), wrong if wrong is not None else set())
 

@@ -60,6 +60,8 @@ class AgentParameters(NamedTuple):
     formations: Mapping[str, Formation]  # by the name in an order
     neighbours: dict[int, float]  # its in-neighbours: w_ij by id j
     leader_kind: str
+    disagreement: float  # m, between the neighbours' estimates; inf without a safety filter
+    closer: frozenset[int]  # the in-neighbours that are fewer hops from the leader; likewise none
 
 
 class CourseParameters(NamedTuple):
@@ -133,20 +135,23 @@ def pilot_parameters(swarm: Swarm, number: int) -> PilotParameters:
 
 def agent_parameters(swarm: Swarm, number: int) -> AgentParameters:
     """Return the parameters of the agent of follower `number` of `swarm`."""
+    neighbours, depths = swarm.topology.neighbours(number), swarm.topology.depths()
     return AgentParameters(
         pilot=pilot_parameters(swarm, number),
         law=swarm.control.law,
         settings=law_settings(swarm, number),
         rank=swarm.followers.index(number),
         formations={name: swarm.build_formation(name) for name in swarm.formation_names},
-        neighbours=swarm.topology.neighbours(number),
+        neighbours=neighbours,
         leader_kind=swarm.leader.kind,
+        disagreement=swarm.limits.disagreement if swarm.control.filtered else inf,
+        closer=frozenset(j for j in neighbours if swarm.control.filtered and depths[j] < depths[number]),
     )
 
 
 def leader_parameters(swarm: Swarm) -> LeaderParameters:
     """Return the parameters of the leader of `swarm`, if it has an airframe."""
-    steered = swarm.leader.kind == "teleoperated"
+    steered = swarm.leader.steered
     return LeaderParameters(
         pilot=pilot_parameters(swarm, LEADER),
         course=course_parameters(swarm),

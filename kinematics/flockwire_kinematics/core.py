@@ -6,16 +6,16 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from typing import cast
 
-from flockwire.domain.airframe import Command
+from flockwire.domain.airframe import Command, Telemetry
 from flockwire.domain.fields import from_fields
 from flockwire.domain.order import Mission, Stop
 from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND
+from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.objects import load_object
 from flockwire.pilot.moving_point import MovingPoint
 from flockwire.process.cores import Address, Datagram, Start
 from flockwire.process.driving import RETIREMENT, SETTLED, TELEMETRY_PERIOD, Commanded, Served, SimulatedAirframe
-from flockwire.process.faults import AirframeFailure, AirframeLag, Fault
+from flockwire.process.faults import AirframeFailure, AirframeFault, AirframeLag, FalseHeight, Fault
 from flockwire.process.stepping import is_due, next_deadline
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.codec import Message
@@ -59,7 +59,8 @@ class KinematicsCore:
         self._settled = SETTLED if not served else SETTLED_SERVED
         self._telemetry_deadline = now
         self._flew = 0  # last time with a drone in the air, Unix ns
-        self._faults = deque(fault for fault in faults if isinstance(fault, AirframeLag | AirframeFailure))
+        self._faults = deque(fault for fault in faults if isinstance(fault, AirframeFault))
+        self._false_heights: list[FalseHeight] = []  # those that have begun
         self._begin = took_off  # time 0 of faults: the first take-off
 
     def receive(self, key: Key, message: Message, now: int) -> None:
@@ -98,7 +99,7 @@ class KinematicsCore:
         if is_due(self._telemetry_deadline, now, TELEMETRY_PERIOD):
             self._telemetry_deadline = next_deadline(self._telemetry_deadline, now, TELEMETRY_PERIOD)
             for owner, commanded in self._commanded.items():
-                messages.append((Key("telemetry", owner), commanded.telemetry(now, self._frame)))
+                messages.append((Key("telemetry", owner), self._reported(commanded.telemetry(now, frame), owner)))
         return messages
 
     def retire(self, now: int) -> None:
@@ -140,10 +141,22 @@ class KinematicsCore:
         while self._faults and self._faults[0].at <= t:
             fault = self._faults.popleft()
             airframe = self._airframes[uav(fault.drone)]
-            if isinstance(fault, AirframeLag):
-                airframe.respond(fault.lag, fault.dead_time)
-            else:
-                airframe.stop()
+            match fault:
+                case AirframeLag():
+                    airframe.respond(fault.lag, fault.dead_time)
+                case AirframeFailure():
+                    airframe.stop()
+                case FalseHeight():
+                    self._false_heights.append(fault)
+
+    def _reported(self, telemetry: Telemetry, owner: str) -> Telemetry:
+        """Return the telemetry of drone `owner` with the false heights of the present moment."""
+        for fault in self._false_heights:
+            if uav(fault.drone) == owner and telemetry.stamp <= (self._begin or 0) + nanoseconds(
+                fault.at + fault.duration
+            ):
+                telemetry = telemetry._replace(height=telemetry.height + fault.offset)
+        return telemetry
 
 
 def make_core(start: Start) -> KinematicsCore:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from flockwire.domain.quaternion import IDENTITY, Quaternion, product, rotate
 from flockwire.domain.vector import ZERO, Vector, add, subtract
 
-from flockwire_mocap.quaternion import IDENTITY, Quaternion, product, rotate
 from flockwire_mocap.tracking import ReportedBody
 
 METRES = {"m": 1.0, "mm": 0.001}

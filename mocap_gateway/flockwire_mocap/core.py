@@ -27,6 +27,7 @@ from flockwire_mocap.identities import Claim, Identities, owner
 from flockwire_mocap.natnet.source import NatNetSource
 from flockwire_mocap.qualisys.source import QualisysSource
 from flockwire_mocap.replay.source import ReplaySource
+from flockwire_mocap.ros.source import RosSource
 from flockwire_mocap.simulated import SimulatedSource
 from flockwire_mocap.tracking import Source
 from flockwire_mocap.vicon.source import ViconSource
@@ -43,6 +44,7 @@ SOURCES: Mapping[str, Callable[[Start], Source]] = {  # by gateway.source
     "vrpn": VrpnSource,
     "qualisys": QualisysSource,
     "vicon": ViconSource,
+    "ros": RosSource,
     "replay": ReplaySource,
 }
 

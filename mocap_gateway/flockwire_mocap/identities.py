@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
+from flockwire.domain.quaternion import Quaternion
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, distance
 
 from flockwire_mocap.jumps import JumpFilter
-from flockwire_mocap.quaternion import Quaternion
 
 FRESH = SECOND  # ns for which a sighting identifies a body
 GAP = SECOND // 20  # ns without a drone after which its name alone does not identify a body

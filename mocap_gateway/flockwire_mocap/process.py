@@ -19,6 +19,9 @@ from flockwire_mocap.persistent import PersistentConnection
 from flockwire_mocap.qualisys.client import QualisysClient
 from flockwire_mocap.qualisys.source import QualisysSource
 from flockwire_mocap.replay.source import ReplaySource, read_poses
+from flockwire_mocap.ros.client import RosClient
+from flockwire_mocap.ros.source import RosSource
+from flockwire_mocap.tracking import Source
 from flockwire_mocap.vicon.client import ViconClient
 from flockwire_mocap.vicon.source import ViconSource
 from flockwire_mocap.vrpn.client import VrpnClient
@@ -50,7 +53,7 @@ async def _natnet(source: NatNetSource, drained: Drained) -> AsyncIterator[None]
 
 
 @asynccontextmanager
-async def _kept(client: PersistentConnection) -> AsyncIterator[None]:
+async def _kept(client: PersistentConnection | RosClient) -> AsyncIterator[None]:
     client.open()
     try:
         yield
@@ -79,14 +82,23 @@ def feed(core: Core, step: Callable[[], None]) -> AbstractAsyncContextManager[No
     match source:
         case NatNetSource():
             return _natnet(source, drained)
-        case VrpnSource():
-            return _kept(VrpnClient(source, drained))
-        case QualisysSource():
-            return _kept(QualisysClient(source, drained))
-        case ViconSource():
-            return _kept(ViconClient(source, drained))
         case ReplaySource():
             return _replay(source)
+    client = _client(source, drained)
+    return None if client is None else _kept(client)
+
+
+def _client(source: Source, drained: Drained) -> PersistentConnection | RosClient | None:
+    """Return the client of a source that keeps a connection."""
+    match source:
+        case VrpnSource():
+            return VrpnClient(source, drained)
+        case QualisysSource():
+            return QualisysClient(source, drained)
+        case ViconSource():
+            return ViconClient(source, drained)
+        case RosSource():
+            return RosClient(source, drained)
     return None
 
 

@@ -7,19 +7,19 @@ from math import hypot
 from flockwire.domain.fields import from_fields
 from flockwire.domain.order import Mission
 from flockwire.domain.pose import Pose
+from flockwire.domain.quaternion import IDENTITY
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, add, scale
 from flockwire.process.cores import Start
-from flockwire.process.faults import NameSwap, NoiseBurst, TrackerLoss, Visitor
+from flockwire.process.faults import FalsePose, NameSwap, NoiseBurst, TrackerLoss, Visitor
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
 
 from flockwire_mocap.completeness import Completeness
-from flockwire_mocap.quaternion import IDENTITY
 from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, framed
 
-CameraFault = TrackerLoss | NoiseBurst | NameSwap | Visitor
+CameraFault = FalsePose | TrackerLoss | NoiseBurst | NameSwap | Visitor
 VISITORS = 10_000  # the number of the first body that is not a drone
 Measured = tuple[int, ReportedBody]  # stamp, Unix ns, and position
 
@@ -105,6 +105,9 @@ class SimulatedSource:
                 called = sum(fault.drones) - called if called in fault.drones else called
             elif isinstance(fault, TrackerLoss) and fault.drone == drone:
                 return
+            elif isinstance(fault, FalsePose) and fault.drone == drone:
+                since = (stamp - (self._took_off or 0)) / SECOND - fault.at
+                position = add(position, scale(fault.velocity, since))
         if noise:
             position = self._noisy(position, noise)
         name = self._names[called]

@@ -6,12 +6,11 @@ from collections.abc import Iterable
 from math import isfinite
 from typing import NamedTuple, Protocol
 
+from flockwire.domain.quaternion import IDENTITY, Quaternion
 from flockwire.domain.vector import Vector
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
 from flockwire.wire.status import Counts
-
-from flockwire_mocap.quaternion import IDENTITY, Quaternion
 
 UNIT_TOLERANCE = 0.02  # of the squared norm: single precision and a tracker's rounding stay far below
 LOST = (0.0, 0.0, 0.0)  # position of a body that the tracker does not see

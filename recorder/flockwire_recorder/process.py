@@ -14,14 +14,16 @@ from flockwire.runtime.session import Session
 from flockwire.runtime.shell import status_publisher
 from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.runtime.ticker import Ticker
-from flockwire.runtime.topics import Topic, in_order
+from flockwire.runtime.topics import in_order, recorded_topic
+from flockwire.wire.keys import ROWS
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
+from flockwire.wire.schemas import ROS_TYPES
 from flockwire.wire.status import Counts, Report, counted
 
 from flockwire_recorder.core import PERIOD, RecorderCore
 from flockwire_recorder.parts import next_part
-from flockwire_recorder.trace import TraceFullError, TraceWriter, describe, published_at
+from flockwire_recorder.trace import TraceFullError, TraceWriter, describe, logged_at, published_at
 
 FLUSH_EVERY = 5  # drains: at most a tenth of a second is lost with the process
 
@@ -36,8 +38,8 @@ class Recorder:
         self._counts = StepCounts()
         self._rejected: Counter[str] = Counter()
         self.full: TraceFullError | None = None
-        self._topics = [Topic(plan, key, session) for key in plan.subscribes[identity]]
-        self._ros_types = {topic.name: topic.ros_type for topic in self._topics}
+        self._topics = [recorded_topic(plan, key, session) for key in plan.subscribes[identity]]
+        self._ros_types = {f"/{plan.text(key)}": ROS_TYPES[ROWS[key.kind].message] for key in plan.keys}
 
     def tick(self, lateness: int, skipped: int) -> None:
         """Receive the messages since the last tick."""
@@ -58,7 +60,8 @@ class Recorder:
         """Write all buffered messages in the order of sending. Raises TraceFullError once."""
         for sent, topic, publisher, sequence, payload in in_order(self._topics, now, self._rejected):
             published = published_at(sent, now)
-            self._trace.write(topic, self._ros_types[topic], publisher, sequence, now, published, payload)
+            logged = logged_at(published, now)
+            self._trace.write(topic, self._ros_types[topic], publisher, sequence, logged, published, payload)
 
     def close(self) -> None:
         """Write the remaining messages and close the trace. Raises TraceFullError if the disk is or was full."""

@@ -19,6 +19,7 @@ from flockwire.wire.codec import Message
 from flockwire.wire.inbox import Inbox, Opened, open_sample
 from flockwire.wire.keys import Delivery, KeyRow
 
+from flockwire_sim.rare import RareBranches
 from flockwire_sim.virtual_time import Scheduler
 
 
@@ -80,7 +81,7 @@ class Conditions:
 
 
 class VirtualLink:
-    """The link from one process to another; calls `deliver` with arriving messages."""
+    """The link from one process to another; calls `deliver` with arriving messages, sometimes `rare`."""
 
     def __init__(
         self,
@@ -89,9 +90,10 @@ class VirtualLink:
         seed: int,
         scheduler: Scheduler,
         deliver: Callable[[list[Parcel]], None],
+        rare: RareBranches | None = None,
     ) -> None:
         self.load: list[Parcel] = []  # the next load to depart
-        self._scheduler, self._deliver = scheduler, deliver
+        self._scheduler, self._deliver, self._rare = scheduler, deliver, rare
         self._random = Random(f"{seed} {ends[0]} > {ends[1]}")  # noqa: S311  (not for secrets)
         self._conditions = [usual]  # the last one counts
         self._cuts = 0
@@ -131,11 +133,17 @@ class VirtualLink:
         self._delay = round(now.delay * SECOND)
         # A link keeps its order under changing conditions, so it must know the arrival of its last load.
         self._steady = len(self._conditions) == 1 and not (self._cuts or now.jitter or now.loss or now.reordering)
-        self._steady = self._steady and self._last_arrival <= self._scheduler.now + self._delay
+        self._steady = self._steady and self._rare is None and self._last_arrival <= self._scheduler.now + self._delay
 
     def _depart(self, load: list[Parcel]) -> None:
         now, chance, conditions = self._scheduler.now, self._random.random, self._conditions[-1]
         travel = self._delay + (round(chance() * conditions.jitter * SECOND) if conditions.jitter else 0)
+        if self._rare is not None:
+            if any(sample.row.delivery is Delivery.EVENT for _, sample in load) and (closed := self._rare.closed()):
+                self.cut()
+                self._scheduler.at(now + closed, VirtualLink.mend, self)
+                return
+            travel += self._rare.late_message()
         arrival = self._last_arrival = max(now + travel, self._last_arrival)
         together = []
         for parcel in load:

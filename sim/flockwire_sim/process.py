@@ -17,6 +17,7 @@ from flockwire.wire.inbox import ATTACHMENT, inbox_of, publisher_of
 from flockwire.wire.keys import ROWS, Key, KeyRow, key_text
 
 from flockwire_sim.network import DatagramNetwork, Parcel, Sample, Slot, VirtualLink
+from flockwire_sim.rare import RareBranches
 from flockwire_sim.virtual_time import LocalClock, Scheduler
 
 UNREAD = 256  # datagrams in the socket of a frozen process
@@ -71,7 +72,10 @@ class NoResources:
 
 
 class VirtualProcess:
-    """The process of `identity`; it subscribes to the keys `subscribed`, in their order, and publishes `outlets`."""
+    """The process of `identity`; it subscribes to the keys `subscribed`, in their order, and publishes `outlets`.
+
+    Its timer is sometimes late, by `rare`.
+    """
 
     def __init__(
         self,
@@ -87,12 +91,13 @@ class VirtualProcess:
         reports: bool,
         network: DatagramNetwork,
         patience: float,
+        rare: RareBranches | None = None,
     ) -> None:
         self.identity, self.subscribed, self.clock = identity, subscribed, clock
         self.outlets: dict[Key, Outlet] = {}
         self.alive = False
         self._swarm, self._make_core, self._scheduler, self._seed, self._tap = swarm, make_core, scheduler, seed, tap
-        self._make_timekeeping = make_timekeeping
+        self._make_timekeeping, self._rare = make_timekeeping, rare
         self._starts, self._reports, self._network, self._patience = 0, reports, network, patience
         self._networked: Networked | None = None
         self._stepper: Stepper | None = None  # None until swarm time is known
@@ -242,7 +247,8 @@ class VirtualProcess:
     def _tick(self, starts: int) -> None:
         if not self.alive or starts != self._starts:
             return
-        self._scheduler.at(self._scheduler.now + self._period, self._tick, starts)
+        late = self._rare.late_timer() if self._rare is not None else 0
+        self._scheduler.at(self._scheduler.now + self._period + late, self._tick, starts)
         if self._frozen:
             self._missed += 1
             return
@@ -253,6 +259,7 @@ class VirtualProcess:
             return
         assert self._stepper is not None  # noqa: S101  (it ticks since `_begin`)
         self._stepper.tick(0, missed, now)
+        self._missed += late // self._period
         if self._loaded:
             self._depart()
 

@@ -25,6 +25,7 @@ from flockwire_sim.fault_injection import FaultInjector
 from flockwire_sim.network import Conditions, DatagramNetwork, VirtualLink
 from flockwire_sim.operator import Script, ScriptedSteering, VirtualOperator, nobody
 from flockwire_sim.process import MakeCore, Outlet, Tap, VirtualProcess
+from flockwire_sim.rare import Rare, RareBranches
 from flockwire_sim.virtual_time import LocalClock, Scheduler
 
 EPOCH = 1_790_000_000 * SECOND  # start of every virtual flight, Unix ns
@@ -46,7 +47,7 @@ class World:
     """The processes of `swarm`, flown for `duration` s from take-off to landing; equal seeds give equal flights.
 
     The drones `without` stay on the ground. `tap` is called with every published message (received ones may differ).
-    `stations` are identities of other operators for `station`.
+    `stations` are identities of other operators for `station`. With `rare`, links and timers take rare branches.
     """
 
     def __init__(
@@ -58,6 +59,7 @@ class World:
         tap: Tap | None = None,
         without: tuple[int, ...] = (),
         stations: tuple[str, ...] = (),
+        rare: Rare | None = None,
     ) -> None:
         swarm = swarm.in_simulation()
         self.swarm, self.plan = swarm, Plan(swarm)
@@ -69,7 +71,7 @@ class World:
         self.station().core.conduct(EPOCH, duration, Order("start", without=without))
         self._script: Script = nobody
         self.links: dict[tuple[str, str], VirtualLink] = {}
-        self._seed, self._faults, self._tap = seed, faults, tap
+        self._seed, self._faults, self._tap, self._rare = seed, faults, tap, rare
         self._operators = frozenset(self.plan.operators)
         self._limit = EPOCH + nanoseconds(duration + LONGEST)
         self._network = DatagramNetwork(swarm.sim, seed, self.scheduler)
@@ -127,6 +129,7 @@ class World:
                 self.swarm, identity, self._maker(identity), partial(timekeeping, self.plan, identity),
                 self._subscribed(identity), self._clock(identity), self.scheduler, self._seed, self._tap,
                 identity not in self._operators, self._network, patience(self.plan, identity),
+                self._branches(identity),
             )
             for identity in self.plan.identities
             if identity not in self.plan.routers
@@ -178,9 +181,19 @@ class World:
     def _link(self, ends: tuple[str, str], usual: Conditions) -> VirtualLink:
         judged = self._operators.intersection(ends)
         conditions = Conditions(usual.delay) if judged else usual  # processes that judge the flight receive everything
-        link = VirtualLink(ends, conditions, self._seed, self.scheduler, self.processes[ends[1]].deliver)
+        link = VirtualLink(
+            ends,
+            conditions,
+            self._seed,
+            self.scheduler,
+            self.processes[ends[1]].deliver,
+            self._branches(" > ".join(ends)),
+        )
         self.links[ends] = link
         return link
+
+    def _branches(self, where: str) -> RareBranches | None:
+        return None if self._rare is None else RareBranches(self._rare, self._chance(f"rare {where}"))
 
     def _chance(self, what: str) -> Random:
         return Random(f"{self._seed} {what}")  # noqa: S311  (not for secrets)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from functools import partial
 
 from flockwire.domain.time import SECOND
-from flockwire.process.faults import SIM_ONLY, Cut, Fault, Freeze, Kill, LinkChange, Partition, Restart
+from flockwire.process.faults import SIM_ONLY, AgentFault, Cut, Fault, Freeze, Kill, LinkChange, Partition, Restart
 from flockwire.wire.plan import Plan
 from flockwire_relay import links
 from flockwire_relay.links import LinkFault, Relays
@@ -32,6 +32,8 @@ def _elsewhere(key: str, fault: Fault, plan: Plan, host: str) -> str:
     """Return why only another host can inject `fault`, or empty."""
     if isinstance(fault, Kill | Restart | Freeze):
         named, processes = f"{key}.process = {fault.process!r}", [fault.process]
+    elif isinstance(fault, AgentFault):
+        named, processes = f"{key}.drone = {fault.drone}", [plan.pilots[fault.drone]]
     else:
         named = f"{key}.kind = {fault.kind!r}"
         processes = [identity for identity in plan.started if fault.kind in plan.rows[identity].faults]

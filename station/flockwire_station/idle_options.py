@@ -70,13 +70,13 @@ IDLE = (
         ("network.link",),
     ),
     Idle(
-        "a leader of another kind than 'teleoperated'",
-        lambda swarm: swarm.leader.kind != "teleoperated",
+        "a leader that is not steered",
+        lambda swarm: not swarm.leader.steered,
         ("leader.acceleration", "limits.staleness.steering_stop"),
     ),
     Idle(
-        "a leader that no person steers or carries",
-        lambda swarm: not swarm.leader.by_person,
+        "a leader that is not steered or carried",
+        lambda swarm: not swarm.leader.unforeseen,
         ("leader.speed",),
     ),
     Idle(
@@ -90,9 +90,14 @@ IDLE = (
         ("leader.start",),
     ),
     Idle(
-        "leader.kind = 'teleoperated'",
-        lambda swarm: swarm.leader.kind == "teleoperated",
+        "a leader that is steered",
+        lambda swarm: swarm.leader.steered,
         ("leader.trajectory",),
+    ),
+    Idle(
+        "another leader.kind than 'ros'",
+        lambda swarm: not swarm.leader.follows_ros,
+        ("leader.ros",),
     ),
     Idle(
         "gateway.source = 'simulated'",
@@ -104,7 +109,17 @@ IDLE = (
         lambda swarm: not swarm.gateway.simulates_tracker,
         ("gateway.twin",),
     ),
-    *(_of_source(source) for source in ("natnet", "vrpn", "qualisys", "vicon", "replay")),
+    *(_of_source(source) for source in ("natnet", "vrpn", "qualisys", "vicon", "ros", "replay")),
+    Idle(
+        "gateway.ros.array",
+        lambda swarm: swarm.gateway.ros.array is not None,
+        ("gateway.ros.topic",),
+    ),
+    Idle(
+        "no gateway.ros.array",
+        lambda swarm: swarm.gateway.ros.array is None,
+        ("gateway.ros.bodies",),
+    ),
     Idle(
         "gateway.natnet.multicast = false",
         lambda swarm: not swarm.gateway.natnet.multicast,

@@ -7,6 +7,7 @@ stops the motors as soon as a stop arrives. It relies on the drone's state, not 
 from __future__ import annotations
 
 from flockwire.domain.airframe import Command, FlightState, Telemetry
+from flockwire.domain.marks import Holding, sometimes
 from flockwire.domain.order import Stop
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
@@ -67,6 +68,7 @@ class DriverCore:
         self._land_at: int | None = None
         self._down_since: int | None = None
         self._clipped = self._foreign = 0
+        self._rungs = Holding()
 
     @property
     def sockets(self) -> tuple[Address, ...]:
@@ -156,6 +158,7 @@ class DriverCore:
     def _command(self, message: Command, t: int) -> None:
         velocity = message.velocity
         if norm(velocity) > TOLERANCE * self._limits.speed:
+            sometimes("rung: driver, clips")
             self._clipped += 1
             velocity = limit(velocity, self._limits.speed)
         jump = norm(subtract(velocity, self._velocity)) > JUMP or abs(message.yaw_rate - self._yaw_rate) > JUMP
@@ -183,6 +186,8 @@ class DriverCore:
     def _descend(self, t: int) -> None:
         """Land without commands, if the process must end, and if the pilot descends near the ground."""
         if self._retired(t) or self._silence(t) > self._limits.staleness.command_land:
+            if self._flight.mode in (Mode.FLYING, Mode.TAKING_OFF):
+                sometimes("rung: driver, lands")
             self._flight.land(t)
 
     def _steer(self, t: int) -> None:
@@ -193,6 +198,8 @@ class DriverCore:
         stale = self._stale(t)
         if stale and self._flight.mode is Mode.CONNECTING and self._commanded is None:
             return
+        if stale or self._rungs.marks:
+            self._rungs.update(("rung: driver, zero",) if stale and self._flight.mode is Mode.FLYING else ())
         centred = stale or self._flight.mode is Mode.LANDING
         sticks: Sticks = CENTRED if centred else self._stick_control.sticks(self._velocity, self._yaw_rate, t)
         self._client.send(sticks.command, t)

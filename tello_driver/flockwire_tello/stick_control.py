@@ -9,7 +9,8 @@ is about 1 cm/s.
 
 from __future__ import annotations
 
-from flockwire.domain.pose import Quaternion, wrapped, yaw_of
+from flockwire.domain.pose import wrapped, yaw_of
+from flockwire.domain.quaternion import Quaternion
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector
 

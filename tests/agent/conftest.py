@@ -42,6 +42,8 @@ class Cockpit:
         self.state, self.battery = FlightState.GROUNDED, 1.0
         self.bodies: tuple[Body, ...] = ()
         self.silent: set[str] = set()
+        self.beside: dict[int, Vector] = {}  # m: how far a neighbour's estimate is from the truth
+        self.command_age = 0.0  # s, as its driver reports
         self.holds_still = False  # the airframe stays where it is, whatever is commanded
         self.command: Command | None = None
         self.estimate: Estimate | None = None
@@ -62,7 +64,7 @@ class Cockpit:
     def tell(self) -> None:
         """Tell the agent all that is not silent, true for now."""
         own, now = uav(self.number), self.now
-        telemetry = Telemetry(now, "world", self.state, self.battery, self.position[2], 0.0)
+        telemetry = Telemetry(now, "world", self.state, self.battery, self.position[2], self.command_age)
         told = {
             Key("nearby", own): Nearby(now, "world", self.bodies),
             Key("telemetry", own): telemetry,
@@ -71,7 +73,8 @@ class Cockpit:
         for j in self.swarm.topology.neighbours(self.number):
             if j:
                 origin = now if self.origin is None else self.origin
-                news = Estimate(now, "world", LeaderMotion(self.leader), origin, 1, self.leading)
+                place = add(self.leader, self.beside.get(j, (0.0, 0.0, 0.0)))
+                news = Estimate(now, "world", LeaderMotion(place), origin, 1, self.leading)
                 told[Key("estimate", uav(j))] = news
             else:
                 told[Key("pose", uav(j))] = Pose(now, "world", self.leader)

@@ -10,6 +10,7 @@ from flockwire.pilot.phases import SHUTDOWN
 from flockwire.pilot.pilot import DRIVER_LOST
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.phase import Phase
+from flockwire.wire.status import APART, LEFT_OUT
 
 TWO = {"graph.edges": [[0, 1], [0, 2], [1, 2], [2, 3], [3, 4]]}
 STILL = (0.0, 0.0, 0.0)
@@ -53,6 +54,62 @@ def test_when_the_tracker_confuses_its_body_it_holds_at_once_then_lands(flyer):
     assert "confuses its body" in flyer.report.detail
     flyer.run(0.2)
     assert flyer.phase is Phase.LANDING
+
+
+def test_a_body_that_moves_apart_from_its_commands_lands_straight_down(cockpit):
+    agent = cockpit({"control.law": "extended", "formation.rate": 0.001}).fly()
+    agent.holds_still = False
+    for _ in range(250):  # the tracker moves the body by 0.8 m/s, and the pilot flies against it
+        assert agent.phase is Phase.FORMATION
+        x, y, z = agent.position
+        agent.position = (x + 0.008, y, z)
+        agent.step()
+        if agent.phase is Phase.LANDING:
+            break
+    assert agent.report.detail.startswith("its tracked body moves 0.")
+    assert [reason.code for reason in agent.report.reasons] == [APART]
+    agent.step()
+    assert agent.velocity == (0.0, 0.0, -0.7)
+    agent.run(2.0)
+    assert agent.phase in (Phase.GROUNDED, Phase.READY)
+    assert agent.report.reasons == ()
+
+
+def test_a_drone_whose_commands_do_not_reach_its_driver_is_not_taken_for_another_body(cockpit):
+    agent = cockpit({"control.law": "extended", "formation.rate": 0.001}).fly()
+    agent.command_age = 0.3
+    x, y, z = agent.position
+    agent.position = (x + 0.8, y, z)
+    agent.run(5.0)
+    assert agent.phase is Phase.FORMATION
+
+
+def test_two_neighbours_that_disagree_hold_it_until_they_agree(cockpit):
+    agent = cockpit(
+        {"control.law": "extended", "graph.edges": [[0, 1], [0, 2], [1, 3], [2, 3], [3, 4]]}, number=3
+    ).fly()
+    agent.beside = {2: (0.5, 0.0, 0.0)}
+    agent.run(0.95)
+    assert agent.phase is Phase.FORMATION
+    agent.run(0.1)
+    assert (agent.phase, agent.report.detail) == (
+        Phase.HOLD,
+        "uav1 and uav2 disagree about the leader by more than 0.3 m",
+    )
+    agent.beside = {}
+    agent.run(0.1)
+    assert agent.phase is Phase.FORMATION
+
+
+def test_a_neighbour_that_contradicts_the_leaders_pose_is_left_out_and_named(cockpit):
+    agent = cockpit({**TWO, "control.law": "extended"}, number=2).fly()
+    agent.beside = {1: (5.0, 0.0, 0.0)}
+    agent.run(1.1)
+    assert agent.phase is Phase.FORMATION
+    assert agent.estimate.motion.position == pytest.approx(agent.leader, abs=1e-6)
+    (reason,) = agent.report.reasons
+    assert (reason.code, "uav1" in reason.text, bool(reason.remedy)) == (LEFT_OUT, True, True)
+    assert dict(agent.report.counts)["estimates left out"] == 110
 
 
 def test_when_its_name_is_right_again_it_continues(flyer):

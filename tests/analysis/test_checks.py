@@ -256,7 +256,7 @@ def test_a_follower_may_leave_its_place_for_an_obstacle(fly, swarm_of):
 
 
 def test_a_place_that_cannot_be_had_counts_as_no_error(fly, swarm_of):
-    """All followers are 0.3 m off; an obstacle has their places from 15 s on the average, all of them from 18.5 s on."""
+    """All followers are 0.3 m off; an obstacle has their places from 15 s on the average, all from 18.5 s on."""
     obstacle = {"center": [4.0, 4.0, 0.0], "radius": 3.2}
     formation = {"kind": "circle", "radius": 0.5, "rate": 1.0}
     summary = summarise(read_trace(fly(place_bias=0.3, swarm=swarm_of(formation=formation, obstacles=[obstacle]))))

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from flockwire.domain.time import SECOND
 from flockwire_analysis.events import Event, events
+from flockwire_analysis.figures import animation
+from flockwire_analysis.figures.animation import animate
 from flockwire_analysis.figures.comparison import compare
 from flockwire_analysis.figures.drawing import NAME_ROWS, Canvas, rows_of
 from flockwire_analysis.figures.errors import observation
@@ -18,6 +20,7 @@ from flockwire_analysis.tracking import Errors
 from flockwire_recorder.trace import FAULTS
 from matplotlib.colors import to_hex
 from matplotlib.patches import Circle
+from PIL import Image
 
 
 @pytest.fixture(scope="module")
@@ -106,6 +109,23 @@ def test_hovering_and_landing_are_not_formation(trace, canvas):
 
 
 def test_two_flights_are_drawn_over_each_other(trace, tmp_path):
-    written = compare((trace, trace), ("one", "other"), tmp_path)
+    written = compare(([trace], [trace]), ("one", "other"), tmp_path)
     assert [path.name for path in written] == ["comparison.png", "paths.png"]
     assert sorted(path.suffix for path in tmp_path.iterdir()) == [".pdf", ".pdf", ".png", ".png"]
+
+
+def test_a_moving_picture_shows_the_whole_flight_within_its_size(trace, tmp_path, monkeypatch):
+    monkeypatch.setattr(animation, "FEWEST", 8)
+    monkeypatch.setattr(animation, "RATE", 4)
+    path = animate(trace, tmp_path / "flight.gif", 3.0)
+    with Image.open(path) as picture:
+        assert picture.n_frames == 12
+        assert picture.info["duration"] * picture.n_frames == pytest.approx(3000, rel=0.05)
+        first = np.asarray(picture.convert("RGB"), dtype=int)
+        picture.seek(picture.n_frames - 1)
+        last = np.asarray(picture.convert("RGB"), dtype=int)
+    assert (np.abs(first - last).max(axis=2) > 60).mean() > 0.005  # drones and trails moved
+    monkeypatch.setattr(animation, "LARGEST", 1000)
+    with pytest.raises(ValueError, match="choose fewer seconds"):
+        animate(trace, path, 3.0)
+    assert not path.exists()

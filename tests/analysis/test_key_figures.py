@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from flockwire_analysis.key_figures import beside, lines
+from flockwire_analysis.key_figures import lines
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.summary import summarise
 
@@ -32,12 +32,3 @@ def test_what_is_not_known_reports_it(summary):
     assert found[1].endswith("never settled")
     assert found[3].split() == ["left", "out", "uav2"]
     assert found[-1] == "missing: uav3 has no poses"
-
-
-def test_flights_beside_each_other_have_a_column_each(summary):
-    unknown = replace(summary, min_distance_obstacle_m=None)
-    head, *rows = beside(("first", "another-flight"), (summary, unknown))
-    assert head.split() == ["first", "another-flight"]
-    assert {len(row) for row in rows} == {len(head)}
-    assert rows[-1].split() == ["failed", "checks", "0", "0"]
-    assert next(row for row in rows if row.startswith("to an obstacle")).endswith("unknown")

@@ -1,7 +1,17 @@
-"""The example of docs/python.md, run on a flight."""
+"""The examples of docs/python.md, run on a flight."""
 
+import re
 import subprocess
 import sys
+from importlib import util
+from pathlib import Path
+
+import numpy as np
+import pandas
+import pytest
+from flockwire.analysis import open_trace, read_trace, summarise
+
+PAGE = (Path(__file__).parents[2] / "docs/python.md").read_text(encoding="utf-8")
 
 
 def test_the_documented_script_prints_checks_and_errors(good_flight, example, tmp_path):
@@ -13,3 +23,34 @@ def test_the_documented_script_prints_checks_and_errors(good_flight, example, tm
     lines = done.stdout.splitlines()
     assert any(one.startswith("ok  ") for one in lines)
     assert next(one.partition(":")[0] for one in lines if one.startswith("uav")) == "uav1"
+
+
+@pytest.fixture(params=["pandas", "numpy"])
+def without_or_with_pandas(request, monkeypatch):
+    """Let pandas seem absent, or not."""
+    if request.param == "numpy":
+        monkeypatch.setattr("flockwire_analysis.opening.find_spec", lambda name: None)
+    return request.param
+
+
+def test_the_tables_give_each_follower_s_largest_error(good_flight, without_or_with_pandas, capsys):
+    (code,) = (block for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if "open_trace" in block)
+    exec(code.replace("runs/first/trace.mcap", str(good_flight)), {})
+    printed = capsys.readouterr().out
+    tables = open_trace(good_flight)
+    kind = pandas.DataFrame if without_or_with_pandas == "pandas" else dict
+    assert all(isinstance(table, kind) for table in tables.values())
+    errors = tables["formation_error"]
+    for drone in ("uav1", "uav4"):
+        assert re.search(rf"^{drone} 3\.\d+$", printed, re.MULTILINE)
+    judged = np.asarray(errors["error_m"])[(np.asarray(errors["phase"]) == 1) & (np.asarray(errors["tail"]) == 1)]
+    assert judged.max() == pytest.approx(summarise(read_trace(good_flight)).formation_error_m.max_tail)
+
+
+def test_the_page_has_every_table_and_column(good_flight):
+    assert util.find_spec("pandas")
+    rows = dict(re.findall(r"^\| (`\w+`(?:, `\w+`)*) \| (.*) \|$", PAGE.partition("## Tables")[2], re.MULTILINE))
+    for name, table in open_trace(good_flight).items():
+        (columns,) = (text for names, text in rows.items() if f"`{name}`" in names)
+        for column in set(table) - {"t_s", "stamp_ns", "drone"}:
+            assert f"`{column}`" in columns, (name, column)

@@ -15,9 +15,11 @@ VALUES = {  # of options whose default does not stand for itself, or that is a t
     "gateway.replay": {"trace": "a.mcap"},
     "gateway.natnet.group": "239.255.42.99",
     "leader.trajectory": {"kind": "circle"},
+    "gateway.ros.bodies": ["uav4", "uav3", "uav2", "uav1", "uav0"],
 }
 TELEOPERATED, UNFILTERED = {"leader.kind": "teleoperated"}, {"control.safety_filter": False}
 CARRIED, EXTENDED = {"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2]}, {"control.law": "extended"}
+FROM_ROS = {"gateway.source": "ros"}
 CASES = {  # by what the file has: where the options of that row do nothing, and where each does something
     "control.law = 'extended'": (EXTENDED, {"control.law": "paper"}),
     "control.law = 'extended' with its safety filter": (EXTENDED, EXTENDED | UNFILTERED),
@@ -30,11 +32,14 @@ CASES = {  # by what the file has: where the options of that row do nothing, and
         {"avoidance.sensing": "neighbours", "drones.2.airframe": "tello"},
     ),
     "network.security = 'none'": ({"network.security": "none"}, {}),
-    "a leader of another kind than 'teleoperated'": ({}, TELEOPERATED),
-    "a leader that no person steers or carries": ({}, CARRIED),
+    "a leader that is not steered": ({}, TELEOPERATED),
+    "a leader that is not steered or carried": ({}, CARRIED),
     "a leader of another kind than 'trajectory'": (TELEOPERATED, {}),
     "a leader of another kind than 'virtual'": ({}, {"leader.kind": "virtual", "drones.0": None}),
-    "leader.kind = 'teleoperated'": (TELEOPERATED, CARRIED),
+    "a leader that is steered": (TELEOPERATED, CARRIED),
+    "another leader.kind than 'ros'": ({}, {"leader.kind": "ros", "ros": {}}),
+    "gateway.ros.array": (FROM_ROS | {"gateway.ros.array": "/poses"}, FROM_ROS),
+    "no gateway.ros.array": (FROM_ROS, FROM_ROS | {"gateway.ros.array": "/poses"}),
     "gateway.source = 'simulated'": ({}, {"gateway.source": "natnet"}),
     "a gateway.source that a simulated tracker cannot serve": ({}, {"gateway.source": "natnet"}),
     "gateway.natnet.multicast = false": (
@@ -43,7 +48,7 @@ CASES = {  # by what the file has: where the options of that row do nothing, and
     ),
 } | {
     f"another gateway.source than {source!r}": ({}, {"gateway.source": source})
-    for source in ("natnet", "vrpn", "qualisys", "vicon", "replay")
+    for source in ("natnet", "vrpn", "qualisys", "vicon", "ros", "replay")
 }
 OPTIONS = [(row, option) for row in IDLE for option in row.options]
 

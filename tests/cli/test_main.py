@@ -96,9 +96,9 @@ def test_a_folder_that_cannot_be_written_is_refused_in_one_line(flockwire, broke
 
 def test_two_flights_are_not_compared_into_a_file(flockwire, tmp_path, monkeypatch):
     (tmp_path / "file").touch()
-    for function in ("reading.read_trace", "summary.summarise"):
+    for function in ("reading.read_trace", "summary.summarise", "comparison.comparison"):
         monkeypatch.setattr(f"flockwire_analysis.{function}", lambda _: None)
-    monkeypatch.setattr("flockwire_analysis.key_figures.beside", lambda *_: ["figures"])
+    monkeypatch.setattr("flockwire_analysis.comparison_tables.as_text", lambda *_: ["figures"])
     done = flockwire("compare", "a.mcap", "b.mcap", "--out", tmp_path / "file")
     assert (done.returncode, done.stdout) == (2, "figures\n")
     assert done.stderr == f"flockwire: --out = {tmp_path / 'file'}: cannot write there: File exists\n"

@@ -249,6 +249,7 @@ def messages(trace: Path, topic: str, kind: type) -> list:
         return [decode(kind, m.data) for _, _, m in make_reader(stream).iter_messages(topics=[topic])]
 
 
+@pytest.mark.long
 def test_a_row_and_a_folder_make_a_new_kind_of_airframe(tmp_path: Path, flockwire: Callable[..., str]) -> None:
     swarm, keys = tmp_path / "airship.toml", tmp_path / ".flockwire/airship/keys"
     swarm.write_text(SWARM)

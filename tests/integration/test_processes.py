@@ -8,6 +8,7 @@ import signal
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from fleet import Fleet, Tower, flockwire
 from flockwire import clock
 from flockwire.domain.time import SECOND
@@ -28,6 +29,7 @@ MakeTower = Callable[[Fleet], Tower]
 InFlight = Callable[..., tuple[Fleet, Tower]]
 
 
+@pytest.mark.long
 def test_any_order_will_do_and_each_reports_what_it_waits_for_and_ends_in_time(
     make_swarm: MakeSwarm, make_fleet: MakeFleet, make_tower: MakeTower
 ) -> None:

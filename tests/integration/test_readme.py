@@ -1,4 +1,4 @@
-"""The README's sections work as they are written, from a folder that has nothing but the swarm file."""
+"""README and docs/flights.md work as they are written, from a folder that has nothing but the swarm file."""
 
 import contextlib
 import re
@@ -10,12 +10,14 @@ import psutil
 import pytest
 from fleet import PATIENCE, free_ports
 
-README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+FLIGHTS = (ROOT / "docs/flights.md").read_text(encoding="utf-8")
 
 
 def section(title):
-    """Return the commands of a section, without their comments."""
-    text = README.partition(f"## {title}\n")[2].partition("\n## ")[0]
+    """Return the commands of a section of docs/flights.md, without their comments."""
+    text = FLIGHTS.partition(f"## {title}\n")[2].partition("\n## ")[0]
     return [line.split("#")[0].split() for line in re.findall(r"^    flockwire (.*)$", text, re.MULTILINE)]
 
 
@@ -37,9 +39,15 @@ def started():
             process.kill()
 
 
-def test_no_command_needs_what_no_command_before_it_made():
-    lines = re.findall(r"^    (.*)$", README, re.MULTILINE)
-    commands = [line.split("#")[0] for line in lines]
+def test_the_readme_is_short_and_its_first_commands_fly_and_test():
+    commands = [line.split("#")[0].strip() for line in re.findall(r"^    (.*)$", README, re.MULTILINE)]
+    assert commands[:2] == ["scripts/fly", "scripts/test"]
+    assert README.count("\n") <= 120
+
+
+@pytest.mark.parametrize("page", [README, FLIGHTS], ids=["README", "flights"])
+def test_no_command_needs_what_no_command_before_it_made(page):
+    commands = [line.split("#")[0] for line in re.findall(r"^    (.*)$", page, re.MULTILINE)]
     ready = commands.index("source .venv/bin/activate")
     assert not any(line.startswith("flockwire ") for line in commands[:ready])
     made: set[str] = set()

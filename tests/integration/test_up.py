@@ -92,6 +92,7 @@ def test_two_swarms_fly_side_by_side(make_swarm: Callable[..., Path], tmp_path: 
         assert summary["drones"] == 5
 
 
+@pytest.mark.long
 def test_whatever_becomes_of_the_swarm_file_and_its_keys_orders_reach_who_flies(
     make_swarm: Callable[..., Path], tmp_path: Path
 ) -> None:
@@ -152,6 +153,7 @@ def test_a_second_up_is_refused_at_once_and_ctrl_c_lands_the_first_and_leaves_a_
     assert first.returncode == 0, errors
 
 
+@pytest.mark.long
 def test_a_killed_parent_leaves_no_process_once_the_drones_have_landed(
     make_swarm: Callable[..., Path], watch: Callable[[Path], Tower], tmp_path: Path
 ) -> None:

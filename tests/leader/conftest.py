@@ -34,7 +34,7 @@ class Seat:
         self.commands: list[tuple[Key, Command]] = []  # of the last step
         self.obstacles: list[tuple[Vector, float]] = []  # centre, radius
         self.drones: list[tuple[Vector, Vector]] = []  # where now, velocity
-        self.stuck = False  # the airframe stays where it is
+        self.stuck = False  # the airframe stays where it is, its driver receives no commands
         self.closest, self.clearance, self.jump, self.fastest = inf, inf, 0.0, 0.0
 
     @property
@@ -52,8 +52,9 @@ class Seat:
     def step(self) -> None:
         self.now += TICK
         self.drones = [(add(place, scale(v, 0.01)), v) for place, v in self.drones]
+        silence = 1.0 if self.stuck else 0.0  # s: the driver hovers, because no commands arrive
         for kind, message in (
-            ("telemetry", Telemetry(self.now, "world", self.state, self.battery, self.position[2], 0.0)),
+            ("telemetry", Telemetry(self.now, "world", self.state, self.battery, self.position[2], silence)),
             ("nearby", Nearby(self.now, "world", self._bodies())),
             ("pose", Pose(self.now, "world", self.position)),
         ):

@@ -1,8 +1,8 @@
 from math import cos, pi, sin, sqrt
 
 import pytest
+from flockwire.domain.quaternion import product, rotate
 from flockwire_mocap.coordinates import Coordinates
-from flockwire_mocap.quaternion import product, rotate
 from flockwire_mocap.tracking import ReportedBody, is_pose
 from hypothesis import given
 from hypothesis import strategies as st

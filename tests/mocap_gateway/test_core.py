@@ -11,7 +11,7 @@ from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.plan import Plan
 from flockwire_mocap.core import GatewayCore
 from flockwire_mocap.simulated import SimulatedSource
-from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame
+from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, unseen
 
 BEGAN = 1_790_000_000 * SECOND
 FRAME = SECOND // 100
@@ -216,6 +216,21 @@ def test_a_pose_carries_what_was_measured_with_stamps_that_differ(make_swarm):
         pose = published[Key("pose", name)]
         assert (pose.stamp, pose.position, pose.orientation) == (stamp, place, orientation)
         assert published[Key("nearby", name)].stamp == stamp
+
+
+def test_a_body_that_the_tracker_does_not_see_has_no_pose_and_stands_nowhere(make_swarm):
+    source = Recording()
+    core = GatewayCore(make_swarm({"avoidance.sensing_radius": 2.0}), source)
+    for k, tracked in enumerate((True, False)):
+        bodies = (
+            ReportedBody(1, uav(1), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0), tracked=True),
+            ReportedBody(2, uav(2), FAR[2], (0.0, 0.0, 0.0, 1.0), tracked),
+            unseen(7, "Ada"),  # at the origin, 1 m below uav1
+        )
+        source.frames = [TrackerFrame(k, BEGAN + k * FRAME, BEGAN + k * FRAME, bodies)]
+        published = dict(core.step(BEGAN + k * FRAME))
+        assert {key.owner for key in published if key.kind == "pose"} == ({"uav1", "uav2"} if tracked else {"uav1"})
+        assert published[Key("nearby", "uav1")].bodies == ()
 
 
 def test_when_one_drones_truth_ends_the_others_poses_continue_at_the_full_rate(shown):

@@ -30,7 +30,7 @@ pytestmark = [
 
 @pytest.fixture(scope="session")
 def explore(tmp_path_factory):
-    """Build the model; returns what explores it. At a low priority: flights of other tests need the processor in time."""
+    """Build the model; returns what explores it, at a low priority: the flights of other tests need the processor."""
     target = tmp_path_factory.mktemp("model")
     build = ["nice", "-n", "19", "cargo", "build", "--release", "--quiet", "--target-dir", str(target)]
     subprocess.run(build, cwd=MODEL, check=True, timeout=900)

@@ -97,6 +97,7 @@ def await_recording(path):
 
 
 @pytest.mark.integration
+@pytest.mark.long
 def test_a_recorder_killed_and_restarted_continues_in_its_folder(tmp_path):
     swarm, out = tmp_path / "swarm.toml", tmp_path / "out"
     swarm.write_text(SWARM)

@@ -7,10 +7,12 @@ from errno import ENOSPC
 import pytest
 from buffered_session import T0, BufferedSession
 from flockwire.domain.pose import Pose
+from flockwire.domain.time import SECOND
 from flockwire.runtime import job as jobs
 from flockwire.runtime.job import Job, serve
 from flockwire.wire.codec import decode, encode
-from flockwire.wire.keys import Key
+from flockwire.wire.inbox import BURST, attachment
+from flockwire.wire.keys import ROWS, Key
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 from flockwire_analysis import report
@@ -20,6 +22,7 @@ from flockwire_recorder import process
 from flockwire_recorder.process import Recorder
 from flockwire_recorder.trace import TraceFullError, TraceWriter, describe
 from flockwire_station.conduct import disk_full
+from mcap.reader import make_reader
 
 
 class Refusals:
@@ -42,9 +45,14 @@ def recording(tmp_path, swarm_of):
 POSE, STATUS = Key("pose", "uav1"), Key("status", "uav1")
 
 
+def pose(stamp, x=0.0, y=0.0):
+    """Return the bytes of a pose."""
+    return encode(Pose(stamp, "world", (x, y, 1.0)))
+
+
 def test_an_insiders_large_statuses_are_dropped_and_counted(recording, tmp_path):
     recorder, session, trace = recording
-    session.put(POSE, encode(Pose(T0, "world", (0.0, 0.0, 1.0))), 0)
+    session.put_batched("gateway", (POSE, pose(T0), 0, T0))
     for tick in range(100):
         for k in range(1000):
             session.put(STATUS, b"x" * 60_000, 1000 * tick + k)
@@ -64,7 +72,7 @@ def test_a_forged_time_is_not_written_as_the_time_of_publication(recording, tmp_
     recorder, session, _ = recording
     monkeypatch.setattr(process.clock, "now", lambda: T0 + 5)
     for sequence, sent in enumerate((T0, forged)):
-        session.put(POSE, encode(Pose(T0 + sequence, "world", (0.0, 0.0, 1.0))), sequence, sent)
+        session.put_batched("gateway", (POSE, pose(T0 + sequence), sequence, sent))
     recorder.drain(T0 + 5)
     recorder.close()
     assert (read_trace(tmp_path / "trace.mcap").of("pose", 1).published - T0).tolist() == [0, 5]
@@ -72,10 +80,9 @@ def test_a_forged_time_is_not_written_as_the_time_of_publication(recording, tmp_
 
 def test_a_full_disk_shows_in_the_status_and_ends_with_a_sentence(recording, small_disk, tmp_path):
     recorder, session, trace = recording
-    for k in range(4000):
-        session.put(POSE, encode(Pose(T0 + k, "world", (k * 0.1, k**0.5, 1.0))), k)
-        if k % 20 == 0:
-            recorder.tick(0, 0)
+    for k in range(0, 4000, 20):
+        session.put_batched("gateway", *((POSE, pose(T0 + n, n * 0.1, n**0.5), n, T0) for n in range(k, k + 20)))
+        recorder.tick(0, 0)
     session.statuses.clear()
     asyncio.run(asyncio.sleep(0.15))
     recorder.tick(0, 0)
@@ -148,3 +155,47 @@ def test_a_trace_that_cannot_be_read_fails_the_flight_in_a_sentence(tmp_path, ca
     (tmp_path / "trace.mcap").write_bytes(b"nothing")
     assert conclude("uav1 crashed", tmp_path) == 1
     assert capsys.readouterr().err.startswith("flockwire: the flight failed: uav1 crashed; the trace cannot be read: ")
+
+
+def test_the_messages_in_a_batch_are_recorded_as_if_each_had_come_alone(recording, tmp_path, monkeypatch):
+    recorder, session, _ = recording
+    monkeypatch.setattr(process.clock, "now", lambda: T0 + SECOND // 10)
+    sent = [T0 + 7 * k for k in range(10)]
+    session.put_batched("gateway", *((POSE, pose(at), k, at) for k, at in enumerate(sent)))
+    session.put(STATUS, b"", 0, T0 + 30)
+    recorder.drain(T0 + SECOND // 10)
+    recorder.close()
+    with (tmp_path / "trace.mcap").open("rb") as stream:
+        read = [(channel, message) for _, channel, message in make_reader(stream).iter_messages()]
+    poses = [message for channel, message in read if channel.topic == "/paper/uav1/pose"]
+    assert [(m.sequence, m.publish_time, m.log_time, m.data) for m in poses] == [
+        (k, at, at, pose(at)) for k, at in enumerate(sent)
+    ]
+    assert {channel.metadata["publisher"] for channel, _ in read} == {
+        attachment(0, 0, b"p" * 16, key)[-16:].hex() for key in (POSE, STATUS)
+    }
+    assert [m.publish_time for _, m in read] == sorted(m.publish_time for _, m in read)
+
+
+def test_what_a_process_may_not_publish_is_not_recorded_from_its_batch(recording):
+    recorder, session, trace = recording
+    estimate, command = Key("estimate", "uav1"), Key("command", "uav1")
+    session.put_batched("uav1", (POSE, pose(T0), 0, T0), (command, pose(T0), 0, T0))
+    session.put_batched("uav1", (estimate, b"x" * 600, 0, T0))
+    session.put(Key("batch", "uav1"), b"\x00\x01\x00\x00junk", 9)
+    recorder.tick(0, 0)
+    assert trace.written == 1
+    assert dict(recorder._rejected) == {
+        "paper/uav1/batch of another key": 1,
+        "paper/uav1/estimate over quota": 1,
+        "paper/uav1/batch malformed": 1,
+    }
+
+
+def test_a_process_that_floods_in_batches_is_held_to_the_quota_of_each_key(recording):
+    recorder, session, trace = recording
+    command = Key("command", "uav1")
+    for k in range(60):
+        session.put_batched("uav1", *((command, pose(T0), 200 * k + n, T0) for n in range(200)))
+    recorder.drain(T0)
+    assert trace.written == pytest.approx(ROWS["command"].rate * BURST, abs=2)

@@ -4,7 +4,10 @@ from collections import deque
 from dataclasses import dataclass
 
 from flockwire.domain.time import SECOND
+from flockwire.wire.batch import Batch, Entry
+from flockwire.wire.codec import encode
 from flockwire.wire.inbox import attachment
+from flockwire.wire.keys import BATCH, Key
 
 T0 = 1_790_000_000 * SECOND  # when a sample was sent
 
@@ -37,7 +40,7 @@ class BufferedSession:
     """Keeps what is put into it and what is published on it."""
 
     def __init__(self):
-        self.rings, self.statuses = {}, []
+        self.rings, self.statuses, self.batches = {}, [], 0
 
     def every(self, key, capacity):
         """Return a ring of at most `capacity`."""
@@ -46,6 +49,14 @@ class BufferedSession:
     def put(self, key, payload, sequence, sent=T0):
         """Let a sample arrive."""
         self.rings[key].append(Sample(Bytes(payload), Bytes(attachment(sequence, sent, b"p" * 16, key))))
+
+    def put_batched(self, publisher, *samples):
+        """Let samples (key, payload, sequence, sent) of a process arrive in one batch."""
+        entries = [
+            Entry(f"{key.owner}/{key.kind}", sequence, sent, payload) for key, payload, sequence, sent in samples
+        ]
+        self.put(Key(BATCH, publisher), encode(Batch(T0, "world", tuple(entries))), self.batches)
+        self.batches += 1
 
     def publish(self, messages):
         """Keep the statuses."""

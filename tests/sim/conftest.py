@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import pytest
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
-from flockwire.process.faults import parse_faults
+from flockwire.process.fault_file import parse_faults
 from flockwire.wire.codec import Message
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status

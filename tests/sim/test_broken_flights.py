@@ -223,7 +223,7 @@ def test_who_joins_comes_near_no_drone_and_is_in_its_place(joined: Any) -> None:
     assert dist(own.position, [a + b for a, b in zip(leader.position, offset, strict=True)]) < 0.1
 
 
-@pytest.fixture(scope="module", params=["uav2", "leader"])
+@pytest.fixture(scope="module", params=["uav2", pytest.param("leader", marks=pytest.mark.long)])
 def restarted(request: pytest.FixtureRequest, fly: Fly) -> Any:
     """Return a flight in which a pilot is killed, restarted 3 s later, and a second order to start brings all back."""
 

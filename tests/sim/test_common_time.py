@@ -10,7 +10,7 @@ from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.loading import parse_swarm
 from flockwire.process.cores import Core, Start, make_core
-from flockwire.process.faults import parse_faults
+from flockwire.process.fault_file import parse_faults
 from flockwire.swarm.model import Swarm
 from flockwire.wire.codec import decode
 from flockwire.wire.plan import Plan
@@ -83,7 +83,7 @@ def test_a_pilot_restarted_in_flight_knows_the_time_again() -> None:
     assert clocks.worst["uav3"] < 2.5
 
 
-@pytest.mark.parametrize("minutes", [-5, 5])
+@pytest.mark.parametrize("minutes", [-5, pytest.param(5, marks=pytest.mark.long)])
 def test_hosts_whose_clocks_are_minutes_off_fly_as_all_others(minutes: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """A core that began by such a clock would obey orders from before it began, or none for minutes."""
     begun: dict[str, int] = {}
@@ -105,7 +105,7 @@ def test_hosts_whose_clocks_are_minutes_off_fly_as_all_others(minutes: int, monk
     assert max(abs(now - EPOCH) for now in begun.values()) < 2 * SECOND
 
 
-@pytest.mark.parametrize("seconds", [-5, 5])
+@pytest.mark.parametrize("seconds", [-5, pytest.param(5, marks=pytest.mark.long)])
 def test_a_driver_that_restarts_without_a_time_server_receives_a_stop_at_once(seconds: int) -> None:
     table = tomllib.loads(SWARM.read_text())
     table["drones"][1] |= {"airframe": "tello", "host": "field"}
@@ -127,7 +127,7 @@ def test_a_driver_that_restarts_without_a_time_server_receives_a_stop_at_once(se
     assert max(z for t, z in heights if t > at + nanoseconds(1.3)) < 0.1
 
 
-@pytest.mark.parametrize("seconds", [-60, 60])
+@pytest.mark.parametrize("seconds", [-60, pytest.param(60, marks=pytest.mark.long)])
 def test_a_driver_that_learns_the_time_in_flight_flies_on(seconds: int) -> None:
     """The correction of its clock ages no command that it has received."""
     table = tomllib.loads(SWARM.read_text())

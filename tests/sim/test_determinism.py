@@ -39,7 +39,7 @@ def flown(folder: Path, hash_seed: int, *seeds: int) -> list[str]:
     program = f"""
 from pathlib import Path
 from flockwire.loading import load_swarm
-from flockwire.process.faults import load_faults
+from flockwire.process.fault_file import load_faults
 from flockwire.wire.plan import Plan
 from flockwire_sim.recording import TraceFile
 from flockwire_sim.world import World

@@ -9,7 +9,8 @@ from typing import Any, get_args
 
 import pytest
 from flockwire.domain.airframe import FlightState
-from flockwire.process.faults import SIM_ONLY, Fault, parse_faults
+from flockwire.process.fault_file import parse_faults
+from flockwire.process.faults import SIM_ONLY, Fault
 from flockwire.wire.plan import Plan
 from flockwire_station.fault_injection import refusal
 

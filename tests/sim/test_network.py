@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from random import Random
 from statistics import fmean
 
 import pytest
 from flockwire.domain.time import SECOND
 from flockwire.wire.keys import ROWS
 from flockwire_sim.network import HELD_BACK, Conditions, Sample, VirtualLink
+from flockwire_sim.rare import Rare, RareBranches
 from flockwire_sim.virtual_time import Scheduler
 
 COUNT = 5000
 PERIOD = SECOND // 100
+RARE_COUNT = 2000
 
 
 def carry(link_of, count: int = COUNT, kind: str = "pose", during=lambda k, link: None) -> list[tuple[int, int]]:
@@ -105,3 +108,27 @@ def test_a_link_draws_by_seed_and_ends_alone() -> None:
     assert carry(link_with(loss=0.5, jitter=0.001), 200) == one
     assert carry(link_with(seed=1, loss=0.5, jitter=0.001), 200) != one
     assert carry(link_with(ends=("uav2", "uav1"), loss=0.5, jitter=0.001), 200) != one
+
+
+def rare_link(rare: Rare):
+    branches = RareBranches(rare, Random(0))
+    ends, conditions = ("uav1", "uav2"), Conditions(delay=0.001)
+    return lambda scheduler, deliver: VirtualLink(ends, conditions, 0, scheduler, deliver, branches)
+
+
+def test_some_messages_are_late_and_later_ones_wait_for_them() -> None:
+    arrived = carry(rare_link(Rare(late_messages=0.01, late_by=0.3)), RARE_COUNT)
+    assert [number for number, _ in arrived] == list(range(RARE_COUNT))
+    delays = [delay / SECOND for _, delay in arrived]
+    assert 0.0 < sum(delay > 0.001 for delay in delays) < RARE_COUNT / 2
+    assert 0.15 < max(delays) <= 0.301
+
+
+def test_a_link_closes_as_an_order_departs_and_opens_again() -> None:
+    rare = Rare(closed_links=0.1, closed_for=0.3)
+    arrived = [number for number, _ in carry(rare_link(rare), RARE_COUNT, "mission")]
+    lost = sorted(set(range(RARE_COUNT)) - set(arrived))
+    assert lost
+    assert len(lost) < RARE_COUNT
+    assert arrived[-1] > RARE_COUNT - 40
+    assert len(carry(rare_link(rare), RARE_COUNT, "pose")) == RARE_COUNT  # nothing but an order closes it

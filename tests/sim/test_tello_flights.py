@@ -69,7 +69,7 @@ def test_equal_seeds_fly_tellos_equally(fly: Fly) -> None:
 @pytest.mark.parametrize(
     "slow",
     [
-        {"limits.vertical_speed": 0.06},
+        pytest.param({"limits.vertical_speed": 0.06}, marks=pytest.mark.long),
         pytest.param({"limits.vertical_speed": 0.2}, marks=pytest.mark.long),
         pytest.param({"avoidance.sensing_radius": 0.6}, marks=pytest.mark.long),
     ],

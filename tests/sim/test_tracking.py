@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.process.faults import parse_faults
+from flockwire.process.fault_file import parse_faults
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import Key
 from flockwire.wire.plan import Plan

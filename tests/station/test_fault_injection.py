@@ -3,7 +3,7 @@
 import asyncio
 
 import pytest
-from flockwire.process.faults import parse_faults
+from flockwire.process.fault_file import parse_faults
 from flockwire_relay.links import Relays, directions
 from flockwire_station.fault_injection import FaultInjector, refusal
 

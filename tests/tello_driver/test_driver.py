@@ -493,6 +493,24 @@ def test_a_landing_centres_the_sticks_first_and_beside_it(airborne):
     assert max(map(abs, airborne.motion.velocity)) < 0.01
 
 
+def test_a_landing_between_two_sticks_centres_them_first(airborne):
+    airborne.velocity = (1.0, 0.0, 0.0)
+    airborne.run(1.0)
+    airborne.sent.clear()
+    airborne.driver._flight.land(airborne.driver._time.at(airborne.now))
+    airborne.flush()
+    assert [command for _, command in airborne.sent] == ["rc 0 0 0 0", "land"]
+
+
+def test_a_pilot_does_not_steer_a_drone_that_its_driver_lands(airborne):
+    airborne.velocity = (1.0, 0.0, 0.0)
+    airborne.run(1.0)
+    airborne.driver._flight.land(airborne.driver._time.at(airborne.now))
+    begin = airborne.t
+    run_without_landing(airborne, 1.0)
+    assert {command for at, command in airborne.sent if at > begin} == {"rc 0 0 0 0", "land"}
+
+
 def test_a_refused_landing_is_repeated_at_once_with_the_sticks_centred(airborne):
     airborne.velocity = None
     airborne.run(0.9)
@@ -613,6 +631,7 @@ def test_telemetry_carries_the_age_of_the_state_and_stops_with_it(airborne):
     airborne.run(1.5)
     count = len(airborne.telemetry)
     assert airborne.telemetry[-1].stamp <= airborne.now - 0.5 * SECOND
+    assert {message.stamp for message in airborne.telemetry[-5:]} == {airborne.telemetry[-1].stamp}  # of one state
     airborne.run(1.0)
     assert len(airborne.telemetry) == count
 

@@ -1,10 +1,10 @@
-"""Overlays two flights: errors, distances and paths."""
+"""Overlays flights: errors, distances and paths."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib import rc_context
@@ -22,26 +22,34 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
-LOOKS = ((OKABE_ITO[0], "-"), (OKABE_ITO[1], (0, (3, 1.5))))
+LOOKS: tuple[tuple[str, Any], ...] = tuple(
+    zip(OKABE_ITO, ("-", (0, (3, 1.5)), (0, (1, 1)), (0, (4, 1, 1, 1)), "-", (0, (3, 1.5))), strict=True)
+)
+MOST = len(LOOKS)  # groups that one figure can show
+Look = tuple[str, Any]  # colour, and style of the line
 Quantity = Callable[[Trace], tuple[Floats, Floats]]  # to instants (Unix ns) and values
 
 
-def compare(traces: tuple[Trace, Trace], names: tuple[str, str], out: Path) -> tuple[Path, ...]:
-    """Overlay two flights, each by its own mission time, as comparison and paths (PNG, PDF) in `out`."""
+def compare(groups: Sequence[Sequence[Trace]], names: Sequence[str], out: Path) -> tuple[Path, ...]:
+    """Overlay the flights of up to MOST groups, each by its own mission time, as comparison and paths in `out`.
+
+    The flights of a group have one colour. Files are PNG and PDF.
+    """
+    drawn = [(trace, look) for traces, look in zip(groups, LOOKS, strict=False) for trace in traces]
     with rc_context(STYLE):
-        return _over_time(traces, names, out), _from_above(traces, names, out)
+        return _over_time(drawn, names, out), _from_above(drawn, names, out)
 
 
-def _over_time(traces: tuple[Trace, Trace], names: tuple[str, str], out: Path) -> Path:
+def _over_time(drawn: Sequence[tuple[Trace, Look]], names: Sequence[str], out: Path) -> Path:
     quantities: tuple[tuple[str, Quantity, bool], ...] = (
         ("formation\nerror, m", _formation, True),
         ("observation\nerror, m", _observation, True),
         ("smallest\ndistance, m", _nearest, False),
     )
-    canvases = [Canvas(trace, out) for trace in traces]
+    canvases = [Canvas(trace, out) for trace, _ in drawn]
     figure, panels = canvases[0].panels(len(quantities), 3.9)
     for axes, (label, quantity, logarithmic) in zip(panels, quantities, strict=True):
-        for canvas, (colour, style) in zip(canvases, LOOKS, strict=True):
+        for canvas, (_, (colour, style)) in zip(canvases, drawn, strict=True):
             times, values = quantity(canvas.trace)
             seconds = (times - canvas.origin) / 1e9
             axes.plot(*thinned(seconds, values), color=colour, linestyle=style, linewidth=1.0)
@@ -49,7 +57,7 @@ def _over_time(traces: tuple[Trace, Trace], names: tuple[str, str], out: Path) -
             axes.set_yscale("log")
         else:
             axes.set_ylim(bottom=0.0)
-            axes.axhline(traces[0].swarm.avoidance.drone_safety_distance, color=MUTED, linewidth=0.7, linestyle=":")
+            axes.axhline(drawn[0][0].swarm.avoidance.drone_safety_distance, color=MUTED, linewidth=0.7, linestyle=":")
         axes.set_ylabel(label)
     flights = [(canvas.second(canvas.flight.begin), canvas.second(canvas.flight.end)) for canvas in canvases]
     panels[-1].set_xlim(min(begin for begin, _ in flights), max(end for _, end in flights))
@@ -59,10 +67,10 @@ def _over_time(traces: tuple[Trace, Trace], names: tuple[str, str], out: Path) -
     return canvases[0].save(figure, "comparison")
 
 
-def _from_above(traces: tuple[Trace, Trace], names: tuple[str, str], out: Path) -> Path:
-    canvas = Canvas(traces[0], out)
+def _from_above(drawn: Sequence[tuple[Trace, Look]], names: Sequence[str], out: Path) -> Path:
+    canvas = Canvas(drawn[0][0], out)
     figure, (axes,) = canvas.panels(height=3.5)
-    for trace, (colour, style) in zip(traces, LOOKS, strict=True):
+    for trace, (colour, style) in drawn:
         _paths(axes, trace, colour, style)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x (east), m")
@@ -71,7 +79,7 @@ def _from_above(traces: tuple[Trace, Trace], names: tuple[str, str], out: Path) 
     return canvas.save(figure, "paths")
 
 
-def _paths(axes: Axes, trace: Trace, colour: str, style: object) -> None:
+def _paths(axes: Axes, trace: Trace, colour: str, style: Any) -> None:  # noqa: ANN401
     times = airborne(trace).instants(1000)
     for number in trace.placed():
         path = places(trace, number, times)
@@ -81,8 +89,8 @@ def _paths(axes: Axes, trace: Trace, colour: str, style: object) -> None:
         axes.plot(*obstacle.center[:2], "x", color=INK, markersize=4)
 
 
-def _entries(names: tuple[str, str]) -> list[Artist]:
-    return [line(name, colour, style, 1.3) for name, (colour, style) in zip(names, LOOKS, strict=True)]
+def _entries(names: Sequence[str]) -> list[Artist]:
+    return [line(name, colour, style, 1.3) for name, (colour, style) in zip(names, LOOKS, strict=False)]
 
 
 def _formation(trace: Trace) -> tuple[Floats, Floats]:

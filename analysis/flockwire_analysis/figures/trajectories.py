@@ -34,14 +34,14 @@ def trajectories(canvas: Canvas) -> Picture | None:
     shown = Span(canvas.flight.begin, canvas.phase.end if canvas.phase is not None else canvas.flight.end)
     times = shown.instants(MOST_POINTS)
     paths = {number: interpolated(canvas.trace.positions(number), times)[:, :2] for number in canvas.trace.placed()}
-    _obstacles(axes, canvas)
+    obstacles(axes, canvas)
     _snapshots(axes, canvas)
     for number, path in reversed(paths.items()):
         _path(axes, path, canvas.colour(number), 1.3 if number == LEADER else 1.0)
     for number, path in paths.items():
         _ends(axes, path[np.isfinite(path).all(axis=1)], canvas.colour(number))
     axes.set_aspect("equal", adjustable="box")
-    fenced = _view(axes, canvas, np.concatenate([path[np.isfinite(path).all(axis=1)] for path in paths.values()]))
+    fenced = view(axes, canvas, np.concatenate([path[np.isfinite(path).all(axis=1)] for path in paths.values()]))
     axes.set_xlabel("x (east), m")
     axes.set_ylabel("y (north), m")
     others = [line(_fence_name(canvas), DANGER, FENCE)] if fenced else []
@@ -69,7 +69,7 @@ def _caption(canvas: Canvas) -> str:
     return text
 
 
-def _view(axes: Axes, canvas: Canvas, places: Floats) -> bool:
+def view(axes: Axes, canvas: Canvas, places: Floats) -> bool:
     """Show the paths, with the fence unless they would be small; return whether it is in view."""
     fence = canvas.trace.swarm.limits.fence
     width, depth = (fence.high[axis] - fence.low[axis] for axis in (0, 1))
@@ -108,7 +108,8 @@ def _ends(axes: Axes, path: Floats, colour: str) -> None:
         )  # fmt: skip
 
 
-def _obstacles(axes: Axes, canvas: Canvas) -> None:
+def obstacles(axes: Axes, canvas: Canvas) -> None:
+    """Draw the obstacles and their required clearance."""
     safe = canvas.trace.swarm.avoidance.obstacle_safety_distance
     for obstacle in canvas.trace.swarm.obstacles:
         center = obstacle.center[:2]

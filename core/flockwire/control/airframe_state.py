@@ -38,7 +38,7 @@ class AirframeState:
     def command(self, velocity: Vector, now: float) -> None:
         """Record the command `velocity` (m/s) given at `now`."""
         commands = self._commands
-        commands.append((now, velocity, self._travelled(now)))
+        commands.append((now, velocity, self.travelled(now)))
         while commands[0][0] < now - self._dead_time - REMEMBERED:
             commands.popleft()
 
@@ -58,8 +58,8 @@ class AirframeState:
             self._position, self._velocity = _corrected(there, velocity, position, 1.0 - q * q, (1.0 - q) ** 2 / dt)
             self._stamp = stamp
         lag, v = self._lag, self._velocity
-        x1, y1, z1 = self._travelled(now)
-        x0, y0, z0 = self._travelled(self._stamp - self._dead_time)
+        x1, y1, z1 = self.travelled(now)
+        x0, y0, z0 = self.travelled(self._stamp - self._dead_time)
         stopping = (
             position[0] + lag * v[0] + x1 - x0,
             position[1] + lag * v[1] + y1 - y0,
@@ -67,7 +67,7 @@ class AirframeState:
         )
         return from_fields(Motion, (position, v, stopping))
 
-    def _travelled(self, when: float) -> Vector:
+    def travelled(self, when: float) -> Vector:
         """Return the integral of the commands up to `when`, m."""
         for begin, (ux, uy, uz), (x, y, z) in reversed(self._commands):
             if begin <= when:

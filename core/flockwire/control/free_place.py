@@ -9,6 +9,7 @@ from math import dist, hypot, sqrt
 from flockwire.control.fence import Room
 from flockwire.control.plane_polygon import Corner, nearest_on_edge
 from flockwire.domain.body import Body, Separation
+from flockwire.domain.marks import sometimes
 from flockwire.domain.vector import Vector
 
 Disc = tuple[float, float, float]
@@ -40,7 +41,11 @@ def landing_place(
     if free and is_free((place[0], place[1]), discs):
         return place, True
     chosen = nearest_free_place((x, y), [(a, b, r + SPARE) for a, b, r in discs], room)
-    return (place, True) if chosen is None else ((chosen[0], chosen[1], place[2]), free)
+    if chosen is None:
+        sometimes("landing place: none is free")
+        return place, True
+    sometimes("landing place: beside a body")
+    return (chosen[0], chosen[1], place[2]), free
 
 
 def is_free(place: Corner, discs: Sequence[Disc]) -> bool:

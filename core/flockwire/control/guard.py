@@ -12,12 +12,19 @@ from flockwire.control.safety_filter import HalfSpace, nearest_velocity
 from flockwire.control.tracker import BodyTracks
 from flockwire.domain.body import Body, BodyKind, Separation
 from flockwire.domain.fields import from_fields
+from flockwire.domain.marks import Holding
 from flockwire.domain.motion import Motion
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, add, limit, norm, scale, subtract
 
 BODY_TIME_CONSTANT = 0.05  # s, of the trackers of nearby bodies
 STOPPING_DISTANCE_FACTOR = 1.25  # stopping-distance factor: the airframe is known to about 20 %
+_TOUCHES = 1e-9  # m/s from a constraint within which a velocity is held by it
+_BODY_MARKS = {
+    BodyKind.DRONE: "guard: a drone",
+    BodyKind.OBSTACLE: "guard: an obstacle",
+    BodyKind.MOVER: "guard: a body that does not yield",
+}
 BARRIER_PHASE = 0.7  # the barrier's rate times lag and dead time, the delay of others' reactions (docs/theory.md)
 
 
@@ -59,6 +66,9 @@ class Guard:
         self._rate, self._fastest = parameters.rate, parameters.fastest
         self._tracks = BodyTracks(BODY_TIME_CONSTANT)
         self._epoch = 0  # Unix ns, time 0 of the tracks
+        self._kinds: list[BodyKind] = []  # of the bodies that constrain the velocity
+        self._active = 0  # the constraints that held the last velocity, a bit each
+        self._clauses = Holding()
 
     def velocity(
         self,
@@ -79,7 +89,7 @@ class Guard:
         """
         own = self._parameters
         speed = min(speed, self._fastest)
-        wanted = limit(wanted, own.sight_speed(max(now - stamp, 0) / SECOND))
+        seen = limit(wanted, own.sight_speed(max(now - stamp, 0) / SECOND))
         spaces = self._bodies(motion, bodies, stamp, now, speed)
         room, braking = own.room, own.acceleration
         floor = room.low[2] if grounding else own.floor
@@ -88,7 +98,38 @@ class Guard:
         if sliver is not None:
             spaces.append(sliver)
         # If not all can be satisfied, the sliver may be violated, but not the limit of speed.
-        return limit(nearest_velocity(wanted, spaces, radius, centre)[0], max(speed, norm(last)))
+        v, violation = nearest_velocity(seen, spaces, radius, centre)
+        vx, vy, vz = v
+        dx, dy, dz = vx - centre[0], vy - centre[1], vz - centre[2]
+        rim = radius - _TOUCHES
+        active = 8 + 4 * (violation > 0.0) + 2 * (seen != wanted) + (dx * dx + dy * dy + dz * dz > rim * rim)
+        for x, y, z, b in spaces:
+            active = 2 * active + (x * vx + y * vy + z * vz < b + _TOUCHES)
+        if active != self._active:
+            self._active = active
+            self._mark(active, spaces, sliver is not None, centre == last)
+        return limit(v, max(speed, norm(last)))
+
+    def _mark(self, active: int, spaces: list[HalfSpace], sliver: bool, changes: bool) -> None:
+        """Record the constraints that hold the velocity, by the bits of `active`, the newest space lowest."""
+        found, count = [], len(spaces)
+        for place, (_, _, z, _) in enumerate(spaces):
+            if not active >> (count - 1 - place) & 1:
+                continue
+            if place < len(self._kinds):
+                found.append(_BODY_MARKS[self._kinds[place]])
+            elif sliver and place == count - 1:
+                found.append("guard: the speed, while it changes")
+            else:
+                found.append("guard: the floor" if z > 0.5 else "guard: the ceiling" if z < -0.5 else "guard: a wall")
+        rest = active >> count
+        if rest & 1:
+            found.append("guard: the change of speed" if changes else "guard: the speed")
+        if rest & 2:
+            found.append("guard: the sight")
+        if rest & 4:
+            found.append("guard: no velocity satisfies all")
+        self._clauses.update(tuple(found))
 
     def tracked(self, motion: Motion, bodies: Sequence[Body], stamp: int) -> list[Body]:
         """Return `bodies`, seen at `stamp` relative to `motion.position`, with the tracked velocities of drones."""
@@ -109,6 +150,7 @@ class Guard:
         own = scale(subtract(motion.stopping, motion.position), STOPPING_DISTANCE_FACTOR if slowness else 1.0)
         horizon = STOPPING_DISTANCE_FACTOR * slowness + (now - stamp) / SECOND
         found = []
+        self._kinds.clear()
         for body in bodies:
             x, y, z = body.relative_position
             vx, vy, vz = body.velocity
@@ -123,4 +165,5 @@ class Guard:
             )
             if space is not None:
                 found.append(space)
+                self._kinds.append(body.kind)
         return found

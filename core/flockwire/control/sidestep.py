@@ -7,6 +7,7 @@ from math import cos, hypot, pi, sin
 from typing import NamedTuple
 
 from flockwire.domain.body import Body, BodyKind, Separation, to_surface
+from flockwire.domain.marks import sometimes
 from flockwire.domain.vector import Vector, norm, scale
 
 _PROGRESS = 0.1  # m of approach to the goal that count as progress
@@ -65,5 +66,6 @@ class Sidestep:
         elif to_go < self._best - _PROGRESS:
             self._best, self._since = to_go, now
         elif now - self._since > self._switch_after:
+            sometimes("sidestep: changes the side")
             self.side, self._best, self._since = -self.side, to_go, now
         return turned

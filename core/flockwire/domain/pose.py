@@ -5,9 +5,9 @@ from __future__ import annotations
 from math import atan2, pi
 from typing import NamedTuple
 
+from flockwire.domain.quaternion import Quaternion
 from flockwire.domain.vector import Vector
 
-Quaternion = tuple[float, float, float, float]  # x, y, z, w
 LEVEL: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 
+from flockwire.domain.marks import sometimes
 from flockwire.domain.order import IN_FORMATION, Mission
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground.fleet import STALE, Fleet
@@ -81,14 +82,18 @@ class Director:
     def land(self, now: int) -> Mission | None:
         """Return the order to land, None if no take-off was ordered and no drone flies: the flight is over."""
         if self.stage is Stage.OVER or (self.stage is Stage.PREPARING and not self._others_fly):
+            sometimes("director: a landing ends a flight before its take-off")
             self.stage = Stage.OVER
             return None
+        sometimes("director: lands")
         return self._go(Stage.LANDING, self._mission(now, "land"))
 
     def hold(self, now: int) -> Mission | None:
         """Return the order to hold, None if no drone flies; during take-off no formation follows it."""
         if self.stage in UNDER_WAY or (self.stage is Stage.PREPARING and self._others_fly):
+            sometimes(f"director: holds, {self.stage}")
             return self._go(self.stage, self._mission(now, "hold"))
+        sometimes(f"director: does not hold, {self.stage}")
         return None
 
     def resume(self, now: int) -> Mission | None:
@@ -97,7 +102,9 @@ class Director:
         During take-off it is the take-off order again, for a pilot that restarted on the ground.
         """
         if self.stage not in UNDER_WAY:
+            sometimes(f"director: does not resume, {self.stage}")
             return None
+        sometimes(f"director: resumes, {self.stage}")
         if (started := self._standing.started) is not None:
             absent = tuple(sorted({*started.without, *self._without}))
             order = started._replace(stamp=now, verb="start", without=absent)
@@ -111,11 +118,13 @@ class Director:
 
     def stop(self, now: int) -> None:
         """Record an emergency stop: the flight has failed, and ends when no drone flies."""
+        sometimes(f"director: stopped, {self.stage}")
         self.failure = self.failure or "emergency stop"
         self.stage, self._since, self._standing.order = Stage.LANDING, now, None
 
     def abort(self, reason: str, now: int) -> Mission | None:
         """Land because of `reason`, which becomes the flight's failure; before take-off, end without an order."""
+        sometimes(f"director: aborts, {self.stage}")
         self.failure = self.failure or reason
         if self.stage is Stage.PREPARING:
             self.stage = Stage.OVER
@@ -150,18 +159,25 @@ class Director:
             return self._take_off(fleet)
         if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.HOLD):
             if self.ordered != "hold":
+                sometimes("director: all hold, the formation starts")
                 return self._go(Stage.FLYING, self._start(now))
+            sometimes("director: all hold, and a hold was ordered")
             self.stage, self._since = Stage.FLYING, now
         if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.FORMATION):  # the last drone joined a flying formation
+            sometimes("director: the last drone joined a flying formation")
             self.stage, self._since = Stage.FLYING, now
         if self.stage in UNDER_WAY:
             lost = self._lost.first(fleet, self.stage is Stage.TAKING_OFF)
             if lost is not None:
                 what = "left the formation" if self.stage is Stage.FLYING else "did not take off"
+                sometimes(f"director: a drone {what}")
                 return self.abort(f"{fleet.pilots[lost]} {what}: {how(fleet, lost)}", now)
         if self.stage is Stage.FLYING and self._duration and now - self._took_off >= self._duration:
+            sometimes("director: its time is over")
             return self.land(now)
         if self.stage is Stage.LANDING and not fleet.not_down(self._since) and self._settled(fleet):
+            all_confirmed = self.order is None or not fleet.unconfirmed(self.order)
+            sometimes("director: over" if all_confirmed else "director: over, though a pilot is silent")
             self.stage = Stage.OVER
         return None
 
@@ -175,12 +191,18 @@ class Director:
         if self.ordered == "hold":
             return None
         if self._without and self.order is None:  # pilots must know the drones that are left out
+            sometimes("director: leaves drones out")
             return self._go(self.stage, self._mission(now, "prepare"))
-        if not fleet.all_in(Phase.READY, Phase.HOLD, Phase.FORMATION) or self._preflight.reasons(fleet):
+        if not fleet.all_in(Phase.READY, Phase.HOLD, Phase.FORMATION):
+            return None
+        if self._preflight.reasons(fleet):
+            sometimes("director: a pre-flight check fails")
             return None
         self._took_off = self.took_off = now
         if running is not None:
+            sometimes("director: takes off into a flying formation")
             return self._go(Stage.TAKING_OFF, running._replace(stamp=now, verb="start", without=self._without))
+        sometimes("director: takes off")
         return self._go(Stage.TAKING_OFF, self._mission(now, "takeoff"))
 
     def _start(self, now: int) -> Mission:
@@ -196,12 +218,16 @@ class Director:
         if news is None or (own is None and self.stage is not Stage.PREPARING):
             return
         if rank(news) == 0 and (own is None or self.stage is Stage.LANDING):
+            sometimes("director: does not follow an upward order")
             return
         if own is not None and 0 < rank(news) < rank(own):  # a hold does not cancel a landing
+            sometimes("director: does not follow a hold as it lands")
             return
         if own is not None and own.version not in news.knows and rank(own) >= rank(news):
+            sometimes("director: another order does not outrank its own")
             return  # it is repeated until all obey it; Standing.settle decides between two concurrent upward orders
         self._standing.follow(news, fleet.now)
+        sometimes(f"director: follows {('an upward order', 'a hold', 'a landing')[rank(news)]}, {self.stage}")
         grounded = self.stage is Stage.PREPARING and not self._aloft  # a hold there: no drone may take off
         if self.stage is not Stage.OVER and (news.verb == "land" or (news.verb == "hold" and grounded)):
             self.stage, self._since = Stage.LANDING, fleet.now
@@ -213,6 +239,7 @@ class Director:
         """Return `order` to repeat; another's order that some pilots do not obey for long is given again as its own."""
         if self._standing.is_own or rank(order) or fleet.now - self._standing.since < GRACE:
             return order
+        sometimes("director: gives another's order again as its own")
         return self._go(self.stage, order._replace(stamp=fleet.now))
 
     def _go(self, stage: Stage, order: Mission) -> Mission:
@@ -223,6 +250,7 @@ class Director:
 
     def _out_of_patience(self, fleet: Fleet) -> Mission | None:
         was = self.stage
+        sometimes(f"director: out of patience, {was}")
         if was is Stage.LANDING:
             why: tuple[str, ...] = (f"not known to be down: {', '.join(fleet.not_down(self._since))}",)
         else:

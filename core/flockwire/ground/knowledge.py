@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from flockwire.domain.marks import sometimes
 from flockwire.domain.order import MOST_VERSIONS, Mission, Version
 from flockwire.domain.time import nanoseconds
 from flockwire.ground.fleet import Fleet
@@ -65,6 +66,7 @@ class Knowledge:
             if version == mission.version and (rank(mission) or mission == self.holding):
                 yield mission
             elif version != mission.version and mission.verb == "land" and not version.giver & CAME_DOWN:
+                sometimes("station: reads a hold beside a landing")
                 yield mission._replace(verb="hold", stamp=version.stamp, giver=version.giver)
 
     def give(self, order: Mission) -> Mission:

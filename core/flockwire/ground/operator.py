@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 from flockwire.domain.airframe import Telemetry
+from flockwire.domain.marks import sometimes
 from flockwire.domain.order import Stop
 from flockwire.ground.director import GRACE, Director, Stage
 from flockwire.ground.fleet import Fleet
@@ -118,6 +119,7 @@ class OperatorCore:
             ended = [one for one in self._asked if one.order.verb not in ENDING]
             self._asked = [one for one in self._asked if one.order.verb in ENDING]
             for one in ended:
+                sometimes("station: an order down ends one that waits")
                 one.answered(ENDED)
         new = Asked(order, now if asked is None else asked, now, answered)
         if order.verb != "stop":

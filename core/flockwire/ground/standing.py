@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from flockwire.domain.marks import sometimes
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.ground.fleet import Fleet
@@ -49,8 +50,10 @@ class Standing(Knowledge):
         if own is None or rank(own) or (rival := fleet.rival(own)) is None or (other := rival.mission) is None:
             return False
         if other.giver > own.giver and rival.order_age < (fleet.now - self.since) / SECOND + RIVALS:
+            sometimes("station: follows a rival order")
             self.follow(other, fleet.now)
         elif self.is_own:
+            sometimes("station: gives its own order again over a rival")
             self.give(own._replace(stamp=fleet.now))
             return True
         return False

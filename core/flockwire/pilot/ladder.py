@@ -1,4 +1,7 @@
-"""The staleness ladder: a pilot's reactions to old inputs."""
+"""The staleness ladder: a pilot's reactions to old inputs.
+
+The code of a reason is the mark of its rung (domain/marks.py).
+"""
 
 from __future__ import annotations
 
@@ -9,9 +12,11 @@ from flockwire.domain.time import SECOND
 from flockwire.pilot.phases import NEVER
 from flockwire.swarm.model import uav
 from flockwire.swarm.tables import Limits, Staleness
+from flockwire.wire.status import Reason
 
 DOUBT_LASTS = 300_000_000  # ns that a doubt lasts after its last message; the gateway repeats it with each frame
 MISTAKEN = "the tracker confuses its body with another"
+NO_REASON = Reason("", "")
 
 
 class Inputs(NamedTuple):
@@ -25,6 +30,7 @@ class Inputs(NamedTuple):
     outside: float  # m outside the fence
     leader_down: float = 0.0  # s since the leader of the ordered formation is down; 0 while it leads
     doubt: float = 0.0  # s since the tracker gave its name to another body; 0 without a doubt
+    apart: float = 0.0  # m/s of its tracked body apart from its commands; 0 while it moves as commanded
 
 
 def doubted(doubt: IdentityDoubt | None, now: int) -> float:
@@ -46,64 +52,84 @@ def all_well(inputs: Inputs, limits: Limits) -> bool:
         and inputs.outside == 0.0
         and inputs.leader_down == 0.0
         and inputs.doubt == 0.0
+        and inputs.apart == 0.0
     )
 
 
-def land_reason(inputs: Inputs, limits: Limits) -> str:
-    """Return why the drone must land, empty without a reason."""
+def land_reason(inputs: Inputs, limits: Limits) -> Reason:
+    """Return why the drone must land, NO_REASON if it need not."""
     stale = limits.staleness
     rungs = (
-        ("own pose", inputs.pose, stale.pose_land),
-        ("leader estimate", inputs.silence, stale.estimates_land),
-        ("telemetry", inputs.telemetry, stale.telemetry_land),
-        ("the leader", inputs.leader_down, stale.leader_land),
+        ("rung: own pose, land", "own pose", inputs.pose, stale.pose_land),
+        ("rung: leader estimate, land", "leader estimate", inputs.silence, stale.estimates_land),
+        ("rung: telemetry, land", "telemetry", inputs.telemetry, stale.telemetry_land),
+        ("rung: leader down, land", "the leader", inputs.leader_down, stale.leader_land),
     )
-    for name, age, rung in rungs:
+    for mark, name, age, rung in rungs:
         if age > rung:
-            return f"{name} lost for {age:.1f} s"
+            return Reason(mark, f"{name} lost for {age:.1f} s")
     if inputs.doubt > stale.identity_land:
-        return f"the tracker confuses its body with another for {inputs.doubt:.1f} s"
+        return Reason("rung: identity, land", f"{MISTAKEN} for {inputs.doubt:.1f} s")
+    if inputs.apart > 0.0:
+        return Reason(
+            "rung: tracked apart, land", f"its tracked body moves {inputs.apart:.1f} m/s apart from its commands"
+        )
     if inputs.battery < limits.battery_land:
-        return f"battery at {inputs.battery:.0%}"
+        return Reason("rung: battery, land", f"battery at {inputs.battery:.0%}")
     if inputs.outside > limits.fence.margin:
-        return f"{inputs.outside:.1f} m outside the fence"
-    return ""
+        return Reason("rung: fence, land", f"{inputs.outside:.1f} m outside the fence")
+    return NO_REASON
 
 
-def hold_reason(inputs: Inputs, stale: Staleness) -> str:
-    """Return why the drone must leave the formation and hold, empty without a reason."""
+def hold_reason(inputs: Inputs, stale: Staleness) -> Reason:
+    """Return why the drone must leave the formation and hold, NO_REASON if it need not."""
     if inputs.pose > stale.pose_zero:
-        return "own pose is stale"
+        return Reason("rung: own pose, hold", "own pose is stale")
     if inputs.doubt > 0.0:
-        return MISTAKEN
+        return Reason("rung: identity, hold", MISTAKEN)
     if inputs.silence > stale.estimates_hold:
-        return f"no leader estimate for {stale.estimates_hold:g} s"
+        return Reason("rung: leader estimate, hold", f"no leader estimate for {stale.estimates_hold:g} s")
     if inputs.leader_down > 0.0:
-        return "the leader is down"
+        return Reason("rung: leader down, hold", "the leader is down")
     if inputs.nearby > stale.nearby_hold:
-        return "nearby bodies are stale"
-    return ""
+        return Reason("rung: nearby, hold", "nearby bodies are stale")
+    return NO_REASON
 
 
-def unready_reason(inputs: Inputs, missing: tuple[int, ...], limits: Limits, driver: str) -> str:
-    """Return why the drone is not ready to take off, empty if it is.
+def unready_reason(inputs: Inputs, missing: tuple[int, ...], limits: Limits, driver: str) -> Reason:
+    """Return why the drone is not ready to take off, NO_REASON if it is.
 
     `missing`: silent neighbours; `driver`: the process that drives it.
     """
     stale = limits.staleness
     names = ", ".join("the leader's pose" if j == 0 else f"{uav(j)}'s estimate" for j in missing)
     reasons = (
-        (inputs.pose > stale.pose_zero, "waits for its own pose"),
-        (inputs.doubt > 0.0, MISTAKEN),
-        (inputs.telemetry > stale.telemetry_warn, f"waits for telemetry from {driver}"),
-        (bool(missing), f"waits for {names}"),
-        (inputs.nearby > stale.nearby_slow, "waits for its nearby bodies"),
+        (inputs.pose > stale.pose_zero, "rung: own pose, refuses", "waits for its own pose"),
+        (inputs.doubt > 0.0, "rung: identity, refuses", MISTAKEN),
+        (inputs.telemetry > stale.telemetry_warn, "rung: telemetry, refuses", f"waits for telemetry from {driver}"),
+        (bool(missing), "rung: neighbour, refuses", f"waits for {names}"),
+        (inputs.nearby > stale.nearby_slow, "rung: nearby, refuses", "waits for its nearby bodies"),
         (
             inputs.battery < limits.battery_takeoff,
+            "rung: battery, refuses",
             f"battery at {inputs.battery:.0%}, take-off needs {limits.battery_takeoff:.0%}",
         ),
     )
-    return next((text for applies, text in reasons if applies), "")
+    return next((Reason(mark, text) for applies, mark, text in reasons if applies), NO_REASON)
+
+
+def mild_rungs(inputs: Inputs, missing: tuple[int, ...], limits: Limits) -> tuple[str, ...]:
+    """Return the marks of the rungs in flight that are neither a hold nor a landing."""
+    stale = limits.staleness
+    rungs = (
+        (inputs.pose > stale.pose_zero, "rung: own pose, zero"),
+        (bool(missing), "rung: neighbour, dropped"),
+        (inputs.nearby > stale.nearby_slow, "rung: nearby, slow"),
+        (inputs.telemetry > stale.telemetry_warn, "rung: telemetry, reported"),
+        (inputs.battery < limits.battery_takeoff, "rung: battery, reported"),
+        (inputs.outside > 0.0, "rung: fence, inwards"),
+    )
+    return tuple([mark for applies, mark in rungs if applies])
 
 
 def speed_limit(inputs: Inputs, limits: Limits) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container
 from dataclasses import dataclass
+from math import inf, isfinite
 
 from flockwire.control.graph import LEADER
 from flockwire.domain.fields import from_fields
@@ -12,6 +13,7 @@ from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 from flockwire.law import NeighbourEstimate
+from flockwire.pilot.agreement import Agreement
 from flockwire.pilot.phases import IN_FLIGHT, NEVER, age
 from flockwire.swarm.tables import Staleness
 from flockwire.wire.phase import Phase
@@ -38,10 +40,18 @@ class Neighbourhood:
     """The in-neighbours N_i of one follower, by their weights; `leader` is the kind of the leader.
 
     A leader without an airframe leads in any phase: a virtual one while its status arrives, a tracked one while its
-    pose arrives.
+    pose arrives. Estimates may differ by `bound` m. The neighbours `closer` are fewer hops from the leader than the
+    drone itself: if one of them reports that the leader is down, it is.
     """
 
-    def __init__(self, weights: dict[int, float], limits: Staleness, leader: str = "trajectory") -> None:
+    def __init__(
+        self,
+        weights: dict[int, float],
+        limits: Staleness,
+        leader: str = "trajectory",
+        bound: float = inf,
+        closer: frozenset[int] = frozenset(),
+    ) -> None:
         self._every = {j: Neighbour(weight) for j, weight in weights.items()}
         self._neighbours = self._every  # without those that are left out
         self._drop_after = round(limits.estimate_drop * SECOND)  # ns
@@ -52,6 +62,8 @@ class Neighbourhood:
         self.origin = 0  # of the newest data of the leader
         self.hops = 0
         self.leading = Leading.UNKNOWN
+        self.agreement = Agreement(bound)
+        self._compares, self._closer = isfinite(bound), closer
 
     def __len__(self) -> int:
         return len(self._neighbours)
@@ -92,7 +104,7 @@ class Neighbourhood:
         """Update the leader's state; return the valid estimates of the neighbours at `now` (Unix ns).
 
         A valid estimate is fresh and based on fresh data: passing data on does not make it younger. A stale neighbour
-        is removed from the sum.
+        is removed from the sum, and so is one that contradicts the others.
         """
         oldest, oldest_origin = now - self._drop_after, now - self._origin_limit
         found = []
@@ -101,9 +113,20 @@ class Neighbourhood:
             if stamp < oldest or motion is None or neighbour.origin < oldest_origin:
                 continue
             found.append(from_fields(NeighbourEstimate, (j, neighbour.weight, stamp, motion)))
+        if self._compares and len(found) > 1:
+            found = self.agreement.kept(found, now)
+        elif self.agreement.contradicted:
+            self.agreement.forget()
+        down = False
+        for estimate in found:
+            j = estimate[0]
+            neighbour = self._neighbours[j]
             if neighbour.origin > self.origin:
                 self.origin, self.hops = neighbour.origin, min(neighbour.hops + 1, MOST_HOPS)
                 self.leading = neighbour.leading
+            down = down or (neighbour.leading is Leading.IS_DOWN and j in self._closer)
+        if down:
+            self.leading = Leading.IS_DOWN
         if LEADER in self._neighbours:
             self.leading = self._leading(now)
         return found

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping
 
 from flockwire.control.formation import Formation
 from flockwire.control.formation_change import FormationChange
+from flockwire.domain.marks import sometimes
 from flockwire.domain.order import Mission, Version
 from flockwire.domain.time import SECOND
 from flockwire.wire.status import Counts, counted
@@ -66,17 +67,21 @@ class Orders:
         """Receive `order` at `now` (Unix ns); returns whether the order in force changed."""
         version = order.version
         if version in self._past:
+            sometimes("orders: repeated, or arrived after its end")
             return False
         known = frozenset(order.knows)
         if not rank(order) and not (known.issuperset(self.newest) and order.stamp <= now + AHEAD):
-            self._reject(version)
+            self._reject(version, order.stamp > now + AHEAD)
             return False
         self._remember((version,) if rank(order) else (*order.knows, version))  # a downward order cancels no other
         self.taken = now
         if 0 < rank(order) < rank(self.mission):  # a hold does not cancel a landing
             self.concurrent = (*_without(self.concurrent, known), version)
+            sometimes("orders: a hold cancels no landing")
             return False
         self.concurrent = _without(self.newest, known)
+        if self.concurrent:
+            sometimes("orders: in force beside one that its giver did not know")
         self.mission = _interrupting(order, self.mission)
         return True
 
@@ -84,6 +89,7 @@ class Orders:
         """Record that the drone landed without an order: the next upward order must name this."""
         if self.mission is None or self.mission.verb == "land" or came_down(self.mission) in self.concurrent:
             return
+        sometimes("orders: its drone landed without an order")
         self.concurrent = (*self.concurrent, came_down(self.mission))
 
     @property
@@ -91,8 +97,9 @@ class Orders:
         """Whether the drone has landed since the order in force."""
         return self.mission is not None and came_down(self.mission) in self.concurrent
 
-    def _reject(self, version: Version) -> None:
+    def _reject(self, version: Version, ahead: bool) -> None:
         if version != self.rejected:
+            sometimes(f"orders: rejected, {'from the future' if ahead else 'its giver did not know the one in force'}")
             self.rejected = version
             self._rejections += 1
 
@@ -114,6 +121,7 @@ def _interrupting(order: Mission, was: Mission | None) -> Mission:
         return order
     order = order._replace(without=order.without or was.without)
     if order.verb == "hold" and not order.start:
+        sometimes("orders: a hold interrupts a formation" if was.start else "orders: a hold before any formation")
         order = order._replace(start=was.start, formation=was.formation, change=was.change)
     return order
 

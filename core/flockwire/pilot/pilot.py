@@ -13,6 +13,7 @@ from flockwire.control.guard import Guard
 from flockwire.domain.airframe import Command, FlightState, Telemetry
 from flockwire.domain.body import Body
 from flockwire.domain.fields import from_fields
+from flockwire.domain.marks import Holding
 from flockwire.domain.motion import Motion
 from flockwire.domain.order import Stop
 from flockwire.domain.pose import IdentityDoubt, Pose
@@ -20,11 +21,13 @@ from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, limit
 from flockwire.parameters import PilotParameters
 from flockwire.pilot.ladder import (
+    NO_REASON,
     Inputs,
     all_well,
     doubted,
     hold_reason,
     land_reason,
+    mild_rungs,
     shown,
     speed_limit,
     unready_reason,
@@ -33,6 +36,7 @@ from flockwire.pilot.off_place import OffPlace, no_place
 from flockwire.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, age, command_stamp
 from flockwire.pilot.place import Place
 from flockwire.pilot.surroundings import Surroundings
+from flockwire.pilot.tracked_body import WRONG, TrackedBody
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import STOP, Key
@@ -41,8 +45,10 @@ from flockwire.wire.status import Reason, Report
 
 AIRBORNE = frozenset({FlightState.FLYING, FlightState.LANDING})
 LEFT_OUT = "left out of this flight"
-HELD_UP = "off the ground with stopped motors: put it down on a floor that its sensor detects"
-SET_DOWN = "its driver lands it"
+HELD_UP = Reason(
+    "rung: held up, refuses", "off the ground with stopped motors: put it down on a floor that its sensor detects"
+)
+SET_DOWN = Reason("rung: set down, land", "its driver lands it")
 DRIVER_LOST = 10.0  # s of silence after which a driver counts as dead
 LONGEST_STEP = 0.1  # s: longer pauses count as this
 
@@ -70,6 +76,7 @@ class Pilot:
         self._off_place = OffPlace(parameters.room, parameters.checks)
         self._wanted = ZERO  # m/s, by the law, at the last command
         self._airframe = AirframeState(parameters.lag, parameters.dead_time)
+        self._body = TrackedBody(parameters.limits, self._airframe) if parameters.guard is not None else None
         self._surroundings = Surroundings(parameters.sensing, parameters.obstacles)
         self._pose: Pose | None = None
         self._telemetry: Telemetry | None = None
@@ -78,6 +85,7 @@ class Pilot:
         self._inputs = Inputs(NEVER, NEVER, NEVER, NEVER, 1.0, 0.0)
         self._stepped = now
         self._down_since = 0  # time of the leader's loss, Unix ns
+        self._rungs = Holding()
         self.take: dict[Key, Callable[[Any], None]] = {  # handlers of messages, by key
             self.pose_key: self._take_pose,
             Key("nearby", uav(number)): self._surroundings.take_nearby,
@@ -110,11 +118,13 @@ class Pilot:
         self.motion, self.bodies = None, ()
         if pose is not None:
             self.bodies = self._surroundings.bodies(pose, neighbours)
-            if fresh:
+            if fresh and not inputs.apart:
                 seen = (pose.stamp - self.born) / SECOND  # small enough for a float with nanoseconds
                 self.motion = motion = self._airframe.measure(pose.position, seen, (now - self.born) / SECOND)
                 if self._guard is not None and phase in IN_FLIGHT:
                     self.bodies = self._guard.tracked(motion, self.bodies, self._surroundings.stamp or self.stamp)
+        if self._body is not None and now >= self._body.due:
+            self._body.look(self.motion, self._telemetry, phase, now, self.born)
         return phase
 
     def command(self, wanted: Vector, now: int) -> list[tuple[Key, Message]]:
@@ -145,7 +155,7 @@ class Pilot:
         `place` is that in the formation, m, None if unknown.
         """
         pose, telemetry, detail = self._pose, self._telemetry, self.flight.reason
-        reasons: tuple[Reason, ...] = ()
+        reasons: tuple[Reason, ...] = (WRONG,) if self._inputs.apart else ()
         if self.flight.phase is not Phase.FORMATION or self.motion is None:
             self._off_place.forget()
         elif not detail:
@@ -189,6 +199,7 @@ class Pilot:
             self._room.outside(pose.position) if pose is not None else 0.0,
             leader_down,
             doubted(self._doubt, now),
+            self._body.apart if self._body is not None else 0.0,
         )
         return from_fields(Inputs, ages)
 
@@ -206,25 +217,34 @@ class Pilot:
     def _decide(self, now: int, inputs: Inputs, missing: tuple[int, ...], fault: str) -> Phase:
         """Update the phase; a new phase has its own place."""
         limits, flight, was = self._limits, self.flight, self.flight.phase
-        unready = hold = land = ""
+        unready = hold = land = NO_REASON
         mission = flight.mission
         left_out = LEFT_OUT if mission is not None and self._parameters.number in mission.without else ""
-        if missing or not all_well(inputs, limits):
+        if troubled := bool(missing) or not all_well(inputs, limits):
             unready = unready_reason(inputs, missing, limits, self._parameters.driver)
             hold = hold_reason(inputs, limits.staleness)
             land = land_reason(inputs._replace(pose=min(inputs.pose, age(self.born, now))), limits)
         state = self._telemetry.state if self._telemetry is not None else None
         if state is FlightState.LANDING:
-            land = land or SET_DOWN
+            land, troubled = land if land.text else SET_DOWN, True
         elif state is FlightState.HELD:
-            unready = HELD_UP
+            unready, troubled = HELD_UP, True
         airborne = state in AIRBORNE
         high = self._pose is not None and self._place.is_high(self._pose.position)
-        situation = (now, left_out or fault or unready, fault or hold, land, airborne, high)
+        situation = (now, left_out or fault or unready.text, fault or hold.text, land.text, airborne, high)
         phase = flight.update(from_fields(Situation, situation))
+        if troubled or self._rungs.marks:
+            self._mark(inputs, missing, unready, hold, land)
         if phase is not was:
             self._place.forget()
         return phase
+
+    def _mark(self, inputs: Inputs, missing: tuple[int, ...], unready: Reason, hold: Reason, land: Reason) -> None:
+        """Record the rungs reached: on the ground those that refuse a take-off, in flight the others."""
+        found: tuple[str, ...] = (unready.code,)
+        if self.flight.phase in IN_FLIGHT:
+            found = (hold.code, land.code, *mild_rungs(inputs, missing, self._limits))
+        self._rungs.update(tuple([mark for mark in found if mark]))
 
     def _velocity(self, wanted: Vector, motion: Motion, now: int) -> Vector:
         """Return the velocity command for a fresh pose."""

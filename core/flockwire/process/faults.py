@@ -1,34 +1,19 @@
-"""Faults as data: the faults of a flight and their times. One TOML file is used in real and virtual time.
+"""Faults as data: one model for each kind. fault_file.py reads them from a file.
 
-    [[faults]]
-    at = 12.0          # s after the order to take off
-    kind = "kill"
-    process = "uav3"
-
-Times must be in order, unknown keys are refused. `flockwire sim` supports every kind, `flockwire up` all but SIM_ONLY,
-and no loss or reordering of a link.
+`flockwire sim` supports every kind, `flockwire up` all but SIM_ONLY, and no loss or reordering of a link.
 """
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import ConfigDict, Field, ValidationError
+from pydantic import ConfigDict, Field
 
 from flockwire.swarm.model import uav
-from flockwire.swarm.reading import error_lines, read_toml
 from flockwire.swarm.tables import Finite, Model, NotNegative, Point, Positive, Probability
-from flockwire.swarm.wording import meant
 from flockwire.wire.plan import Plan
 
 SIM_ONLY = ("clock",)
-
-
-class FaultFileError(ValueError):
-    """A bad fault file; each line of the text names one key, its value and the rule."""
 
 
 class _Fault(Model):
@@ -151,14 +136,49 @@ class AirframeFailure(_Fault):
     drone: int
 
 
+class FalseEstimate(_Fault):
+    """A follower's agent publishes a leader estimate that moves away from its own one at `velocity`, m/s."""
+
+    kind: Literal["false_estimate"]
+    drone: int
+    velocity: Point
+    duration: Positive
+
+
+class FalseAge(_Fault):
+    """A follower's agent claims that the leader leads, and that its data of the leader is `age` s old."""
+
+    kind: Literal["false_age"]
+    drone: int
+    age: NotNegative
+    duration: Positive
+
+
+class FalsePose(_Fault):
+    """The cameras report a drone at a place that moves away from it at `velocity`, m/s."""
+
+    kind: Literal["false_pose"]
+    drone: int
+    velocity: Point
+    duration: Positive
+
+
+class FalseHeight(_Fault):
+    """The driver of a simulated airframe reports a height that is `offset` m too large."""
+
+    kind: Literal["false_height"]
+    drone: int
+    offset: Finite
+    duration: Positive
+
+
 Fault = (
     Kill | Restart | Freeze | Cut | LinkChange | Partition | TrackerLoss | NoiseBurst | NameSwap | Visitor | ClockStep
-    | AirframeLag | AirframeFailure
+    | AirframeLag | AirframeFailure | FalseEstimate | FalseAge | FalsePose | FalseHeight
 )  # fmt: skip
-
-
-class _File(Model):
-    faults: tuple[Annotated[Fault, Field(discriminator="kind")], ...] = ()
+AgentFault = FalseEstimate | FalseAge
+AirframeFault = AirframeLag | AirframeFailure | FalseHeight
+OfDrone = TrackerLoss | FalsePose | AgentFault | AirframeFault  # those with a key `drone`
 
 
 def told(fault: Fault) -> str:
@@ -172,80 +192,15 @@ def told(fault: Fault) -> str:
             whom = fault.body
         case NameSwap():
             whom = ", ".join(map(uav, fault.drones))
-        case TrackerLoss() | AirframeLag() | AirframeFailure():
-            whom = uav(fault.drone)
         case Kill() | Restart() | Freeze() | ClockStep():
             whom = fault.process
         case NoiseBurst():
             whom = ""
+        case _:
+            whom = uav(fault.drone)
     return f"{fault.kind} {whom}".strip()
-
-
-def load_faults(path: Path, plan: Plan) -> tuple[Fault, ...]:
-    """Read and check the faults for the swarm of `plan` in the file `path`; raises FaultFileError."""
-    return parse_faults(read_toml(path, "faults", FaultFileError), plan, str(path))
-
-
-def parse_faults(table: dict[str, object], plan: Plan, origin: str) -> tuple[Fault, ...]:
-    """Check the content `table` of the fault file `origin`; raises FaultFileError."""
-    try:
-        faults = _File.model_validate_json(json.dumps(table, default=str)).faults
-    except ValidationError as error:
-        raise FaultFileError("\n".join(f"{origin}: {line}" for line in error_lines(error, _File))) from None
-    problems = list(_problems(faults, plan))
-    if problems:
-        raise FaultFileError("\n".join(f"{origin}: {line}" for line in problems))
-    return faults
 
 
 def of_core(faults: tuple[Fault, ...], plan: Plan, identity: str) -> tuple[Fault, ...]:
     """Return those of `faults` that the core of `identity` injects itself."""
     return tuple(fault for fault in faults if fault.kind in plan.rows[identity].faults)
-
-
-def _problems(faults: tuple[Fault, ...], plan: Plan) -> Iterator[str]:
-    processes = [identity for identity in plan.identities if identity not in plan.witnesses]
-    before = 0.0
-    for place, fault in enumerate(faults):
-        key = f"faults.{place}"
-        if fault.at < before:
-            yield f"{key}.at = {fault.at:g}: must not be before the fault above, at {before:g}"
-        before = max(before, fault.at)
-        for name, process in _named(fault):
-            if process not in processes:
-                choice = f"{', '.join(processes)}{meant(process, processes)}"
-                yield f"{key}.{name} = {process!r}: there is no such process; must be one of {choice}"
-        for name, number in _drones(fault):
-            known = plan.swarm.flying if isinstance(fault, AirframeLag | AirframeFailure) else plan.swarm.tracked
-            if number not in known:
-                yield f"{key}.{name} = {number}: there is no such drone; must be one of {list(known)}"
-        if isinstance(fault, NameSwap) and fault.drones[0] == fault.drones[1]:
-            yield f"{key}.drones = {list(fault.drones)}: must be two drones"
-        if isinstance(fault, Cut | LinkChange) and fault.source in processes and fault.target in processes:
-            subscribers = [name for name in processes if name != fault.source and plan.publishes_to(fault.source, name)]
-            if fault.target not in subscribers:
-                yield (
-                    f"{key}.to = {fault.target!r}: receives nothing from {fault.source}; must be one of "
-                    f"{', '.join(subscribers)}"
-                )
-
-
-def _drones(fault: Fault) -> Iterator[tuple[str, int]]:
-    match fault:
-        case TrackerLoss() | AirframeLag() | AirframeFailure():
-            yield "drone", fault.drone
-        case NameSwap():
-            for place, drone in enumerate(fault.drones):
-                yield f"drones.{place}", drone
-
-
-def _named(fault: Fault) -> Iterator[tuple[str, str]]:
-    match fault:
-        case Kill() | Restart() | Freeze() | ClockStep():
-            yield "process", fault.process
-        case Cut() | LinkChange():
-            yield "from", fault.source
-            yield "to", fault.target
-        case Partition():
-            for place, process in enumerate(fault.processes):
-                yield f"processes.{place}", process

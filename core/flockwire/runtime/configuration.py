@@ -47,7 +47,11 @@ def _configuration(
 ) -> dict[str, object]:
     mode = _mode(plan, identity)
     link: dict[str, object] = {
-        "tx": {"lease": 1000, "keep_alive": 4, "queue": {"size": {"real_time": BURST, "data_high": BURST}}},
+        "tx": {
+            "lease": 1000,
+            "keep_alive": 4,
+            "queue": {"size": {"real_time": BURST, "data_high": BURST, "background": BURST}},
+        },
         "rx": {"max_message_size": LARGEST_MESSAGE},
     }
     config: dict[str, object] = {

@@ -81,6 +81,25 @@ class Newest(Subscription):
         return newest
 
 
+class Every:
+    """Every sample of a key, buffered until they are read."""
+
+    def __init__(self, inbox: Inbox, ring: Ring, capacity: int) -> None:
+        self.inbox = inbox
+        self._ring, self._capacity = ring, capacity
+
+    def messages(self, now: int) -> list[Message]:
+        """Return the messages that came since the last call and were accepted."""
+        found, count = [], 0
+        while (sample := self._ring.try_recv()) is not None:
+            received, count = self.inbox.accept(*_bytes(sample), now), count + 1
+            if received is not None:
+                found.append(received.message)
+        if count >= self._capacity:
+            self.inbox.rejected["overflow"] += 1
+        return found
+
+
 class Prompt(Subscription):
     """The newest sample of a key (or each, if every message counts), announced to `wakeup` at arrival."""
 

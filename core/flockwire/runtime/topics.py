@@ -7,13 +7,15 @@ from collections.abc import Iterable, Iterator
 from operator import itemgetter
 
 from flockwire.runtime.session import Session
+from flockwire.wire.batch import decode_batch
 from flockwire.wire.cdr import MessageError
-from flockwire.wire.inbox import BURST, CANARY, MISDIRECTED, OVER_QUOTA, Quota, mark_of, read_attachment
-from flockwire.wire.keys import ROWS, Key
+from flockwire.wire.inbox import BURST, CANARY, MISDIRECTED, OVER_QUOTA, Origin, Quota, mark_of, read_attachment
+from flockwire.wire.keys import BATCH, ROWS, Key
 from flockwire.wire.plan import Plan
 from flockwire.wire.schemas import ROS_TYPES
 
 CAPACITY = 2048  # samples of one key that are buffered between two reads, at most
+BATCHES = 64  # of one process that are buffered between two reads, at most
 
 Sample = tuple[int, str, bytes, int, bytes]  # source time (Unix ns), topic, publisher, sequence, payload (CDR)
 
@@ -24,34 +26,87 @@ class Topic:
     Samples over the quota, with an unknown attachment, or of another key are counted and dropped.
     """
 
-    def __init__(self, plan: Plan, key: Key, session: Session) -> None:
-        row = ROWS[key.kind]
-        self.name, self.ros_type = f"/{plan.text(key)}", ROS_TYPES[row.message]
-        self._samples = session.every(key, min(CAPACITY, BURST * row.rate))
-        self._quota, self._largest, self._mark = Quota(row.rate), row.largest, mark_of(key)
+    def __init__(self, plan: Plan, key: Key, session: Session, capacity: int = CAPACITY) -> None:
+        self._checked = _Checked(plan, key)
+        self.name, self.ros_type = self._checked.name, ROS_TYPES[ROWS[key.kind].message]
+        self._samples = session.every(key, min(capacity, BURST * ROWS[key.kind].rate))
+        self._mark = mark_of(key)
 
     def samples(self, now: int, rejected: Counter[str]) -> Iterator[Sample]:
         """Yield the samples received by `now` (Unix ns); count dropped ones in `rejected`, by key and reason."""
+        for origin, payload in self._received(now, rejected):
+            yield origin.sent, self.name, origin.publisher, origin.sequence, payload
+
+    def _received(self, now: int, rejected: Counter[str]) -> Iterator[tuple[Origin, bytes]]:
+        checked = self._checked
         while (sample := self._samples.try_recv()) is not None:
-            if len(sample.payload) > self._largest or self._quota.exceeded(now):  # before anything is copied
-                self._reject(rejected, OVER_QUOTA)
+            if not checked.allows(len(sample.payload), now, rejected):  # before anything is copied
                 continue
             attached, payload = sample.attachment, sample.payload.to_bytes()
             if payload.startswith(CANARY):
-                self._reject(rejected, "canary")
+                checked.reject(rejected, "canary")
                 continue
             try:
                 origin = read_attachment(attached.to_bytes() if attached is not None else b"")
             except MessageError:
-                self._reject(rejected, "malformed")
+                checked.reject(rejected, "malformed")
                 continue
             if not origin.publisher.endswith(self._mark):
-                self._reject(rejected, MISDIRECTED)
+                checked.reject(rejected, MISDIRECTED)
                 continue
-            yield origin.sent, self.name, origin.publisher, origin.sequence, payload
+            yield origin, payload
 
-    def _reject(self, rejected: Counter[str], reason: str) -> None:
+
+class BatchedTopics(Topic):
+    """The keys of a process whose messages arrive in its batches (batch.py): the samples are those messages.
+
+    A message is counted and dropped too if its key is not one that the process publishes in batches.
+    """
+
+    def __init__(self, plan: Plan, key: Key, session: Session) -> None:
+        super().__init__(plan, key, session, BATCHES)
+        own = [one for one in plan.publishes[key.owner] if one in plan.batched]
+        self._keys = {f"{one.owner}/{one.kind}": (_Checked(plan, one), mark_of(one)) for one in own}
+
+    def samples(self, now: int, rejected: Counter[str]) -> Iterator[Sample]:
+        """Yield the samples received by `now` (Unix ns); count dropped ones in `rejected`, by key and reason."""
+        for origin, payload in self._received(now, rejected):
+            try:
+                batch = decode_batch(payload)
+            except MessageError:
+                self._checked.reject(rejected, "malformed")
+                continue
+            session = origin.publisher[:-4]
+            for text, sequence, sent, message in batch.entries:
+                found = self._keys.get(text)
+                if found is None:
+                    self._checked.reject(rejected, MISDIRECTED)
+                elif found[0].allows(len(message), now, rejected):
+                    yield sent, found[0].name, session + found[1], sequence, message
+
+
+class _Checked:
+    """One key's name and quota."""
+
+    def __init__(self, plan: Plan, key: Key) -> None:
+        row = ROWS[key.kind]
+        self.name, self._quota, self._largest = f"/{plan.text(key)}", Quota(row.rate), row.largest
+
+    def allows(self, size: int, now: int, rejected: Counter[str]) -> bool:
+        """Return whether a message of `size` bytes is within the quota at `now` (Unix ns); else count it."""
+        if size > self._largest or self._quota.exceeded(now):
+            self.reject(rejected, OVER_QUOTA)
+            return False
+        return True
+
+    def reject(self, rejected: Counter[str], reason: str) -> None:
+        """Count a dropped message."""
         rejected[f"{self.name[1:]} {reason}"] += 1
+
+
+def recorded_topic(plan: Plan, key: Key, session: Session) -> Topic:
+    """Return the topic of `key`, or those in its batches."""
+    return (BatchedTopics if key.kind == BATCH else Topic)(plan, key, session)
 
 
 def in_order(topics: Iterable[Topic], now: int, rejected: Counter[str]) -> list[Sample]:

@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
+from flockwire.swarm.ros import Domain, RouterAddress, absolute_name
 from flockwire.swarm.tables import Finite, Model, NotNegative, Point, Positive
 from flockwire.swarm.wording import Takes
 
@@ -27,6 +28,13 @@ def _unit(q: tuple[float, float, float, float]) -> tuple[float, float, float, fl
 def _version(text: str) -> str:
     if not re.fullmatch(r"[0-9]\.[0-9]", text):
         raise ValueError('must be a version like "4.1"')
+    return text
+
+
+def _body_topic(text: str) -> str:
+    if text.count("{body}") != 1 or "{body}" not in text.split("/"):
+        raise ValueError("must have {body} as one whole part, as /vrpn_mocap/{body}/pose")
+    absolute_name(text.replace("{body}", "body"))
     return text
 
 
@@ -81,6 +89,26 @@ class Vicon(Axes):
     latency: NotNegative = 0.0  # s, from exposure to arrival, if known
 
 
+class RosPoses(Axes):
+    """Poses from ROS 2: a PoseStamped topic for each body, or a PoseArray of all (docs/ros.md)."""
+
+    router: RouterAddress = "127.0.0.1:7447"  # address and port of rmw_zenohd
+    domain: Domain = 0  # ROS_DOMAIN_ID
+    topic: Annotated[str, AfterValidator(_body_topic), Takes("an absolute ROS name with {body} in it")] = (
+        "/vrpn_mocap/{body}/pose"  # PoseStamped, one for each body
+    )
+    array: Annotated[str, AfterValidator(absolute_name), Takes("an absolute ROS name")] | None = (
+        None  # PoseArray with all bodies, instead of `topic`
+    )
+    bodies: tuple[str, ...] = ()  # the bodies' names in the order of `array`; default: the drones', by id
+    latency: NotNegative = 0.0  # s, from exposure to the stamp, if known
+
+    @property
+    def server(self) -> str:
+        """Where the poses come from."""
+        return self.router
+
+
 class Replay(Model):
     """The poses of an earlier trace."""
 
@@ -101,7 +129,7 @@ class Twin(Model):
 class Gateway(Model):
     """The source of poses, and the tracker's frame on the field (docs/tracking.md)."""
 
-    source: Literal["simulated", "natnet", "vrpn", "qualisys", "vicon", "replay"] = (
+    source: Literal["simulated", "natnet", "vrpn", "qualisys", "vicon", "ros", "replay"] = (
         "simulated"  # the tracking system; its table is below
     )
     rate_hz: Annotated[int, Field(ge=10, le=500)] = 100  # Hz, of the cameras
@@ -117,6 +145,7 @@ class Gateway(Model):
     vrpn: Vrpn = Vrpn()  # the table of source = "vrpn"
     qualisys: Qualisys = Qualisys()  # the table of source = "qualisys"
     vicon: Vicon = Vicon()  # the table of source = "vicon"
+    ros: RosPoses = RosPoses()  # the table of source = "ros"
     replay: Replay = Replay()  # the table of source = "replay"
     twin: Twin | None = None  # a simulated tracker; this table enables it
     noise: NotNegative = 0.0  # m, standard deviation per axis (simulated cameras)
@@ -124,7 +153,7 @@ class Gateway(Model):
     dropout: Share = 0.0  # share of lost samples (simulated cameras)
     seed: Annotated[int, Field(ge=0)] = 0  # of noise and losses
 
-    twins: ClassVar[tuple[str, ...]] = ("natnet", "vrpn", "qualisys")  # sources that a twin can serve
+    twins: ClassVar[tuple[str, ...]] = ("natnet", "vrpn", "qualisys", "ros")  # sources that a twin can serve
 
     @property
     def simulates_tracker(self) -> bool:
@@ -132,9 +161,16 @@ class Gateway(Model):
         return self.twin is not None and self.source in self.twins
 
     @property
+    def from_ros(self) -> bool:
+        """Whether poses come from ROS 2."""
+        return self.source == "ros"
+
+    @property
     def table(self) -> Axes:
         """The axes and unit of the source in use."""
-        axes = {"natnet": self.natnet, "vrpn": self.vrpn, "qualisys": self.qualisys, "vicon": self.vicon}
+        axes = {
+            "natnet": self.natnet, "vrpn": self.vrpn, "qualisys": self.qualisys, "vicon": self.vicon, "ros": self.ros,
+        }  # fmt: skip
         return axes.get(self.source, Axes())
 
     def simulated(self) -> Gateway:

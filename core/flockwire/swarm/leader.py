@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from flockwire.control.trajectory import Circling, Constant, Trajectory, Waypoints
+from flockwire.swarm.ros import absolute_name
 from flockwire.swarm.tables import Finite, Model, Point, Positive
+from flockwire.swarm.wording import Takes
 
 
 class ConstantVelocity(Model):
@@ -46,10 +48,17 @@ class WaypointsTrajectory(Model):
         return Waypoints(self.points, self.speed, self.loop)
 
 
-class Leader(Model):
-    """The leader: drone 0 on a trajectory or steered by a person, a body that a person carries, or a virtual point."""
+class RosLeader(Model):
+    """The ROS 2 topic that the leader follows: a velocity, or a place (docs/ros.md)."""
 
-    kind: Literal["trajectory", "teleoperated", "tracked", "virtual"] = (
+    topic: Annotated[str, AfterValidator(absolute_name), Takes("an absolute ROS name")] = "/leader/cmd_vel"  # its name
+    message: Literal["TwistStamped", "PoseStamped"] = "TwistStamped"  # its type in geometry_msgs, in the world frame
+
+
+class Leader(Model):
+    """The leader: drone 0 on a trajectory or steered, a body that a person carries, or a virtual point."""
+
+    kind: Literal["trajectory", "teleoperated", "tracked", "virtual", "ros"] = (
         "trajectory"  # kind of leader, see docs/leaders.md
     )
     trajectory: Annotated[ConstantVelocity | CirclingTrajectory | WaypointsTrajectory, Field(discriminator="kind")] = (
@@ -58,8 +67,9 @@ class Leader(Model):
     input_bound: Positive = 0.1  # m/s, |u_0| per axis: unknown to the followers, used in Lemma 3
     tracking_gain: Positive = 2.0  # 1/s, of the leader's own position loop
     start: Point = (0.0, 0.0, 1.0)  # m, of a virtual leader
-    speed: Positive = 0.3  # m/s, maximum, of a leader that a person steers or carries
-    acceleration: Positive = 1.0  # m/s^2, of a teleoperated leader
+    speed: Positive = 0.3  # m/s, maximum, of a leader that is steered or carried
+    acceleration: Positive = 1.0  # m/s^2, of a steered leader
+    ros: RosLeader = RosLeader()  # the table of kind = "ros"
 
     @property
     def has_body(self) -> bool:
@@ -67,15 +77,25 @@ class Leader(Model):
         return self.kind != "virtual"
 
     @property
-    def by_person(self) -> bool:
-        """Whether a person steers or carries it."""
-        return self.kind in ("teleoperated", "tracked")
+    def steered(self) -> bool:
+        """Whether it flies by commands from outside: a person's, or those of a ROS topic."""
+        return self.kind in ("teleoperated", "ros")
+
+    @property
+    def follows_ros(self) -> bool:
+        """Whether those commands are a ROS topic's."""
+        return self.kind == "ros"
+
+    @property
+    def unforeseen(self) -> bool:
+        """Whether its motion is not in the file: it is steered or carried."""
+        return self.steered or self.kind == "tracked"
 
     def course(self) -> Trajectory:
-        """Return its known course; a leader that a person steers or carries is assumed to stay."""
-        return Constant((0.0, 0.0, 0.0)) if self.by_person else self.trajectory.build()
+        """Return its known course; a leader whose motion is unforeseen is assumed to stay."""
+        return Constant((0.0, 0.0, 0.0)) if self.unforeseen else self.trajectory.build()
 
     @property
     def speed_bound(self) -> float:
         """The highest expected speed of the leader, m/s."""
-        return self.speed if self.by_person else self.trajectory.build().fastest
+        return self.speed if self.unforeseen else self.trajectory.build().fastest

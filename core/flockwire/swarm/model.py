@@ -19,6 +19,7 @@ from flockwire.swarm.drones import BUILT_IN_AIRFRAMES, Airframe, Drone
 from flockwire.swarm.formations import FormationTable
 from flockwire.swarm.gateway import Gateway
 from flockwire.swarm.leader import Leader
+from flockwire.swarm.ros import Ros
 from flockwire.swarm.tables import (
     Avoidance,
     Checks,
@@ -64,6 +65,7 @@ class Swarm(Model):
     tracked_obstacles: tuple[TrackedObstacle, ...] = ()  # moving obstacles that the tracker sees
     gateway: Gateway = Gateway()  # where poses come from
     network: Network = Network()  # the links of processes
+    ros: Ros | None = None  # the swarm in ROS 2; this table enables it
     sim: Sim = Sim()  # the network of `flockwire sim`
     hosts: dict[str, Host] = Field(default={"local": Host()})  # the machines
 

@@ -172,6 +172,7 @@ class Limits(Model):
     takeoff_height: Positive = 1.0  # m, above the start, of take-off
     vertical_speed: Positive = 0.7  # m/s, of take-off and landing
     start_tolerance: Positive = 0.2  # m, of a drone's position before its first flight
+    disagreement: Positive = 0.3  # m, between the estimates of a follower's neighbours (all laws but "paper")
     clock_offset_bound: Positive = 0.05  # s, largest uncertainty of a process's clock offset
     battery_takeoff: Probability = 0.2  # share of the battery below which no drone takes off
     battery_land: Probability = 0.1  # share of the battery below which a drone lands

@@ -44,7 +44,7 @@ def _ip(key: str, text: str) -> Iterator[str]:
         yield f"{key} = {text!r}: must be an IP address"
 
 
-@needs("hosts", "drones.id", "drones.host", "drones.address", "network", "leader.kind", "graph", "avoidance")
+@needs("hosts", "drones.id", "drones.host", "drones.address", "network", "leader.kind", "graph", "avoidance", "ros")
 def _endpoints(swarm: Swarm) -> Iterator[str]:
     plan = Plan(swarm)
     yield from _processes(plan)
@@ -85,6 +85,9 @@ def _addresses(plan: Plan) -> Iterator[str]:
         if endpoint in owners:
             yield f"drones.address: {identity} and {owners[endpoint]} have one address, {endpoint}"
         owners[endpoint] = identity
+    ros = plan.swarm.ros
+    if ros is not None and ros.serve and ros.router in owners:
+        yield f"ros.router = {ros.router!r}: {owners[ros.router]} listens there; choose another port"
 
 
 def _security(plan: Plan) -> Iterator[str]:

@@ -17,7 +17,7 @@ HEADER: Final = b"\x00\x01\x00\x00"  # little-endian CDR
 LONGEST_SEQUENCE = 4096
 _LENGTH: Final = Struct("<I")
 _TIME: Final = Struct("<iI")
-_ONE: Final = {code: Struct(f"<{code}") for code in "BHiIQd"}  # the numbers that messages hold
+_ONE: Final = {code: Struct(f"<{code}") for code in "BHiIQdf"}  # the numbers that messages hold
 _SIZES: Final = {code: form.size for code, form in _ONE.items()}
 _PADDING: Final = tuple([bytes(count) for count in range(8)])
 
@@ -104,6 +104,11 @@ class Reader:
         if data[:4] != HEADER:
             raise MessageError(f"starts with {data[:4].hex()}, not with the header of little-endian CDR")
         self._data, self._at = data, 4
+
+    @property
+    def position(self) -> int:
+        """The number of bytes taken so far, the header's included."""
+        return self._at
 
     def take(self, code: str) -> int:
         """Take one integer of struct code `code`."""

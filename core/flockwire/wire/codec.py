@@ -17,6 +17,7 @@ from flockwire.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire.domain.order import Mission, Stop
 from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND, TimeReply, TimeRequest
+from flockwire.wire.batch import Batch, decode_batch, encode_batch
 from flockwire.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer
 from flockwire.wire.orders import read_mission, read_stop, write_mission, write_stop
 from flockwire.wire.stamped import Layout, peek_length, unpack
@@ -216,6 +217,7 @@ CODECS: Final[dict[type[Any], Codec]] = {
     Mission: _texts(write_mission, read_mission),
     Stop: _texts(write_stop, read_stop),
     Status: _texts(write_status, read_status),
+    Batch: Codec(encode_batch, decode_batch),
 }
 
 

@@ -2,7 +2,7 @@
 
 A key is `<swarm>/<owner>/<kind>` (`<swarm>/<kind>` where all drones share it), which is also a ROS 2 topic name. No
 other file spells a key. Links (plan.py) follow from this table, the process table and the graph. A recorder subscribes
-to every key without being named here.
+to every key without being named here, but receives the state of most processes in batches (batch.py).
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from flockwire.domain.order import Mission, Stop
 from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import TimeReply, TimeRequest
 from flockwire.swarm.model import Swarm, uav
+from flockwire.wire.batch import LARGEST, Batch
 from flockwire.wire.codec import Message
 from flockwire.wire.processes import (
     AGENT,
@@ -28,6 +29,7 @@ from flockwire.wire.processes import (
     KINEMATICS,
     LEADING,
     ORDERING,
+    ROS,
     TELEOP,
     TRACKER,
     Process,
@@ -40,6 +42,7 @@ TIME_REPLY = "time_reply"
 ANY_TIME = 4e9  # s
 
 
+BATCH = "batch"  # the kind of key of messages for the recorder alone
 STEERING = "steering"  # the kind of key that steers the leader
 
 
@@ -105,6 +108,14 @@ def _processes(roster: Roster) -> tuple[Owner, ...]:
     return tuple(Owner(member.identity, member.drone) for member in roster.members.values() if roster.started(member))
 
 
+def _batching(roster: Roster) -> tuple[Owner, ...]:
+    return tuple(
+        Owner(member.identity, member.drone)
+        for member in roster.members.values()
+        if roster.rows[member.identity].batches
+    )
+
+
 def _simulated(swarm: Swarm) -> tuple[int, ...]:
     return (*swarm.walking, *swarm.simulated)
 
@@ -122,7 +133,21 @@ def _posed(swarm: Swarm) -> tuple[int, ...]:
 
 
 def _steered(roster: Roster) -> tuple[Owner, ...]:
-    return (Owner(uav(LEADER), LEADER),) if roster.of(TELEOP) else ()
+    return (Owner(uav(LEADER), LEADER),) if roster.swarm.leader.steered else ()
+
+
+def _ros_steers(roster: Roster, _: Owner) -> tuple[str, ...]:
+    return roster.of(ROS) if roster.swarm.leader.follows_ros else ()
+
+
+def _ros_orders(*verbs: str) -> Who:
+    """Name the process in ROS 2 if the file lets it give one of these orders."""
+
+    def who(roster: Roster, _: Owner) -> tuple[str, ...]:
+        allowed = roster.swarm.ros.orders if roster.swarm.ros is not None else ()
+        return roster.of(ROS) if set(verbs).intersection(allowed) else ()
+
+    return who
 
 
 def _followers(swarm: Swarm) -> tuple[int, ...]:
@@ -143,6 +168,10 @@ def _any_of(*parts: Who) -> Who:
 
 def _itself(_: Roster, owner: Owner) -> tuple[str, ...]:
     return (owner.name,)
+
+
+def _nobody(_: Roster, __: Owner) -> tuple[str, ...]:
+    return ()
 
 
 def _pilot(roster: Roster, owner: Owner) -> tuple[str, ...]:
@@ -217,22 +246,27 @@ TABLE = (
     KeyRow("truth", Pose, _drones(_simulated), _all(KINEMATICS), _cameras, 1000, 512),
     KeyRow("nearby", Nearby, _drones(_sensing), _all(GATEWAY), _pilot, 1000, 16384),
     KeyRow("doubt", IdentityDoubt, _drones(_tracked), _all(GATEWAY), _pilot, 1000, 512, occasional=True),
-    KeyRow("pose", Pose, _drones(_posed), _pose_source, _any_of(_pose_readers, _turning_driver), 1000, 512),
-    KeyRow("estimate", Estimate, _drones(_followers), _pilot, _neighbours, 1000, 512),
-    KeyRow("command", Command, _drones(_flying), _pilot, _driver, 1000, 512),
-    KeyRow("telemetry", Telemetry, _drones(_flying), _driver, _any_of(_pilot, _all(*ORDERING)), 40, 512),
-    KeyRow("status", Status, _processes, _itself, _any_of(_led, _all(*ORDERING)), 40, 16384, Delivery.BACKGROUND),
+    KeyRow(
+        "pose", Pose, _drones(_posed), _pose_source, _any_of(_pose_readers, _turning_driver, _all(ROS)), 1000, 512
+    ),
+    KeyRow("estimate", Estimate, _drones(_followers), _pilot, _any_of(_neighbours, _all(ROS)), 1000, 512),
+    KeyRow("command", Command, _drones(_flying), _pilot, _any_of(_driver, _all(ROS)), 1000, 512),
+    KeyRow("telemetry", Telemetry, _drones(_flying), _driver, _any_of(_pilot, _all(*ORDERING, ROS)), 40, 512),
+    KeyRow("status", Status, _processes, _itself, _any_of(_led, _all(*ORDERING, ROS)), 40, 16384, Delivery.BACKGROUND),
     KeyRow(
         # The gateway repeats the newest mission, stamp unchanged, for those who join late.
-        "mission", Mission, _everybody, _all(*ORDERING, GATEWAY), _any_of(_all(GATEWAY, LEADING, AGENT), _walker),
+        "mission", Mission, _everybody,
+        _any_of(_all(*ORDERING, GATEWAY), _ros_orders("start", "formation", "hold", "land")),
+        _any_of(_all(GATEWAY, LEADING, AGENT), _walker),
         400, 8192, Delivery.EVENT, None, ANY_TIME, each=True,
     ),
     KeyRow(
         # Clocks that are far apart must not block a stop.
-        "stop", Stop, _everybody, _all(*ORDERING), _all(KINEMATICS, DRIVER, LEADING, AGENT), 400, 1024, Delivery.EVENT,
-        maximum_age=120.0, ahead=120.0,
+        "stop", Stop, _everybody, _any_of(_all(*ORDERING), _ros_orders("stop")),
+        _all(KINEMATICS, DRIVER, LEADING, AGENT), 400, 1024, Delivery.EVENT, maximum_age=120.0, ahead=120.0,
     ),
-    KeyRow(STEERING, Command, _steered, _all(TELEOP), _pilot, 200, 512),
+    KeyRow(BATCH, Batch, _batching, _itself, _nobody, 200, LARGEST, Delivery.BACKGROUND),
+    KeyRow(STEERING, Command, _steered, _any_of(_all(TELEOP), _ros_steers), _pilot, 200, 512),
     KeyRow(  # between clocks with any offset
         TIME_REQUEST, TimeRequest, _other_hosts, _itself, _all(GATEWAY), 40, 512, maximum_age=None, ahead=ANY_TIME
     ),

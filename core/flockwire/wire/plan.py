@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from flockwire.swarm.model import Swarm
-from flockwire.wire.keys import TABLE, Key, key_text
+from flockwire.wire.keys import TABLE, Delivery, Key, key_text
 from flockwire.wire.processes import DRONE_PORTS, SINGLE_PORTS, Link, Member, Process, Roster
 
 AUTHORITY = "ca"  # signs the certificates of processes
@@ -47,6 +47,9 @@ class Plan:
         self.witnesses = tuple(identity for identity, row in roster.rows.items() if row.witness)
         self.operators = tuple(identity for identity, row in roster.rows.items() if row.link is Link.DIALS)
         self.flows = tuple(_flows(roster, self.recorders))
+        self.batched = frozenset(  # keys that reach the recorders in batches of their publisher
+            flow.key for flow in self.flows if not set(self.recorders).issubset(flow.subscribers)
+        )
         self.publishes: dict[str, tuple[Key, ...]] = {}
         self.subscribes: dict[str, tuple[Key, ...]] = {}
         self._flows = {flow.key: flow for flow in self.flows}
@@ -67,6 +70,10 @@ class Plan:
     def keys(self) -> tuple[Key, ...]:
         """Every key of the swarm, in the key table's order."""
         return tuple(flow.key for flow in self.flows)
+
+    def subscribers(self, key: Key) -> tuple[str, ...]:
+        """Return the identities that subscribe to `key`."""
+        return self._flows[key].subscribers
 
     def text(self, key: Key) -> str:
         """Return the key on the wire."""
@@ -92,7 +99,7 @@ class Plan:
         if sender in self.routers:
             return self.subscribes[receiver]
         if receiver in self.routers:
-            return self.publishes[sender]
+            return tuple(key for key in self.publishes[sender] if self.subscribers(key))
         return self._between(sender, receiver)
 
     def publishes_to(self, sender: str, receiver: str) -> bool:
@@ -207,6 +214,7 @@ def _flows(roster: Roster, recorders: tuple[str, ...]) -> list[Flow]:
     found = []
     for row in TABLE:
         for owner in row.owners(roster):
-            subscribers = (*row.subscribers(roster, owner), *recorders)
-            found.append(Flow(Key(row.kind, owner.name), row.publishers(roster, owner), subscribers))
+            publishers, subscribers = row.publishers(roster, owner), row.subscribers(roster, owner)
+            direct = row.delivery is not Delivery.STATE or not all(roster.rows[one].batches for one in publishers)
+            found.append(Flow(Key(row.kind, owner.name), publishers, (*subscribers, *(recorders if direct else ()))))
     return found

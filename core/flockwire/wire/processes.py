@@ -52,6 +52,7 @@ class Process:
     pilot: bool = False  # it is a pilot: a flight waits for it, and ends if it is lost
     witness: bool = False  # no fault reaches it: without it a flight cannot be judged
     records: bool = False  # subscribes to every key and writes the trace; its host conducts the flight
+    batches: bool = False  # its state reaches the recorder in batches (batch.py)
     faults: frozenset[str] = frozenset()  # the kinds of fault that its core injects itself
     after: tuple[str, ...] = ("router", "recorder")  # kinds that must report before it is started
     driver: bool = False  # drives airframes: it may end only when they are down
@@ -59,6 +60,7 @@ class Process:
     untimed: bool = False  # it starts before swarm time is known: its core is Untimed
     rank: int = 0  # of processes whose parent is gone, those of a lower rank end first
     alone: str = ""  # "module:function" that runs it without the swarm, with its own --protocol; empty: none
+    replays: str = ""  # "module:function" that shows a trace instead of the swarm, with --trace and --pace; empty: none
     only_if: str = ""  # the condition for members of this kind, in words
 
     @property
@@ -100,7 +102,8 @@ GATEWAY = Process(
     port=0,
     runner="flockwire_mocap.process:run",
     rank=4,
-    faults=frozenset({"tracker", "noise", "swap", "visitor"}),
+    batches=True,
+    faults=frozenset({"tracker", "noise", "swap", "visitor", "false_pose"}),
 )
 TRACKER = Process(
     "tracker-sim",
@@ -110,7 +113,7 @@ TRACKER = Process(
     port=5,
     runner="flockwire_mocap.twin.process:run",
     rank=3,
-    faults=frozenset({"tracker", "noise", "swap", "visitor"}),
+    faults=frozenset({"tracker", "noise", "swap", "visitor", "false_pose"}),
     alone="flockwire_mocap.twin.process:serve_alone",
     only_if="a table [gateway.twin], and a gateway.source that it serves,",
 )
@@ -122,7 +125,8 @@ KINEMATICS = Process(
     port=1,
     driver=True,
     rank=2,
-    faults=frozenset({"lag", "failure"}),
+    batches=True,
+    faults=frozenset({"lag", "failure", "false_height"}),
     only_if="a simulated drone, or a simulated person who leads",
 )
 LEADING = Process(
@@ -132,6 +136,7 @@ LEADING = Process(
     "flockwire_leader.core:make_core",
     port=0,
     pilot=True,
+    batches=True,
 )
 AGENT = Process(
     "agent",
@@ -141,6 +146,8 @@ AGENT = Process(
     port=0,
     numbered=True,
     pilot=True,
+    batches=True,
+    faults=frozenset({"false_estimate", "false_age"}),
 )
 DRIVER = Process(
     "driver",
@@ -151,6 +158,7 @@ DRIVER = Process(
     numbered=True,
     driver=True,
     rank=1,
+    batches=True,
     restarts=True,
     untimed=True,
     only_if="a drone whose airframe has a driver of its own",
@@ -167,6 +175,18 @@ RECORDER = Process(
     records=True,
     restarts=True,
     after=("router",),
+)
+ROS = Process(
+    "ros",
+    "Publish the swarm in ROS 2, and obey the orders from there that the file names.",
+    lambda swarm: (Member("ros"),) if swarm.ros is not None else (),
+    "flockwire_ros.core:make_core",
+    port=6,
+    rank=4,
+    runner="flockwire_ros.process:run",
+    restarts=True,
+    replays="flockwire_ros.replay:play",
+    only_if="a table [ros]",
 )
 OPERATOR = Process(
     "operator",
@@ -201,7 +221,7 @@ CONSOLE = Process(
     witness=True,
 )
 
-PROCESSES = (ROUTER, GATEWAY, TRACKER, KINEMATICS, LEADING, AGENT, DRIVER, RECORDER, OPERATOR, TELEOP, CONSOLE)
+PROCESSES = (ROUTER, GATEWAY, TRACKER, KINEMATICS, LEADING, AGENT, DRIVER, RECORDER, ROS, OPERATOR, TELEOP, CONSOLE)
 ORDERING = (OPERATOR, CONSOLE)  # operators, by the same rules
 
 

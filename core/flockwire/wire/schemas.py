@@ -10,6 +10,7 @@ from flockwire.domain.motion import Estimate
 from flockwire.domain.order import Mission, Stop
 from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import TimeReply, TimeRequest
+from flockwire.wire.batch import Batch
 from flockwire.wire.codec import Message
 from flockwire.wire.status import Status
 
@@ -25,6 +26,7 @@ ROS_TYPES: dict[type[Message], str] = {
     Status: "flockwire_msgs/msg/Status",
     TimeRequest: "flockwire_msgs/msg/TimeRequest",
     TimeReply: "flockwire_msgs/msg/TimeReply",
+    Batch: "flockwire_msgs/msg/Batch",
 }
 
 DEFINITIONS = {
@@ -63,6 +65,8 @@ DEFINITIONS = {
     "flockwire_msgs/msg/TimeReply": (
         "std_msgs/Header header\nbuiltin_interfaces/Time requested\nbuiltin_interfaces/Time received"
     ),
+    "flockwire_msgs/msg/Batch": "std_msgs/Header header\nflockwire_msgs/BatchEntry[] entries",
+    "flockwire_msgs/msg/BatchEntry": "uint64 sequence\nint64 sent\nstring key\nuint8[] payload",
     "flockwire_msgs/msg/Stop": "std_msgs/Header header\nstring reason",
     "flockwire_msgs/msg/Status": (
         "std_msgs/Header header\nstring identity\nstring phase\nstring detail\nfloat64 formation_error\n"

@@ -20,6 +20,8 @@ LONGEST_TEXT = 256  # characters of any of its texts (bytes of UTF-8 after `boun
 SURELY_SHORT = LONGEST_TEXT // 4  # characters: one takes four bytes of UTF-8 at most
 SERIAL = "serial"  # the code of the reason with the serial number of a driver's drone
 LAW_FAILED = "law failed"  # the code of the reason with a law's error and its place
+LEFT_OUT = "estimate left out"  # of the reason that names neighbours whose estimates contradict the others
+APART = "body apart"  # of the reason of a drone whose tracked body does not move as commanded
 OTHERS = "others"  # the sum of unnamed rejections
 
 

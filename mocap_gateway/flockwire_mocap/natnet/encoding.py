@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from struct import pack
 
+from flockwire.domain.quaternion import IDENTITY
+
 from flockwire_mocap.natnet.packets import (
     CONNECTION,
     COUNTED,
@@ -24,7 +26,6 @@ from flockwire_mocap.natnet.packets import (
     Stamps,
     Version,
 )
-from flockwire_mocap.quaternion import IDENTITY
 
 END = bytes(4)
 

@@ -10,9 +10,8 @@ from enum import IntEnum
 from struct import Struct
 from typing import NamedTuple
 
+from flockwire.domain.quaternion import Quaternion
 from flockwire.domain.vector import Vector
-
-from flockwire_mocap.quaternion import Quaternion
 
 Version = tuple[int, int]
 

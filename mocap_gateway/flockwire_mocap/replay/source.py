@@ -10,13 +10,13 @@ from struct import error as StructError  # noqa: N812
 from typing import NamedTuple
 
 from flockwire.domain.pose import Pose
+from flockwire.domain.quaternion import Quaternion
 from flockwire.domain.vector import Vector
 from flockwire.process.cores import Start
 from flockwire.wire.cdr import MessageError
 from flockwire.wire.codec import Message, decode
 from flockwire.wire.keys import Key
 
-from flockwire_mocap.quaternion import Quaternion
 from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, framed
 
 

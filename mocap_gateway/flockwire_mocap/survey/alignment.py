@@ -6,10 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from flockwire.domain.quaternion import Quaternion
 from flockwire.domain.vector import Vector
 from scipy.spatial.transform import Rotation
-
-from flockwire_mocap.quaternion import Quaternion
 
 BAD_RESIDUAL = 0.05  # m: a body that is so far beside its place is not where it should be, or is another one
 COLLINEAR = 0.02  # m: places nearer to a line do not determine the rotation about it

@@ -24,10 +24,11 @@ from flockwire_mocap.natnet.server import NatNetServer
 from flockwire_mocap.natnet.source import version_of
 from flockwire_mocap.natnet.twin import TwinOptions
 from flockwire_mocap.qualisys.server import QtmServer
+from flockwire_mocap.ros.server import RosServer
 from flockwire_mocap.twin.core import TwinCore
 from flockwire_mocap.vrpn.server import VrpnServer
 
-Server = NatNetServer | VrpnServer | QtmServer
+Server = NatNetServer | VrpnServer | QtmServer | RosServer
 
 
 def _server(gateway: Gateway, names: dict[int, str]) -> Server:
@@ -36,6 +37,8 @@ def _server(gateway: Gateway, names: dict[int, str]) -> Server:
         return VrpnServer(names.values(), gateway.vrpn.server, gateway.vrpn.port)
     if gateway.source == "qualisys":
         return QtmServer(names.values(), gateway.qualisys.server, gateway.qualisys.port)
+    if gateway.from_ros:
+        return RosServer(names.values(), gateway.ros)
     table, twin = gateway.natnet, gateway.twin or Twin()
     version = version_of(twin.version) or OLDEST
     options = TwinOptions(version, table.multicast, table.data_port, table.group or GROUP)

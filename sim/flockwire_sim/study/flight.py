@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from flockwire.domain.marks import marked
 from flockwire.swarm.model import Swarm
 from flockwire_analysis.checks import ABOUT_THE_RECORD
 from flockwire_analysis.summary import Summary, summarise
@@ -38,6 +39,7 @@ class Result:
     margin: float
     drawn: dict[str, Any]
     figures: dict[str, float | None]
+    marks: dict[str, int] = field(default_factory=dict)  # times that each was reached
 
     def as_json(self) -> dict[str, Any]:
         """Return the run's line in runs.jsonl."""
@@ -58,7 +60,8 @@ def fly(task: Task) -> Result:
         return Result(task.point, task.run, seed, False, ("refused",), str(error).replace("\n", "; "), 0.0, {}, {})
     try:
         trace = TraceInMemory(varied.swarm, seed)
-        outcome = World(varied.swarm, seed, plan.duration, varied.faults, trace.take).run()
+        with marked() as marks:
+            outcome = World(varied.swarm, seed, plan.duration, varied.faults, trace.take).run()
         summary = summarise(trace.trace())
     except Exception as error:  # a user's law may raise anything; the study continues
         reason = f"{type(error).__name__}: {error}"
@@ -68,7 +71,7 @@ def fly(task: Task) -> Result:
     reasons = [*([outcome.failure] if outcome.failure else []), *(check.sentence() for check in bad)]
     return Result(
         task.point, task.run, seed, not failed, failed, "; ".join(reasons), _margin(varied.swarm, summary),
-        varied.drawn, _figures(summary),
+        varied.drawn, _figures(summary), marks,
     )  # fmt: skip
 
 

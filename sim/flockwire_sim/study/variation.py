@@ -10,7 +10,8 @@ from random import Random
 from typing import Any
 
 from flockwire.loading import SwarmFileError, load_table, parse_swarm
-from flockwire.process.faults import Fault, FaultFileError, parse_faults
+from flockwire.process.fault_file import FaultFileError, parse_faults
+from flockwire.process.faults import Fault
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
 from pydantic import JsonValue

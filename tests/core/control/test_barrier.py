@@ -90,6 +90,14 @@ def test_a_box_leaves_out_the_faces_that_are_far() -> None:
     assert space == pytest.approx((1.0, 0.0, 0.0, 1.0))  # outside: come back
 
 
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize(("place", "normal"), [(0.1, 1.0), (9.9, -1.0)], ids=["low", "high"])
+def test_each_face_is_a_wall(axis: int, place: float, normal: float) -> None:
+    position = tuple(place if k == axis else 5.0 for k in range(3))
+    (space,) = keep_inside(position, position, (0.0, 0.0, 0.0), (10.0, 10.0, 10.0), 5.0, inf, 3.0)
+    assert space == pytest.approx((*(normal if k == axis else 0.0 for k in range(3)), -0.5))
+
+
 @given(vector, st.floats(0.01, 4.0), vector)
 def test_ball_and_plane_hold_both_limits(last: tuple[float, ...], change: float, v: tuple[float, ...]) -> None:
     speed = 3.0

@@ -38,3 +38,46 @@ def test_a_drone_inside_a_grown_body_leaves_slowly_but_flees_a_person(make_swarm
     assert (hypot(*last) > 2.0) == (kind is BodyKind.MOVER)
     if kind is BodyKind.OBSTACLE:
         assert last == pytest.approx((-swarm.limits.vertical_speed, 0.0, 0.0))
+
+
+def settled(parameters, wanted, place=(0.0, 0.0, 1.0), age=0.0, body=None, grounding=False):
+    """Return what a drone that stays at `place` may fly at in the end; `body`: its x at last; it comes at 0.5 m/s."""
+    filtered, last = Guard(parameters), (0.0, 0.0, 0.0)
+    for step in range(200):
+        at = (1 + step) * SECOND // 100
+        coming = () if body is None else (Body(BodyKind.DRONE, (body + 0.005 * (199 - step), 0.0, 0.0), 0.0),)
+        motion, now = Motion(place, last, place), at + round(age * SECOND)
+        seen = filtered.tracked(motion, coming, at)
+        last = filtered.velocity(wanted, motion, seen, at, now, last, 0.01, parameters.speed, grounding)
+    return last
+
+
+@pytest.fixture
+def parameters(make_swarm):
+    fence = {"min": [-4.0, -4.0, -0.5], "max": [4.0, 4.0, 3.0]}
+    return guard_parameters(make_swarm({"control.law": "extended", "limits.fence": fence}), 1)
+
+
+def test_it_is_no_faster_than_its_sight_lets_two_stop(parameters):
+    short = parameters._replace(speed=9.0, sight=1.5)
+    assert short.fastest == short.sight_speed(0.0) < 3.0
+    assert parameters._replace(speed=0.5).fastest == 0.5
+
+
+def test_old_sightings_slow_it(parameters):
+    speeds = [hypot(*settled(parameters, (9.0, 0.0, 0.0), age=age)) for age in (0.0, 0.1, 0.3)]
+    assert speeds == pytest.approx([parameters.sight_speed(age) for age in (0.0, 0.1, 0.3)], abs=0.01)
+
+
+def test_a_body_is_where_it_can_have_flown_since_it_was_seen(parameters):
+    seen, there = (settled(parameters, (0.4, 0.0, 0.0), age=age, body=x) for age, x in ((0.1, 0.6), (0.0, 0.55)))
+    assert seen == pytest.approx(there, abs=1e-6)
+    assert seen[0] < settled(parameters, (0.4, 0.0, 0.0), body=0.6)[0] - 0.1
+
+
+@pytest.mark.parametrize("grounding", [False, True], ids=["in flight", "in take-off and landing"])
+def test_only_the_floor_is_open_for_a_landing(parameters, grounding):
+    x, y, z = settled(parameters, (0.5, -0.5, -0.5), (4.0, -4.0, 0.05), grounding=grounding)
+    assert (x, y) == pytest.approx((0.0, 0.0), abs=1e-9)
+    assert z == pytest.approx(-0.5) if grounding else z >= 0.0
+    assert settled(parameters, (0.0, 0.0, 0.5), (0.0, 0.0, 3.0), grounding=grounding)[2] <= 1e-9

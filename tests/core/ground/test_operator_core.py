@@ -118,6 +118,8 @@ def test_what_goes_down_ends_what_takes_up(station: Station, verb: str, under_wa
     assert station.answers == [ENDED]
     assert station.step() == [verb]
     assert station.core.to_plan() == []
+    assert set(station.step(8.0)) == {verb}
+    assert len(station.answers) == 2  # what was ended is not answered again
 
 
 def test_what_takes_up_waits_for_swarm_time_and_what_goes_down_does_not(station: Station) -> None:

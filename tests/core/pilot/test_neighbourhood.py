@@ -2,12 +2,13 @@ import pytest
 from flockwire.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.pilot.agreement import BELIEVED
 from flockwire.pilot.neighbourhood import Neighbourhood
 from flockwire.pilot.phases import NEVER
 from flockwire.swarm.tables import Staleness
 from flockwire.wire.codec import decode, encode
 from flockwire.wire.phase import Phase
-from flockwire.wire.status import Report, Status
+from flockwire.wire.status import LEFT_OUT, Report, Status
 
 T = 1_790_000_000 * SECOND
 A, B = (1.0, 0.0, 0.0), (0.0, 2.0, 0.0)
@@ -117,6 +118,80 @@ def test_news_that_circles_in_a_loop_does_not_win_over_newer_news():
         found.update(now)
     assert found.origin == T
     assert found.missing(now) == (1, 2)
+
+
+def three(**more):
+    """Return a neighbourhood that has received A from uav1 and uav3, and 9 m beside it from uav2."""
+    found = Neighbourhood(dict.fromkeys((1, 2, 3), 1.0), LIMITS, bound=0.3, **more)
+    lie = estimate(T, (10.0, 0.0, 0.0), origin=T, hops=0, leading=Leading.IS_DOWN)
+    for j, message in ((1, estimate(T, A, T - 5)), (2, lie), (3, estimate(T, A, T - 7))):
+        found.take_estimate(j)(message)
+    return found
+
+
+def test_a_neighbour_that_contradicts_two_others_is_left_out_with_all_that_it_says():
+    found = three(closer=frozenset({2}))
+    assert said(found, T) == [(1.0, A), (1.0, A)]
+    assert (found.origin, found.hops, found.leading) == (T - 5, 2, Leading.LEADS)
+    assert found.agreement.count == 1
+
+
+def test_it_is_reported_once_it_lasts_and_until_it_agrees_again():
+    found, later = three(), T + BELIEVED
+    found.update(T)
+    assert found.agreement.reasons(T) == ()
+    (reason,) = found.agreement.reasons(later)
+    assert (reason.code, reason.text) == (
+        LEFT_OUT,
+        "leaves out the estimate of uav2, more than 0.3 m from the others",
+    )
+    assert found.agreement.reason(later) == ""
+    found.take_estimate(2)(estimate(T, A))
+    assert len(found.update(T)) == 3
+    assert found.agreement.reasons(later) == ()
+
+
+def test_a_lie_about_the_leaders_pose_is_left_out_even_by_one_witness():
+    found = Neighbourhood({0: 1.0, 2: 1.0}, LIMITS, bound=0.3)
+    found.take_pose(0)(Pose(T, "world", A))
+    found.take_estimate(2)(estimate(T + SECOND // 10, (1.0 + 0.1 * A[0], 0.0, 0.0)))  # A later, at its velocity
+    assert len(found.update(T)) == 2
+    found.take_estimate(2)(estimate(T, B))
+    assert said(found, T) == [(1.0, A)]
+
+
+def test_two_that_contradict_each_other_are_both_used_and_hold_the_drone_once_it_lasts():
+    found, later = Neighbourhood({1: 1.0, 2: 1.0}, LIMITS, bound=0.3), T + BELIEVED
+    found.take_estimate(1)(estimate(T, A))
+    found.take_estimate(2)(estimate(T, B))
+    assert len(found.update(T)) == 2
+    assert found.agreement.reason(T) == ""
+    assert found.agreement.reason(later) == "uav1 and uav2 disagree about the leader by more than 0.3 m"
+    found.take_estimate(1)(estimate(later, A))  # uav2 is silent now
+    found.update(later)
+    assert found.agreement.reason(later) == ""
+
+
+def test_without_a_bound_nobody_is_left_out():
+    found = Neighbourhood({1: 1.0, 2: 1.0, 3: 1.0}, LIMITS)
+    for j, x in ((1, 0.0), (2, 50.0), (3, 0.0)):
+        found.take_estimate(j)(estimate(T, (x, 0.0, 0.0)))
+    assert len(found.update(T)) == 3
+
+
+@pytest.mark.parametrize(
+    ("closer", "leading"), [((1,), Leading.IS_DOWN), ((1, 2), Leading.IS_DOWN), ((2,), Leading.LEADS)]
+)
+def test_the_leader_is_down_if_one_that_is_closer_to_it_says_so_whatever_a_younger_one_says(closer, leading):
+    found = Neighbourhood({1: 1.0, 2: 1.0}, LIMITS, closer=frozenset(closer))
+    found.take_estimate(1)(estimate(T, origin=T - 9, leading=Leading.IS_DOWN))
+    found.take_estimate(2)(estimate(T, origin=T, leading=Leading.LEADS))
+    found.update(T)
+    assert found.leading is leading
+    found.take_estimate(1)(estimate(T + 1, origin=T - 8))  # it leads again
+    found.take_estimate(2)(estimate(T + 1, origin=T + 1))
+    found.update(T + 1)
+    assert found.leading is Leading.LEADS
 
 
 def test_hops_do_not_overflow_what_carries_them(chained):

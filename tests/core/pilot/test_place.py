@@ -2,7 +2,11 @@
 
 from math import hypot
 
-from flockwire.pilot.place import climb, keep_place
+import pytest
+from flockwire.domain.body import Body, BodyKind
+from flockwire.parameters import agent_parameters
+from flockwire.pilot.place import Place, climb, keep_place
+from flockwire.wire.phase import Phase
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -23,3 +27,11 @@ def test_a_climb_is_straight_above_its_place(position, place, vertical):
     assert z == vertical
     assert hypot(x, y) <= 0.7 * (1 + 1e-12)
     assert climb((place[0], place[1], 9.0), place, vertical) == (0.0, 0.0, vertical)
+
+
+@pytest.mark.parametrize(("below", "sinks"), [(0.2, False), (1.0, True)])
+def test_it_descends_only_where_nobody_is_below(make_swarm, below, sinks):
+    parameters = agent_parameters(make_swarm({"control.law": "extended"}), 1).pilot
+    body = Body(BodyKind.DRONE, (below, 0.0, -1.0), 0.0)
+    x, _, z = Place(parameters).velocity(Phase.LANDING, (0.0, 0.0, 1.0), (body,))
+    assert (x < 0.0, z) == (not sinks, -parameters.limits.vertical_speed if sinks else 0.0)

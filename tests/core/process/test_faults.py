@@ -6,7 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from flockwire.process.faults import FaultFileError, Kill, LinkChange, load_faults, parse_faults
+from flockwire.process.fault_file import FaultFileError, load_faults, parse_faults
+from flockwire.process.faults import Kill, LinkChange
 from flockwire.wire.plan import Plan
 
 EVERY_KIND = [
@@ -23,6 +24,10 @@ EVERY_KIND = [
     {"at": 8.0, "kind": "clock", "process": "uav1", "step": -0.02},
     {"at": 9.0, "kind": "lag", "drone": 1, "lag": 0.3, "dead_time": 0.1},
     {"at": 10.0, "kind": "failure", "drone": 4},
+    {"at": 11.0, "kind": "false_estimate", "drone": 1, "velocity": [0.1, 0.0, 0.0], "duration": 5.0},
+    {"at": 11.0, "kind": "false_age", "drone": 1, "age": 0.0, "duration": 5.0},
+    {"at": 11.0, "kind": "false_pose", "drone": 0, "velocity": [0.1, 0.0, 0.0], "duration": 5.0},
+    {"at": 11.0, "kind": "false_height", "drone": 1, "offset": -0.5, "duration": 5.0},
 ]
 
 
@@ -52,6 +57,10 @@ def test_every_kind_is_read(make_plan: Callable[..., Plan]) -> None:
         ({"at": 1.0, "kind": "kill", "process": "uav1", "hard": True}, "hard = true: unknown key"),
         ({"at": 1.0, "kind": "freeze", "process": "uav1"}, "duration: missing"),
         ({"at": 1.0, "kind": "tracker", "drone": 7, "duration": 1.0}, "faults.0.drone = 7: there is no such drone"),
+        (
+            {"at": 1.0, "kind": "false_age", "drone": 0, "age": 1.0, "duration": 1.0},
+            "faults.0.drone = 0: there is no such drone; must be one of [1, 2, 3, 4]",
+        ),
         (
             {"at": 1.0, "kind": "cut", "from": "uav2", "to": "uav1", "duration": 1.0},
             "faults.0.to = 'uav1': receives nothing from uav2; must be one of kinematics, uav3",

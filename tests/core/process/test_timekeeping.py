@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 from flockwire.control.clock_offset import DRIFT
 from flockwire.domain.time import SECOND, TimeReply
 from flockwire.loading import parse_swarm
-from flockwire.process.timekeeping import CorrectedClock
+from flockwire.process.timekeeping import SLEW, UNKNOWN, CorrectedClock
 from flockwire.wire.keys import TIME_REPLY, Key
 from flockwire.wire.plan import Plan
 
@@ -78,3 +80,22 @@ def test_the_bound_grows_with_the_age_of_what_it_is_based_on(host: Host) -> None
     host.silent = True
     host.run(600.0)
     assert host.kept.figures(host.now)[1] == pytest.approx(before + 600.0 * DRIFT, rel=0.05)
+
+
+def test_a_small_error_is_corrected_slowly(host: Host) -> None:
+    host.run(30.0)
+    host.offset += SECOND // 100
+    before = len(host.corrections)
+    host.run(10.0)
+    changes = [abs(b - a) for a, b in pairwise(host.corrections[before - 1 :])]
+    assert sum(changes) > 0.008 * SECOND
+    assert max(changes) <= SLEW * (TICK + 2 * DELAY) + 1
+    assert host.error < 0.002
+
+
+def test_a_reply_that_was_not_asked_for_sets_nothing(host: Host) -> None:
+    for k in range(1, 50):
+        ahead = host.now + 10 * SECOND
+        reply = TimeReply(ahead, "world", host.now - k * DELAY, ahead)
+        host.kept.receive(Key(TIME_REPLY, "uav1"), reply, host.now)
+    assert host.kept.figures(host.now) == (0.0, UNKNOWN)

@@ -4,12 +4,13 @@ from itertools import product
 
 import zenoh
 from flockwire.wire.access import access_control
-from flockwire.wire.keys import TABLE, Key, all_keys, key_text
+from flockwire.wire.keys import all_keys, key_text
 from flockwire.wire.processes import Roster
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from table_rows import table_rows
 
-RECORDER, ROUTER = "recorder", "router"
+ROUTER = "router"
 FLOWS = ("egress", "ingress")
 MESSAGES = (
     "put", "delete", "declare_subscriber", "query", "declare_queryable", "reply",
@@ -60,17 +61,14 @@ def evaluate(control, peers, keys):
 def promised(swarm, identity):
     """Return the (peer, flow, message, key) that key table and graph allow `identity`, straight from the table."""
     cells = set()
-    roster = Roster(swarm)
-    for row in TABLE:
-        for owner in row.owners(roster):
-            text = key_text(swarm.name, Key(row.kind, owner.name))
-            subscribers = {*row.subscribers(roster, owner), RECORDER}
-            for publisher, subscriber in product(row.publishers(roster, owner), subscribers):
-                for sender, receiver in legs(swarm, publisher, subscriber):
-                    if sender == identity:
-                        cells |= {(receiver, "egress", "put", text), (receiver, "ingress", "declare_subscriber", text)}
-                    if receiver == identity:
-                        cells |= {(sender, "ingress", "put", text), (sender, "egress", "declare_subscriber", text)}
+    for key, publishers, subscribers in table_rows(swarm):
+        text = key_text(swarm.name, key)
+        for publisher, subscriber in product(publishers, subscribers):
+            for sender, receiver in legs(swarm, publisher, subscriber):
+                if sender == identity:
+                    cells |= {(receiver, "egress", "put", text), (receiver, "ingress", "declare_subscriber", text)}
+                if receiver == identity:
+                    cells |= {(sender, "ingress", "put", text), (sender, "egress", "declare_subscriber", text)}
     return cells
 
 

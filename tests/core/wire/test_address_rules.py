@@ -5,11 +5,15 @@ from flockwire.loading import SwarmFileError
 
 TWO_HOSTS = {"a": {"address": "127.8.9.1"}, "b": {"address": "::1"}}
 WRONG = [
+    (
+        {"ros": {"serve": True, "router": "127.0.0.1:7450"}},
+        "ros.router = '127.0.0.1:7450': gateway listens there; choose another port",
+    ),
     # processes
     (
         {"hosts.a.processes": ["uav1"]},
         "hosts.a.processes has 'uav1': must be one of ['router', 'gateway', 'tracker-sim', 'kinematics', "
-        "'leader', 'recorder']",
+        "'leader', 'recorder', 'ros']",
     ),
     (
         {"hosts": {"a": {}, "b": {"address": "10.0.0.2"}}, "drones.2.host": "b", "drones.2.airframe": "tello"},

@@ -21,6 +21,7 @@ CHAIN = {  # the paper's: {key: (who publishes it, who subscribes to it beside t
     **{Key("telemetry", uav(i)): ({"kinematics"}, {PILOTS[i], *ORDERING}) for i in range(5)},
     **{Key("status", identity): ({identity}, ORDERING) for identity in STARTED},
     Key("status", "leader"): ({"leader"}, {"uav1", *ORDERING}),  # whether it leads
+    **{Key("batch", identity): ({identity}, set()) for identity in STARTED if identity != "recorder"},
     MISSION: ({*ORDERING, "gateway"}, {"gateway", *PILOTS}),
     STOP: (ORDERING, {"kinematics", *PILOTS}),
 }
@@ -50,6 +51,13 @@ def test_with_neighbours_sensing_there_is_no_nearby_and_listeners_subscribe_to_p
     for i in range(1, 4):
         assert both(swarm, Key("pose", uav(i))) == ({"gateway"}, {uav(i), uav(i + 1)})
     assert both(swarm, Key("pose", "uav4")) == ({"gateway"}, {"uav4"})
+
+
+def test_a_drone_with_a_driver_is_commanded_through_it_alone(make_swarm):
+    swarm = make_swarm({"drones.1.airframe": "tello", "drones.2.airframe": "tello"})
+    for i, driver in enumerate(("kinematics", "driver1", "driver2", "kinematics", "kinematics")):
+        assert both(swarm, Key("command", uav(i))) == ({PILOTS[i]}, {driver})
+        assert both(swarm, Key("telemetry", uav(i))) == ({driver}, {PILOTS[i], *ORDERING})
 
 
 @pytest.mark.parametrize(

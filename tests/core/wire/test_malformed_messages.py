@@ -7,7 +7,7 @@ import pytest
 from flockwire.domain.airframe import Command, FlightState, Telemetry
 from flockwire.domain.body import Body, BodyKind, Nearby
 from flockwire.domain.motion import Estimate, LeaderMotion, Leading
-from flockwire.domain.order import Mission, Stop
+from flockwire.domain.order import Change, Mission, Stop
 from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError
 from flockwire.wire.codec import decode, encode
@@ -27,8 +27,13 @@ SOUND = (
     Stop(STAMP, "world", "why"),
     Status(STAMP, "world", "uav1", Report("hold"), 1, 2, 3, 4, 5, 0.5, 6, (("a", 1),), ("gateway", "uav2")),
 )
+CHANGE = Change(STAMP, 2.0, "", (0, 1, 2), (2, 0, 1))
 KINDS = tuple(type(message) for message in SOUND)
 each = pytest.mark.parametrize("message", SOUND, ids=lambda m: type(m).__name__)
+
+
+def changed(**fields):
+    return Mission(STAMP, "world", "formation", STAMP, "line", CHANGE._replace(**fields))
 
 
 def refused_or_sound(kind, data):
@@ -125,6 +130,12 @@ def test_numbers_that_are_not_finite_are_refused(wrong):
         (Telemetry(STAMP, "world", 9, 0.9, 1.0, 0.0), "no flight state 9"),
         (Mission(STAMP, "world", "dance"), "no mission 'dance'"),
         (Estimate(STAMP, "world", LeaderMotion(PLACE, PLACE, PLACE), STAMP, 2, 9), "no state 9 of a leader"),
+        (changed(places=(0, 1, 1)), "two have one place"),
+        (changed(places=(0, 1, 3)), "two have one place"),
+        (changed(places_before=(2, 1, 2)), "two have one place"),
+        (changed(places_before=(0, 1)), "two have one place"),
+        (changed(duration=0.0), "takes 0.0 s"),
+        (changed(duration=601.0), "takes 601.0 s"),
     ],
 )
 def test_content_that_means_nothing_is_refused(message, rule):

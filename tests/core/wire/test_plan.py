@@ -1,10 +1,10 @@
 import pytest
 from flockwire.swarm.model import uav
-from flockwire.wire.keys import MISSION, STOP, TABLE, Key
+from flockwire.wire.keys import MISSION, STOP, Key
 from flockwire.wire.plan import Plan
-from flockwire.wire.processes import Roster
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from table_rows import table_rows
 
 ROUTER = "router"
 TWO_HOSTS = {
@@ -29,27 +29,18 @@ def own_inputs(swarm, i):
     return keys | {Key("pose", uav(j)) for j in neighbours}
 
 
-def table_rows(swarm):
-    """Yield each key with who publishes it and who subscribes to it by its row, the recorder beside them."""
-    roster = Roster(swarm)
-    for row in TABLE:
-        for owner in row.owners(roster):
-            subscribers = {*row.subscribers(roster, owner), "recorder"}
-            yield Key(row.kind, owner.name), set(row.publishers(roster, owner)), subscribers
-
-
 @settings(max_examples=50)
 @given(data=st.data())
 def test_an_agent_subscribes_to_its_own_and_its_neighbours_keys_alone(plans, data):
     plan = data.draw(plans)
     for i in plan.swarm.followers:
         assert set(plan.subscribes[uav(i)]) == own_inputs(plan.swarm, i)
-        assert set(plan.publishes[uav(i)]) == {Key(kind, uav(i)) for kind in ("estimate", "command", "status")}
+        assert set(plan.publishes[uav(i)]) == {Key(kind, uav(i)) for kind in ("estimate", "command", "status", "batch")}
 
 
 @settings(max_examples=50)
 @given(data=st.data())
-def test_the_flows_are_the_key_table_with_the_recorder_on_every_key(plans, data):
+def test_the_flows_are_the_key_table_with_the_recorder_on_every_key_or_its_batch(plans, data):
     plan = data.draw(plans)
     assert [(key, set(senders), set(receivers)) for key, senders, receivers in plan.flows] == list(
         table_rows(plan.swarm)
@@ -139,7 +130,9 @@ def test_a_router_changes_no_links(make_plan):
 def test_over_a_link_to_the_router_goes_what_its_client_publishes_and_subscribes_to(plans, data):
     plan = data.draw(plans.filter(lambda plan: plan.routers))
     for identity in plan.identities[1:]:
-        assert set(plan.passes(identity, ROUTER)) == set(plan.publishes[identity])
+        subscribed = {key for key in plan.publishes[identity] if plan.subscribers(key)}
+        assert set(plan.passes(identity, ROUTER)) == subscribed
+        assert all(key.kind == "estimate" for key in set(plan.publishes[identity]) - subscribed)  # of the last drones
         assert set(plan.passes(ROUTER, identity)) == set(plan.subscribes[identity])
 
 

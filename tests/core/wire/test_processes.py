@@ -71,7 +71,7 @@ def test_where_the_parent_is_gone_pilots_end_first_then_drivers_and_whoever_reco
 
 
 EVERYTHING = {  # a swarm with every kind
-    "network.mode": "router", "gateway": {"source": "natnet", "twin": {}}, "leader.kind": "teleoperated",
+    "network.mode": "router", "gateway": {"source": "natnet", "twin": {}}, "leader.kind": "teleoperated", "ros": {},
     "drones.0.airframe": "tello", "drones.1.airframe": "tello",
 }  # fmt: skip
 

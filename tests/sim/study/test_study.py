@@ -10,7 +10,7 @@ from random import Random
 
 import pytest
 from flockwire.loading import load_swarm, load_table
-from flockwire.process.faults import load_faults
+from flockwire.process.fault_file import load_faults
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
 from flockwire_analysis.summary import summarise

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from flockwire.domain.vector import Vector
 
-Quaternion = tuple[float, float, float, float]
+Quaternion = tuple[float, float, float, float]  # x, y, z, w
 
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
@@ -32,3 +32,9 @@ def rotate(q: Quaternion, v: Vector) -> Vector:
         v[1] + 2.0 * (z * a - x * c),
         v[2] + 2.0 * (x * b - y * a),
     )
+
+
+def conjugate(q: Quaternion) -> Quaternion:
+    """Return q*, for a unit quaternion the inverse rotation."""
+    x, y, z, w = q
+    return (-x, -y, -z, w)

@@ -1,0 +1,118 @@
+"""Flights, or groups of flights, beside each other: means, intervals, and a paired test against the first group.
+
+A mean's interval is Student's, 95 %. Flights of two groups that have the same name (their place in the group's folder)
+are a pair: the difference is that of each pair, its interval Student's, and p is that of the paired t-test (two-sided).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import isfinite, sqrt
+from typing import NamedTuple
+
+from scipy import stats
+
+from flockwire_analysis.summary import Summary
+
+CONFIDENCE = 0.95
+Value = float | None  # None: unknown
+
+
+class Quantity(NamedTuple):
+    """One row of the table."""
+
+    name: str
+    unit: str
+    of: Callable[[Summary], Value]
+
+
+QUANTITIES = (
+    Quantity("formation error, tail", "mm", lambda s: _times(1e3, s.formation_error_m.max_tail)),
+    Quantity("formation error, tail, rms", "mm", lambda s: _times(1e3, s.formation_error_m.rms_tail)),
+    Quantity("observation error, tail", "mm", lambda s: _times(1e3, s.observation_error_m.max_tail)),
+    Quantity("settled after", "s", lambda s: s.formation_error_m.settled_s),
+    Quantity("smallest distance", "m", lambda s: s.min_distance_uav_m),
+    Quantity("to an obstacle", "m", lambda s: s.min_distance_obstacle_m),
+    Quantity("highest speed", "m/s", lambda s: s.max_speed_m_s),
+    Quantity("pose to command, p99", "ms", lambda s: s.latency_ms["pose_to_command"].p99),
+    Quantity("failed checks", "", lambda s: float(len(s.failures()))),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Flights that belong together; each has a `name` that is its own in the group."""
+
+    name: str
+    flights: dict[str, Summary]
+
+
+class Mean(NamedTuple):
+    """The mean over `flights` and its interval; `low` and `high` are None for a single value."""
+
+    mean: float
+    low: Value
+    high: Value
+    flights: int
+
+
+class Difference(NamedTuple):
+    """The mean difference of `pairs` pairs, its interval, and the p of the paired t-test; None if all are equal."""
+
+    mean: float
+    low: float
+    high: float
+    p: Value
+    pairs: int
+
+
+class Row(NamedTuple):
+    """One quantity: a mean for each group, and for each but the first the difference to the first, None if unknown."""
+
+    quantity: Quantity
+    means: tuple[Mean | None, ...]
+    differences: tuple[Difference | None, ...]
+
+
+def comparison(groups: Sequence[Group]) -> tuple[Row, ...]:
+    """Return the rows of the table of `groups`, at least one."""
+    rows = []
+    for quantity in QUANTITIES:
+        values = [{name: quantity.of(summary) for name, summary in group.flights.items()} for group in groups]
+        means = tuple(mean_of([value for value in one.values() if value is not None]) for one in values)
+        rows.append(Row(quantity, means, tuple(difference_of(values[0], one) for one in values[1:])))
+    return tuple(rows)
+
+
+def mean_of(values: Sequence[float]) -> Mean | None:
+    """Return the mean of `values` with its interval, None without values."""
+    if not values:
+        return None
+    count, mean = len(values), sum(values) / len(values)
+    if count == 1:
+        return Mean(mean, None, None, 1)
+    half = _half_width([value - mean for value in values])
+    return Mean(mean, mean - half, mean + half, count)
+
+
+def difference_of(first: dict[str, Value], other: dict[str, Value]) -> Difference | None:
+    """Return the mean of `other` minus `first` over the names that both have; None for fewer than two pairs."""
+    deltas = [b - a for name, a in first.items() if a is not None and (b := other.get(name)) is not None]
+    if len(deltas) < 2:
+        return None
+    mean = sum(deltas) / len(deltas)
+    half = _half_width([delta - mean for delta in deltas])
+    p = float(stats.ttest_1samp(deltas, 0.0).pvalue) if half > 0.0 else None
+    return Difference(mean, mean - half, mean + half, p if p is not None and isfinite(p) else None, len(deltas))
+
+
+def _half_width(deviations: Sequence[float]) -> float:
+    """Return t s / sqrt(n), half of the interval of a mean, from the deviations from it."""
+    count = len(deviations)
+    variance = sum(deviation**2 for deviation in deviations) / (count - 1)
+    return float(stats.t.ppf(0.5 + CONFIDENCE / 2, count - 1)) * sqrt(variance / count)
+
+
+def _times(factor: float, value: Value) -> Value:
+    return None if value is None else factor * value

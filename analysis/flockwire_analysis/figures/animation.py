@@ -1,0 +1,135 @@
+"""A flight from above as a moving picture (GIF)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from flockwire.control.graph import LEADER
+from matplotlib import rc_context
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.lines import Line2D
+from matplotlib.patches import Polygon
+from PIL import Image
+
+from flockwire_analysis.figures.drawing import MUTED, STYLE, Canvas, legend
+from flockwire_analysis.figures.trajectories import obstacles, view
+from flockwire_analysis.phases import Span
+from flockwire_analysis.recorded import Trace
+from flockwire_analysis.series import Floats
+from flockwire_analysis.tracking import interpolated
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+RATE = 12  # frames per second of the picture
+FEWEST = 24  # frames
+FINE = 6  # points of a trail for each frame
+DPI, COLOURS = 130, 48
+TRAIL = 5.0  # s of the flight
+LARGEST = 3_000_000  # bytes
+
+
+def animate(trace: Trace, path: Path, seconds: float = 10.0) -> Path:
+    """Write the whole flight as a GIF that plays for `seconds`, whatever the flight's length; returns `path`.
+
+    Every frame has the drones, their trails of TRAIL s, the followers' polygon, obstacles and the flight's time. Frames
+    are left out, down to FEWEST, while the file is larger than LARGEST bytes. Raises ValueError for a trace without
+    positions, or if the file is still too large, OSError if `path` cannot be written.
+    """
+    count = max(FEWEST, round(seconds * RATE))
+    frames = _frames(trace, count)
+    while True:
+        _write(frames, path, seconds)
+        if path.stat().st_size <= LARGEST:
+            return path
+        if len(frames) // 2 < FEWEST:
+            path.unlink()
+            raise ValueError(f"{path}: {len(frames)} frames take more than {LARGEST / 1e6:g} MB; choose fewer seconds")
+        frames = frames[::2]
+
+
+def _write(frames: list[Image.Image], path: Path, seconds: float) -> None:
+    first, *others = frames
+    step = round(1000 * seconds / len(frames))
+    first.save(path, "GIF", save_all=True, append_images=others, duration=step, loop=0, optimize=False)
+
+
+def _frames(trace: Trace, count: int) -> list[Image.Image]:
+    """Draw `count` frames from the first order to the end, with one palette."""
+    canvas = Canvas(trace, Path(), vector=False)
+    numbers = trace.placed()
+    if not numbers:
+        raise ValueError(f"{trace.path}: has no positions")
+    last = min(int(trace.positions(number).stamps[-1]) for number in numbers)
+    shown = Span(canvas.flight.begin, min(canvas.flight.end, last))
+    instants = shown.instants(count * FINE)
+    paths = {number: interpolated(trace.positions(number), instants)[:, :2] for number in numbers}
+    with rc_context(STYLE):
+        figure, (axes,) = canvas.panels(height=3.7)
+        _still(axes, canvas, paths)
+        trail = max(1, round(TRAIL * len(instants) / max(shown.length, TRAIL)))
+        scene = _Scene(axes, canvas, paths, trail)
+        figure.set_dpi(DPI)
+        agg: Any = FigureCanvasAgg(figure)  # matplotlib has no types for it
+        agg.draw()
+        still = agg.copy_from_bbox(figure.bbox)
+        drawn = []
+        for place in range(FINE - 1, len(instants), FINE):
+            agg.restore_region(still)
+            scene.draw(place, canvas.second(int(instants[place])))
+            drawn.append(Image.fromarray(np.asarray(agg.buffer_rgba())[..., :3].copy()))
+    palette = drawn[-1].quantize(COLOURS, Image.Quantize.MEDIANCUT)
+    return [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in drawn]
+
+
+def _still(axes: Axes, canvas: Canvas, paths: dict[int, Floats]) -> None:
+    """Draw what does not move, and choose the part of the field that is shown."""
+    obstacles(axes, canvas)
+    known = np.concatenate([path[np.isfinite(path).all(axis=1)] for path in paths.values()])
+    axes.set_aspect("equal", adjustable="box")
+    view(axes, canvas, known)
+    axes.set_xlabel("x (east), m")
+    axes.set_ylabel("y (north), m")
+    legend(axes, canvas.names(paths))
+
+
+class _Scene:
+    """What moves: `paths` has the places at many instants, a trail the last `trail` of them."""
+
+    def __init__(self, axes: Axes, canvas: Canvas, paths: dict[int, Floats], trail: int) -> None:
+        self._axes, self._paths, self._trail = axes, paths, trail
+        self._followers = [number for number in paths if number in canvas.trace.followers]
+        self._trails = {number: self._line(axes, canvas.colour(number), 0.9, "") for number in paths}
+        self._dots = {number: self._line(axes, canvas.colour(number), 0.0, "o") for number in paths}
+        self._ring = Polygon(
+            np.zeros((1, 2)), facecolor="#8d97a8", edgecolor=MUTED, alpha=0.25, linewidth=0.6, animated=True
+        )
+        axes.add_patch(self._ring)
+        self._clock = axes.text(
+            0.99, 0.01, "", transform=axes.transAxes, ha="right", va="bottom", color=MUTED, animated=True
+        )
+
+    @staticmethod
+    def _line(axes: Axes, colour: str, width: float, marker: str) -> Line2D:
+        (line,) = axes.plot(
+            [], [], color=colour, linewidth=width, marker=marker, markersize=6, markeredgecolor="white", animated=True
+        )
+        return line
+
+    def draw(self, last: int, time: float) -> None:
+        """Draw everything as at the instant `last`, `time` s after the formation's time 0."""
+        for number, path in self._paths.items():
+            recent = path[max(0, last - self._trail) : last + 1]
+            self._trails[number].set_data(recent[:, 0], recent[:, 1])
+            self._dots[number].set_data(path[last : last + 1, 0], path[last : last + 1, 1])
+        places = np.array([self._paths[number][last] for number in self._followers if number != LEADER])
+        known = places[np.isfinite(places).all(axis=1)] if len(places) else np.empty((0, 2))
+        self._ring.set_visible(len(known) > 2)
+        if len(known) > 2:
+            centre = known.mean(axis=0)
+            self._ring.set_xy(known[np.argsort(np.arctan2(*(known - centre).T[::-1]))])
+        self._clock.set_text(f"t = {time:.1f} s")
+        for artist in (self._ring, *self._trails.values(), *self._dots.values(), self._clock):
+            self._axes.draw_artist(artist)

@@ -1,0 +1,79 @@
+"""The gateway's node in the ROS graph, which receives the poses."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections import Counter
+from collections.abc import Callable
+
+from flockwire import clock
+from flockwire.ros.advice import advice
+from flockwire.runtime.ros_ends import RosInput
+from flockwire.runtime.ros_node import Place, RosNode, join
+from flockwire.wire.processes import GATEWAY
+
+from flockwire_mocap.ros.source import RosSource
+
+LOOK = 1.0  # s between two looks at the graph
+
+
+class RosClient:
+    """Receives the topics of `source`; calls `drained` after each message."""
+
+    def __init__(self, source: RosSource, drained: Callable[[], None]) -> None:
+        self._source, self._drained = source, drained
+        self._ended = asyncio.Event()
+        self._task: asyncio.Task[None] | None = None
+        self._input: RosInput | None = None
+
+    def open(self) -> None:
+        """Start to connect, until `close`."""
+        self._task = asyncio.get_running_loop().create_task(self._run())
+
+    async def close(self) -> None:
+        """Close the connection."""
+        self._ended.set()
+        if self._task is not None:
+            await self._task
+
+    async def _run(self) -> None:
+        source, table = self._source, self._source.table
+        place = Place(table.router, False, table.domain, source.namespace, GATEWAY.kind)
+        node = await join(place, self._ended, self._absent)
+        if node is None:
+            return
+        with node:
+            self._input = node.subscribe(source.topic, source.ros_type, shown=source.shown, wake=self._arrived)
+            node.watch()
+            seen: Counter[str] = Counter()
+            while not self._ended.is_set():
+                self._look(node, seen)
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(self._ended.wait(), LOOK)
+
+    def _arrived(self) -> None:
+        if self._input is None or self._ended.is_set():
+            return
+        for arrived in self._input.take():
+            self._source.message(arrived.topic, arrived.payload, clock.now())
+            self._drained()
+
+    def _absent(self, why: str) -> None:
+        router = self._source.table.router
+        self._source.trouble = f"gateway.ros.router = {router!r}: no router answers; start rmw_zenohd there ({why})"
+
+    def _look(self, node: RosNode, seen: Counter[str]) -> None:
+        """Tell the source whether the router is there, what was dropped, and why no pose arrives."""
+        source = self._source
+        if node.linked:
+            source.trouble = ""
+        else:
+            self._absent("the link is lost")
+        source.counts.update(node.counts - seen)
+        seen.update(node.counts - seen)
+        if not source.counts["arrays of another length"]:
+            found = node.publishers()
+            source.advice = advice(
+                found, source.table.domain, source.topic, source.ros_type, "gateway.ros.domain to that"
+            )

@@ -1,0 +1,173 @@
+"""The process in ROS 2: two sessions, one with the swarm's certificates and one in the ROS graph, and the core between.
+
+Nothing is passed from one session to the other but what the core has decided.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import secrets
+
+from flockwire import clock
+from flockwire.domain.time import SECOND
+from flockwire.process.stepping import StepCounts
+from flockwire.ros.advice import advice
+from flockwire.runtime.ending import Ending, finished, last_resort
+from flockwire.runtime.job import Job, connected
+from flockwire.runtime.refusals import Refusals
+from flockwire.runtime.ros_ends import RosInput, RosOutput, RosServices
+from flockwire.runtime.ros_node import Place, RosNode, join
+from flockwire.runtime.session import Session
+from flockwire.runtime.shell import status_publisher
+from flockwire.runtime.subscriptions import Every
+from flockwire.runtime.swarm_clock import SwarmClock
+from flockwire.runtime.ticker import Ticker
+from flockwire.swarm.model import Swarm
+from flockwire.swarm.ros import Ros
+from flockwire.wire.inbox import inbox_of
+from flockwire.wire.plan import Plan
+from flockwire.wire.status import counted
+from flockwire_station.planning import Planner
+
+from flockwire_ros.core import PERIOD, RosCore
+from flockwire_ros.mirror import Mirror
+from flockwire_ros.outgoing import Outgoing
+from flockwire_ros.topics import Names, Topic, all_topics
+
+SILENCE = SECOND  # ns without a message of the leader's topic, after which the status says why
+CAPACITY = 256  # messages of one key of the swarm that wait at most
+
+
+class RosProcess:
+    """Runs the core on `session`, and on a node in the ROS graph when there is one."""
+
+    def __init__(self, plan: Plan, identity: str, session: Session, refusals: Refusals) -> None:
+        self._plan, self._session = plan, session
+        self._log = logging.getLogger(identity)
+        self._clock = SwarmClock(plan, identity, session)
+        timed = self._clock.timekeeping
+        self._status = status_publisher(plan, identity, session, refusals, timed)
+        self._counts, self._planner = StepCounts(), Planner()
+        self.core = RosCore(plan, lambda: secrets.randbits(31))
+        timed.follow(self.core.operator.correct)
+        keys = [key for key in plan.subscribes[identity] if key not in timed.keys]
+        self._inputs = [Every(inbox_of(key), session.every(key, CAPACITY), CAPACITY) for key in keys]
+        self._names = {key: plan.text(key) for key in keys}
+        self._node: RosNode | None = None
+        self._outputs: dict[Topic, RosOutput] = {}
+        self._outgoing = Outgoing()
+        self._services: RosServices | None = None
+        self._steering: RosInput | None = None
+        self._steered = 0  # when the leader's topic was heard last, Unix ns
+
+    def join(self, node: RosNode) -> None:
+        """Publish on `node` from now on, and serve its requests."""
+        self._outputs = {topic: node.publisher(*topic) for topic in all_topics(self._plan)}
+        self._services = node.serve(tuple(self.core.services.orders))
+        if self.core.steering is not None:
+            topic = self.core.steering.topic
+            self._steering = node.subscribe(topic.name, topic.ros_type)
+            node.watch()
+        self.core.mirror, self.core.dropped = (
+            Mirror(self._plan),
+            lambda: counted(("not published", self._outgoing.dropped), *node.counts.items()),
+        )
+        self._node = node
+
+    def absent(self, why: str) -> None:
+        """Record why there is no node."""
+        self.core.trouble = f"{remedy(self._plan.swarm)} ({why})"
+
+    def tick(self, lateness: int, skipped: int) -> None:
+        """Take in what both sides have sent, step, and publish on both."""
+        self._counts.count(lateness, skipped)
+        self._clock.step()
+        now, core = clock.now(), self.core
+        core.operator.knows_time = self._clock.known()
+        for source in self._inputs:
+            for message in source.messages(now):
+                core.receive(source.inbox.key, message, now)
+        self._take(now)
+        self._session.publish(core.step(now))
+        self._planner.plan(self._plan.swarm, core.operator.to_plan())
+        if core.mirror is not None:
+            self._outgoing.add(core.mirror.publications(now))
+            for topic, payload in self._outgoing.take():
+                self._outputs[topic].publish(payload)
+        if self._status.due(now):
+            self._report(now)
+
+    def _take(self, now: int) -> None:
+        """Take in what the ROS side has sent."""
+        if self._services is not None:
+            for request in self._services.take():
+                self.core.request(request.name, now, request.answer)
+        if self._steering is not None and self.core.steering is not None:
+            for arrived in self._steering.take():
+                self._steered = now
+                self.core.steering.take(arrived.payload, now)
+
+    def _report(self, now: int) -> None:
+        if self._node is not None:
+            self.core.trouble = "" if self._node.linked else remedy(self._plan.swarm)
+            self.core.advice = self._advice(self._node) if now - self._steered > SILENCE else ""
+        rejected = tuple(
+            (f"{self._names[source.inbox.key]} {reason}", count)
+            for source in self._inputs
+            for reason, count in source.inbox.rejected.items()
+        )
+        self._status.update(now, self.core.report(now), self._counts, rejected)
+
+    def _advice(self, node: RosNode) -> str:
+        """Return why the leader's topic is silent; empty if the leader follows none."""
+        if self.core.steering is None:
+            return ""
+        topic = self.core.steering.topic
+        return advice(node.publishers(), node.place.domain, topic.name, topic.ros_type, "ros.domain to that")
+
+
+def remedy(swarm: Swarm) -> str:
+    """Return what to do if there is no router."""
+    table = swarm.ros if swarm.ros is not None else Ros()
+    if table.serve:
+        return f"ros.router = {table.router!r}: cannot listen there; choose another port"
+    return f"ros.router = {table.router!r}: no router answers; start rmw_zenohd there, or set ros.serve = true"
+
+
+def place_of(swarm: Swarm, name: str) -> Place:
+    """Return the place of a swarm's node `name` in the ROS graph."""
+    table = swarm.ros if swarm.ros is not None else Ros()
+    return Place(table.router, table.serve, table.domain, Names(swarm).namespace, name)
+
+
+async def run(job: Job) -> None:
+    """Show the swarm in ROS 2 until the process is to end."""
+    plan, identity = job.plan, job.identity
+    ending, refusals = Ending(), Refusals(identity)
+    refusals.watch()
+    session = await connected(job, ending.told)
+    if session is None:
+        return
+    with contextlib.ExitStack() as stack:
+        stack.enter_context(session)
+        process = RosProcess(plan, identity, session, refusals)
+        ticker = Ticker(PERIOD, process.tick)
+        ticker.start()
+        joining = asyncio.create_task(_join(process, place_of(plan.swarm, identity), ending, stack))
+        done = False
+        try:
+            await finished(process.core, plan, identity, session, ending)
+            await joining
+            done = True
+        finally:
+            ticker.stop()
+            last_resort(identity, done)
+
+
+async def _join(process: RosProcess, place: Place, ending: Ending, stack: contextlib.ExitStack) -> None:
+    node = await join(place, ending.told, process.absent)
+    if node is not None:
+        stack.enter_context(node)
+        process.join(node)

@@ -1,0 +1,109 @@
+"""A trace in ROS 2, as if it flew now, with the clock of the flight: `flockwire ros SWARM --trace TRACE`."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from flockwire import clock
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.ros.messages import clock_reading
+from flockwire.runtime.ros_node import RosNode, join
+from flockwire.wire.cdr import MessageError
+from flockwire.wire.codec import Message, decode
+from flockwire.wire.keys import ROWS, Key
+from flockwire.wire.plan import Plan
+from flockwire_recorder.parts import parts
+from flockwire_recorder.records import WholeRecords
+from mcap.records import Channel
+from mcap.records import Message as Record
+
+from flockwire_ros.core import PERIOD
+from flockwire_ros.mirror import Mirror, Publication
+from flockwire_ros.outgoing import Outgoing
+from flockwire_ros.process import place_of, remedy
+from flockwire_ros.topics import SIM_CLOCK, all_topics
+
+NAME = "ros_replay"
+
+Recorded = tuple[int, Key, Message]  # when it was recorded (Unix ns), its key, the message
+
+
+class Replay:
+    """The publications of `recorded`, messages of the swarm of `plan` in the order of their recording."""
+
+    def __init__(self, plan: Plan, recorded: Iterable[Recorded]) -> None:
+        self._mirror = Mirror(plan)
+        self._recorded = iter(recorded)
+        self._next = next(self._recorded, None)
+        self.begin = self._next[0] if self._next is not None else 0  # Unix ns
+
+    @property
+    def over(self) -> bool:
+        """Whether all has been published."""
+        return self._next is None
+
+    def until(self, now: int) -> list[Publication]:
+        """Return what is to be published up to the time `now` of the flight (Unix ns), and its clock first."""
+        while self._next is not None and self._next[0] <= now:
+            _, key, message = self._next
+            self._mirror.receive(key, message)
+            self._next = next(self._recorded, None)
+        return [(SIM_CLOCK, clock_reading(now)), *self._mirror.publications(now)]
+
+
+def read_messages(plan: Plan, path: Path) -> Iterator[Recorded]:
+    """Yield the messages of the trace `path` with its other parts; other topics and malformed messages are left out.
+
+    Raises ValueError for a file that is not MCAP, OSError for one that cannot be read.
+    """
+    keys = {f"/{plan.text(key)}": key for key in plan.keys}
+    for part in parts(path):
+        channels: dict[int, Key] = {}
+        for record in WholeRecords(part):
+            if isinstance(record, Channel) and record.topic in keys:
+                channels[record.id] = keys[record.topic]
+            elif isinstance(record, Record) and record.channel_id in channels:
+                key = channels[record.channel_id]
+                with contextlib.suppress(MessageError):
+                    yield record.log_time, key, decode(ROWS[key.kind].message, record.data)
+
+
+def play(plan: Plan, trace: Path, pace: float) -> None:
+    """Publish a trace, `pace` times as fast as it was recorded; returns at its end.
+
+    Raises ValueError if it is no trace, or has nothing of this swarm, OSError if it cannot be read.
+    """
+    replay = Replay(plan, read_messages(plan, trace))
+    if replay.over:
+        raise ValueError(f"{trace}: has no message of swarm {plan.swarm.name!r}")
+    asyncio.run(_play(plan, replay, pace))
+
+
+async def _play(plan: Plan, replay: Replay, pace: float) -> None:
+    waits = remedy(plan.swarm)
+    told: set[str] = set()
+
+    def absent(why: str) -> None:
+        if why not in told:
+            told.add(why)
+            print(f"flockwire: {waits} ({why})", flush=True)
+
+    node = await join(place_of(plan.swarm, NAME), asyncio.Event(), absent)
+    if node is not None:
+        with node:
+            await _publish(plan, replay, pace, node)
+
+
+async def _publish(plan: Plan, replay: Replay, pace: float, node: RosNode) -> None:
+    outputs = {topic: node.publisher(*topic) for topic in (*all_topics(plan), SIM_CLOCK)}
+    begun = due = clock.monotonic()
+    outgoing = Outgoing()
+    while not replay.over or len(outgoing):
+        outgoing.add(replay.until(replay.begin + round((clock.monotonic() - begun) * pace)))
+        for topic, payload in outgoing.take():
+            outputs[topic].publish(payload)
+        due = max(due + nanoseconds(PERIOD), clock.monotonic())
+        await asyncio.sleep((due - clock.monotonic()) / SECOND)

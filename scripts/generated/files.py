@@ -1,0 +1,31 @@
+"""The generated files, by their path in the repository."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from flockwire.loading import load_swarm
+from flockwire.swarm.page import page
+from flockwire.wire.plan import Plan
+from flockwire_deploy.compose import compose_file
+
+from generated.commands import commands_page
+from generated.keys import keys_page
+from generated.phases import phases_page
+from generated.phases_picture import phases_picture
+
+ROOT = Path(__file__).parents[2]
+FLIGHT = "swarms/paper_flight.toml"
+
+
+def files() -> dict[str, str]:
+    """Return the content of each generated file."""
+    simulation, flight = (Plan(load_swarm(ROOT / name)) for name in ("swarms/paper_simulation.toml", FLIGHT))
+    return {
+        "docs/swarm_file.md": page(),
+        "docs/reference/commands.md": commands_page(),
+        "docs/reference/keys.md": keys_page(flight, FLIGHT),
+        "docs/concepts/phases.md": phases_page(),
+        "docs/images/phases.svg": phases_picture(),
+        "deploy/paper/compose.yaml": compose_file(simulation),
+    }

@@ -1,0 +1,112 @@
+"""The mutants of bench/mutants/ still apply, and bench/mutants.py judges and counts them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
+import mutants
+import pytest
+from mutants import Copy, Mutant, Result, Results, commanded, figures, judge, near
+
+EACH = mutants.mutants()
+ONE = Mutant("one", "a defect", "LICENSE", "Apache License\n", "another licence\n")
+
+
+@pytest.fixture
+def copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Copy:
+    """Return a copy of the few files of which the bench needs to know."""
+    files = b"LICENSE\0pyproject.toml\0gone.py\0".decode()
+    monkeypatch.setattr("mutants.subprocess.run", lambda *_, **__: type("Listed", (), {"stdout": files}))
+    return Copy(tmp_path / "tree")
+
+
+@pytest.mark.parametrize("mutant", [pytest.param(mutant, id=mutant.id) for mutant in EACH])
+def test_it_still_applies_to_its_file(mutant: Mutant) -> None:
+    text = (mutants.ROOT / mutant.file).read_text(encoding="utf-8")
+    changed = mutant.applied(text)
+    assert changed != text
+    if mutant.file.endswith(".py"):
+        compile(changed, mutant.file, "exec")
+
+
+def test_each_has_a_name_of_its_own_and_tests_beside_its_module() -> None:
+    assert [name for name, count in Counter(mutant.id for mutant in EACH).items() if count > 1] == []
+    assert [mutant.id for mutant in EACH if not (mutants.ROOT / near(mutant.file)).is_dir()] == []
+    bugs = (mutants.ROOT / "model/src/protocol.rs").read_text(encoding="utf-8")
+    assert [mutant.model for mutant in EACH if f'"{mutant.model}"' not in bugs and mutant.model] == []
+
+
+@pytest.mark.parametrize("text", ["", "Apache License\nApache License\n"])
+def test_a_text_that_is_not_there_once_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match=r"^one: LICENSE has 'Apache License\\n' [02] times, not once$"):
+        ONE.applied(text)
+
+
+@pytest.mark.parametrize(
+    ("script", "outcome", "by"),
+    [
+        ("echo seed 3; grep -q 'Apache License$' LICENSE", "killed", "draws: seed 3"),
+        ("grep -q 'another licence' LICENSE", "survived", ""),
+        ("echo no such option; exit 2", "failed", "draws: status 2: no such option"),
+    ],
+)
+def test_a_command_that_ends_with_status_1_has_found_it(copy: Copy, script: str, outcome: str, by: str) -> None:
+    result = judge(copy, ONE, "draws", commanded("draws", ["sh", "-c", script]))
+    assert (result.mutant, result.outcome, result.by) == ("one", outcome, by)
+    assert "Apache License\n" in (copy.folder / "LICENSE").read_text(encoding="utf-8")
+
+
+def test_a_command_that_takes_too_long_has_found_it(copy: Copy, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mutants, "LONGEST", 0.05)
+    result = judge(copy, ONE, "draws", commanded("draws", ["sh", "-c", "cat /dev/zero > /dev/null"]))
+    assert (result.outcome, result.by) == ("killed", "draws: time limit")
+
+
+def test_the_suite_begins_with_the_modules_own_tests_and_ends_with_processes() -> None:
+    ladder = next(mutant for mutant in EACH if mutant.file.endswith("pilot/phases.py"))
+    stages = {stage.name: stage for stage in mutants.suite(mutants.STAGES)(ladder)}
+    assert tuple(stages) == mutants.STAGES
+    assert stages["own"].command[-1] == "tests/core/pilot/test_phases.py"
+    assert stages["near"].command[-2:] == ["tests/core/pilot", "--ignore=tests/core/pilot/test_phases.py"]
+    assert stages["processes"].command[-2:] == ["-m", "integration and not long"]
+    assert {stage.name for stage in mutants.suite(mutants.STAGES)(None)} == {"fast", "flights", "rest", "processes"}
+    assert stages["own"].found("..F\nFAILED tests/a.py::test_b - assert 1 == 2\n1 failed") == "tests/a.py::test_b"
+
+
+def test_of_several_results_the_newest_counts(tmp_path: Path) -> None:
+    file = tmp_path / "results.jsonl"
+    for row in (Result("one", "suite", "survived", "", 3600.0), Result("one", "suite", "killed", "near: t", 1800.0)):
+        Results(file).add(row)
+    with file.open("a") as log:
+        log.write('{"mutant": "one", "column": "su')  # the bench was ended
+    table = figures(Results(file), ["suite", "draws"], [ONE, ONE._replace(id="two")])
+    assert [line.split() for line in table.splitlines()] == [
+        ["column", "mutants", "killed", "share", "processor", "h", "kills", "per", "h"],
+        ["suite", "1", "1", "100%", "0.50", "2"],
+        ["draws", "0", "0", "0%", "0.00", "0"],
+        ["survived:", "two", "(LICENSE):", "a", "defect"],
+    ]
+
+
+def test_drawn_flights_end_at_the_first_bad_one(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import drawn_flights
+
+    def raises(seed: int) -> str:
+        raise ZeroDivisionError(f"flight {seed}")
+
+    def families(bad: Callable[[int], str]) -> tuple[tuple[Callable[[int], str], int], ...]:
+        return ((lambda _: "", 1), (bad, 2))
+
+    monkeypatch.setattr("sys.argv", ["drawn_flights.py", "--first", "1", "--rounds", "6"])
+    monkeypatch.setattr(drawn_flights, "FAMILIES", families(lambda _: ""))
+    assert drawn_flights.main() == 0
+    monkeypatch.setattr(drawn_flights, "FAMILIES", families(raises))
+    assert drawn_flights.main() == 1
+    assert capsys.readouterr().out.splitlines() == [
+        "none of 9 flights was bad",
+        "bad: raises, seed 1: ZeroDivisionError: flight 1",
+    ]

@@ -1,0 +1,121 @@
+"""The messages on the ROS side: read by rosbags, they have what was written; hashes are those of rosbags."""
+
+from __future__ import annotations
+
+from math import isnan
+from typing import Any
+
+import pytest
+from flockwire.ros import definitions, messages
+from flockwire.ros.definitions import MESSAGES, SERVICES
+from flockwire.ros.markers import Marker, Shape, marker_array
+from flockwire.ros.type_hash import rihs01, service_parts, type_hash
+from flockwire.wire.cdr import MessageError
+from rosbags.typesys import Stores, get_typestore
+
+NOW = 1_790_000_000_123_456_789
+NAMES = ("", "a", "ab", "abc", "abcd", "uav1", "a longer name")
+STANDARD = [name for name in MESSAGES if not name.startswith(("flockwire_msgs", "service_msgs"))]
+STORE = get_typestore(Stores.ROS2_JAZZY)
+
+
+def read(data: bytes, ros_type: str) -> Any:
+    return STORE.deserialize_cdr(data, ros_type)
+
+
+@pytest.mark.parametrize("store", [Stores.ROS2_HUMBLE, Stores.ROS2_JAZZY, Stores.LATEST])
+def test_hashes_are_those_of_rosbags(store: Stores) -> None:
+    types = get_typestore(store)
+    assert {name: type_hash(name) for name in STANDARD} == {name: types.hash_rihs01(name) for name in STANDARD}
+
+
+def test_hashes_of_services_are_those_of_ros_itself() -> None:
+    # std_srvs/Trigger as natnet_zenoh pins it from Jazzy, AddTwoInts as recorded from rmw_zenoh in oxidros
+    assert list(SERVICES) == [definitions.TRIGGER]
+    assert type_hash(definitions.TRIGGER) == "RIHS01_eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f"
+    name = "example_interfaces/srv/AddTwoInts"
+    parts = MESSAGES | service_parts(name, "int64 a\nint64 b", "int64 sum")
+    assert rihs01(name, parts) == "RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a"
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [("float64", "'float64' is no field"), ("Pose pose", "'Pose' is no type of ROS 2"), ("float64 x 1.5", None)],
+)
+def test_a_definition_that_is_none_is_refused(text: str, says: str | None) -> None:
+    if says is None:
+        assert rihs01("a/msg/B", {"a/msg/B": text})  # a default value is no part of the type
+        return
+    with pytest.raises(ValueError, match=says):
+        rihs01("a/msg/B", {"a/msg/B": text})
+
+
+@pytest.mark.parametrize("frame", NAMES)
+@pytest.mark.parametrize("child", NAMES)
+def test_odometry_and_transforms(frame: str, child: str) -> None:
+    data = messages.odometry(NOW, frame, child, (1.0, 2.0, 3.0), (0.0, 0.6, 0.0, 0.8), (4.0, 5.0, 6.0))
+    found = read(data, definitions.ODOMETRY)
+    assert STORE.serialize_cdr(found, definitions.ODOMETRY) == data
+    assert (found.header.stamp.sec, found.header.stamp.nanosec) == divmod(NOW, 10**9)
+    assert (found.header.frame_id, found.child_frame_id) == (frame, child)
+    assert (found.pose.pose.position.y, found.pose.pose.orientation.w, found.twist.twist.linear.z) == (2.0, 0.8, 6.0)
+    poses = [messages.Transform(NOW + k, child + str(k) * k, (k, 2.0, 3.0), (0.0, 0.0, 0.6, 0.8)) for k in range(3)]
+    data = messages.transforms(frame, poses)
+    found = read(data, definitions.TRANSFORMS)
+    assert STORE.serialize_cdr(found, definitions.TRANSFORMS) == data
+    assert [one.child_frame_id for one in found.transforms] == [pose.child for pose in poses]
+    assert [one.transform.translation.x for one in found.transforms] == [0.0, 1.0, 2.0]
+    assert found.transforms[2].transform.rotation.z == 0.6
+
+
+def test_battery() -> None:
+    data = messages.battery(NOW, "uav1", 0.5)
+    found = read(data, definitions.BATTERY)
+    assert STORE.serialize_cdr(found, definitions.BATTERY) == data
+    assert (found.percentage, found.present, found.header.frame_id) == (0.5, True, "uav1")
+    assert isnan(found.voltage)
+    assert isnan(found.design_capacity)
+
+
+def test_diagnostics() -> None:
+    status = messages.DiagnosticStatus(messages.WARN, "flock: uav1", "ready", "uav1", (("a", "1"), ("bc", "é")))
+    found = read(messages.diagnostics(NOW, [status, status]), definitions.DIAGNOSTICS)
+    assert [one.name for one in found.status] == ["flock: uav1"] * 2
+    one = read(messages.diagnostic(status), definitions.DIAGNOSTIC)
+    assert (one.level, one.message, one.hardware_id) == (messages.WARN, "ready", "uav1")
+    assert [(value.key, value.value) for value in one.values] == [("a", "1"), ("bc", "é")]
+
+
+def test_markers() -> None:
+    lines = Marker("fence", 3, Shape.LINE_LIST, (1.0, 0.5, 0.0, 1.0), (0.02, 0.0, 0.0), points=((1.0, 2.0, 3.0),) * 2)
+    text = Marker("names", 1, Shape.TEXT, (1.0,) * 4, (0.0, 0.0, 0.2), (1.0, 2.0, 3.0), text="uav1")
+    data = marker_array(NOW, "world", [lines, text, lines], 0.5)
+    found = read(data, definitions.MARKERS)
+    assert STORE.serialize_cdr(found, definitions.MARKERS) == data
+    assert [(one.ns, one.id, one.type) for one in found.markers] == [("fence", 3, 5), ("names", 1, 9), ("fence", 3, 5)]
+    assert found.markers[0].points[1].z == 3.0
+    assert found.markers[1].text == "uav1"
+    assert (found.markers[1].lifetime.sec, found.markers[1].lifetime.nanosec) == (0, 500_000_000)
+
+
+def test_clock_and_trigger() -> None:
+    assert read(messages.clock_reading(NOW), definitions.CLOCK).clock.nanosec == 123_456_789
+    response = messages.trigger_response(False, "not confirmed by uav3")
+    assert messages.read_trigger_response(response) == (False, "not confirmed by uav3")
+    messages.check_empty(b"\0\1\0\0\0")
+    for wrong in (b"", b"\0\1\0\0\1", b"\0\0\0\0\0", b"\0\1\0\0" + bytes(5)):
+        with pytest.raises(MessageError):
+            messages.check_empty(wrong)
+
+
+def test_poses_of_rosbags_are_read_and_others_refused() -> None:
+    types = STORE.types
+    pose = types["geometry_msgs/msg/Pose"](
+        types["geometry_msgs/msg/Point"](1.0, 2.0, 3.0), types["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.6, 0.8)
+    )
+    header = types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](5, 7), "map")
+    data = bytes(STORE.serialize_cdr(types[definitions.POSES](header, [pose, pose]), definitions.POSES))
+    assert messages.read_poses(data) == (5_000_000_007, [((1.0, 2.0, 3.0), (0.0, 0.0, 0.6, 0.8))] * 2)
+    for length in range(len(data) - 4):
+        with pytest.raises(MessageError):
+            messages.read_poses(data[:length])

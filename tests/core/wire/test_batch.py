@@ -1,0 +1,76 @@
+"""Batches of messages for the recorder."""
+
+import pytest
+from flockwire.domain.time import SECOND
+from flockwire.wire.batch import FULL, PERIOD, Batch, Collecting, Entry, Head, decode_batch, encode_batch
+from flockwire.wire.cdr import MessageError
+from flockwire.wire.schemas import ROS_TYPES, schema_text
+from hypothesis import given
+from hypothesis import strategies as st
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+NOW = 1_790_000_000 * SECOND
+ENTRIES = st.builds(
+    Entry,
+    st.text(max_size=30).filter(lambda text: "\0" not in text),
+    st.integers(0, 2**63 - 1),
+    st.integers(-(2**63), 2**63 - 1),
+    st.binary(max_size=40),
+)
+BATCHES = st.builds(
+    Batch, st.integers(0, (2**31 - 1) * SECOND), st.sampled_from(["", "w", "world"]), st.lists(ENTRIES).map(tuple)
+)
+
+
+@pytest.fixture(scope="module")
+def ros():
+    store = get_typestore(Stores.EMPTY)
+    store.register(get_types_from_msg(schema_text(ROS_TYPES[Batch]), ROS_TYPES[Batch]))
+    return store
+
+
+@given(BATCHES)
+def test_a_batch_comes_back(batch):
+    assert decode_batch(encode_batch(batch)) == batch
+
+
+@given(BATCHES)
+def test_ros_reads_the_same_batch(ros, batch):
+    message = ros.deserialize_cdr(encode_batch(batch), ROS_TYPES[Batch])
+    assert message.header.stamp.sec * SECOND + message.header.stamp.nanosec == batch.stamp
+    assert message.header.frame_id == batch.frame
+    read = [Entry(one.key, one.sequence, one.sent, bytes(one.payload)) for one in message.entries]
+    assert tuple(read) == batch.entries
+
+
+@given(BATCHES.filter(lambda batch: batch.entries), st.data())
+def test_a_batch_that_is_cut_off_is_rejected(batch, data):
+    whole = encode_batch(batch)
+    with pytest.raises(MessageError):
+        decode_batch(whole[: data.draw(st.integers(0, len(whole) - 1))])
+
+
+@given(st.binary(max_size=200))
+def test_junk_is_rejected_and_nothing_else_raised(junk):
+    for data in (junk, b"\x00\x01\x00\x00" + junk, encode_batch(Batch(NOW, "world", ()))[:-4] + junk):
+        try:
+            decode_batch(data)
+        except MessageError:
+            continue
+
+
+def test_a_batch_is_due_a_period_after_its_first_message_or_when_it_is_full():
+    collecting, head = Collecting("world"), Head("uav1/pose")
+    assert collecting.empty
+    assert not collecting.due(NOW)
+    assert not collecting.add(head, 0, NOW, b"x" * 100)
+    assert not collecting.due(NOW + PERIOD - 1)
+    assert collecting.due(NOW + PERIOD)
+    assert collecting.due(NOW - 1)  # the clock was set back
+    assert len(decode_batch(collecting.take(NOW)).entries) == 1
+    assert collecting.empty
+    assert not collecting.due(NOW + PERIOD)
+    added = 1
+    while not collecting.add(head, added, NOW, b"x" * 1000):
+        added += 1
+    assert added * 1000 <= FULL < (added + 1) * 1100

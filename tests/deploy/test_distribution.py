@@ -1,0 +1,66 @@
+"""The source distribution, and its wheel: installed in an environment of its own, the wheel flies a swarm."""
+
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.long
+ROOT = Path(__file__).parents[2]
+UV = shutil.which("uv") or str(ROOT / ".uv/bin/uv")
+
+
+def run(*line, **options):
+    """Run a program to its end; returns what it printed."""
+    done = subprocess.run(list(map(str, line)), capture_output=True, text=True, check=False, **options)
+    assert done.returncode == 0, (line, done.stdout, done.stderr)
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """Return the folder with both; the wheel is made from the source distribution."""
+    out = tmp_path_factory.mktemp("dist")
+    run(UV, "build", "--quiet", "--out-dir", out, cwd=ROOT)
+    return out
+
+
+def test_the_source_distribution_has_what_a_developer_needs(built):
+    (file,) = built.glob("*.tar.gz")
+    with tarfile.open(file) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    for needed in (
+        "README.md",
+        "uv.lock",
+        "CITATION.cff",
+        "scripts/test",
+        "docs/index.md",
+        "examples/paper/swarm.toml",
+    ):
+        assert needed in names
+
+
+def test_the_wheel_has_the_code_alone(built):
+    (file,) = built.glob("*.whl")
+    with zipfile.ZipFile(file) as archive:
+        names = archive.namelist()
+    assert "flockwire/pilot/transitions.csv" in names
+    assert all(name.startswith("flockwire") for name in names)
+
+
+def test_an_environment_of_its_own_flies(built, tmp_path):
+    (wheel,) = built.glob("*.whl")
+    run(UV, "venv", "--quiet", "--python", sys.executable, tmp_path / "env")
+    program = tmp_path / "env/bin"
+    run(UV, "pip", "install", "--quiet", "--python", program / "python", f"{wheel}[station,report]")
+    where = run(program / "python", "-c", "import flockwire; print(flockwire.__path__[0])", cwd=tmp_path)
+    assert where.startswith(str(tmp_path / "env"))
+    run(program / "flockwire", "init", "mine.toml", cwd=tmp_path)
+    out = run(program / "flockwire", "sim", "mine.toml", "--duration", 12, "--out", "flight", cwd=tmp_path)
+    assert out.endswith("flockwire: all well\n")
+    assert (tmp_path / "flight/report.html").exists()
+    run(program / "flockwire", "animate", "flight/trace.mcap", "--seconds", 2, cwd=tmp_path)

@@ -1,0 +1,174 @@
+"""The process ros with a flying swarm, seen and attacked from the ROS side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from signal import SIGKILL
+
+import pytest
+import zenoh
+from fleet import PATIENCE, Fleet, Tower
+from flockwire import clock
+from flockwire.domain.airframe import Command
+from flockwire.ros.graph import data_key
+from flockwire.wire.codec import encode
+from flockwire.wire.keys import key_text
+from flockwire.wire.status import Status
+from flockwire_ros.services import services
+from flockwire_ros.topics import all_topics
+from ros_graph import ATTACHMENT, Gaps, Sdk, bare, free_port, router
+from waiting import wait_until
+
+GOOD = ATTACHMENT.pack(1, 1, 16, bytes(16))
+STEERED = ('kind = "trajectory"', 'kind = "ros"\nspeed = 0.3')
+
+
+class Graph:
+    """The router's port, and the router, which may be ended."""
+
+    def __init__(self) -> None:
+        self.port, self._stack = free_port(), ExitStack()
+
+    def begin(self) -> None:
+        self._stack.enter_context(router(self.port))
+
+    def end(self) -> None:
+        self._stack.close()
+
+
+@pytest.fixture
+def graph() -> Iterator[Graph]:
+    """Return a ROS graph whose router runs."""
+    found = Graph()
+    found.begin()
+    yield found
+    found.end()
+
+
+@pytest.fixture
+def flying(
+    make_swarm: Callable[..., Path],
+    make_fleet: Callable[[Path], Fleet],
+    make_tower: Callable[[Fleet], Tower],
+    graph: Graph,
+) -> Callable[..., tuple[Fleet, Tower]]:
+    """Return a function that flies the paper's swarm with a table [ros], all in formation."""
+
+    def fly(tables: str = "", edit: tuple[str, str] = ("", "")) -> tuple[Fleet, Tower]:
+        path = make_swarm()
+        text = path.read_text().replace(*edit)
+        path.write_text(f'{text}\n[ros]\nrouter = "127.0.0.1:{graph.port}"\n{tables}')
+        fleet = make_fleet(path)
+        tower = make_tower(fleet)
+        fleet.start()
+        tower.fly()
+        tower.wait(lambda seen: "ros" in seen and seen["ros"].report.phase == "serving")
+        return fleet, tower
+
+    return fly
+
+
+@pytest.mark.long
+def test_an_independent_node_sees_and_orders_and_an_attacker_does_not(
+    graph: Graph, flying: Callable[..., tuple[Fleet, Tower]]
+) -> None:
+    fleet, tower = flying('orders = ["hold"]\n')
+    topics = all_topics(fleet.plan)
+    sdk = Sdk(graph.port)
+    wanted = {topic.name: topic.ros_type for topic in topics}
+    assert sdk.topics() == wanted
+    assert set(sdk.services()) == set(services(fleet.plan.swarm))
+    for topic in topics:
+        sdk.subscribe(topic.name, topic.ros_type, topic.qos.latched)
+    with bare(graph.port) as session:
+        gaps = Gaps(session, [data_key(0, topic.name, topic.ros_type) for topic in topics])
+        wait_until(lambda: all(sdk.counts[name] >= 5 for name in wanted if name not in ("/tf_static",)), PATIENCE)
+        assert sdk.counts["/tf_static"] == 1  # kept for late joiners
+        assert sdk.last["/paper/uav1/odom"].child_frame_id == "uav1"
+        attack(session, fleet)
+        assert sdk.call("/paper/land") == (
+            False,
+            "refused: ros.orders of the swarm file does not have 'land'",
+        )
+        seen = tower.all_in("formation")
+        counts = dict(seen["ros"].report.counts)
+        assert counts["ROS orders refused"] >= 2
+        assert counts["ROS requests malformed"] >= 2
+        assert counts["ROS requests of several services"] >= 1
+        assert not [name for name, status in seen.items() for reason, _ in status.rejected if "mission" in reason]
+        assert sdk.call("/paper/hold") == (True, "confirmed by leader, uav1, uav2, uav3, uav4")
+        tower.all_in("hold")
+        assert not +gaps.read().lost
+        assert min(gaps.counts[data_key(0, topic.name, topic.ros_type)] for topic in topics[:2]) > 100
+    assert "Traceback" not in fleet.log("ros")
+    sdk.close()
+
+
+def attack(session: zenoh.Session, fleet: Fleet) -> None:
+    """Do from the ROS side what must have no effect."""
+    empty = b"\0\1\0\0\0"
+    for key in fleet.plan.keys:  # the swarm's own keys, in the ROS graph
+        for name in (key_text("paper", key), f"0/{key_text('paper', key)}"):
+            session.put(name, b"\0\1\0\0" + bytes(80), attachment=GOOD)
+    stop = data_key(0, "/paper/stop", "std_srvs/srv/Trigger")
+    requests: list[tuple[bytes | None, bytes | None]] = [
+        (empty, GOOD), (None, None), (b"x" * 100, GOOD), (empty, GOOD[:-1]), (bytes(20000), GOOD),
+    ]  # fmt: skip
+    for payload, attached in requests:
+        list(session.get(stop, payload=payload, attachment=attached, timeout=2.0))
+    list(session.get("0/paper/**", payload=empty, attachment=GOOD, timeout=2.0))
+    list(session.get("**", payload=empty, attachment=GOOD, timeout=2.0))
+    for _ in range(200):
+        session.get(stop, payload=empty, attachment=GOOD, timeout=2.0)
+    session.put("0/tf/tf2_msgs::msg::dds_::TFMessage_/x", bytes(60000))
+
+
+@pytest.mark.long
+def test_topics_are_back_after_the_router_or_the_process_was_killed(
+    graph: Graph, flying: Callable[..., tuple[Fleet, Tower]]
+) -> None:
+    fleet, tower = flying()
+    pose = data_key(0, "/paper/uav1/pose", "geometry_msgs/msg/PoseStamped")
+    graph.end()
+    tower.wait(lambda seen: seen["ros"].report.phase == "waiting")
+    graph.begin()
+    with bare(graph.port) as session:
+        gaps = Gaps(session, [pose])
+        wait_until(lambda: gaps.read().counts[pose] > 0, PATIENCE)
+        fleet.end("ros", SIGKILL)
+        before = gaps.read().last[pose]
+        fleet.start("ros")
+        wait_until(lambda: gaps.read().last[pose] < before, PATIENCE)  # its numbers begin again
+    tower.all_in("formation")
+    tower.settled(0.1)
+
+
+@pytest.mark.long
+def test_a_leader_follows_a_topic_and_stops_when_it_ends(
+    graph: Graph, flying: Callable[..., tuple[Fleet, Tower]]
+) -> None:
+    _, tower = flying("", STEERED)
+    key = data_key(0, "/leader/cmd_vel", "geometry_msgs/msg/TwistStamped")
+
+    def moved(x: float) -> Callable[[dict[str, Status]], bool]:
+        def seen(statuses: dict[str, Status]) -> bool:
+            stamp = clock.now()
+            session.put(
+                key, encode(Command(stamp, "world", (0.3, 0.0, 0.0))), attachment=ATTACHMENT.pack(1, 1, 16, bytes(16))
+            )
+            return (statuses["leader"].report.position or (0.0,))[0] > x
+
+        return seen
+
+    with bare(graph.port) as session:
+        begin = (tower.statuses["leader"].report.position or (0.0,))[0]
+        tower.wait(moved(begin + 0.5))
+        tower.wait(lambda seen: seen["leader"].report.detail.startswith("no steering command for "))
+        tower.wait(lambda seen: seen["ros"].report.detail.startswith("no node publishes /leader/cmd_vel: "))
+        counts = dict(tower.statuses["ros"].report.counts)
+        session.put(key, b"x" * 80, attachment=GOOD)
+        tower.wait(lambda seen: dict(seen["ros"].report.counts).get("ROS steering malformed") == 1)
+        assert "ROS steering malformed" not in counts
+    tower.all_in("formation")

@@ -1,0 +1,125 @@
+"""Poses from ROS topics: frames as from any tracker; what is no pose is dropped and counted; why none arrive."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from random import Random
+from typing import Any
+
+import pytest
+from flockwire.domain.pose import Pose
+from flockwire.domain.time import SECOND
+from flockwire.process.cores import Start
+from flockwire.ros.advice import advice
+from flockwire.ros.definitions import ODOMETRY, POSE
+from flockwire.ros.graph import End, dds_type
+from flockwire.ros.messages import pose_array
+from flockwire.ros.type_hash import type_hash
+from flockwire.wire.codec import encode
+from flockwire.wire.plan import Plan
+from flockwire_mocap.ros.source import MOST_BODIES, RosSource
+
+NOW = 1_790_000_000 * SECOND
+LEVEL = (0.0, 0.0, 0.0, 1.0)
+
+
+@pytest.fixture
+def source(make_plan: Callable[..., Plan]) -> Callable[..., RosSource]:
+    """Return the builder of a source; its table [gateway.ros] has `options`."""
+
+    def make(**options: Any) -> RosSource:
+        plan = make_plan({"gateway": {"source": "ros", "ros": options}})
+        return RosSource(Start(plan, "gateway", NOW, Random(0)))
+
+    return make
+
+
+def pose(stamp: int, x: float = 0.0, orientation: tuple[float, ...] = LEVEL) -> bytes:
+    return encode(Pose(stamp, "mocap", (x, 0.0, 1.0), orientation))
+
+
+def names(source: RosSource, now: int = NOW) -> list[str | None]:
+    return [body.name for frame in source.take(now) for body in frame.bodies if body.tracked]
+
+
+def test_a_frame_is_complete_when_all_drones_have_a_pose(source: Callable[..., RosSource]) -> None:
+    ros = source(topic="/vrpn_mocap/{body}/pose")
+    assert (ros.topic, ros.shown[1]) == ("/vrpn_mocap/*/pose", "/vrpn_mocap/uav1/pose")
+    for i in range(5):
+        assert not ros.complete()
+        ros.message(f"/vrpn_mocap/uav{i}/pose", pose(1000, float(i)), NOW + i)
+    assert ros.complete()
+    (frame,) = ros.take(NOW + 5)
+    assert frame.captured == NOW  # the clock of the ROS side is mapped to the gateway's
+    assert [(body.name, body.position[0]) for body in frame.bodies] == [(f"uav{i}", float(i)) for i in range(5)]
+    assert not ros.complete()
+
+
+def test_axes_units_and_latency_are_those_of_the_table(source: Callable[..., RosSource]) -> None:
+    ros = source(up_axis="y", unit="mm", latency=0.005)
+    ros.message("/vrpn_mocap/uav1/pose", encode(Pose(1000, "m", (1000.0, 2000.0, 3000.0), LEVEL)), NOW)
+    (frame,) = ros.take(NOW)
+    assert frame.captured == NOW - 5_000_000
+    assert frame.bodies[0].position == pytest.approx((1.0, -3.0, 2.0))
+
+
+def test_a_body_that_the_file_does_not_name_is_seen_too_but_only_so_many(source: Callable[..., RosSource]) -> None:
+    ros = source()
+    ros.message("/vrpn_mocap/person/pose", pose(1000), NOW)
+    assert names(ros) == ["person"]
+    for k in range(MOST_BODIES):
+        ros.message(f"/vrpn_mocap/b{k}/pose", pose(1000), NOW)
+    assert ros.counts == {"poses of too many bodies": 6}  # five drones and the person came before
+
+
+def test_an_array_has_all_bodies_in_the_order_of_the_file(source: Callable[..., RosSource]) -> None:
+    ros = source(array="/poses", bodies=["uav4", "uav0", "uav1", "uav2", "uav3", "cart"])
+    poses = [((float(k), 0.0, 1.0), LEVEL) for k in range(6)]
+    poses[2] = ((float("nan"),) * 3, LEVEL)
+    ros.message("/poses", pose_array(1000, "mocap", poses), NOW)
+    assert ros.complete()
+    (frame,) = ros.take(NOW)
+    seen = {body.name: body.position[0] for body in frame.bodies if body.tracked}
+    assert seen == {"uav4": 0.0, "uav0": 1.0, "uav2": 3.0, "uav3": 4.0, "cart": 5.0}
+    ros.message("/poses", pose_array(2000, "mocap", poses[:5]), NOW)
+    assert not ros.complete()
+    assert ros.counts == {"arrays of another length": 1}
+    assert ros.state(NOW).trouble.startswith("waits for the router")
+    ros.trouble = ""
+    assert ros.state(NOW).trouble == "/poses has 5 poses, but 6 bodies are expected: set gateway.ros.bodies"
+
+
+def test_what_is_no_pose_or_no_news_is_dropped_and_counted(source: Callable[..., RosSource]) -> None:
+    ros, topic = source(), "/vrpn_mocap/uav1/pose"
+    ros.message(topic, pose(5 * SECOND), NOW)
+    assert names(ros) == ["uav1"]
+    good = pose(6 * SECOND)
+    for payload in (b"", good[:-1], good[:20], b"\xff" * 84):
+        ros.message(topic, payload, NOW)
+    ros.message(topic, pose(7 * SECOND, orientation=(0.0, 0.0, 0.0, 2.0)), NOW)
+    for stamp in (5 * SECOND, 5 * SECOND - 1, 0):
+        ros.message(topic, pose(stamp), NOW)
+    assert names(ros) == []
+    late = "poses repeated, late or without a stamp"
+    assert dict(ros.state(NOW).counts) == {"poses malformed": 4, "poses rejected": 1, late: 3}
+    ros.message(topic, pose(1 * SECOND), NOW)  # the driver was restarted, or its clock set back
+    assert names(ros) == ["uav1"]
+
+
+@pytest.mark.parametrize(
+    ("ends", "says"),
+    [
+        ([], "no node publishes /m/*/pose: check its name with `ros2 topic list`"),
+        ([(0, "/m/a/b/pose", POSE)], "no node publishes /m/*/pose: check its name with `ros2 topic list`"),
+        ([(3, "/m/a/pose", POSE)], "/m/a/pose is published in domain 3: set the.key"),
+        ([(0, "/m/a/pose", ODOMETRY)], "must be of geometry_msgs::msg::dds_::PoseStamped_"),
+        ([(0, "/m/a/pose", None)], "another version of geometry_msgs::msg::dds_::PoseStamped_"),
+        ([(3, "/m/a/pose", POSE), (0, "/m/b/pose", POSE)], "/driver announces /m/b/pose, but publishes nothing"),
+    ],
+)
+def test_why_nothing_arrives_is_one_line_with_the_remedy(ends: list[tuple[int, str, str | None]], says: str) -> None:
+    found = [
+        End(domain, "MP", "/driver", name, dds_type(kind or POSE), type_hash(kind) if kind else "TypeHashNotSupported")
+        for domain, name, kind in ends
+    ]
+    assert says in advice(found, 0, "/m/*/pose", POSE, "the.key")
