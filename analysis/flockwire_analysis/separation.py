@@ -143,11 +143,16 @@ def without_place(trace: Trace, number: int, stamps: Integers) -> Booleans:
 
     It is then nearer to an obstacle than the distance that the safety filter keeps, or outside the fence.
     """
-    places, swarm = _places(trace, number, stamps), trace.swarm
-    room = swarm.limits.fence.room()
+    places, found = _places(trace, number, stamps), place_outside(trace, number, stamps)
+    for obstacle in trace.swarm.obstacles:
+        found |= surface_distance(places, obstacle) < trace.swarm.avoidance.kept.obstacle
+    return found
+
+
+def place_outside(trace: Trace, number: int, stamps: Integers) -> Booleans:
+    """Return at which of `stamps` (Unix ns) the place of follower `number` is outside the fence."""
+    places, room = _places(trace, number, stamps), trace.swarm.limits.fence.room()
     found = np.any((places < np.array(room.low)) | (places > np.array(room.high)), axis=1)
-    for obstacle in swarm.obstacles:
-        found |= surface_distance(places, obstacle) < swarm.avoidance.kept.obstacle
     if room.corners:
         found |= [room.outside((x, y, z)) > 0.0 for x, y, z in places.tolist()]
     return np.asarray(found)

@@ -16,7 +16,7 @@ from flockwire_analysis.conformance import deviations
 from flockwire_analysis.latency import HOPS, Percentiles, latencies, percentiles
 from flockwire_analysis.phases import FormationPhase, Span, airborne, formation_of, formation_phases
 from flockwire_analysis.recorded import Trace
-from flockwire_analysis.separation import excused, undisturbed, without_place
+from flockwire_analysis.separation import excused, place_outside, undisturbed, without_place
 from flockwire_analysis.tracking import ErrorFigures
 
 LONG_ENOUGH = 5.0  # s, shortest formation phase in which followers can settle for 2 s
@@ -122,6 +122,7 @@ def summarise(trace: Trace) -> Summary:
         tuple(dict.fromkeys(stop.reason for stop in trace.stops)), formation.settled_s,
         trace.failed_laws, trace.contradictions, _unsettled(judged),
         tracking.largest([phase.longest_off_s for phase in judged]),
+        _places_outside(trace, spans),
         tracking.largest([phase.judged_tail_m for phase in judged]), observation.max_tail,
         outcomes.grounded(trace, phases), outcomes.lost(trace), deviations(trace), outcomes.landing(trace),
         rate, gap, gaps.where(trace, gap), trace.lost,
@@ -179,6 +180,16 @@ def _without_places(trace: Trace, errors: dict[int, tracking.Errors], span: Span
         if seconds > 0.0:
             found[uav(number)] = seconds
     return found
+
+
+def _places_outside(trace: Trace, spans: Sequence[Span]) -> tuple[str, ...]:
+    """Return a sentence for each follower whose place leaves the fence in a formation phase."""
+    stamps = np.concatenate([span.instants(max(2, round(10.0 * span.length))) for span in spans] or [np.empty(0, int)])
+    return tuple(
+        f"the place of {uav(number)} leaves limits.fence"
+        for number in trace.followers
+        if place_outside(trace, number, stamps).any()
+    )
 
 
 def _unsettled(phases: Sequence[PhaseFigures]) -> str:
