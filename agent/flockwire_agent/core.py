@@ -10,7 +10,7 @@ from typing import Any
 from flockwire.domain.fields import from_fields
 from flockwire.domain.motion import Estimate, Leading
 from flockwire.domain.order import Mission
-from flockwire.domain.vector import add
+from flockwire.domain.vector import Vector, add
 from flockwire.law import Decision, Observation, Reference
 from flockwire.loading import make_law
 from flockwire.parameters import AgentParameters, agent_parameters
@@ -107,7 +107,8 @@ class AgentCore:
 
     def report(self, now: int) -> Report:
         """Return the agent's status; an error of its law, and a neighbour left out, are reasons with a code."""
-        report, fault = self._pilot.report(now, self._error(), shown(self._neighbourhood.oldest(now))), self._law.fault
+        place, fault = self._place(), self._law.fault
+        report = self._pilot.report(now, self._error(place), shown(self._neighbourhood.oldest(now)), place)
         agreement = self._neighbourhood.agreement
         if agreement.count:
             counts = (*report.counts, ("estimates left out", agreement.count))
@@ -135,18 +136,20 @@ class AgentCore:
         self._judged = observation, decision
         return decision
 
-    def _error(self) -> float:
-        """Return the formation error |x_i − h_i − eta_i| of the last step, m; -1 when there is none."""
+    def _place(self) -> Vector | None:
+        """Return the place h_i + eta_i of the last step, m; None when there is none."""
         if self._judged is None:
-            return -1.0
+            return None
         observation, decision = self._judged
         if decision.estimate is None or observation.motion is None or observation.reference is None:
-            return -1.0
-        error = dist(
-            observation.motion.position,
-            add(observation.reference.offset(observation.stamp), decision.estimate.position),
-        )
-        return error if isfinite(error) else -1.0
+            return None
+        place = add(observation.reference.offset(observation.stamp), decision.estimate.position)
+        return place if all(map(isfinite, place)) else None
+
+    def _error(self, place: Vector | None) -> float:
+        """Return the formation error |x_i − h_i − eta_i| of the last step, m; -1 when there is none."""
+        motion = self._judged[0].motion if self._judged is not None else None
+        return dist(motion.position, place) if motion is not None and place is not None else -1.0
 
     def _take_mission(self, mission: Mission, now: int) -> None:
         """Receive an order of a known formation; it restarts a failed law."""

@@ -7,12 +7,14 @@ y is the airframe's stopping point. The safety filter around the law, not a pote
 
 from __future__ import annotations
 
+from flockwire.control.bent_place import BentPlace
 from flockwire.control.first_order_lag import lead, stopping_reference
 from flockwire.control.graph import LEADER
 from flockwire.control.leader_track import LeaderTrack
 from flockwire.control.observer import relay_step
 from flockwire.control.sidestep import Sidestep
-from flockwire.domain.motion import LeaderMotion
+from flockwire.control.way_round import WayRound
+from flockwire.domain.motion import LeaderMotion, Motion
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
 from flockwire.law import Decision, LawSettings, NeighbourEstimate, Observation, Reference
@@ -31,8 +33,10 @@ class ExtendedLaw:
         self._track = LeaderTrack(settings.leader_time_constant)
         self._leader: LeaderMotion | None = None
         self._epoch = 0  # Unix ns, time 0 of the trackers
-        switch_after = SIDE_SWITCH_TIME * (1.0 + (settings.number * 0.618) % 1.0)
-        self._sidestep = Sidestep(settings.sidestep, switch_after)
+        patience = SIDE_SWITCH_TIME * (1.0 + (settings.number * 0.618) % 1.0)
+        self._bent = BentPlace(settings.detour)
+        self._way = WayRound(settings.detour, 0.5 * patience)
+        self._sidestep = Sidestep(settings.sidestep, patience)
 
     def step(self, observation: Observation, now: int) -> Decision:
         """Relay the leader's motion, then track the place in the formation."""
@@ -43,9 +47,20 @@ class ExtendedLaw:
         if observation.motion is None or observation.reference is None:
             return Decision(ZERO, leader)
         forward, error = self._tracking(observation, leader, observation.reference, now)
+        seconds = (now - self._epoch) / SECOND
+        return Decision(self._around(observation, observation.motion, forward, error, seconds), leader)
+
+    def _around(self, observation: Observation, motion: Motion, forward: Vector, error: Vector, now: float) -> Vector:
+        """Return u_r − K (y − y_r), m/s, with the place bent and the correction turned round bodies; `now` in s."""
+        bodies, place = observation.bodies, subtract(motion.stopping, error)
+        offset, rate = self._bent.update(place, forward, motion.position, bodies, observation.dt)
+        if offset is not ZERO:
+            error, forward = subtract(error, offset), add(forward, rate)
         correction = limit(scale(error, -self._gain), self._speed)
-        turned = self._sidestep.turned(correction, observation.bodies, norm(error), (now - self._epoch) / SECOND)
-        return Decision(add(forward, turned), leader)
+        if bodies:
+            to_go = (-error[0], -error[1])
+            correction, bodies = self._way.turned(correction, motion, forward, to_go, bodies, now)
+        return add(forward, self._sidestep.turned(correction, bodies, norm(error), now))
 
     def _observe(self, observation: Observation, now: int) -> LeaderMotion | None:
         estimates = [

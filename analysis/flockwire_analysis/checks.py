@@ -63,6 +63,7 @@ class Measured:
     contradictions: tuple[str, ...]
     unsettled: str  # the phase that did not settle
     longest_off: float | None
+    outside: tuple[str, ...]  # places that leave the fence
     formation_tail: float | None
     observation_tail: float | None
     grounded: tuple[str, ...]
@@ -123,6 +124,7 @@ def _formation(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
             "formation kept", measured.longest_off, bounds.off_place, "s", "",
             f"more than {kept_within(swarm):g} m off its place after all had settled, except near obstacles",
         ),
+        _none("places", measured.outside),
         _at_most(
             "formation tail", measured.formation_tail, bounds.formation_tail, "m", unknown,
             "in the last 30 % of each phase, except near obstacles",

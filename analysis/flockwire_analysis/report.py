@@ -108,6 +108,7 @@ def _phases(summary: Summary) -> list[tuple[str, ...]]:
             phase.formation or "the first of the swarm file", number(phase.begin_s, "s"), number(phase.length_s, "s"),
             number(phase.formation_error_m.settled_s, "s"), length(phase.formation_error_m.max_tail),
             length(phase.judged_tail_m), length(phase.observation_error_m.max_tail),
+            ", ".join(f"{name}: {number(seconds, 's')}" for name, seconds in phase.without_place_s.items()) or "none",
         )
         for phase in summary.phases
     ]  # fmt: skip

@@ -130,11 +130,44 @@ def undisturbed(trace: Trace, errors: dict[int, Errors]) -> dict[int, Errors]:
     }
 
 
+def excused(trace: Trace, errors: dict[int, Errors]) -> dict[int, Errors]:
+    """Return `errors`, zero where a follower's place cannot be had."""
+    return {
+        number: Errors(error.stamps, np.where(without_place(trace, number, error.stamps), 0.0, error.values))
+        for number, error in errors.items()
+    }
+
+
+def without_place(trace: Trace, number: int, stamps: Integers) -> Booleans:
+    """Return at which of `stamps` (Unix ns) the place of follower `number` cannot be had.
+
+    It is then nearer to an obstacle than the distance that the safety filter keeps, or outside the fence.
+    """
+    places, found = _places(trace, number, stamps), place_outside(trace, number, stamps)
+    for obstacle in trace.swarm.obstacles:
+        found |= surface_distance(places, obstacle) < trace.swarm.avoidance.kept.obstacle
+    return found
+
+
+def place_outside(trace: Trace, number: int, stamps: Integers) -> Booleans:
+    """Return at which of `stamps` (Unix ns) the place of follower `number` is outside the fence."""
+    places, room = _places(trace, number, stamps), trace.swarm.limits.fence.room()
+    found = np.any((places < np.array(room.low)) | (places > np.array(room.high)), axis=1)
+    if room.corners:
+        found |= [room.outside((x, y, z)) > 0.0 for x, y, z in places.tolist()]
+    return np.asarray(found)
+
+
+def _places(trace: Trace, number: int, stamps: Integers) -> Floats:
+    """Return h_i + x_0 of follower `number`, m, shape n x 3, NaN if it is unknown."""
+    return offsets(trace, number, stamps) + interpolated(trace.positions(0), stamps)
+
+
 def _disturbed(trace: Trace, number: int, stamps: Integers) -> Booleans:
     """Return at which of `stamps` (Unix ns, ascending) follower `number` is, or just was, near an obstacle."""
     if not trace.swarm.obstacles or not len(stamps):
         return np.zeros(len(stamps), np.bool_)
-    places = offsets(trace, number, stamps) + interpolated(trace.positions(0), stamps)
+    places = _places(trace, number, stamps)
     reach = trace.swarm.avoidance.obstacle_influence_radius
     near = np.min([surface_distance(places, obstacle) for obstacle in trace.swarm.obstacles], axis=0) < reach
     if not near.any():

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
+import numpy as np
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.swarm.model import uav
 
@@ -15,7 +16,7 @@ from flockwire_analysis.conformance import deviations
 from flockwire_analysis.latency import HOPS, Percentiles, latencies, percentiles
 from flockwire_analysis.phases import FormationPhase, Span, airborne, formation_of, formation_phases
 from flockwire_analysis.recorded import Trace
-from flockwire_analysis.separation import undisturbed
+from flockwire_analysis.separation import excused, place_outside, undisturbed, without_place
 from flockwire_analysis.tracking import ErrorFigures
 
 LONG_ENOUGH = 5.0  # s, shortest formation phase in which followers can settle for 2 s
@@ -47,6 +48,7 @@ class PhaseFigures:
 
     `judged_tail_m` is the largest formation error in the tail, except for detours around obstacles; `longest_off_s` the
     longest time, s, that a follower was off its place after all had settled, with the same exception. None if unknown.
+    `without_place_s` is how long each follower had a place that cannot be had; this counts as no error.
     """
 
     formation: str
@@ -56,6 +58,7 @@ class PhaseFigures:
     formation_error_m: ErrorFigures
     judged_tail_m: float | None
     longest_off_s: float | None
+    without_place_s: dict[str, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,6 +122,7 @@ def summarise(trace: Trace) -> Summary:
         tuple(dict.fromkeys(stop.reason for stop in trace.stops)), formation.settled_s,
         trace.failed_laws, trace.contradictions, _unsettled(judged),
         tracking.largest([phase.longest_off_s for phase in judged]),
+        _places_outside(trace, spans),
         tracking.largest([phase.judged_tail_m for phase in judged]), observation.max_tail,
         outcomes.grounded(trace, phases), outcomes.lost(trace), deviations(trace), outcomes.landing(trace),
         rate, gap, gaps.where(trace, gap), trace.lost,
@@ -149,19 +153,43 @@ def _figures(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[PhaseFig
     if not phases:
         return ()
     observation, formation = tracking.observation_errors(trace), tracking.formation_errors(trace)
-    steady, origin = undisturbed(trace, formation), phases[0].span.begin
+    judged, origin = excused(trace, formation), phases[0].span.begin
+    steady = undisturbed(trace, judged)
     found = []
     for phase in phases:
-        span, errors = phase.span, tracking.figures(formation, phase.span)
+        span = phase.span
+        errors = replace(tracking.figures(formation, span), settled_s=tracking.settling_time(judged, span))
         off = None
         if errors.settled_s is not None:
             settled = Span(span.begin + nanoseconds(errors.settled_s), span.end)
-            off = tracking.longest_off(formation, steady, settled, kept_within(trace.swarm))
+            off = tracking.longest_off(judged, steady, settled, kept_within(trace.swarm))
         found.append(PhaseFigures(
             phase.formation, (span.begin - origin) / SECOND, span.length,
-            tracking.figures(observation, span), errors, tracking.largest_tail(formation, steady, span), off,
+            tracking.figures(observation, span), errors, tracking.largest_tail(judged, steady, span), off,
+            _without_places(trace, formation, span),
         ))  # fmt: skip
     return tuple(found)
+
+
+def _without_places(trace: Trace, errors: dict[int, tracking.Errors], span: Span) -> dict[str, float]:
+    """Return for how long, s, within `span` each follower had a place that cannot be had, if it had."""
+    found = {}
+    for number, error in errors.items():
+        stamps = error.stamps[span.holds(error.stamps)]
+        seconds = float(np.diff(stamps)[without_place(trace, number, stamps)[:-1]].sum()) / SECOND
+        if seconds > 0.0:
+            found[uav(number)] = seconds
+    return found
+
+
+def _places_outside(trace: Trace, spans: Sequence[Span]) -> tuple[str, ...]:
+    """Return a sentence for each follower whose place leaves the fence in a formation phase."""
+    stamps = np.concatenate([span.instants(max(2, round(10.0 * span.length))) for span in spans] or [np.empty(0, int)])
+    return tuple(
+        f"the place of {uav(number)} leaves limits.fence"
+        for number in trace.followers
+        if place_outside(trace, number, stamps).any()
+    )
 
 
 def _unsettled(phases: Sequence[PhaseFigures]) -> str:

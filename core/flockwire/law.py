@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from math import inf
 from typing import NamedTuple, Protocol
 
+from flockwire.control.bent_place import DetourParameters
 from flockwire.control.formation import Formation
 from flockwire.control.observer import ObserverParameters
 from flockwire.control.potential import PotentialParameters
@@ -45,7 +46,8 @@ class LawSettings(NamedTuple):
     velocity_time_constant: float  # s, of the filter of the estimated velocity (law "paper")
     leader_time_constant: float  # s, of the tracker of the leader's velocity (law "extended")
     potentials: PotentialParameters  # of (9)
-    sidestep: SidestepParameters  # round what is in the way (law "extended")
+    sidestep: SidestepParameters  # round drones that are in the way (law "extended")
+    detour: DetourParameters  # round bodies, and within the room (law "extended")
 
 
 class NeighbourEstimate(NamedTuple):

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from math import inf
 from typing import NamedTuple
 
+from flockwire.control.bent_place import DetourParameters
 from flockwire.control.fence import Room
 from flockwire.control.formation import Formation
 from flockwire.control.graph import LEADER
@@ -73,6 +74,7 @@ class CourseParameters(NamedTuple):
     braking: float  # m/s^2
     separation: Separation
     sidestep: SidestepParameters
+    detour: DetourParameters
 
 
 class TeleoperationParameters(NamedTuple):
@@ -168,6 +170,7 @@ def course_parameters(swarm: Swarm) -> CourseParameters:
         braking=swarm.limits.acceleration,
         separation=swarm.avoidance.kept,
         sidestep=sidestep_parameters(swarm),
+        detour=detour_parameters(swarm),
     )
 
 
@@ -225,6 +228,7 @@ def law_settings(swarm: Swarm, number: int) -> LawSettings:
         leader_time_constant=observer.leader_time_constant or leader_time_constant(swarm.depth),
         potentials=potential_parameters(swarm),
         sidestep=sidestep_parameters(swarm),
+        detour=detour_parameters(swarm),
     )
 
 
@@ -239,3 +243,9 @@ def potential_parameters(swarm: Swarm) -> PotentialParameters:
 def sidestep_parameters(swarm: Swarm) -> SidestepParameters:
     """Return the parameters of the sidestep."""
     return SidestepParameters(swarm.avoidance.safe, swarm.avoidance.sidestep_reach)
+
+
+def detour_parameters(swarm: Swarm) -> DetourParameters:
+    """Return the parameters of the detours of followers and of the leader."""
+    limits = swarm.limits
+    return DetourParameters(swarm.avoidance.kept, limits.fence.room(), limits.speed, limits.acceleration)

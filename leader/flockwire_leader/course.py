@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import hypot, inf
 
+from flockwire.control.bent_place import BentPlace
 from flockwire.control.sidestep import Sidestep
 from flockwire.control.trajectory_time import LONGEST_STEP, TrajectoryTime, falling, free_error
 from flockwire.domain.body import Body, BodyKind
@@ -32,6 +33,7 @@ class Course:
         self._time = TrajectoryTime(LONGEST_STEP if self._filtered else inf)
         self._delay, self._braking, self._separation = parameters.delay, parameters.braking, parameters.separation
         self._sidestep = Sidestep(parameters.sidestep, SIDE_SWITCH_TIME)
+        self._bent, self._bent_at = BentPlace(parameters.detour), inf  # s, the time of its last step
         self._origin = ZERO  # start of the trajectory, m
         self._passed = 0.0  # m along the trajectory
         self._s = 0.0  # the trajectory's own time
@@ -64,14 +66,29 @@ class Course:
         s = self._time.advance(t, self._wanted_pace(error, norm(rate), bodies) if self._filtered else 1.0)
         if self._time.pace < 1.0:
             error, rate = self._seen_from(position, s)
-        speed, correction = norm(rate), scale(error, self._gain)
+        speed, rate = norm(rate), scale(rate, self._time.pace)
+        if self._filtered:
+            offset, sideways = self._around(error, rate, position, bodies, now)
+            if offset is not ZERO:
+                error, rate = add(error, offset), add(rate, sideways)
+        correction = scale(error, self._gain)
         self._passed += speed * (s - self._s)
         self._s = s
         if self._filtered:
             to_go = norm(error) - self._passed  # a moving goal is not a lack of progress
             correction = limit(correction, max(speed, CATCH_UP))
             correction = self._sidestep.turned(correction, bodies, to_go, now)
-        return add(scale(rate, self._time.pace), correction)
+        return add(rate, correction)
+
+    def _around(
+        self, error: Vector, rate: Vector, position: Vector, bodies: Sequence[Body], now: float
+    ) -> tuple[Vector, Vector]:
+        """Return the offset of the goal that lets movers pass, m, and its rate, m/s."""
+        dt, self._bent_at = max(now - self._bent_at, 0.0), now
+        if not (self._bent.is_bent or any(body.kind is BodyKind.MOVER for body in bodies)):
+            return ZERO, ZERO
+        movers = [body for body in bodies if body.kind is not BodyKind.OBSTACLE]
+        return self._bent.update(add(position, error), rate, position, movers, dt)
 
     def _place(self, position: Vector, s: float) -> None:
         self._origin, self._s = subtract(position, self._trajectory.position(s)), s

@@ -10,7 +10,9 @@ from typing import Any
 import pytest
 from flockwire.control import barrier, fence, guard
 from flockwire.control.barrier import sight_speed
+from flockwire.control.bent_place import BentPlace
 from flockwire.control.safety_filter import nearest_velocity
+from flockwire.control.way_round import WayRound
 from flockwire.domain.vector import ZERO
 from flockwire.parameters import LeaderParameters, leader_parameters
 from flockwire.swarm.model import Swarm
@@ -120,6 +122,8 @@ def test_without_the_clause_it_goes_wrong(
     name: str, fly_flock: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clause = CLAUSES[name]
+    monkeypatch.setattr(BentPlace, "update", lambda *_: (ZERO, ZERO))  # nor does a place: only the clause is between
+    monkeypatch.setattr(WayRound, "turned", lambda _, correction, *given: (correction, given[3]))
     if clause.stubborn_leader:
         monkeypatch.setattr("flockwire_leader.core.leader_parameters", unguarded)
     flown = fly_flock(clause.starts, clause.offsets, clause.changes, clause.duration)

@@ -255,6 +255,17 @@ def test_a_follower_may_leave_its_place_for_an_obstacle(fly, swarm_of):
     assert summary.failures() == ()
 
 
+def test_a_place_that_cannot_be_had_counts_as_no_error(fly, swarm_of):
+    """All followers are 0.3 m off; an obstacle has their places from 15 s on the average, all from 18.5 s on."""
+    obstacle = {"center": [4.0, 4.0, 0.0], "radius": 3.2}
+    formation = {"kind": "circle", "radius": 0.5, "rate": 1.0}
+    summary = summarise(read_trace(fly(place_bias=0.3, swarm=swarm_of(formation=formation, obstacles=[obstacle]))))
+    assert summary.formation_error_m.max_tail > 0.29
+    assert not {"formation settled", "formation tail"} & {check.name for check in summary.checks if not check.ok}
+    (phase,) = summary.phases
+    assert phase.without_place_s == pytest.approx({f"uav{i}": 25.0 for i in range(1, 5)}, abs=1.0)
+
+
 def test_the_default_bounds():
     assert (BOUNDS.formation_tail, BOUNDS.observation_tail, BOUNDS.settle_within) == (0.1, 0.1, 20.0)
 

@@ -105,11 +105,11 @@ def test_checks_and_json(biased):
     _, summary = biased
     assert list(summary.as_json()) == KEYS
     assert summary.as_json()["latency_ms"]["pose_to_command"].keys() == {"p50", "p99"}
-    assert [list(check) for check in summary.as_json()["checks"]] == [["name", "value", "limit", "ok"]] * 16
+    assert [list(check) for check in summary.as_json()["checks"]] == [["name", "value", "limit", "ok"]] * 17
     checks = named(summary)
     assert [name for name, check in checks.items() if check.ok] == [
         "separation", "obstacle clearance", "speed", "fence", "emergency stop", "formation settled",
-        "formation kept", "formation tail", "observation tail", "on the ground in formation", "lost drones",
+        "formation kept", "places", "formation tail", "observation tail", "on the ground in formation", "lost drones",
         "conformance",
         "landed", "control rate", "recording",
     ]  # fmt: skip

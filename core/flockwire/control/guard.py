@@ -11,6 +11,7 @@ from flockwire.control.fence import Room
 from flockwire.control.safety_filter import HalfSpace, nearest_velocity
 from flockwire.control.tracker import BodyTracks
 from flockwire.domain.body import Body, BodyKind, Separation
+from flockwire.domain.fields import from_fields
 from flockwire.domain.marks import Holding
 from flockwire.domain.motion import Motion
 from flockwire.domain.time import SECOND
@@ -58,7 +59,7 @@ class GuardParameters(NamedTuple):
 
 
 class Guard:
-    """The safety filter of one drone."""
+    """The safety filter of one drone, and its trackers of nearby drones."""
 
     def __init__(self, parameters: GuardParameters) -> None:
         self._parameters = parameters
@@ -83,8 +84,8 @@ class Guard:
     ) -> Vector:
         """Return the nearest velocity to `wanted` that satisfies all constraints.
 
-        `bodies` were seen at `stamp`, relative to `motion.position`; `last` is the command before this one, `dt` s ago;
-        `speed` the current limit; `grounding` during take-off and landing: no floor.
+        `bodies` were seen at `stamp`, relative to `motion.position`, with velocities (`tracked`); `last` is the command
+        before this one, `dt` s ago; `speed` the current limit; `grounding` during take-off and landing: no floor.
         """
         own = self._parameters
         speed = min(speed, self._fastest)
@@ -131,10 +132,19 @@ class Guard:
             found.append("guard: no velocity satisfies all")
         self._clauses.update(tuple(found))
 
-    def _bodies(self, motion: Motion, bodies: Sequence[Body], stamp: int, now: int, speed: float) -> list[HalfSpace]:
+    def tracked(self, motion: Motion, bodies: Sequence[Body], stamp: int) -> list[Body]:
+        """Return `bodies`, seen at `stamp` relative to `motion.position`, with the tracked velocities of drones."""
         self._epoch = self._epoch or stamp
         positions = [add(motion.position, body.relative_position) for body in bodies]
         velocities = self._tracks.update(positions, (stamp - self._epoch) / SECOND)
+        return [
+            from_fields(Body, (body.kind, body.relative_position, body.radius, velocity))
+            if body.kind is BodyKind.DRONE
+            else body
+            for body, velocity in zip(bodies, velocities, strict=True)
+        ]
+
+    def _bodies(self, motion: Motion, bodies: Sequence[Body], stamp: int, now: int, speed: float) -> list[HalfSpace]:
         rate, parameters = self._rate, self._parameters
         drone_distance, obstacle_distance = parameters.separation
         slowness = parameters.slowness
@@ -142,10 +152,10 @@ class Guard:
         horizon = STOPPING_DISTANCE_FACTOR * slowness + (now - stamp) / SECOND
         found = []
         self._kinds.clear()
-        for body, velocity in zip(bodies, velocities, strict=True):
+        for body in bodies:
             x, y, z = body.relative_position
+            vx, vy, vz = body.velocity
             drone = body.kind is BodyKind.DRONE
-            vx, vy, vz = velocity if drone else body.velocity
             rise = own[2] if drone or z else 0.0  # the axis of an upright cylinder does not matter
             separation = (-x, -y, -z)
             stopping = (own[0] - x - horizon * vx, own[1] - y - horizon * vy, rise - z - horizon * vz)

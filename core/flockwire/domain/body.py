@@ -21,8 +21,8 @@ class BodyKind(IntEnum):
 class Body(NamedTuple):
     """A nearby body: from the own position to its nearest axis point (m, world axes), and its radius (m) round that.
 
-    The velocity (m/s, world frame) is a mover's, or that of the surface around a lost body; each pilot tracks the
-    velocities of drones itself.
+    The velocity (m/s, world frame) is a mover's, or that of the surface around a lost body; that of a drone is zero in
+    a message, and tracked on board.
     """
 
     kind: BodyKind

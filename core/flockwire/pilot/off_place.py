@@ -1,8 +1,13 @@
-"""Detects a drone in formation that is off its place, as reasons in its status."""
+"""Detects a drone in formation that is off its place, or has none, as reasons in its status."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from math import hypot
+
+from flockwire.control.bent_place import stands
 from flockwire.control.fence import Room
+from flockwire.domain.body import Body, Separation
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, subtract
 from flockwire.swarm.tables import Checks
@@ -10,7 +15,8 @@ from flockwire.wire.phase import Phase
 from flockwire.wire.status import Reason, Report
 
 AT_THE_FENCE = Reason("at fence", "held at the fence")
-OFF = "off place"  # the code of the other reason; both codes are shown instead of the phase
+OFF = "off place"  # the codes of the other reasons; all codes are shown instead of the phase
+NO_PLACE = "no place"
 NEAR = 0.5  # m from a wall within which the fence may hold a drone
 HELD_BACK = 0.02  # m/s towards the wall, desired but not commanded
 HELD_FOR = SECOND  # ns before it is reported
@@ -21,7 +27,21 @@ def shown_phase(report: Report) -> str:
     if report.phase != Phase.FORMATION:
         return report.phase
     codes = [reason.code for reason in report.reasons]
-    return next((code for code in (OFF, AT_THE_FENCE.code) if code in codes), report.phase)
+    return next((code for code in (OFF, NO_PLACE, AT_THE_FENCE.code) if code in codes), report.phase)
+
+
+def no_place(
+    place: Vector, position: Vector, bodies: Sequence[Body], separation: Separation, room: Room
+) -> Reason | None:
+    """Return why no drone can be at `place` (m, world frame), None if one can; `bodies` are relative to `position`."""
+    if room.outside(place) > 0.0:
+        return Reason(NO_PLACE, "its place is outside the fence")
+    x, y = place[0] - position[0], place[1] - position[1]
+    for body in bodies:
+        bx, by, _ = body.relative_position
+        if stands(body) and hypot(bx - x, by - y) < separation.from_axis(body):
+            return Reason(NO_PLACE, "its place is nearer to an obstacle than the safety distance")
+    return None
 
 
 class OffPlace:
@@ -39,14 +59,20 @@ class OffPlace:
         self._settled = False
         self._off_since = self._held_since = 0
 
-    def reasons(self, error: float, position: Vector, wanted: Vector, given: Vector, now: int) -> tuple[Reason, ...]:
-        """Return the problems at `now` (Unix ns).
+    def reasons(
+        self, error: float, position: Vector, wanted: Vector, given: Vector, now: int, placeless: Reason | None = None
+    ) -> tuple[Reason, ...]:
+        """Return the problems at `now` (Unix ns); a drone that is `placeless` is not off its place.
 
         `error` is the formation error, m (-1: it has none); `wanted` the velocity of its law, `given` that commanded,
         m/s. A drone is off its place if it was further from it than `checks.formation_tail` for `checks.off_place`, or
         for `checks.settle_within` before its first arrival.
         """
-        held, off = self._held(position, wanted, given, now), self._off(error, now)
+        held = self._held(position, wanted, given, now)
+        if placeless is not None:
+            self._off_since = 0
+            return (*((AT_THE_FENCE,) if held else ()), placeless)
+        off = self._off(error, now)
         return (*((AT_THE_FENCE,) if held else ()), *off)
 
     def _off(self, error: float, now: int) -> tuple[Reason, ...]:

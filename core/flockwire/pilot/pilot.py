@@ -32,7 +32,7 @@ from flockwire.pilot.ladder import (
     speed_limit,
     unready_reason,
 )
-from flockwire.pilot.off_place import OffPlace
+from flockwire.pilot.off_place import OffPlace, no_place
 from flockwire.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, age, command_stamp
 from flockwire.pilot.place import Place
 from flockwire.pilot.surroundings import Surroundings
@@ -121,7 +121,9 @@ class Pilot:
             self.bodies = self._surroundings.bodies(pose, neighbours)
             if fresh and not inputs.apart:
                 seen = (pose.stamp - self.born) / SECOND  # small enough for a float with nanoseconds
-                self.motion = self._airframe.measure(pose.position, seen, (now - self.born) / SECOND)
+                self.motion = motion = self._airframe.measure(pose.position, seen, (now - self.born) / SECOND)
+                if self._guard is not None and phase in IN_FLIGHT:
+                    self.bodies = self._guard.tracked(motion, self.bodies, self._surroundings.stamp or self.stamp)
         if self._body is not None and not 0 < self._body.due - now <= PERIOD:  # a clock may be set back
             self._body.look(self.motion, self._telemetry, phase, now, self.born)
         return phase
@@ -146,15 +148,23 @@ class Pilot:
         lost = self._inputs.telemetry > self._limits.staleness.telemetry_land
         return lost and self.flight.phase not in IN_FLIGHT
 
-    def report(self, now: int, formation_error: float = -1.0, estimate_age: float = -1.0) -> Report:
-        """Return the drone's status; `formation_error` in m, `estimate_age` in s, -1 if there is none."""
+    def report(
+        self, now: int, formation_error: float = -1.0, estimate_age: float = -1.0, place: Vector | None = None
+    ) -> Report:
+        """Return the drone's status; `formation_error` in m, `estimate_age` in s, -1 if there is none.
+
+        `place` is that in the formation, m, None if unknown.
+        """
         pose, telemetry, detail = self._pose, self._telemetry, self.flight.reason
         reasons: tuple[Reason, ...] = (WRONG,) if self._inputs.apart else ()
         if self.flight.phase is not Phase.FORMATION or self.motion is None:
             self._off_place.forget()
         elif not detail:
             position, given = self.motion.position, self._airframe.last_command
-            reasons = self._off_place.reasons(formation_error, position, self._wanted, given, now)
+            taken = None
+            if place is not None:
+                taken = no_place(place, position, self.bodies, self._parameters.separation, self._room)
+            reasons = self._off_place.reasons(formation_error, position, self._wanted, given, now, taken)
         return Report(
             self.flight.phase, detail, formation_error,
             (now - pose.stamp) / SECOND if pose is not None else -1.0,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from flockwire.domain.time import SECOND
-from flockwire.pilot.off_place import AT_THE_FENCE, OFF, shown_phase
+from flockwire.pilot.off_place import AT_THE_FENCE, NO_PLACE, OFF, shown_phase
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
@@ -34,6 +34,7 @@ _PHASE_STYLES: Mapping[str, str] = {
     Phase.GROUNDED: "yellow", Phase.WAITING: "yellow", Phase.LANDING: "yellow", Phase.STOPPED: "bold red",
     Phase.HOLD: "cyan", Phase.TAKEOFF: "cyan", Phase.FORMATION: "green", Phase.TRACKED: "green",
     Phase.POSE_LOST: "bold red", Phase.FULL: "bold red", OFF: "bold red", AT_THE_FENCE.code: "bold red",
+    NO_PLACE: "bold red",
 }  # fmt: skip
 
 

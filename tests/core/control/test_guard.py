@@ -19,7 +19,8 @@ def test_a_drone_that_cannot_keep_clear_is_no_faster_anyway(make_swarm):
         at = step * SECOND // 100
         x, behind = 0.029 * step, Body(BodyKind.DRONE, (0.021 * step - 1.0, 0.0, 0.0), 0.0)
         motion = Motion((x, 0.0, 1.0), last, (x, 0.0, 1.0))
-        last = filtered.velocity((3.0, 0.0, 0.0), motion, (behind,), at, at, last, 0.01, 3.0, False)
+        bodies = filtered.tracked(motion, (behind,), at)
+        last = filtered.velocity((3.0, 0.0, 0.0), motion, bodies, at, at, last, 0.01, 3.0, False)
         assert hypot(*last) <= parameters.fastest + 1e-12
     assert hypot(*last) == pytest.approx(parameters.fastest)
 
@@ -61,7 +62,8 @@ def settled(parameters, wanted, place=(0.0, 0.0, 1.0), age=0.0, body=None, groun
         at = (1 + step) * SECOND // 100
         coming = () if body is None else (Body(BodyKind.DRONE, (body + 0.005 * (199 - step), 0.0, 0.0), 0.0),)
         motion, now = Motion(place, last, place), at + round(age * SECOND)
-        last = filtered.velocity(wanted, motion, coming, at, now, last, 0.01, parameters.speed, grounding)
+        seen = filtered.tracked(motion, coming, at)
+        last = filtered.velocity(wanted, motion, seen, at, now, last, 0.01, parameters.speed, grounding)
     return last
 
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
+from flockwire.control.fence import Room
+from flockwire.domain.body import Body, BodyKind, Separation
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
-from flockwire.pilot.off_place import AT_THE_FENCE, OFF, OffPlace, shown_phase
+from flockwire.pilot.off_place import AT_THE_FENCE, NO_PLACE, OFF, OffPlace, no_place, shown_phase
 from flockwire.swarm.model import Swarm
 from flockwire.wire.status import Reason, Report
 
@@ -89,3 +91,35 @@ def test_a_polygons_wall_holds_too(make_swarm: Callable[..., Swarm]) -> None:
 )
 def test_in_formation_is_shown_who_is_in_its_place(phase: str, reasons: tuple[Reason, ...], shown: str) -> None:
     assert shown_phase(Report(phase, "held at the fence", reasons=reasons)) == shown
+
+
+@pytest.mark.parametrize(
+    ("place", "text"),
+    [
+        pytest.param((1.7, 0.0, 1.0), "nearer to an obstacle", id="in an obstacle"),
+        pytest.param((1.0, 3.2, 1.0), "nearer to an obstacle", id="in a person who stands"),
+        pytest.param((4.1, 0.0, 1.0), "outside the fence", id="behind the fence"),
+        pytest.param((1.0, -3.0, 1.0), "", id="in the way of a person who walks"),
+        pytest.param((1.0, -1.0, 1.0), "", id="at another drone"),
+        pytest.param((3.0, 0.0, 1.0), "", id="free"),
+    ],
+)
+def test_a_place_that_nobody_can_be_at(place: Vector, text: str) -> None:
+    room, position = Room((-4.0, -4.0, -0.5), (4.0, 4.0, 3.0)), (1.0, 0.0, 1.0)
+    bodies = (
+        Body(BodyKind.OBSTACLE, (1.0, 0.0, 0.0), 0.3),
+        Body(BodyKind.MOVER, (0.0, 3.0, 0.0), 0.4, (0.02, 0.0, 0.0)),
+        Body(BodyKind.MOVER, (0.0, -3.0, 0.0), 0.4, (1.0, 0.0, 0.0)),
+        Body(BodyKind.DRONE, (0.0, -1.0, 0.0), 0.0),
+    )
+    found = no_place(place, position, bodies, Separation(0.43, 0.33), room)
+    assert (found is not None) == bool(text)
+    assert found is None or (found.code == NO_PLACE and text in found.text)
+
+
+def test_who_has_no_place_is_not_off_it(watched: OffPlace) -> None:
+    placeless = Reason(NO_PLACE, "its place is outside the fence")
+    times = [T0 + k * SECOND // 10 for k in range(300)]
+    assert {watched.reasons(1.3, MIDDLE, STILL, STILL, now, placeless) for now in times} == {(placeless,)}
+    assert shown_phase(Report("formation", reasons=(placeless,))) == NO_PLACE
+    assert not any(details(watched, 30.0, 35.0, 0.02))
