@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
+from importlib.util import find_spec
 from typing import NoReturn
 
 ORDERS = ("stop", "land", "hold")
 INTERRUPTED = 130  # exit status, as shells have it
+OWN_HASHES = ("_md5", "_sha1", "_sha3", *(("_sha2",) if sys.version_info >= (3, 12) else ("_sha256", "_sha512")))
 OPENSSL = ("_hashlib", "_ssl", "ssl")
 
 
@@ -64,6 +66,8 @@ def spare_openssl(*names: str) -> None:
 
     hashlib and hmac then have Python's own algorithms, and asyncio no TLS. Who imports ssl later gets it.
     """
+    if not all(map(find_spec, OWN_HASHES)):  # this Python has no algorithms but OpenSSL's
+        return
     absent = [name for name in OPENSSL if name not in sys.modules]
     sys.modules.update(dict.fromkeys(absent))  # type: ignore[arg-type]  # None: an import of it fails
     try:

@@ -84,7 +84,7 @@ class Course:
         self, error: Vector, rate: Vector, position: Vector, bodies: Sequence[Body], now: float
     ) -> tuple[Vector, Vector]:
         """Return the offset of the goal that lets movers pass, m, and its rate, m/s."""
-        dt, self._bent_at = max(now - self._bent_at, 0.0), now
+        dt, self._bent_at = min(max(now - self._bent_at, 0.0), LONGEST_STEP), now  # it did not lead during a hold
         if not (self._bent.is_bent or any(body.kind is BodyKind.MOVER for body in bodies)):
             return ZERO, ZERO
         movers = [body for body in bodies if body.kind is not BodyKind.OBSTACLE]

@@ -19,7 +19,7 @@ from flockwire.runtime.job import Job, connected
 from flockwire.runtime.refusals import Refusals
 from flockwire.runtime.ros_ends import RosInput, RosOutput, RosServices
 from flockwire.runtime.ros_node import Place, RosNode, join
-from flockwire.runtime.session import Session
+from flockwire.runtime.session import Session, routes
 from flockwire.runtime.shell import status_publisher
 from flockwire.runtime.subscriptions import Every
 from flockwire.runtime.swarm_clock import SwarmClock
@@ -153,6 +153,9 @@ async def run(job: Job) -> None:
     plan, identity = job.plan, job.identity
     ending, refusals = Ending(), Refusals(identity)
     refusals.watch()
+    place = place_of(plan.swarm, identity)
+    if place.serves:
+        routes()
     session = await connected(job, ending.told)
     if session is None:
         return
@@ -161,7 +164,7 @@ async def run(job: Job) -> None:
         process = RosProcess(plan, identity, session, refusals)
         ticker = Ticker(PERIOD, process.tick)
         ticker.start()
-        joining = asyncio.create_task(_join(process, place_of(plan.swarm, identity), ending, stack))
+        joining = asyncio.create_task(_join(process, place, ending, stack))
         joining.add_done_callback(process.joined)
         done = False
         try:

@@ -66,7 +66,7 @@ def test_a_trace_without_a_mission_says_what_it_lacks(fly, tmp_path):
     summary = write_report(path, tmp_path / "out")
     words = Page((tmp_path / "out" / "report.html").read_text()).text
     assert not summary.ok
-    assert "5 of 15 checks failed" in words
+    assert "5 of 16 checks failed" in words
     assert "No mission `start` was recorded" in words
     assert "The trace was not closed" in words
     assert not (tmp_path / "out" / "formation_error.png").exists()

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import shlex
 import shutil
-import signal
 import socket
 import subprocess
 import sys
@@ -83,27 +81,5 @@ def test_the_commands_of_a_virtual_example_run(example):
     written = commands(example.name)
     assert written
     for words in written:
-        assert "well" in ended(begin(example, words))
-
-
-@pytest.mark.parametrize("example", ["tracker_twin"], indirect=True)
-def test_the_tracker_s_twin_flies_the_swarm(example):
-    check, up = commands("tracker_twin")
-    assert "tracker-sim" in ended(begin(example, check))
-    ended(begin(example, up))
-    summary = json.loads((example / "runs/flight/summary.json").read_text())
-    assert summary["formation_error_m"]["settled_s"] is not None
-
-
-@pytest.mark.parametrize("example", ["two_hosts"], indirect=True)
-def test_two_terminals_fly_the_two_hosts(example):
-    keys, second, station = commands("two_hosts")
-    ended(begin(example, keys))
-    other = begin(example, second)
-    try:
-        ended(begin(example, station))
-    finally:
-        other.send_signal(signal.SIGINT)
-    ended(other)
-    assert (example / "runs/second/logs/uav3.log").exists()
-    assert not (example / "runs/station/logs/uav3.log").exists()
+        if words[1] != "study":  # the file of a study is read by a test of the page
+            assert "well" in ended(begin(example, words))

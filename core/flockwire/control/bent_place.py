@@ -17,6 +17,7 @@ ROUNDING = 0.05  # m over which the way out to a ramp is rounded
 STANDING = 0.03  # m/s, relative speed below which a place counts as at rest beside a body
 SIDEWAYS, FASTEST_SIDEWAYS = 0.4, 0.6  # of the speed limit, and m/s, at which a place is shifted, at most
 BETTER = 0.2  # m by which the other side must be shorter
+STAYS = 0.05  # m by which another free place must be nearer to a place at rest
 AT_REST = 0.1  # m/s, the speed of a person who stands, with the tracker's noise
 LOOK_AHEAD = 0.6  # s for which another drone's motion is continued, to make room for it
 SMOOTHING = 0.1  # s
@@ -150,7 +151,7 @@ class BentPlace:
         drones = [own.disc(body, position, SPARE) for body in bodies if body.kind is BodyKind.DRONE]
         x, y = place
         if self._is_outside(place) or (obstacles and hypot(velocity[0], velocity[1]) < STANDING):
-            x, y = nearest_free_place(place, obstacles, own.room) or place
+            x, y = self._nearest(place, obstacles)
         else:
             x, y = self._beside(place, (velocity[0], velocity[1]), obstacles, drones, 0)
         for body in bodies:
@@ -160,6 +161,14 @@ class BentPlace:
         if any(body.kind is not BodyKind.DRONE for body in bodies):
             x, y = self._make_room((x, y), velocity, position, bodies)
         return (x - place[0], y - place[1])
+
+    def _nearest(self, place: Corner, obstacles: Sequence[Disc]) -> Corner:
+        """Return the nearest free place, on the side of the last one where several are about as near."""
+        room, (x, y), (wx, wy) = self._parameters.room, place, self._wanted
+        nearest, length = nearest_free_place(place, obstacles, room) or place, hypot(*self._wanted)
+        if nearest == place or length == 0.0:
+            return nearest
+        return nearest_free_place((x + STAYS * wx / length, y + STAYS * wy / length), obstacles, room) or place
 
     def _make_room(self, place: Corner, velocity: Vector, position: Vector, bodies: Sequence[Body]) -> Corner:
         """Return `place` outside the discs of other drones, as they will be in LOOK_AHEAD s seen from the place."""

@@ -23,6 +23,7 @@ ADVANCE = 0.6  # m of motion that count as progress
 APPROACH = 0.1  # m, likewise, nearer to the place
 ROUND = 4.0  # times the patience for a way that leads no nearer
 BEFORE = 0.6  # m beyond the kept distance within which a drone ahead is stood before
+MOST_GIVEN_WAY = 4  # times that a drone flies back longer than before
 BACK = 0.8 * pi  # rad: the turn of a drone that gives way
 
 
@@ -94,6 +95,8 @@ class WayRound:
         `to_go` leads from the stopping point to the place, m, which moves at `velocity`, m/s; `now` in s. Obstacles
         stand, and drones that move with the place.
         """
+        if now < self._moved:  # the clock was set back
+            self._side, self._moved, self._neared, self._kept_until, self._back_until = 0.0, now, now, now, now
         if hypot(*to_go) < NEAR:
             self._given_way = self._changes = 0
             self._straight(to_go, now)
@@ -155,7 +158,7 @@ class WayRound:
             self._side, self._moved, self._neared = -self._side, now, now
             self._keep(now)
             if behind_drone:
-                self._given_way += 1
+                self._given_way = min(self._given_way + 1, MOST_GIVEN_WAY)
                 self._back_until = now + 0.5 * self._patience * self._given_way
         elif now > self._kept_until and other < kept - SHORTER:
             self._side = -self._side

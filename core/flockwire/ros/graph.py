@@ -10,12 +10,14 @@ Source: rmw_zenoh, docs/design.md and liveliness_utils.cpp (0.2.4 and newer). In
 from __future__ import annotations
 
 import hashlib
+import re
 from enum import StrEnum
 from typing import NamedTuple
 
 from flockwire.ros.type_hash import type_hash
 
 TOKENS = "@ros2_lv"
+_DOMAIN = re.compile("[0-9]{1,3}")
 LATCHED_DEPTH = 1
 
 
@@ -108,7 +110,7 @@ def publisher_id(token: str) -> bytes:
 def read_end(token: str) -> End | None:
     """Return what `token` tells; None for that of a node, and for one of another form."""
     parts = token.split("/")
-    if len(parts) != 13 or parts[0] != TOKENS or parts[5] not in set(EndKind) or not parts[1].isdigit():
+    if len(parts) != 13 or parts[0] != TOKENS or parts[5] not in set(EndKind) or not _DOMAIN.fullmatch(parts[1]):
         return None
     namespace, name = parts[7].replace("%", "/"), parts[9].replace("%", "/")
     return End(int(parts[1]), parts[5], f"{namespace.rstrip('/')}/{parts[8]}", name, parts[10], parts[11])

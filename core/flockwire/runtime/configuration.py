@@ -15,6 +15,12 @@ SPARE_SESSIONS = 512  # besides one for each link: a holder of one drone's certi
 ACCEPTING = 1000  # pending connections
 ACCEPT_TIME = {"tls": 1000, "quic": 4000}  # ms for each; a radio link loses some of its packets
 ROUTER_PATIENCE = 500  # ms for one attempt to reach the router
+# Threads of Zenoh's runtime.
+ONE_THREAD = (
+    "(rx: (handover: app), acc: (handover: app), net: (handover: app), tx: (handover: app), "
+    "app: (worker_threads: 1, max_blocking_threads: 1))"
+)
+ROUTING = "(rx: (worker_threads: 1), tx: (worker_threads: 1), app: (worker_threads: 1))"
 NO_DETOURS: Mapping[str, str] = MappingProxyType({})
 RETRY = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
 

@@ -43,7 +43,8 @@ class RosInput:
 
     def arrived(self, sample: zenoh.Sample) -> None:
         """Buffer a sample. Called by Zenoh, in its thread."""
-        if len(sample.payload) > LARGEST:
+        attached = sample.attachment
+        if len(sample.payload) > LARGEST or (attached is not None and len(attached) > LARGEST):
             self._counts["ROS messages too large"] += 1
             return
         if len(self._waiting) == CAPACITY:

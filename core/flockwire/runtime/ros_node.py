@@ -23,6 +23,7 @@ from flockwire.runtime.ros_ends import RosInput, RosOutput, RosServices
 
 PATIENCE = 500  # ms for one attempt to reach the router
 PAUSE = 1.0  # s between two attempts
+LARGEST_PASSED = 32 << 20  # bytes of a message that a router passes on, such as an image
 MOST_ENDS = 4096  # ends of other nodes that are kept
 HEARTBEAT = 0.5  # s between two heartbeats of a latched topic
 
@@ -186,7 +187,7 @@ def configuration(place: Place) -> dict[str, object]:
         "transport": {
             "link": {
                 "tx": {"lease": 1000, "keep_alive": 4, "queue": {"size": {"data": BURST}}},
-                "rx": {} if place.serves else {"max_message_size": LARGEST_MESSAGE},  # a router passes images on
+                "rx": {"max_message_size": LARGEST_PASSED if place.serves else LARGEST_MESSAGE},
             },
             "shared_memory": {"enabled": False},
         },

@@ -20,19 +20,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from flockwire import clock
-from flockwire.runtime.configuration import NO_DETOURS, configuration, reserved_configuration
+from flockwire.runtime.configuration import NO_DETOURS, ONE_THREAD, ROUTING, configuration, reserved_configuration
 from flockwire.runtime.linger import ignore_linger
 from flockwire.security.files import Credentials, default_folder, files_of, hold
 from flockwire.wire.inbox import inbox_of
 from flockwire.wire.keys import ROWS, Delivery, Key
 from flockwire.wire.plan import Plan
+from flockwire.wire.processes import Link
 
 # One runtime thread instead of five: a third less processor time at 100 Hz. It is read when Zenoh's runtime starts.
-os.environ.setdefault(
-    "ZENOH_RUNTIME",
-    "(rx: (handover: app), acc: (handover: app), net: (handover: app), tx: (handover: app), "
-    "app: (worker_threads: 1, max_blocking_threads: 1))",
-)
+os.environ.setdefault("ZENOH_RUNTIME", ONE_THREAD)
 
 import zenoh
 
@@ -57,6 +54,16 @@ class EndpointInUseError(OSError):
 
 class RouterAbsentError(OSError):
     """The router does not answer yet."""
+
+
+def routes() -> None:
+    """Prepare this process, before its first session, for passing on messages of others.
+
+    A message that its sender has blocked on waits in the receiving thread for room in a queue, so another thread must
+    empty that queue: with one for both, nothing passes for 5 s, and Zenoh closes the link of whoever was to receive it.
+    """
+    if os.environ["ZENOH_RUNTIME"] == ONE_THREAD:
+        os.environ["ZENOH_RUNTIME"] = ROUTING
 
 
 async def connect(
@@ -110,6 +117,8 @@ class Session:
         if swarm.network.security == "mtls":
             credentials = _credentials(plan, folder, identity, verified)
         ignore_linger()
+        if plan.rows[identity].link is Link.ROUTER:
+            routes()
         self._sessions: list[zenoh.Session] = []
         self._held = hold(folder) if credentials is not None else None
         with contextlib.ExitStack() as stack:
