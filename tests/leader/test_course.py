@@ -159,3 +159,18 @@ def test_new_orders_make_it_restart_from_where_it_is(flying: Callable[..., Any],
     begin = subtract(leader.position, (0.3, 0.0, 0.0))
     leader.run(8.0)
     assert leader.position == pytest.approx(add(begin, (2.0, 0.0, 0.0)), abs=0.03)
+
+
+def test_a_hold_is_no_time_in_which_its_bend_grows(make_swarm: Callable[..., Any]) -> None:
+    course, position, away = Course(course_parameters(make_swarm(FREE | leg()))), (0.0, 0.0, 1.0), 0.0
+    course.restart(position, 0.0)
+    for begin in (0.0, 30.0):  # a person passes, the leader holds, another person passes
+        if begin:
+            course.resume(position, begin)
+        x = position[0]
+        for step in range(100):
+            person = Body(BodyKind.MOVER, subtract((x + 1.2 - 0.008 * step, 0.1, 1.0), position), 0.3, (-0.4, 0.0, 0.0))
+            now = begin + 0.02 * step
+            position = add(position, scale(course.velocity(position, [person], now, now), 0.02))
+            away = max(away, abs(position[1]))
+    assert 0.1 < away < 1.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import hypot, sqrt
+from math import dist, hypot, sqrt
 from typing import NamedTuple
 
 from flockwire.control.fence import Room
@@ -17,7 +17,7 @@ ROUNDING = 0.05  # m over which the way out to a ramp is rounded
 STANDING = 0.03  # m/s, relative speed below which a place counts as at rest beside a body
 SIDEWAYS, FASTEST_SIDEWAYS = 0.4, 0.6  # of the speed limit, and m/s, at which a place is shifted, at most
 BETTER = 0.2  # m by which the other side must be shorter
-STAYS = 0.05  # m by which another free place must be nearer to a place at rest
+STAYS = 0.5  # share of the last offset from which the next one is sought for a place at rest
 AT_REST = 0.1  # m/s, the speed of a person who stands, with the tracker's noise
 LOOK_AHEAD = 0.6  # s for which another drone's motion is continued, to make room for it
 SMOOTHING = 0.1  # s
@@ -163,12 +163,13 @@ class BentPlace:
         return (x - place[0], y - place[1])
 
     def _nearest(self, place: Corner, obstacles: Sequence[Disc]) -> Corner:
-        """Return the nearest free place, on the side of the last one where several are about as near."""
+        """Return the nearest free place, near the last one where several are about as near."""
         room, (x, y), (wx, wy) = self._parameters.room, place, self._wanted
-        nearest, length = nearest_free_place(place, obstacles, room) or place, hypot(*self._wanted)
-        if nearest == place or length == 0.0:
+        nearest = nearest_free_place(place, obstacles, room) or place
+        if nearest == place or self._wanted == (0.0, 0.0):
             return nearest
-        return nearest_free_place((x + STAYS * wx / length, y + STAYS * wy / length), obstacles, room) or place
+        kept = nearest_free_place((x + STAYS * wx, y + STAYS * wy), obstacles, room) or place
+        return kept if dist(kept, place) < dist(nearest, place) + BETTER else nearest
 
     def _make_room(self, place: Corner, velocity: Vector, position: Vector, bodies: Sequence[Body]) -> Corner:
         """Return `place` outside the discs of other drones, as they will be in LOOK_AHEAD s seen from the place."""

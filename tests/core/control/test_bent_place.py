@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 from math import cos, dist, hypot, sin
+from random import Random
 
 import pytest
 from flockwire.control.bent_place import SPARE, BentPlace, DetourParameters, half_width, lateral_shift, rounded
@@ -138,3 +139,14 @@ def test_a_neighbour_in_the_way_of_a_person_finds_room() -> None:
     for _ in range(200):
         offset, _ = bent.update(place, ZERO, place, (neighbour, person), DT)
     assert offset[1] == pytest.approx(0.48 - 0.6 + 0.6 * 0.4, abs=0.01)
+
+
+def test_a_place_on_an_obstacles_axis_keeps_its_side_whatever_the_noise() -> None:
+    """Without that the nearest free place is in a new direction at each step."""
+    bent, chance, offsets = BentPlace(PARAMETERS), Random(1), []
+    for _ in range(1000):
+        noisy = (chance.gauss(0.0, 0.001), chance.gauss(0.0, 0.001), 1.0)
+        offsets.append(bent.update(noisy, ZERO, ZERO, [Body(BodyKind.OBSTACLE, ZERO, 0.3)], DT)[0])
+    way = sum(dist(a, b) for a, b in pairwise(offsets[500:]))
+    assert hypot(*offsets[-1]) == pytest.approx(0.63 + SPARE, abs=0.01)
+    assert way < 0.3

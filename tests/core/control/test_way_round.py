@@ -95,3 +95,27 @@ def test_a_drone_on_the_move_and_one_at_the_own_place_are_left_to_the_sidestep()
     assert tuple(others) == bodies[1:]
     assert turned[1] < 0.0  # head on all turn right
     assert hypot(*turned) == pytest.approx(0.5)
+
+
+def test_who_is_shut_out_for_long_does_not_fly_ever_farther_away() -> None:
+    way, x, y, farthest = WayRound(PARAMETERS, 2.0), -3.0, 0.0, 0.0  # its place is the origin
+    ring = [(cos(0.25 * pi * k), sin(0.25 * pi * k)) for k in range(8)]
+    for step in range(6000):
+        seen = [Body(BodyKind.DRONE, (a - x, b - y, 0.0), 0.0) for a, b in ring if hypot(a - x, b - y) < 3.0]
+        wanted = (-x / hypot(x, y), -y / hypot(x, y), 0.0)
+        (vx, vy, _), _ = way.turned(wanted, Motion(ZERO, ZERO, ZERO), ZERO, (-x, -y), seen, 0.05 * step)
+        for dx, dy, _ in (body.relative_position for body in seen):
+            into = (vx * dx + vy * dy) / hypot(dx, dy)
+            if hypot(dx, dy) < 0.45 and into > 0.0:  # as the safety filter does
+                vx, vy = vx - into * dx / hypot(dx, dy), vy - into * dy / hypot(dx, dy)
+        x, y = x + 0.05 * vx, y + 0.05 * vy
+        farthest = max(farthest, hypot(x, y))
+    assert farthest < 6.0
+
+
+def test_a_clock_that_was_set_back_makes_nobody_fly_back() -> None:
+    way, still, to_go = WayRound(PARAMETERS, 2.0), Motion(ZERO, ZERO, ZERO), (2.0, 0.0)
+    pillar = [Body(BodyKind.OBSTACLE, (1.0, 0.1, 0.0), 0.2)]
+    way.turned((1.0, 0.0, 0.0), still, ZERO, to_go, pillar, 100.0)
+    turned, _ = way.turned((1.0, 0.0, 0.0), still, ZERO, to_go, pillar, -3500.0)
+    assert turned[0] > 0.0
