@@ -1,4 +1,4 @@
-"""Commands that read traces: `report`, `animate`, `recover`, `export`, `compare`."""
+"""Commands that read traces: `report`, `view`, `animate`, `recover`, `export`, `compare`."""
 
 from __future__ import annotations
 
@@ -41,6 +41,30 @@ def report(
     if failures:
         print(f"flockwire: {'; '.join(failures)}", file=sys.stderr)
         raise typer.Exit(1)
+
+
+@app.command()
+def view(
+    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="A trace.mcap.")],
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE.html", help="The page [replay.html, beside the trace].")
+    ] = None,
+) -> None:
+    """Write the flight as a page that plays it: from above, from the side, in 3-D (one file, without network)."""
+    from flockwire_analysis.reading import read_trace  # noqa: PLC0415  (numpy)
+    from flockwire_analysis.replay import NAME, write_replay  # noqa: PLC0415
+    from flockwire_analysis.summary import summarise  # noqa: PLC0415
+
+    file = out or trace.parent / NAME
+    if file.suffix != ".html":
+        refuse(f"--out = {file}: must end with .html")
+
+    def write() -> Path:
+        found = read_trace(trace)
+        return write_replay(found, summarise(found), file)
+
+    with progress("reads the trace"):
+        print(_trace(write))
 
 
 @app.command()
