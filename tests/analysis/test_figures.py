@@ -8,16 +8,20 @@ import numpy as np
 import pytest
 from flockwire.domain.time import SECOND
 from flockwire_analysis.events import Event, events
-from flockwire_analysis.figures import animation
+from flockwire_analysis.figures import animation, errors, motion
 from flockwire_analysis.figures.animation import animate
 from flockwire_analysis.figures.comparison import compare
-from flockwire_analysis.figures.drawing import NAME_ROWS, Canvas, rows_of
+from flockwire_analysis.figures.distances import between_drones, to_obstacles
+from flockwire_analysis.figures.drawing import NAME_ROWS, STYLE, Canvas, rows_of
 from flockwire_analysis.figures.errors import observation
+from flockwire_analysis.figures.legends import line
 from flockwire_analysis.figures.trajectories import trajectories
 from flockwire_analysis.motion import places, reference_velocities, references, velocities
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.tracking import Errors
 from flockwire_recorder.trace import FAULTS
+from matplotlib import rc_context
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.patches import Circle
 from PIL import Image
@@ -73,6 +77,35 @@ def test_the_ring_round_an_obstacle_is_not_called_the_fence(canvas, drawn):
     assert list(colours) == ["clearance of obstacles"]  # the fence is far out of view
     rings = [patch for patch in drawn[0].axes[0].patches if isinstance(patch, Circle) and not patch.get_fill()]
     assert to_hex(rings[0].get_edgecolor()) == colours["clearance of obstacles"]
+
+
+@pytest.mark.parametrize("drones", [4, 12])
+def test_no_legend_is_cut_off(trace, tmp_path, monkeypatch, drones):
+    figures, canvas = [], Canvas(trace, tmp_path)
+    monkeypatch.setattr(canvas, "save", lambda figure, name: figures.append(figure) or Path(name))
+    names, many = canvas.names, [f"uav{k}" for k in range(drones - 4)]
+    monkeypatch.setattr(canvas, "names", lambda numbers: [*names(numbers), *(line(name) for name in many)])
+    with rc_context(STYLE):
+        for draw in (trajectories, errors.formation, motion.positions, between_drones, to_obstacles):
+            draw(canvas)
+        for figure in figures:
+            FigureCanvasAgg(figure).draw()
+            legends = [*figure.legends, *(axes.get_legend() for axes in figure.axes if axes.get_legend())]
+            assert legends
+            for legend in legends:
+                box, point = legend.get_window_extent(), figure.dpi / 72
+                assert box.x0 >= 2 * point
+                assert max(box.x1 - figure.bbox.width, box.y1 - figure.bbox.height) <= 0.0
+
+
+def test_the_path_is_drawn_to_the_end_of_the_last_formation(tmp_path, write_flight, monkeypatch):
+    write_flight(tmp_path / "trace.mcap", begin=-1.0, end=5.0, holds_at=1.0, resumes_at=2.0)
+    canvas, figures = Canvas(read_trace(tmp_path / "trace.mcap"), tmp_path), []
+    monkeypatch.setattr(canvas, "save", lambda figure, name: figures.append(figure) or Path(name))
+    trajectories(canvas)
+    (end,) = places(canvas.trace, 1, np.array([canvas.phases[-1].span.end]))[:, :2]
+    markers = [dot.get_xydata()[0] for dot in figures[0].axes[0].lines if len(dot.get_xydata()) == 1]
+    assert min(np.linalg.norm(marker - end) for marker in markers) < 1e-6
 
 
 def test_a_name_for_which_there_is_no_room_is_left_out_its_line_is_not():

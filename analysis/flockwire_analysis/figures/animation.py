@@ -13,7 +13,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 from PIL import Image
 
-from flockwire_analysis.figures.drawing import MUTED, STYLE, Canvas, legend
+from flockwire_analysis.figures.drawing import MUTED, STYLE, Canvas
+from flockwire_analysis.figures.legends import legend
 from flockwire_analysis.figures.trajectories import obstacles, view
 from flockwire_analysis.phases import Span
 from flockwire_analysis.recorded import Trace
