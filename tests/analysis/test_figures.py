@@ -1,6 +1,8 @@
 """What is in the figures: events that overlap nothing, one time axis, curves beside their references."""
 
 import json
+import shutil
+import subprocess
 from dataclasses import replace
 from pathlib import Path
 
@@ -163,3 +165,22 @@ def test_a_moving_picture_shows_the_whole_flight_within_its_size(trace, tmp_path
     with pytest.raises(ValueError, match="choose fewer seconds"):
         animate(trace, path, 3.0)
     assert not path.exists()
+
+
+def test_a_film_needs_ffmpeg_and_says_so(trace, tmp_path, monkeypatch):
+    monkeypatch.setattr(animation, "which", lambda _: None)
+    with pytest.raises(ValueError, match="an MP4 needs the program ffmpeg, which is not installed"):
+        animate(trace, tmp_path / "flight.mp4", 2.0)
+
+
+@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="there is no ffmpeg")
+def test_a_film_has_all_frames_and_shows_the_flight(trace, tmp_path):
+    film = animate(trace, tmp_path / "flight.mp4", 2.0)
+    still = ["ffmpeg", "-loglevel", "error", "-i", film, "-vsync", "0", tmp_path / "%03d.png"]
+    subprocess.run(still, check=True)
+    pictures = sorted(tmp_path.glob("*.png"))
+    assert len(pictures) == 50
+    first, last = (np.asarray(Image.open(path).convert("RGB"), dtype=int) for path in (pictures[0], pictures[-1]))
+    assert (np.abs(first - last).max(axis=2) > 60).mean() > 0.005
+    with pytest.raises(OSError, match="ffmpeg"):
+        animate(trace, tmp_path / "missing" / "flight.mp4", 2.0)
