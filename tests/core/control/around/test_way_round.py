@@ -6,8 +6,8 @@ from math import cos, dist, hypot, pi, sin
 
 import pytest
 from flockwire.control.around.bent_place import DetourParameters
-from flockwire.control.fence import Room
 from flockwire.control.around.way_round import WayRound, is_straight, turns
+from flockwire.control.fence import Room
 from flockwire.domain.body import Body, BodyKind, Separation
 from flockwire.domain.motion import Motion
 from flockwire.domain.vector import ZERO, Vector
