@@ -62,7 +62,7 @@ def alter(table: dict[str, Any], chance: Random) -> None:
             return
     table["formations"] = {"wide": {"kind": "circle", "radius": 1.5, "rate": 0.2}}
     match chance.choice(("", "", "", "", "", "fence", "start", "battery", "blind")):
-        case "fence" if "airframe" not in table["drones"][0]:
+        case "fence" if "airframe" not in table["drones"][0] and table["control"]["law"] != "paper":
             limits["fence"] = {"min": [-3.05, -3.05, -0.5], "max": [3.05, 3.05, 3.0], "margin": 0.02}
             table["leader"] |= {"trajectory": {"kind": "constant", "velocity": [0.3, 0.2, 0.0]}, "input_bound": 0.4}
             table.pop("obstacles", None)
