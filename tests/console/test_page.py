@@ -117,3 +117,22 @@ def test_a_zoomed_map_stays_while_pictures_arrive_until_the_drones_are_asked_for
             assert await shown(3.0) == pytest.approx(3.0)
 
     asyncio.run(look())
+
+
+def test_a_drone_s_sheet_is_opened_by_the_keyboard_and_stays_open_while_pictures_arrive(make_plan, tmp_path):
+    async def look():
+        async with serving(SimulatedSwarm(make_plan())) as (_, port), browser(tmp_path / "profile") as page:
+            await page.open(f"http://127.0.0.1:{port}/#{TOKEN}")
+            await page.until(f"picture && {STATE}.textContent === 'connected'")
+            await page.value("document.querySelector('button.name[data-id=\"2\"]').focus()")
+            await page.value("window.before = picture.now")
+            await page.until("picture.now > before + 0.3")
+            for kind in ("keyDown", "keyUp"):
+                await page.call("Input.dispatchKeyEvent", type=kind, key="Enter", code="Enter", text="\r")
+            await page.until("document.querySelectorAll('#rows .sheet').length === 1")
+            await page.value("window.before = picture.now")
+            await page.until("picture.now > before + 0.3")
+            assert await page.value("document.activeElement.dataset.id") == "2"
+            assert "no reason reported" in await page.value("document.querySelector('#rows .sheet').textContent")
+
+    asyncio.run(look())

@@ -9,10 +9,6 @@ function element(tag, properties, ...children) {
   return made;
 }
 
-function cell(text, kind = "") {
-  return element("td", { textContent: text, className: kind });
-}
-
 function isSilent(one) {
   return !one || one.phase === "silent";
 }
@@ -30,15 +26,17 @@ function metres(value) {
   return (Math.round(100 * value) / 100 + 0).toFixed(2); // -0 becomes 0
 }
 
-// Fill the table; `selected` is the drone whose sheet is open.
+let table = { key: "", rows: new Map() }; // the rows in the page: they remain while pictures arrive, with their focus
+
+// Fill the table; `selected` is the drone whose sheet is open, `select` is called with another one or null.
 function fillTable(outline, picture, selected, select) {
-  const rows = [];
-  for (const { id, name } of outline.drones) {
+  const key = JSON.stringify([outline.drones, selected, palette.ink]);
+  if (table.key !== key) build(key, outline, selected, select);
+  for (const [id, { cells, list }] of table.rows) {
     const drone = picture.drones[id];
-    rows.push(row(id, name, drone, id === selected, () => select(id === selected ? null : id)));
-    if (drone && id === selected) rows.push(sheet(drone));
+    cellsOf(drone).forEach(([text, kind], k) => Object.assign(cells[k], { textContent: text, className: kind }));
+    list?.replaceChildren(...(drone ? sheet(drone) : []));
   }
-  $("rows").replaceChildren(...rows);
   const others = otherProcesses(outline);
   $("others").textContent = others.map((name) => `${name}: ${picture.others[name]?.phase ?? "no status"}`).join(" · ");
   const told = [...outline.drones.map(({ id, name }) => [name, picture.drones[id]]), ...Object.entries(picture.others)];
@@ -46,34 +44,46 @@ function fillTable(outline, picture, selected, select) {
   $("notes").replaceChildren(...notes.map((text) => element("li", { textContent: text })));
 }
 
-function row(id, name, drone, isOpen, toggle) {
-  const swatch = element("span", { className: "swatch" });
-  swatch.style.background = palette.drone(id);
-  const opener = element("button", { type: "button", className: "name", onclick: toggle }, swatch, name);
-  opener.setAttribute("aria-expanded", String(isOpen));
-  const made = element("tr", {}, element("td", {}, opener));
-  if (!drone) {
-    made.append(cell("no status", "silent"));
-    return made;
+function build(key, outline, selected, select) {
+  const focus = document.activeElement?.dataset.id;
+  table = { key, rows: new Map() };
+  $("rows").replaceChildren();
+  for (const { id, name } of outline.drones) {
+    const swatch = element("span", { className: "swatch" });
+    swatch.style.background = palette.drone(id);
+    const open = id === selected;
+    const opener = element("button", { type: "button", className: "name", onclick: () => select(open ? null : id) }, swatch, name);
+    opener.dataset.id = id;
+    opener.setAttribute("aria-expanded", String(open));
+    const cells = cellsOf(null).map(() => element("td", {}));
+    const list = open ? element("dl", {}) : null;
+    $("rows").append(element("tr", {}, element("td", {}, opener), ...cells));
+    if (list) $("rows").append(element("tr", { className: "sheet" }, element("td", { colSpan: 7 }, list)));
+    table.rows.set(id, { cells, list });
+    if (focus === String(id)) opener.focus();
   }
-  const at = drone.position;
-  made.append(
-    cell(drone.phase, drone.phase),
-    cell(formationName(drone.formation)),
-    cell(at ? `${metres(at[0])}, ${metres(at[1])}` : "", "n"),
-    cell(at ? metres(at[2]) : "", "n"),
-    cell(drone.battery < 0 ? "" : `${Math.round(100 * drone.battery)} %`, "n"),
-    cell(drone.error < 0 ? "" : (1000 * drone.error).toFixed(1), "n"),
-  );
-  return made;
 }
 
+// Return text and class of a row's cells behind the name.
+function cellsOf(drone) {
+  if (!drone) return [["no status", "silent"], ...Array.from({ length: 5 }, () => ["", ""])];
+  const at = drone.position;
+  return [
+    [drone.phase, drone.phase],
+    [formationName(drone.formation), ""],
+    [at ? `${metres(at[0])}, ${metres(at[1])}` : "", "n"],
+    [at ? metres(at[2]) : "", "n"],
+    [drone.battery < 0 ? "" : `${Math.round(100 * drone.battery)} %`, "n"],
+    [drone.error < 0 ? "" : (1000 * drone.error).toFixed(1), "n"],
+  ];
+}
+
+// Return the entries of a drone's sheet.
 function sheet(drone) {
   const told = [["phase", drone.phase], ["why", drone.detail || "no reason reported"], ["formation", formationName(drone.formation) || "none"]];
   if (drone.place) told.push(["its place, m", drone.place.map(metres).join(", ")]);
   for (const [name, value] of Object.entries(drone.sheet ?? {})) told.push([name, value]);
-  const list = element("dl", {}, ...told.flatMap(([name, value]) => [element("dt", { textContent: name }), element("dd", { textContent: value })]));
-  return element("tr", { className: "sheet" }, element("td", { colSpan: 7 }, list));
+  return told.flatMap(([name, value]) => [element("dt", { textContent: name }), element("dd", { textContent: value })]);
 }
 
 // Make the buttons `data-view` and `data-fit` work, and show which is in force.
