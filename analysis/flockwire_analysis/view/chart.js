@@ -139,6 +139,8 @@ function spaced(low, high, count) {
   return Array.from({ length: Math.max(0, Math.floor(high / step + 1e-9) - first + 1) }, (_, k) => Number(((first + k) * step).toFixed(6)));
 }
 
+const MARKS = { order: "accent", phase: "muted", rung: "warn" }; // others: bad
+
 function markColour(kind) {
-  return { order: palette.accent, phase: palette.muted }[kind] ?? palette.bad;
+  return palette[MARKS[kind] ?? "bad"];
 }

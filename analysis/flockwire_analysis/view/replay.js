@@ -183,7 +183,7 @@ function fill() {
   $("slider").max = last;
   for (const mark of flight.marks) {
     const sign = element("i", { textContent: mark.kind === "phase" ? "·" : "●" });
-    sign.style.color = `var(--${{ order: "accent", phase: "muted" }[mark.kind] ?? "bad"})`;
+    sign.style.color = `var(--${MARKS[mark.kind] ?? "bad"})`;
     const button = element("button", { type: "button", onclick: () => jump(mark) }, element("time", { textContent: `${mark.t.toFixed(2)} s` }), sign, element("span", { textContent: mark.text }));
     $("events").append(element("li", {}, button));
   }
