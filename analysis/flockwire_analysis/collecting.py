@@ -126,7 +126,8 @@ class Collector:
             tuple(self._failed_laws),
             tuple(self._contradictions),
             self._begin, self._end, self._recorded,
-            self._lost_orders() + self._lost(judged=True), self._lost(judged=False), self._malformed, closed, lost_bytes,
+            self._lost_orders() + self._lost(judged=True), self._lost(judged=False),
+            self._malformed, closed, lost_bytes,
         )  # fmt: skip
 
     def _held(self) -> tuple[Mission, ...]:

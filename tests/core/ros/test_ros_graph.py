@@ -69,6 +69,10 @@ def test_tokens_are_those_that_rmw_zenoh_documents() -> None:
         "@ros2_lv/z/x/0/1/MP/%/%/n/%t/T/H/Q",
         "@ros2_lv/0/x/0/1/XX/%/%/n/%t/T/H/Q",
         "@ros2_lv/²/s/0/1/MP/%/%/n/%x/T/H/Q",
+        "@ros2_lv/0/s/0/1/MP/%/%/n/%\x1b[2J/T/H/Q",
+        "@ros2_lv/0/s/0/1/MP/%/%/n/%\N{SNOWMAN}/T/H/Q",
+        "@ros2_lv/0/s/0/1/MP/%/%/n/%x/T/H/Q\n",
+        f"@ros2_lv/0/s/0/1/MP/%/%/n/%{'x' * 1024}/T/H/Q",
     ],
 )
 def test_a_token_of_another_form_is_none(token: str) -> None:
