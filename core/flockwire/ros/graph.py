@@ -123,7 +123,9 @@ def read_end(token: str) -> End | None:
     if len(token) > LONGEST_TOKEN or not _TOKEN.fullmatch(token):
         return None
     parts = token.split("/")
-    if len(parts) != END_PARTS or parts[0] != TOKENS or parts[5] not in set(EndKind) or not _DOMAIN.fullmatch(parts[1]):
+    if len(parts) not in (END_PARTS, END_PARTS + 1) or parts[0] != TOKENS:  # Lyrical may append its kinds of buffer
+        return None
+    if parts[5] not in set(EndKind) or not _DOMAIN.fullmatch(parts[1]):
         return None
     namespace, name = parts[7].replace("%", "/"), parts[9].replace("%", "/")
     return End(int(parts[1]), parts[5], f"{namespace.rstrip('/')}/{parts[8]}", name, parts[10], parts[11])

@@ -51,6 +51,8 @@ def test_tokens_are_those_of_the_sdk(namespace: str, qos: Qos, kind: EndKind) ->
     node = "/ros" if namespace == "/" else f"{namespace}/ros"
     found = End(3, kind, node, "/paper/uav1/pose", graph.dds_type(ros_type), type_hash(ros_type))
     assert graph.read_end(token) == found
+    assert graph.read_end(f"{token}/backends:cpu:") == found  # as Lyrical and newer announce buffers
+    assert graph.read_end(f"{token}/backends:cpu:/more") is None
 
 
 def test_tokens_are_those_that_rmw_zenoh_documents() -> None:
