@@ -9,19 +9,36 @@ from signal import SIGKILL
 
 import pytest
 import zenoh
-from fleet import PATIENCE, Fleet, Tower
+from fleet import PATIENCE, Fleet, Tower, flockwire
 from flockwire import clock
 from flockwire.domain.airframe import Command
+from flockwire.domain.pose import Pose
 from flockwire.ros.graph import data_key
 from flockwire.wire.codec import encode
 from flockwire.wire.keys import key_text
 from flockwire.wire.status import Status
+from flockwire_analysis.reading import read_trace
 from flockwire_ros.services import services
 from flockwire_ros.topics import all_topics
 from ros_graph import ATTACHMENT, Gaps, Sdk, bare, free_port, router
 from waiting import wait_until
 
 GOOD = ATTACHMENT.pack(1, 1, 16, bytes(16))
+BY_ROS = """
+[ros]
+router = "127.0.0.1:{port}"
+[gateway]
+source = "ros"
+noise = 0.001
+[gateway.ros]
+router = "127.0.0.1:{port}"
+array = "/poses"
+[gateway.twin]
+[leader.ros]
+topic = "/goal"
+message = "PoseStamped"
+"""
+KILLED = '[[faults]]\nat = 9.0\nkind = "kill"\nprocess = "ros"\n'
 STEERED = ('kind = "trajectory"', 'kind = "ros"\nspeed = 0.3')
 
 
@@ -172,3 +189,27 @@ def test_a_leader_follows_a_topic_and_stops_when_it_ends(
         tower.wait(lambda seen: dict(seen["ros"].report.counts).get("ROS steering malformed") == 1)
         assert "ROS steering malformed" not in counts
     tower.all_in("formation")
+
+
+@pytest.mark.long
+def test_a_flight_by_an_array_of_poses_whose_leader_goes_to_a_place_outlives_its_ros_process(
+    graph: Graph, make_swarm: Callable[..., Path], tmp_path: Path
+) -> None:
+    path, out, faults = make_swarm(), tmp_path / "out", tmp_path / "faults.toml"
+    faults.write_text(KILLED)
+    path.write_text(f"{path.read_text().replace(*STEERED)}\n{BY_ROS.format(port=graph.port)}")
+    goal, place = data_key(0, "/goal", "geometry_msgs/msg/PoseStamped"), (0.6, 0.4, 1.1)
+    up = flockwire("up", path, "--headless", "--duration", "14", "--out", out, "--faults", faults)
+    with bare(graph.port) as session:
+
+        def over() -> bool:
+            session.put(goal, encode(Pose(clock.now(), "world", place)), attachment=GOOD)
+            return up.poll() is not None
+
+        wait_until(over, 2 * PATIENCE)
+    output, errors = up.communicate()
+    assert up.returncode == 0, errors + output
+    assert "ros ended unexpectedly (signal SIGKILL); restarted" in output
+    trace = read_trace(out / "trace.mcap")
+    assert len([one for one in trace.vitals if one.last.identity == "ros"]) == 2
+    assert trace.positions(0).values[:, :2].max(axis=0) == pytest.approx(place[:2], abs=0.05)
