@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -20,6 +20,9 @@ from flockwire_analysis.reading import read_trace
 from flockwire_ros.replay import Replay, read_messages
 from flockwire_ros.topics import MARKER_ARRAY
 from rosbags.typesys import Stores, get_typestore
+
+if TYPE_CHECKING:
+    from mpl_toolkits.mplot3d import Axes3D
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 POINTS_PER_M = 70.0  # size of a sphere in the picture
@@ -39,7 +42,7 @@ def markers_at(trace: Path, seconds: float) -> list[Any]:
     return list(STORE.deserialize_cdr(payload, MARKER_ARRAY.ros_type).markers)
 
 
-def draw(axes: Any, marker: Any) -> None:
+def draw(axes: Axes3D, marker: Any) -> None:  # noqa: ANN401  (its class is made by rosbags)
     """Draw one marker."""
     colour = (marker.color.r, marker.color.g, marker.color.b, marker.color.a)
     points = np.array([(p.x, p.y, p.z) for p in marker.points]).reshape(-1, 3)
@@ -60,7 +63,7 @@ def draw(axes: Any, marker: Any) -> None:
             axes.text(at.x, at.y, at.z, marker.text, color=colour, fontsize=8, ha="center")
 
 
-def draw_grid(axes: Any) -> None:
+def draw_grid(axes: Axes3D) -> None:
     """Draw the floor's grid of 1 m."""
     for k in range(-GRID, GRID + 1):
         axes.plot((k, k), (-GRID, GRID), (0.0, 0.0), color="#5a5a5a", linewidth=0.6)
@@ -68,6 +71,7 @@ def draw_grid(axes: Any) -> None:
 
 
 def main() -> None:
+    """Draw the picture."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("trace", type=Path)
     parser.add_argument("picture", type=Path)
