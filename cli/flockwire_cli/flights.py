@@ -82,7 +82,7 @@ def up(
 ) -> None:
     """Start all processes of this host, fly, land, report."""
     from flockwire_station.fault_injection import refusal  # noqa: PLC0415
-    from flockwire_station.hosting import Host  # noqa: PLC0415
+    from flockwire_station.host import Host  # noqa: PLC0415
     from flockwire_station.up import UpOptions, fly  # noqa: PLC0415
 
     from flockwire_cli.verdict import conclude  # noqa: PLC0415

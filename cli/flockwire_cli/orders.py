@@ -166,7 +166,7 @@ def keys(
 
 def _refuse_in_flight(plan: Plan, folder: Path) -> None:
     """Refuse to replace keys with which drones fly on other hosts; on this host, making keys checks it."""
-    from flockwire_station.rotating import flying  # noqa: PLC0415  (zenoh)
+    from flockwire_station.watching import flying  # noqa: PLC0415  (zenoh)
 
     if names := asyncio.run(flying(plan, folder)):
         refuse(

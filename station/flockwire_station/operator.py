@@ -74,7 +74,7 @@ class Operator:
     def publish(self) -> None:
         """Step the core, and publish its messages."""
         self._session.publish(self.core.step(clock.now()))
-        self._planner.plan(self._plan.swarm, self.core.to_plan())
+        self._planner.plan(self._plan.swarm, self.core.to_plan)
 
     async def run(self, turn: Callable[[int], Result | None], period: float | None = None) -> Result:
         """Poll, step and publish until `turn`, called with the time (Unix ns) before each step, returns something.
