@@ -18,6 +18,8 @@ from flockwire.ground.giving import Giving
 from flockwire.ground.order import ToPlan
 from flockwire.swarm.model import Swarm
 
+CHILD = "flockwire_station.planning_child"  # the module of the child
+
 
 class PlanRefusedError(ValueError):
     """A change of formation that cannot be flown or planned; the text says why."""
@@ -57,7 +59,7 @@ async def plan_off_loop(
     """
     epoch = clock.now() - clock.monotonic()
     planner = await asyncio.create_subprocess_exec(
-        sys.executable, "-m", "flockwire_station.planning",
+        sys.executable, "-m", CHILD,
         stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE,
         start_new_session=True,  # the station handles the terminal's Ctrl-C
     )  # fmt: skip
@@ -74,20 +76,3 @@ async def plan_off_loop(
     if isinstance(order, str):
         raise PlanRefusedError(order)
     return order
-
-
-def plan_in_child() -> None:
-    """Read the request from the standard input; write the order, or the refusal, to the standard output."""
-    from flockwire.ground.formation_planning import ChangeRefusedError, plan_in_time  # noqa: PLC0415  (numpy, scipy)
-
-    epoch, swarm, running, name, leader, duration = pickle.load(sys.stdin.buffer)  # noqa: S301  (of the own parent)
-    answer: Mission | str
-    try:
-        answer = plan_in_time(swarm, running, name, lambda: epoch + clock.monotonic(), leader, duration)
-    except ChangeRefusedError as error:
-        answer = str(error)
-    sys.stdout.buffer.write(pickle.dumps(answer))
-
-
-if __name__ == "__main__":
-    plan_in_child()

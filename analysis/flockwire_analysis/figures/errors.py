@@ -9,10 +9,9 @@ from flockwire.domain.time import SECOND
 from matplotlib.ticker import NullLocator
 
 from flockwire_analysis.figures.drawing import DANGER, MUTED, Canvas, Picture, area, envelope, legend, line
-from flockwire_analysis.motion import in_formation
 from flockwire_analysis.phases import Span
 from flockwire_analysis.series import Booleans, Floats
-from flockwire_analysis.tracking import SETTLED_BELOW, Errors, settling_time
+from flockwire_analysis.tracking import SETTLED_BELOW, Errors, in_formation, settling_time
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
