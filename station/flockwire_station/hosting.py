@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
-from typing import NamedTuple
 
 from flockwire.wire.processes import OPERATOR
 
@@ -16,13 +15,6 @@ from flockwire_station.processes import Children, start_processes
 from flockwire_station.terminal.interrupts import Interrupts
 
 
-class Running(NamedTuple):
-    """The processes that run, and the operator who sees them."""
-
-    children: Children
-    operator: Operator
-
-
 class UnansweredError(RuntimeError):
     """The router did not answer; the text is what died, or that it was interrupted."""
 
@@ -30,8 +22,8 @@ class UnansweredError(RuntimeError):
 @asynccontextmanager
 async def running(
     host: Host, interrupted: Interrupts, environments: Mapping[str, Mapping[str, str]] | None = None
-) -> AsyncIterator[Running]:
-    """Run the processes of `host`; they end with the context. `environments` are those of Children.
+) -> AsyncIterator[tuple[Children, Operator]]:
+    """Run the processes of `host`, and the operator who sees them; they end with the context. `environments` are those of Children.
 
     Raises PortInUseError and OtherFlightError before any process starts, UnansweredError, CredentialsError.
     """
@@ -47,6 +39,6 @@ async def running(
             with session:
                 operator = Operator(host.plan, session)
                 await start_processes(host, children, operator, interrupted)
-                yield Running(children, operator)
+                yield children, operator
         finally:
             await children.end(interrupted)

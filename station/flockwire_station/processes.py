@@ -119,16 +119,15 @@ class Children:
         if all(self._running[i].poll() is not None for i in flyers):
             for rank in ranks:
                 others = [i for i in self._running if rows[i].rank == rank and i not in flyers]
-                await asyncio.gather(*(self._end(self._running[i], self._grace(i), None) for i in others))
+                await asyncio.gather(
+                    *(self._end(self._running[i], FILING if rows[i].records else GRACE, None) for i in others)
+                )
         for process in self._running.values():
             process.returncode = process.poll() or 0  # of a process that keeps running: Popen's destructor would warn
         self._running.clear()
         for fd in (self._read_end, self._write_end):  # its closing signals the end of the station
             with contextlib.suppress(OSError):
                 os.close(fd)
-
-    def _grace(self, identity: str) -> float:
-        return FILING if self._host.plan.rows[identity].records else GRACE
 
     async def _end(self, process: subprocess.Popen[bytes], patience: float, interrupted: Interrupts | None) -> None:
         process.send_signal(signal.SIGCONT)  # a frozen process would not handle SIGTERM
