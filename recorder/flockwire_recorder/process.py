@@ -54,12 +54,8 @@ class Recorder:
             self.full = error
             self._log.error(str(error))
         if self._status.due(now):
-            self._status.update(
-                now,
-                self._report(),
-                self._counts,
-                (*self._rejected.items(), *counted(("not recorded", self._trace.dropped))),
-            )
+            dropped = counted(("not recorded", self._trace.dropped))
+            self._status.update(now, self._report(), self._counts, (*self._rejected.items(), *dropped))
 
     def drain(self, now: int) -> None:
         """Write all buffered messages in the order of sending. Raises TraceFullError once."""

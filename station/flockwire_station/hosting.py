@@ -23,9 +23,10 @@ class UnansweredError(RuntimeError):
 async def running(
     host: Host, interrupted: Interrupts, environments: Mapping[str, Mapping[str, str]] | None = None
 ) -> AsyncIterator[tuple[Children, Operator]]:
-    """Run the processes of `host`, and the operator who sees them; they end with the context. `environments` are those of Children.
+    """Run the processes of `host`, and the operator who sees them; they end with the context.
 
-    Raises PortInUseError and OtherFlightError before any process starts, UnansweredError, CredentialsError.
+    `environments` are those of Children. Raises PortInUseError and OtherFlightError before any process starts,
+    UnansweredError, CredentialsError.
     """
     with alone(host), flown(host.swarm_file, flown_by(host.plan.swarm, host.swarm_file, host.keys)):
         children = Children(host, environments)
