@@ -89,14 +89,14 @@ class OperatorCore:
         return self.director
 
     def order(self, verb: str, now: int, note: Callable[[str], None] = lambda _: None) -> None:
-        """Order "hold", "land", "resume" or "stop" for the flight conducted here, or for another host's.
+        """Order "hold", "land", "resume" or "stop" for the flight conducted here or, without one, for another host's.
 
         `note` gets a line if nothing is ordered, and the confirmations of an order to another host's flight.
         """
         director = self.director
         if verb == "stop":
             self.ask(Order(verb), now)
-        elif director is not None:
+        elif director is not None and director.stage is not Stage.OVER:
             given = {"hold": director.hold, "land": director.land, "resume": director.resume}[verb](now)
             if given is None and director.stage is not Stage.OVER:
                 note(f"{verb}: nothing ordered while {director.stage}")

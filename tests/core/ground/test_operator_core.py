@@ -197,6 +197,15 @@ def test_keys_beside_a_flight_that_another_host_conducts(station: Station) -> No
     assert station.notes[1:] == [f"land: confirmed by nobody; not confirmed by {missing}"]
 
 
+def test_a_landing_after_its_own_flight_is_one_for_whoever_flies_then(station: Station) -> None:
+    director = station.core.conduct(station.now)
+    station.order("land")
+    assert (station.step(), director.stage) == ([], Stage.OVER)
+    station.stopped(FlightState.FLYING)  # another station has started them since
+    station.order("land")
+    assert station.step() == ["land"]
+
+
 def test_a_key_that_orders_nothing_reports_why(station: Station) -> None:
     station.core.conduct(station.now)
     station.order("hold")
