@@ -93,10 +93,10 @@ class OperatorCore:
 
         `note` gets a line if nothing is ordered, and the confirmations of an order to another host's flight.
         """
-        director = self.director
         if verb == "stop":
             self.ask(Order(verb), now)
-        elif director is not None and director.stage is not Stage.OVER:
+        elif self.director is not None and self.director.stage is not Stage.OVER:
+            director = self.director
             given = {"hold": director.hold, "land": director.land, "resume": director.resume}[verb](now)
             if given is None and director.stage is not Stage.OVER:
                 note(f"{verb}: nothing ordered while {director.stage}")
