@@ -138,7 +138,8 @@ class Injector:
         served = self._world.processes["kinematics"]._core._airframes[uav(drone)]
         if isinstance(served, ServedTello):
             bound = self._world._network._bound
-            receive = bound.pop(served.address)
+            if (receive := bound.pop(served.address, None)) is None:
+                return  # lost already
             self._later(lasts, lambda: bound.setdefault(served.address, receive))
 
     def _give(self, station: str, orders: list[tuple[Any, ...]]) -> None:

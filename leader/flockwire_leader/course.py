@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import hypot, inf
 
-from flockwire.control.bent_place import BentPlace
-from flockwire.control.sidestep import Sidestep
+from flockwire.control.around.bent_place import BentPlace
+from flockwire.control.around.sidestep import Sidestep
 from flockwire.control.trajectory_time import LONGEST_STEP, TrajectoryTime, falling, free_error
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract

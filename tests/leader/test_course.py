@@ -119,7 +119,7 @@ def test_it_gets_round_an_obstacle_on_its_path_and_reaches_the_end(flying: Calla
 def test_without_the_sidestep_it_stays_in_front_of_the_obstacle(
     flying: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("flockwire.control.sidestep.sidestep", lambda wanted, *_: wanted)
+    monkeypatch.setattr("flockwire.control.around.sidestep.sidestep", lambda wanted, *_: wanted)
     leader = flying(leg(4.0))
     leader.obstacles = [(add(leader.position, (1.3, 0.0, 0.0)), 0.4)]
     leader.run(15.0)

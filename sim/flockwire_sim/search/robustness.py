@@ -15,6 +15,8 @@ from math import isfinite
 
 import numpy as np
 from flockwire.domain.airframe import FlightState
+from flockwire.domain.time import SECOND
+from flockwire.process.driving import FROZEN
 from flockwire.wire.phase import Phase
 from flockwire_analysis.separation import surface_distance
 from flockwire_analysis.series import Booleans, Floats
@@ -265,7 +267,9 @@ def _rungs(flown: Flown, owner: str, bounds: Bounds) -> Iterator[tuple[str, Marg
             yield from _rung(owner, name, reports.times, ages, limit + bounds.rung, awake & wrong)
     if states is not None:
         flying = np.array([state is FlightState.FLYING for state in states.states], np.bool_)
-        begins = np.diff(states.times, prepend=-np.inf) > SILENT
+        elapsed = np.diff(states.times, prepend=-np.inf)
+        jumped = np.diff(states.command_ages, prepend=0.0) > elapsed + FROZEN / SECOND  # its clock, not the silence
+        begins = (elapsed > SILENT) | jumped
         ages = np.minimum(states.command_ages, age(states.times, states.times[begins]))  # a pause restarts its limit
         free = flying & ~falling(flown, owner, states.times)
         yield from _rung(owner, "driver: land", states.times, ages, stale.command_land + bounds.rung, free)

@@ -162,6 +162,9 @@ def test_the_limit_of_a_driver_restarts_after_its_own_pause() -> None:
     assert driven(TIMES < 6.95) == pytest.approx(1.0 - 1.9 / 1.3)
     assert driven((TIMES < 5.25) | ((TIMES > 9.05) & (TIMES < 9.95))) == pytest.approx(1.0 - 0.8 / 1.3)
     assert driven((TIMES < 5.25) | (TIMES > 9.05)) < -1.0
+    ages[TIMES > 5.45] += 1.1  # its clock is set ahead, which it takes for a pause
+    assert driven(TIMES < 5.95) == pytest.approx(1.0 - 0.4 / 1.3)
+    assert driven(TIMES < 7.95) < -0.8
 
 
 def test_the_end_the_contact_and_orders_have_margins() -> None:

@@ -7,7 +7,7 @@ from math import cos, dist, hypot, sin
 from random import Random
 
 import pytest
-from flockwire.control.bent_place import SPARE, BentPlace, DetourParameters, half_width, lateral_shift, rounded
+from flockwire.control.around.bent_place import SPARE, BentPlace, DetourParameters, half_width, lateral_shift, rounded
 from flockwire.control.fence import Room
 from flockwire.domain.body import Body, BodyKind, Separation
 from flockwire.domain.vector import ZERO, Vector, add, subtract

@@ -3,7 +3,7 @@ from __future__ import annotations
 from math import cos, hypot, pi, sin
 
 import pytest
-from flockwire.control.sidestep import Sidestep, SidestepParameters, sidestep
+from flockwire.control.around.sidestep import Sidestep, SidestepParameters, sidestep
 from flockwire.domain.body import Body, BodyKind, Separation
 from flockwire.domain.vector import Vector
 from hypothesis import given

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import asin, atan2, cos, hypot, pi, remainder, sin, tau
 
-from flockwire.control.bent_place import DetourParameters, stands
-from flockwire.control.free_place import Disc
+from flockwire.control.around.bent_place import DetourParameters, stands
+from flockwire.control.around.free_place import Disc
 from flockwire.control.plane_polygon import Corner
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.motion import Motion

@@ -5,9 +5,9 @@ from __future__ import annotations
 from math import cos, dist, hypot, pi, sin
 
 import pytest
-from flockwire.control.bent_place import DetourParameters
+from flockwire.control.around.bent_place import DetourParameters
+from flockwire.control.around.way_round import WayRound, is_straight, turns
 from flockwire.control.fence import Room
-from flockwire.control.way_round import WayRound, is_straight, turns
 from flockwire.domain.body import Body, BodyKind, Separation
 from flockwire.domain.motion import Motion
 from flockwire.domain.vector import ZERO, Vector

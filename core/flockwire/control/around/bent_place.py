@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from math import dist, hypot, sqrt
 from typing import NamedTuple
 
+from flockwire.control.around.free_place import Disc, nearest_free_place
 from flockwire.control.fence import Room
-from flockwire.control.free_place import Disc, nearest_free_place
 from flockwire.control.plane_polygon import Corner
 from flockwire.domain.body import Body, BodyKind, Separation
 from flockwire.domain.vector import ZERO, Vector
