@@ -48,8 +48,8 @@ class Trace:
     orders, `shown` the changes of what pages show of a process, by identity, `failed_laws` a sentence for each error of
     a law, `contradictions` one for each input that a pilot took for false. `begin` and `end` are the first and the last
     log time (Unix ns). `lost` counts missing messages of topics that are not repeated, and missing orders that pilots
-    obeyed; `malformed` the messages that could not be decoded. A trace that was not `closed` was read up to its last
-    complete record; `lost_bytes` follow it.
+    obeyed; `lost_beside` those of dispensable processes alone; `malformed` the messages that could not be decoded. A
+    trace that was not `closed` was read up to its last complete record; `lost_bytes` follow it.
     """
 
     path: Path
@@ -68,6 +68,7 @@ class Trace:
     end: int
     recorded: int
     lost: int
+    lost_beside: int
     malformed: int
     closed: bool
     lost_bytes: int

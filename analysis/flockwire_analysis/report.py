@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
+import json
+from base64 import b64encode
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from flockwire.wire.status import Status
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
 from flockwire_analysis.graph_picture import graph_picture
+from flockwire_analysis.reading import read_trace
 from flockwire_analysis.recorded import ProcessRecord, Trace
-from flockwire_analysis.summary import StepFigures, Summary
+from flockwire_analysis.replay import NAME as REPLAY
+from flockwire_analysis.replay import write_replay
+from flockwire_analysis.summary import Summary, summarise
 
 if TYPE_CHECKING:
     from flockwire_analysis.figures.drawing import Picture
-import json
-from base64 import b64encode
-from pathlib import Path
-
-from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
-
-from flockwire_analysis.reading import read_trace
-from flockwire_analysis.replay import NAME as REPLAY
-from flockwire_analysis.replay import write_replay
-from flockwire_analysis.summary import summarise
 
 SHARED = "flockwire_analysis"  # templates that those of any package may use
 
@@ -60,6 +57,7 @@ def page(trace: Trace, summary: Summary, pictures: Sequence[Picture], probe: dic
 
     The page links to the replay page in the same folder.
     """
+    steps = summary.steps
     return render(
         "flockwire_analysis",
         "report.html",
@@ -69,13 +67,13 @@ def page(trace: Trace, summary: Summary, pictures: Sequence[Picture], probe: dic
         subtitle=_subtitle(trace, summary),
         stops=tuple(dict.fromkeys(stop.reason for stop in trace.stops)),  # each is published several times
         tiles=_tiles(summary),
-        checks=_checks(summary),
+        checks=[(check.ok, check.name, check.found(), check.rule) for check in summary.checks],
         phases=_phases(summary),
         missing=summary.missing,
         pictures=pictures,
         graph=graph_picture(trace.swarm.topology),
         latency=_latency(summary),
-        steps=_steps(summary.steps),
+        steps=[f"{n:,}" for n in (steps.made, steps.delayed_1ms, steps.delayed_5ms, steps.skipped)],
         processes=_processes(trace, summary),
         messages=summary.messages,
         rejected=[(key, f"{count:,}") for key, count in summary.messages.rejected_by_key.items()],
@@ -104,10 +102,6 @@ def _tiles(summary: Summary) -> Iterable[tuple[str, str]]:
     yield number(summary.latency_ms["pose_to_command"].p99, "ms"), "pose to command, 99th percentile"
 
 
-def _checks(summary: Summary) -> list[tuple[bool, str, str, str]]:
-    return [(check.ok, check.name, check.found(), check.rule) for check in summary.checks]
-
-
 def _phases(summary: Summary) -> list[tuple[str, ...]]:
     return [
         (
@@ -123,10 +117,6 @@ def _phases(summary: Summary) -> list[tuple[str, ...]]:
 def _latency(summary: Summary) -> Iterable[tuple[str, ...]]:
     for hop, delay in summary.latency_ms.items():
         yield hop.replace("_to_", " → "), number(delay.p50, "ms"), number(delay.p99, "ms")
-
-
-def _steps(found: StepFigures) -> tuple[str, ...]:
-    return tuple(f"{count:,}" for count in (found.made, found.delayed_1ms, found.delayed_5ms, found.skipped))
 
 
 def _processes(trace: Trace, summary: Summary) -> list[tuple[str, ...]]:

@@ -11,12 +11,11 @@ import numpy as np
 from flockwire.control.graph import LEADER
 from flockwire.domain.time import SECOND
 
-from flockwire_analysis.motion import places, references
 from flockwire_analysis.phases import airborne, formation_phases
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.separation import surface_distance
 from flockwire_analysis.series import Booleans, Floats, Integers
-from flockwire_analysis.tracking import interpolated
+from flockwire_analysis.tracking import interpolated, places, references
 
 MS = SECOND // 1000
 FINEST = SECOND // 50  # ns between two samples

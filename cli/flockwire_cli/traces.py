@@ -122,8 +122,7 @@ def compare(
     out: Annotated[Path, typer.Option(help="Folder for tables and figures.")] = Path("runs/comparison"),
 ) -> None:
     """Compare flights, or groups of flights: key figures, means with 95 % intervals, paired tests against the first."""
-    from flockwire_analysis.comparison import Group, comparison  # noqa: PLC0415  (scipy)
-    from flockwire_analysis.comparison_tables import as_csv, as_latex, as_text  # noqa: PLC0415
+    from flockwire_analysis.comparison import Group, as_csv, as_latex, as_text, comparison  # noqa: PLC0415  (scipy)  # noqa: PLC0415
     from flockwire_analysis.figures.comparison import MOST  # noqa: PLC0415  (matplotlib)
     from flockwire_analysis.figures.comparison import compare as draw  # noqa: PLC0415
     from flockwire_analysis.reading import read_trace  # noqa: PLC0415

@@ -18,9 +18,8 @@ from flockwire_analysis.figures.drawing import NAME_ROWS, STYLE, Canvas, rows_of
 from flockwire_analysis.figures.errors import observation
 from flockwire_analysis.figures.legends import line
 from flockwire_analysis.figures.trajectories import trajectories
-from flockwire_analysis.motion import places, reference_velocities, references, velocities
 from flockwire_analysis.reading import read_trace
-from flockwire_analysis.tracking import Errors
+from flockwire_analysis.tracking import Errors, places, reference_velocities, references, velocities
 from flockwire_recorder.trace import FAULTS
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg

@@ -31,7 +31,7 @@ def test_the_documented_script_prints_checks_and_errors(good_flight, example, tm
 def without_or_with_pandas(request, monkeypatch):
     """Let pandas seem absent, or not."""
     if request.param == "numpy":
-        monkeypatch.setattr("flockwire_analysis.opening.find_spec", lambda name: None)
+        monkeypatch.setattr("flockwire_analysis.export.find_spec", lambda name: None)
     return request.param
 
 

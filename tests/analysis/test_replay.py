@@ -13,11 +13,11 @@ from flockwire.domain.time import SECOND
 from flockwire.wire.plan import Plan
 from flockwire_analysis import replay as replaying
 from flockwire_analysis.checks import Check
-from flockwire_analysis.motion import places, references
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.replay import SILENT, flight_data, replay, reports
 from flockwire_analysis.sampled import sampled, worst_moments
 from flockwire_analysis.summary import summarise
+from flockwire_analysis.tracking import places, references
 from flockwire_analysis.view import FOLDER
 from page_reader import Hostile
 

@@ -135,8 +135,9 @@ class OperatorCore:
         """Whether an order is pending."""
         return bool(self._asked)
 
+    @property
     def to_plan(self) -> list[Giving]:
-        """Return the pending orders that wait for a planned change of formation (Giving.to_plan)."""
+        """The pending orders that wait for a planned change of formation (Giving.to_plan)."""
         return [one.giving for one in self._asked if one.giving is not None and one.giving.to_plan is not None]
 
     def step(self, now: int) -> Iterator[tuple[Key, Message]]:

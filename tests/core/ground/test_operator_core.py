@@ -128,7 +128,7 @@ def test_what_goes_down_ends_what_takes_up(station: Station, verb: str, under_wa
     station.ask(verb)
     assert station.answers == [ENDED]
     assert station.step() == [verb]
-    assert station.core.to_plan() == []
+    assert station.core.to_plan == []
     assert set(station.step(8.0)) == {verb}
     assert len(station.answers) == 2  # what was ended is not answered again
 

@@ -2,7 +2,7 @@ import pytest
 from flockwire.domain.order import MOST_VERSIONS, Mission
 from flockwire.domain.time import SECOND
 from flockwire.ground.fleet import Fleet
-from flockwire.ground.knowledge import HISTORY, Knowledge
+from flockwire.ground.standing import HISTORY, Standing
 from flockwire.pilot.orders import came_down
 from flockwire.wire.status import Report, Status
 
@@ -28,7 +28,7 @@ def fleet(age=60.0, ages=(), **obeyed):
 
 @pytest.fixture
 def knowledge():
-    return Knowledge(OURS, ASKED)
+    return Standing(OURS, ASKED)
 
 
 START, HOLD, LAND = order("start"), order("hold", giver=9), order("land", giver=10)

@@ -7,20 +7,20 @@ from command_line import refused
 from flockwire.runtime.session import RouterAbsentError
 from flockwire.security.files import CredentialsError, default_folder
 from flockwire.wire.phase import Phase
-from flockwire_station import rotating
+from flockwire_station import watching
 from simulated_pilots import SimulatedSwarm, started
 
 
 @pytest.fixture
 def swarm(make_plan, monkeypatch):
     found = SimulatedSwarm(make_plan())
-    monkeypatch.setattr(rotating, "Session", lambda plan, identity, keys: found)
-    monkeypatch.setattr(rotating, "LOOK_TIME", 0.1)
+    monkeypatch.setattr(watching, "Session", lambda plan, identity, keys: found)
+    monkeypatch.setattr(watching, "LOOK_TIME", 0.1)
     return found
 
 
 def flying(swarm):
-    return asyncio.run(rotating.flying(swarm.plan, None))
+    return asyncio.run(watching.flying(swarm.plan, None))
 
 
 def test_no_drone_flies_on_the_ground(swarm):
@@ -45,8 +45,8 @@ def test_keys_that_no_peer_accepts_are_not_a_reason(make_plan, monkeypatch, erro
     def refuse(plan, identity, keys):
         raise error
 
-    monkeypatch.setattr(rotating, "Session", refuse)
-    assert asyncio.run(rotating.flying(make_plan(), None)) == ()
+    monkeypatch.setattr(watching, "Session", refuse)
+    assert asyncio.run(watching.flying(make_plan(), None)) == ()
 
 
 def test_a_rotation_is_refused_in_flight(flockwire, swarm, tmp_path):

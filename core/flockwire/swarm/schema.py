@@ -1,69 +1,15 @@
-"""The page of all keys of a swarm file (docs/swarm_file.md) and its JSON Schema, from the models."""
+"""The JSON Schema of a swarm file and the text of its defaults, from the models."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any, get_args
+from typing import Any
 
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
 from flockwire.swarm.model import Swarm
-from flockwire.swarm.outline import Entry, entries, explanation, of_field
-from flockwire.swarm.wording import shown, takes
-
-_HEAD = """# The swarm file
-
-<!-- made by scripts/document from the models in core/flockwire/swarm; change those -->
-
-One TOML file describes a whole swarm. `flockwire init` writes one with comments, `flockwire check` names every mistake.
-Lengths are metres, times seconds, angles radians; the world frame is ENU with Z up. A key without a default must be
-given. In messages and dotted keys, list positions count from 0: `drones.2.start` is the start of the third drone.
-
-An editor that knows TOML and JSON Schema (Even Better TOML, taplo) completes and explains keys: `flockwire init` writes
-`.flockwire/swarm.schema.json` and a first line that names it."""
-
-
-def page() -> str:
-    """Return the page."""
-    parts = [_HEAD]
-    written: set[type[BaseModel]] = set()
-    every = list(entries(Swarm))
-    for entry in every:
-        if entry.model in written:
-            continue
-        written.add(entry.model)
-        tables = dict.fromkeys(other.table for other in every if other.model is entry.model)
-        parts += ["", *_section(entry, tuple(tables))]
-    return "\n".join(parts) + "\n"
-
-
-def _section(first: Entry, tables: tuple[str, ...]) -> Iterator[str]:
-    """Yield heading, purpose and keys of one table."""
-    yield f"## {' and '.join(_heading(table) for table in tables)}{_kind_of(first.model)}"
-    yield ""
-    yield (first.model.__doc__ or "").strip().split("\n")[0]
-    yield ""
-    yield "| key | default | unit | must be | |"
-    yield "|---|---|---|---|---|"
-    for entry in entries(first.model):
-        if not entry.table:
-            unit, meaning = explanation(entry.model, entry.name)
-            cells = f"`{entry.name}`", default(entry), unit, takes(*of_field(entry.field)), meaning
-            yield f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |"
-
-
-def _heading(table: str) -> str:
-    if not table:
-        return "The top of the file"
-    return f"`[[{table.removesuffix('.N')}]]`" if table.endswith(".N") else f"`[{table}]`"
-
-
-def _kind_of(model: type[BaseModel]) -> str:
-    field = model.model_fields.get("kind")
-    if field is None or len(get_args(field.annotation)) != 1:
-        return ""
-    return f', kind = "{get_args(field.annotation)[0]}"'
+from flockwire.swarm.outline import Entry, entries, explanation
+from flockwire.swarm.wording import shown
 
 
 def default(entry: Entry) -> str:
@@ -84,7 +30,8 @@ def schema() -> dict[str, Any]:
     """Return the JSON Schema of a swarm file, with the page's description of each key."""
     made = Swarm.model_json_schema()
     described = {"Swarm": made, **made["$defs"]}
-    for model, table in ((model, described[model.__name__]) for model in _models()):
+    for model in dict.fromkeys(entry.model for entry in entries(Swarm)):
+        table = described[model.__name__]
         for entry in entries(model):
             if not entry.table:
                 unit, meaning = explanation(model, entry.name)
@@ -126,7 +73,3 @@ def _by_kind(names: dict[str, str], tables: dict[str, Any]) -> dict[str, Any]:
         "required": ["kind"],
         "allOf": [{"if": kind, "then": {"allOf": cases}}],
     }
-
-
-def _models() -> list[type[BaseModel]]:
-    return list(dict.fromkeys(entry.model for entry in entries(Swarm)))

@@ -1,10 +1,11 @@
 import contextlib
 import socket
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from flockwire_station.processes import busy_endpoint, command
+from flockwire_station.host import Host, busy_endpoint
 
 
 @pytest.fixture
@@ -61,15 +62,17 @@ def test_a_free_endpoint_is_not_a_problem(make_plan):
 )
 def test_a_process_is_started_by_its_own_command(make_plan, identity, arguments):
     plan = make_plan({"network.mode": "router"})
-    line = command(plan, identity, Path("s.toml"), Path("runs/x"), Path("k"))
+    line = Host(plan, Path("s.toml"), "localhost", Path("runs/x"), Path("k")).command_line(identity)
     assert line == [sys.executable, "-m", "flockwire_cli", *arguments]
 
 
 def test_faults_go_to_those_whose_cores_inject_them_with_the_time_of_take_off_where_it_is_known(make_plan):
     plan = make_plan({"network.mode": "router"})
-    plain = {identity: command(plan, identity, Path("s"), Path("o"), Path("k")) for identity in plan.started}
+    host = Host(plan, Path("s"), "localhost", Path("o"), Path("k"))
+    plain = {identity: host.command_line(identity) for identity in plan.started}
+    host = replace(host, faults_file=Path("f"))
     injecting = ("gateway", "kinematics", "recorder", "uav1", "uav2", "uav3", "uav4")
     for took_off, more in ((None, []), (17, ["--took-off", "17"])):
-        lines = {i: command(plan, i, Path("s"), Path("o"), Path("k"), Path("f"), took_off) for i in plan.started}
+        lines = {identity: host.command_line(identity, took_off) for identity in plan.started}
         longer = {identity: line[len(plain[identity]) :] for identity, line in lines.items() if line != plain[identity]}
         assert longer == {identity: ["--faults", "f", *more] for identity in injecting}

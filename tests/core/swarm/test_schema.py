@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from flockwire.swarm.model import Swarm
 from flockwire.swarm.outline import entries, explanation
-from flockwire.swarm.page import schema
+from flockwire.swarm.schema import schema
 from jsonschema import Draft202012Validator
 
 ROOT = Path(__file__).parents[3]
