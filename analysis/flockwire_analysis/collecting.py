@@ -15,8 +15,7 @@ from flockwire.wire.plan import Plan
 from flockwire.wire.status import APART, LAW_FAILED, LEFT_OUT, Status
 from flockwire_recorder.trace import count_lost, published_at
 
-from flockwire_analysis.observed import Observed, keep, observed
-from flockwire_analysis.recorded import ProcessRecord, StateChange, Trace, is_repeated
+from flockwire_analysis.recorded import Observed, ProcessRecord, StateChange, Trace, is_repeated, keep, observed
 from flockwire_analysis.series import Columns
 
 

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from flockwire.domain.time import SECOND
-from flockwire_analysis.events import Event, events
 from flockwire_analysis.figures import animation
 from flockwire_analysis.figures.animation import animate
 from flockwire_analysis.figures.comparison import compare
 from flockwire_analysis.figures.drawing import NAME_ROWS, Canvas, rows_of
 from flockwire_analysis.figures.errors import observation
 from flockwire_analysis.figures.trajectories import trajectories
+from flockwire_analysis.phases import Event, events
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.tracking import Errors, places, reference_velocities, references, velocities
 from flockwire_recorder.trace import FAULTS

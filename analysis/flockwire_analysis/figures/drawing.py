@@ -21,8 +21,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from flockwire_analysis.events import Event, events
-from flockwire_analysis.phases import Span, airborne, formation_phases
+from flockwire_analysis.phases import Event, Span, airborne, events, formation_phases
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Floats, Integers
 from flockwire_analysis.tracking import Errors, formation_errors, observation_errors
