@@ -21,12 +21,13 @@ from flockwire_analysis.series import Columns
 
 @dataclass(slots=True)
 class _Publisher:
-    """One channel: the messages of one process on a topic, `repeated` until answered or not.
+    """One channel: the messages of one process on a topic, `repeated` until answered or not, `judged` or not.
 
     `rate` is its largest number of messages per s.
     """
 
     repeated: bool
+    judged: bool
     rate: int
     begin: int  # Unix ns
     end: int = 0
@@ -69,7 +70,8 @@ class Collector:
         publisher = self._publishers.get(channel)
         if publisher is None:
             repeated, rate = (is_repeated(key.kind), ROWS[key.kind].rate) if key is not None else (False, 0)
-            publisher = self._publishers[channel] = _Publisher(repeated, rate, logged)
+            judged = key is None or key in self.plan.judged
+            publisher = self._publishers[channel] = _Publisher(repeated, judged, rate, logged)
         self._recorded += 1
         self._begin = min(self._begin or logged, logged)
         self._end = max(self._end, logged)
@@ -123,7 +125,8 @@ class Collector:
             tuple(self._failed_laws),
             tuple(self._contradictions),
             self._begin, self._end, self._recorded,
-            self._lost(), self._malformed, closed, lost_bytes,
+            self._lost_orders() + self._lost(judged=True), self._lost(judged=False),
+            self._malformed, closed, lost_bytes,
         )  # fmt: skip
 
     def _held(self) -> tuple[Mission, ...]:
@@ -131,10 +134,14 @@ class Collector:
         missions = (mission for _, mission in sorted(self._missions.items()))
         return tuple(mission for mission in missions if not self._obeyed or mission.version in self._obeyed)
 
-    def _lost(self) -> int:
-        """Return the number of missing messages, and of missing orders that pilots obeyed.
+    def _lost_orders(self) -> int:
+        """Return the number of missing orders that pilots obeyed."""
+        return len({version for version in self._obeyed if version.stamp >= self._begin}.difference(self._missions))
+
+    def _lost(self, judged: bool) -> int:
+        """Return the number of missing messages of keys that are judged, or of all others.
 
         A repeated message may have no link after its process was stopped for a while.
         """
-        orders = {version for version in self._obeyed if version.stamp >= self._begin}.difference(self._missions)
-        return len(orders) + sum(publisher.lost() for publisher in self._publishers.values() if not publisher.repeated)
+        publishers = self._publishers.values()
+        return sum(one.lost() for one in publishers if one.judged == judged and not one.repeated)

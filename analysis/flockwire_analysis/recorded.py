@@ -102,8 +102,9 @@ class Trace:
     of a status, `states` the changes of reported phases by identity, `histories` what pilots reported of phase and
     orders, `failed_laws` a sentence for each error of a law, `contradictions` one for each input that a pilot took for
     false. `begin` and `end` are the first and the last log time (Unix ns). `lost` counts missing messages of topics
-    that are not repeated, and missing orders that pilots obeyed; `malformed` the messages that could not be decoded. A
-    trace that was not `closed` was read up to its last complete record; `lost_bytes` follow it.
+    that are not repeated, and missing orders that pilots obeyed; `lost_beside` those of dispensable processes alone;
+    `malformed` the messages that could not be decoded. A trace that was not `closed` was read up to its last complete
+    record; `lost_bytes` follow it.
     """
 
     path: Path
@@ -121,6 +122,7 @@ class Trace:
     end: int
     recorded: int
     lost: int
+    lost_beside: int
     malformed: int
     closed: bool
     lost_bytes: int

@@ -16,7 +16,8 @@ from flockwire_station.connecting import UNANSWERED, connected
 from flockwire_station.fault_injection import FaultInjector
 from flockwire_station.host import Host
 from flockwire_station.operator import Operator
-from flockwire_station.processes import Children, Restarts
+from flockwire_station.processes import Children
+from flockwire_station.restarts import Restarts
 from flockwire_station.terminal.display import Display
 from flockwire_station.terminal.interrupts import Interrupts, interrupts
 from flockwire_station.terminal.keyboard import Keyboard, keys_pressed
@@ -62,7 +63,7 @@ async def serve(
     restarts = Restarts(host.plan, children, display.note)
 
     def look_after(now: int) -> str:
-        died, director = restarts.step(), operator.core.director
+        died, director = restarts.step(now), operator.core.director
         if director is not None and director.took_off is not None:
             children.took_off = director.took_off
             injector.step(now - director.took_off)

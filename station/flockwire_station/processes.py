@@ -7,14 +7,12 @@ import contextlib
 import os
 import signal
 import subprocess
-from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 from flockwire import clock
 from flockwire.domain.time import nanoseconds
 from flockwire.runtime.ending import LIFELINE
-from flockwire.wire.plan import Plan
 
 from flockwire_station.host import Host
 from flockwire_station.operator import Operator
@@ -169,33 +167,3 @@ async def start_processes(host: Host, children: Children, operator: Operator, in
         return bool(interrupted.count) or not waiting or None
 
     await operator.run(turn)
-
-
-MOST_RESTARTS = 5  # of one process in one flight
-
-
-class Restarts:
-    """Restarts the children of one flight; `note` gets a line about each restart."""
-
-    def __init__(self, plan: Plan, children: Children, note: Callable[[str], None]) -> None:
-        self._plan, self._children, self._note = plan, children, note
-        self._tasks: list[asyncio.Task[None]] = []
-        self._counts: Counter[str] = Counter()  # of restarts, by identity
-
-    def step(self) -> str:
-        """Restart dead processes if the process table allows it; returns a line about another dead one.
-
-        A process that refused its configuration is not restarted.
-        """
-        for identity in self._children.ended():
-            again = self._plan.rows[identity].restarts and not self._children.refused(identity)
-            if again and self._counts[identity] < MOST_RESTARTS:
-                self._counts[identity] += 1
-                self._note(f"{self._children.how(identity)}; restarted")
-                self._children.kill(identity)  # its exit is then expected
-                self._tasks.append(asyncio.create_task(self._children.restart(identity)))
-        return self._children.died()
-
-    async def end(self) -> None:
-        """Wait for pending work."""
-        await asyncio.gather(*self._tasks)

@@ -23,7 +23,7 @@ from flockwire_station.flown import flown, flown_by
 from flockwire_station.host import Host, PortInUseError, alone
 from flockwire_station.hosting import UnansweredError
 from flockwire_station.operator import Operator
-from flockwire_station.processes import MOST_RESTARTS
+from flockwire_station.restarts import MOST_AT_ONCE
 from flockwire_station.terminal.display import Display
 from flockwire_station.terminal.interrupts import Interrupts, interrupts
 from simulated_children import Processes
@@ -149,7 +149,7 @@ def test_a_recorder_that_dies_again_and_again_lands_the_drones_at_last(fly):
     flight.children.restart = restart
     flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
     assert flight.conduct() == "recorder ended unexpectedly (signal SIGKILL)"
-    assert flight.children.started == ["recorder"] * MOST_RESTARTS
+    assert flight.children.started == ["recorder"] * MOST_AT_ONCE
 
 
 def test_what_refuses_to_run_is_not_restarted(fly):
