@@ -19,7 +19,8 @@ from flockwire.pilot.transitions import PHASES, Conditions, reachable
 from flockwire.swarm.model import uav
 from flockwire.wire.phase import Phase
 
-from flockwire_analysis.recorded import Observed, Trace, version_of
+from flockwire_analysis.observed import Observed, version_of
+from flockwire_analysis.recorded import Trace
 
 TOLERANCE = SECOND // 1000  # ns by which an age in a status may be rounded
 UNSEEN = 10 * SECOND  # ns before a status from which on an order may have been given that no status shows

@@ -14,7 +14,8 @@ from flockwire.domain.time import SECOND
 from flockwire.extras import remedy
 from flockwire.swarm.model import uav
 
-from flockwire_analysis.phases import Span, events, formation_phases
+from flockwire_analysis.events import events
+from flockwire_analysis.phases import Span, formation_phases
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Integers

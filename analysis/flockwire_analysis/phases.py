@@ -1,23 +1,19 @@
-"""The times of a flight: the span in the air, a phase for each ordered formation, the formation in force, events."""
+"""The times of a flight: the span in the air, a phase for each ordered formation, the formation in force."""
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from itertools import zip_longest
-from typing import NamedTuple
 
 import numpy as np
 from flockwire.control.formation import Formation
 from flockwire.domain.order import Mission
-from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.domain.time import SECOND
 from flockwire.pilot.orders import flown_formation, is_known
-from flockwire_recorder.trace import FAULTS
 
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Booleans, Floats, Integers
 
-REPEATS = 3 * SECOND  # ns in which a stop counts as a repetition
 TAIL = 0.3  # share of the formation phase, at its end, that judges tracking
 
 
@@ -109,39 +105,3 @@ def formation_of(trace: Trace, mission: Mission) -> Formation | None:
     named = {mission.formation} if mission.change is None else {mission.formation, mission.change.before}
     formations = {name: trace.swarm.build_formation(name) for name in named.intersection(trace.swarm.formation_names)}
     return flown_formation(formations, mission) if is_known(formations, mission) else None
-
-
-class Event(NamedTuple):
-    """An event at `stamp` (Unix ns), with a short name."""
-
-    stamp: int
-    text: str
-
-
-def events(trace: Trace) -> tuple[Event, ...]:
-    """Return the events to mark in the figures of a flight."""
-    return tuple(sorted((*_orders(trace), *_stops(trace), *_faults(trace))))
-
-
-def _orders(trace: Trace) -> list[Event]:
-    """Return the operator's orders; a start counts from the formation's time 0."""
-    found = []
-    for mission in trace.missions:
-        when = max(mission.start, mission.stamp) if mission.in_formation else mission.stamp
-        found.append(Event(when, f"{mission.verb} {mission.formation}".strip()))
-    return found
-
-
-def _faults(trace: Trace) -> list[Event]:
-    """Return the injected faults; their times count from the first take-off order."""
-    took_off = next((mission.stamp for mission in trace.missions if mission.verb == "takeoff"), trace.begin)
-    injected = json.loads(trace.metadata.get(FAULTS, "[]"))
-    return [Event(took_off + nanoseconds(at), text) for at, text in injected]
-
-
-def _stops(trace: Trace) -> list[Event]:
-    found: list[Event] = []
-    for stop in trace.stops:
-        if not found or stop.stamp - found[-1].stamp > REPEATS:
-            found.append(Event(stop.stamp, "STOP"))
-    return found

@@ -1,4 +1,4 @@
-"""Writes the report of a trace: summary.json, figures and one HTML page without other files (templates/report.html)."""
+"""Writes the report of a trace: summary.json, figures, the page (templates/report.html) and the replay page."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from flockwire_analysis.graph_picture import graph_picture
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.recorded import ProcessRecord, Trace
+from flockwire_analysis.replay import NAME as REPLAY
+from flockwire_analysis.replay import write_replay
 from flockwire_analysis.summary import Summary, summarise
 
 if TYPE_CHECKING:
@@ -51,13 +53,17 @@ UNKNOWN = "\N{EN DASH}"
 
 
 def page(trace: Trace, summary: Summary, pictures: Sequence[Picture], probe: dict[str, Any] | None) -> str:
-    """Return the page; figures are embedded, all text is escaped. `probe` is the content of probe.json."""
+    """Return the page; figures are embedded, all text is escaped. `probe` is the content of probe.json.
+
+    The page links to the replay page in the same folder.
+    """
     steps = summary.steps
     return render(
         "flockwire_analysis",
         "report.html",
         name=trace.swarm.name.replace("_", " "),
         failed=len(summary.failures()),
+        replay=REPLAY,
         subtitle=_subtitle(trace, summary),
         stops=tuple(dict.fromkeys(stop.reason for stop in trace.stops)),  # each is published several times
         tiles=_tiles(summary),
@@ -177,7 +183,7 @@ def write_report(path: Path, out: Path, vector: bool = False) -> Summary:
 
 
 def write_files(trace: Trace, summary: Summary, out: Path, vector: bool = False) -> None:
-    """Write summary.json, the figures as PNG (and PDF if `vector`) and report.html of a flight into the folder `out`.
+    """Write summary.json, figures as PNG (and PDF if `vector`), report.html and replay.html of a flight into `out`.
 
     Raises OSError.
 
@@ -185,6 +191,7 @@ def write_files(trace: Trace, summary: Summary, out: Path, vector: bool = False)
     """
     out.mkdir(parents=True, exist_ok=True)
     (out / "summary.json").write_text(json.dumps(summary.as_json(), indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    write_replay(trace, summary, out / REPLAY)
     from flockwire_analysis.figures import draw  # noqa: PLC0415  (matplotlib takes a second to import)
 
     pictures = draw(trace, out, vector)

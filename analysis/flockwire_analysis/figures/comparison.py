@@ -10,8 +10,9 @@ import numpy as np
 from matplotlib import rc_context
 
 from flockwire_analysis import separation, tracking
-from flockwire_analysis.figures.drawing import INK, MUTED, OKABE_ITO, STYLE, Canvas, legend, line, thinned
+from flockwire_analysis.figures.drawing import INK, MUTED, OKABE_ITO, STYLE, Canvas, thinned
 from flockwire_analysis.figures.errors import FLOOR
+from flockwire_analysis.figures.legends import legend, line
 from flockwire_analysis.phases import airborne
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Floats

@@ -8,7 +8,8 @@ import numpy as np
 from flockwire.domain.time import SECOND
 from matplotlib.ticker import NullLocator
 
-from flockwire_analysis.figures.drawing import DANGER, MUTED, Canvas, Picture, area, envelope, legend, line
+from flockwire_analysis.figures.drawing import DANGER, MUTED, Canvas, Picture, envelope
+from flockwire_analysis.figures.legends import area, legend, line
 from flockwire_analysis.phases import Span
 from flockwire_analysis.series import Floats
 from flockwire_analysis.tracking import SETTLED_BELOW, Errors, in_formation, settling_time

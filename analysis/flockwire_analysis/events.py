@@ -1,0 +1,50 @@
+"""The events of a flight in order of time: orders, stops and injected faults."""
+
+from __future__ import annotations
+
+import json
+from typing import NamedTuple
+
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire_recorder.trace import FAULTS
+
+from flockwire_analysis.recorded import Trace
+
+REPEATS = 3 * SECOND  # ns in which a stop counts as a repetition
+
+
+class Event(NamedTuple):
+    """An event at `stamp` (Unix ns), with a short name; `kind` is "order", "stop" or "fault"."""
+
+    stamp: int
+    text: str
+    kind: str = "order"
+
+
+def events(trace: Trace) -> tuple[Event, ...]:
+    """Return the events to mark in the figures of a flight."""
+    return tuple(sorted((*_orders(trace), *_stops(trace), *_faults(trace))))
+
+
+def _orders(trace: Trace) -> list[Event]:
+    """Return the operator's orders; a start counts from the formation's time 0."""
+    found = []
+    for mission in trace.missions:
+        when = max(mission.start, mission.stamp) if mission.in_formation else mission.stamp
+        found.append(Event(when, f"{mission.verb} {mission.formation}".strip()))
+    return found
+
+
+def _faults(trace: Trace) -> list[Event]:
+    """Return the injected faults; their times count from the first take-off order."""
+    took_off = next((mission.stamp for mission in trace.missions if mission.verb == "takeoff"), trace.begin)
+    injected = json.loads(trace.metadata.get(FAULTS, "[]"))
+    return [Event(took_off + nanoseconds(at), text, "fault") for at, text in injected]
+
+
+def _stops(trace: Trace) -> list[Event]:
+    found: list[Event] = []
+    for stop in trace.stops:
+        if not found or stop.stamp - found[-1].stamp > REPEATS:
+            found.append(Event(stop.stamp, "STOP", "stop"))
+    return found

@@ -1,0 +1,90 @@
+"""What a pilot's status shows of its phase and its orders."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from typing import NamedTuple
+
+from flockwire.domain.order import Mission, Version
+from flockwire.domain.time import SECOND
+from flockwire.pilot.off_place import shown_phase
+from flockwire.wire.status import LAW_FAILED, Status
+
+
+class Observed(NamedTuple):
+    """What a pilot reported at `stamp` (Unix ns), after as many `steps`; `publisher` is another after a restart.
+
+    `reasoned`: it gave a reason for its phase. `telemetry` is the stamp (Unix ns) of that which it had, 0: none.
+    """
+
+    stamp: int
+    publisher: Hashable
+    steps: int
+    phase: str
+    mission: Mission | None
+    concurrent: tuple[Version, ...]
+    reasoned: bool
+    telemetry: int
+
+    def is_as(self, other: Observed) -> bool:
+        """Return whether the same pilot is in the same phase, under the same orders, with a reason or without."""
+        return (
+            self.phase == other.phase
+            and self.reasoned == other.reasoned
+            and version_of(self.mission) == version_of(other.mission)
+            and self.concurrent == other.concurrent
+            and not self.restarted_since(other)
+        )
+
+    def restarted_since(self, earlier: Observed) -> bool:
+        """Return whether it comes from another process than `earlier`."""
+        return self.publisher != earlier.publisher or self.steps < earlier.steps
+
+
+class Shown(NamedTuple):
+    """What a process reported from `stamp` (Unix ns) on, as pages show it.
+
+    `phase` is the shown one, `why` its detail and reasons, `formation` the one that it was ordered to fly, None: none.
+    """
+
+    stamp: int
+    phase: str
+    why: str = ""
+    formation: str | None = None
+
+
+def shown(status: Status) -> Shown:
+    """Return what pages show of a status."""
+    report, mission = status.report, status.report.mission
+    formation = mission.formation if mission is not None and mission.in_formation else None
+    return Shown(status.stamp, shown_phase(report), report.line, formation)
+
+
+def append_change(history: list[Shown], new: Shown) -> None:
+    """Append `new` if it differs from the last one by more than its stamp."""
+    if not history or history[-1][1:] != new[1:]:
+        history.append(new)
+
+
+def observed(status: Status, publisher: Hashable) -> Observed:
+    """Return what a pilot's status shows."""
+    report = status.report
+    age = report.telemetry_age
+    return Observed(
+        status.stamp, publisher, status.steps, report.phase, report.mission, report.concurrent,
+        bool(report.detail) or any(reason.code == LAW_FAILED for reason in report.reasons),
+        status.stamp - round(age * SECOND) if age != -1.0 else 0,
+    )  # fmt: skip
+
+
+def keep(history: list[Observed], new: Observed) -> None:
+    """Append `new`; of those that show the same, one after another, the first and the last are kept."""
+    if len(history) > 1 and new.is_as(history[-1]) and history[-1].is_as(history[-2]):
+        history[-1] = new
+    else:
+        history.append(new)
+
+
+def version_of(mission: Mission | None) -> Version | None:
+    """Return which order `mission` is, None where it is none."""
+    return mission.version if mission is not None else None
