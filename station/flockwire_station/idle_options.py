@@ -52,7 +52,7 @@ IDLE = (
     Idle(
         "no safety filter",
         lambda swarm: not swarm.control.filtered,
-        ("avoidance.barrier_rate", "avoidance.margin", "limits.floor"),
+        ("avoidance.barrier_rate", "avoidance.margin", "limits.floor", "control.disturbance"),
     ),
     Idle(
         "avoidance.sensing = 'neighbours'",
@@ -63,6 +63,11 @@ IDLE = (
         "avoidance.sensing = 'neighbours', and no airframe with a driver of its own",
         lambda swarm: swarm.avoidance.sensing == "neighbours" and not swarm.driven,
         ("limits.blind_speed",),
+    ),
+    Idle(
+        "no simulated drone",
+        lambda swarm: not swarm.simulated,
+        ("wind.velocity", "wind.gust"),
     ),
     Idle(
         "network.security = 'none'",
