@@ -105,6 +105,10 @@ class FirstOrderAirframe:
             self.position, self.velocity = lagged_motion(self.position, self.velocity, velocity, parameters.lag, dt)
             battery -= dt / parameters.endurance
             self.battery = battery if battery > 0.0 else 0.0
+        self._land_on_contact()
+
+    def _land_on_contact(self) -> None:
+        """Stand as soon as it touches the ground while it descends."""
         if self.velocity[2] < 0.0 and self.position[2] - self._ground <= CONTACT:
             self.position, self.velocity = (self.position[0], self.position[1], self._ground), ZERO
             if self.state is not FlightState.STOPPED:

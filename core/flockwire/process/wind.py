@@ -1,11 +1,11 @@
 """The wind of simulated airframes: by how much they drift at a zero command.
 
     w(t) = mean + gust / sqrt 2 sum_k c_k [sin(2 pi t / T_k + a_k), sin(2 pi t / T_k + b_k), 0]
-    T = 3, 6, 12, 24 s,   c_k = sqrt T_k / sum sqrt T_k
+    T = 3, 6, 12, 24, 48 s,   c_k = sqrt T_k / sum sqrt T_k
 
 So a gust is at most `gust`, horizontal, smooth, and other for each drone by its phases a, b. Its power falls with the
-square of the frequency, as that of turbulence near the ground (Dryden's spectrum, well above its corner). A
-constant command u makes an airframe fly at gain u + w.
+square of the frequency, as in Dryden's spectrum of turbulence above its corner: 50 s at 1 m/s and a length of 8 m, that
+of 1 m above the ground. A constant command u makes an airframe fly at gain u + w.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from math import pi, sin, sqrt
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 
-PERIODS = (3.0, 6.0, 12.0, 24.0)  # s, of the parts of gusts
+PERIODS = (3.0, 6.0, 12.0, 24.0, 48.0)  # s, of the parts of gusts
 STEP = SECOND // 100  # ns for which airframes take the wind as constant
 
 

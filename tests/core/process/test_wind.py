@@ -17,7 +17,7 @@ def test_a_gust_is_horizontal_and_never_more_than_said(now, gust, seed):
 
 def test_gusts_reach_most_of_their_bound_and_vanish_in_the_mean():
     wind = Wind((1.0, 0.0, 0.0), 0.5, Random(3).random)
-    found = [wind.at(k * SECOND // 5) for k in range(24 * 5)]  # all periods divide 24 s
+    found = [wind.at(k * SECOND // 5) for k in range(48 * 5)]  # all periods divide 48 s
     assert abs(sum(x for x, _, _ in found) / len(found) - 1.0) < 1e-6
     assert max(hypot(x - 1.0, y) for x, y, _ in found) > 0.3
 
