@@ -7,13 +7,13 @@ y is the airframe's stopping point. The safety filter around the law, not a pote
 
 from __future__ import annotations
 
-from flockwire.control.bent_place import BentPlace
+from flockwire.control.around.bent_place import BentPlace
+from flockwire.control.around.sidestep import Sidestep
+from flockwire.control.around.way_round import WayRound
 from flockwire.control.first_order_lag import lead, stopping_reference
 from flockwire.control.graph import LEADER
 from flockwire.control.leader_track import LeaderTrack
 from flockwire.control.observer import relay_step
-from flockwire.control.sidestep import Sidestep
-from flockwire.control.way_round import WayRound
 from flockwire.domain.motion import LeaderMotion, Motion
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract

@@ -11,12 +11,12 @@ from collections.abc import Mapping, Sequence
 from math import inf
 from typing import NamedTuple, Protocol
 
-from flockwire.control.bent_place import DetourParameters
+from flockwire.control.around.bent_place import DetourParameters
+from flockwire.control.around.sidestep import SidestepParameters
 from flockwire.control.formation import Formation
 from flockwire.control.observer import ObserverParameters
 from flockwire.control.potential import PotentialParameters
 from flockwire.control.protocol import ProtocolParameters
-from flockwire.control.sidestep import SidestepParameters
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.motion import LeaderMotion, Motion
 from flockwire.domain.time import SECOND

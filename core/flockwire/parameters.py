@@ -9,7 +9,8 @@ from collections.abc import Mapping
 from math import inf
 from typing import NamedTuple
 
-from flockwire.control.bent_place import DetourParameters
+from flockwire.control.around.bent_place import DetourParameters
+from flockwire.control.around.sidestep import SidestepParameters
 from flockwire.control.fence import Room
 from flockwire.control.formation import Formation
 from flockwire.control.graph import LEADER
@@ -18,7 +19,6 @@ from flockwire.control.leader_track import leader_time_constant
 from flockwire.control.observer import ObserverParameters
 from flockwire.control.potential import PotentialParameters
 from flockwire.control.protocol import ProtocolParameters
-from flockwire.control.sidestep import SidestepParameters
 from flockwire.control.trajectory import Trajectory
 from flockwire.domain.body import Separation
 from flockwire.domain.vector import Vector

@@ -11,7 +11,7 @@ from flockwire.swarm.model import Swarm
 from flockwire.swarm.rules import BUILT_IN
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
-from flockwire_station.command_lines import FilePaths, arguments
+from flockwire_station.host import FilePaths, arguments
 
 from flockwire_deploy.files import template
 from flockwire_deploy.networks import aboard, networks

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from flockwire.control import sidestep, way_round
+from flockwire.control.around import sidestep, way_round
 from flockwire.loading import load_swarm, parse_swarm
 from flockwire.swarm.model import Swarm
 from flockwire_kinematics.airframe import FirstOrderAirframe

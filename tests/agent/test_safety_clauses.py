@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 from flockwire.control import barrier, fence, guard
+from flockwire.control.around.bent_place import BentPlace
+from flockwire.control.around.way_round import WayRound
 from flockwire.control.barrier import sight_speed
-from flockwire.control.bent_place import BentPlace
 from flockwire.control.safety_filter import nearest_velocity
-from flockwire.control.way_round import WayRound
 from flockwire.domain.vector import ZERO
 from flockwire.parameters import LeaderParameters, leader_parameters
 from flockwire.swarm.model import Swarm

@@ -7,9 +7,10 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from flockwire.control.graph import LEADER
 
-from flockwire_analysis.figures.drawing import INK, Canvas, Picture, legend, line, thinned
-from flockwire_analysis.motion import places, reference_velocities, references, velocities
+from flockwire_analysis.figures.drawing import INK, Canvas, Picture, thinned
+from flockwire_analysis.figures.legends import legend, line
 from flockwire_analysis.series import Floats, Series
+from flockwire_analysis.tracking import places, reference_velocities, references, velocities
 
 HEIGHT = 4.3  # inches
 DASHED = (0, (3, 2))

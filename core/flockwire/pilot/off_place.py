@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import hypot
 
-from flockwire.control.bent_place import stands
+from flockwire.control.around.bent_place import stands
 from flockwire.control.fence import Room
 from flockwire.domain.body import Body, Separation
 from flockwire.domain.time import SECOND

@@ -16,15 +16,15 @@ from flockwire.domain.fields import from_fields
 from flockwire.domain.marks import Holding
 from flockwire.domain.motion import Motion
 from flockwire.domain.order import Stop
-from flockwire.domain.pose import IdentityDoubt, Pose
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, limit
 from flockwire.parameters import PilotParameters
+from flockwire.pilot.identity import Identity
 from flockwire.pilot.ladder import (
     NO_REASON,
     Inputs,
     all_well,
-    doubted,
     hold_reason,
     land_reason,
     mild_rungs,
@@ -82,7 +82,7 @@ class Pilot:
         self._surroundings = Surroundings(parameters.sensing, parameters.obstacles)
         self._pose: Pose | None = None
         self._telemetry: Telemetry | None = None
-        self._doubt: IdentityDoubt | None = None
+        self._identity = Identity()
         self._place = Place(parameters)  # the place of hold or take-off
         self._inputs = Inputs(NEVER, NEVER, NEVER, NEVER, 1.0, 0.0)
         self._stepped = now
@@ -91,7 +91,7 @@ class Pilot:
         self.take: dict[Key, Callable[[Any], None]] = {  # handlers of messages, by key
             self.pose_key: self._take_pose,
             Key("nearby", uav(number)): self._surroundings.take_nearby,
-            Key("doubt", uav(number)): self._take_doubt,
+            Key("doubt", uav(number)): self._identity.take_doubt,
             Key("telemetry", uav(number)): self._take_telemetry,
             STOP: self._take_stop,
         }
@@ -120,7 +120,7 @@ class Pilot:
         self.motion, self.bodies = None, ()
         if pose is not None:
             self.bodies = self._surroundings.bodies(pose, neighbours)
-            if fresh and not inputs.apart:
+            if fresh and not inputs.apart and not self._identity.is_lost:
                 seen = (pose.stamp - self.born) / SECOND  # small enough for a float with nanoseconds
                 times, zero = (seen, (now - self.born) / SECOND), self._limits.staleness.command_zero
                 motion = measured(self._airframe, pose.position, times, phase, self._telemetry, zero)
@@ -202,7 +202,7 @@ class Pilot:
             telemetry.battery if telemetry is not None else 1.0,
             self._room.outside(pose.position) if pose is not None else 0.0,
             leader_down,
-            doubted(self._doubt, now),
+            self._identity.doubted(now),
             self._body.apart if self._body is not None else 0.0,
         )
         return from_fields(Inputs, ages)
@@ -241,6 +241,8 @@ class Pilot:
             self._mark(inputs, missing, unready, hold, land)
         if phase is not was:
             self._place.forget()
+            if phase not in IN_FLIGHT:
+                self._identity.forget()
         return phase
 
     def _mark(self, inputs: Inputs, missing: tuple[int, ...], unready: Reason, hold: Reason, land: Reason) -> None:
@@ -271,10 +273,9 @@ class Pilot:
         return (0.0, 0.0, -self._limits.vertical_speed) if landing else ZERO
 
     def _take_pose(self, pose: Pose) -> None:
+        if self._identity.doubt is not None:
+            self._identity.take_pose(pose.stamp)
         self._pose = pose
-
-    def _take_doubt(self, doubt: IdentityDoubt) -> None:
-        self._doubt = doubt
 
     def _take_telemetry(self, telemetry: Telemetry) -> None:
         self._telemetry = telemetry

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from flockwire.control.free_place import landing_place
+from flockwire.control.around.free_place import landing_place
 from flockwire.control.potential import repulsion
 from flockwire.domain.body import Body
 from flockwire.domain.vector import Vector, add, limit, scale

@@ -1,0 +1,241 @@
+"""The bent place: a place that leads through bodies passes beside them, before the drone is there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import dist, hypot, sqrt
+from typing import NamedTuple
+
+from flockwire.control.around.free_place import Disc, nearest_free_place
+from flockwire.control.fence import Room
+from flockwire.control.plane_polygon import Corner
+from flockwire.domain.body import Body, BodyKind, Separation
+from flockwire.domain.vector import ZERO, Vector
+
+SPARE = 0.05  # m beyond the kept distance: the safety filter must not slow down a drone on its detour
+ROUNDING = 0.05  # m over which the way out to a ramp is rounded
+STANDING = 0.03  # m/s, relative speed below which a place counts as at rest beside a body
+SIDEWAYS, FASTEST_SIDEWAYS = 0.4, 0.6  # of the speed limit, and m/s, at which a place is shifted, at most
+BETTER = 0.2  # m by which the other side must be shorter
+STAYS = 0.5  # share of the last offset from which the next one is sought for a place at rest
+AT_REST = 0.1  # m/s, the speed of a person who stands, with the tracker's noise
+LOOK_AHEAD = 0.6  # s for which another drone's motion is continued, to make room for it
+SMOOTHING = 0.1  # s
+ARRIVED = (1e-3, 0.05)  # m, m/s: from here on a place is no longer bent
+_CLOSED = 1e3  # m, of a side outside the room
+
+
+def half_width(along: float, radius: float, slope: float) -> float:
+    """Return the half-width w, m, of a disc with ramps, at `along` s, m from its centre.
+
+        w(s) = sqrt(R^2 − s^2)                         for |s| <= s_1 = R m / sqrt(1 + m^2)
+        w(s) = sqrt(R^2 − s_1^2) − m (|s| − s_1)       beyond, negative in the end        (ours)
+
+    The ramps are tangents of `slope` m to the circle of `radius` R: w is continuously differentiable, |w'| <= m.
+    """
+    root = sqrt(1.0 + slope * slope)
+    knee, s = radius * slope / root, abs(along)
+    return sqrt(radius * radius - s * s) if s <= knee else radius / root - slope * (s - knee)
+
+
+def rounded(excess: float) -> float:
+    """Return max(0, x), rounded to be continuously differentiable, for `excess` x, m; never less than it.
+
+    f(x) = 0 for x <= −b,   (x + b)^2 / 4 b   in between,   x for x >= b
+    """
+    if excess <= -ROUNDING:
+        return 0.0
+    return excess if excess >= ROUNDING else (excess + ROUNDING) ** 2 / (4.0 * ROUNDING)
+
+
+def lateral_shift(
+    place: Corner, along: Corner, discs: Sequence[Disc], side: float, slope: float
+) -> tuple[float, float]:
+    """Return the shift x of a place beside `discs`, m, and the largest, X, that it will need.
+
+        x = max_k f(w(s_k) − d_k),   X = max_k R_k − d_k        (ours)
+
+    `place` (m) moves along the unit vector `along`. s_k is its position along it and d_k that to the `side` (+1: left,
+    −1: right) of disc k. Only those discs count that the place's line crosses, and those that overlap with them and
+    that the line shifted by X crosses. Both are 0 if there are none.
+    """
+    (px, py), (ux, uy) = place, along
+    own: list[tuple[float, float, float]] = []
+    others: list[tuple[float, float, float]] = []
+    for cx, cy, r in discs:
+        x, y = px - cx, py - cy
+        s, d = ux * x + uy * y, side * (ux * y - uy * x)
+        if s < r + (2.0 * r + ROUNDING) / slope:  # not passed
+            (own if abs(d) < r else others).append((s, d, r))
+    if not own:
+        return 0.0, 0.0
+    largest = max(r - d for _, d, r in own)
+    more = True
+    while more:
+        more = False
+        for disc in others:
+            s, d, r = disc
+            if abs(d + largest) < r and any(abs(s - t) < r + q for t, _, q in own):
+                own.append(disc)
+                others.remove(disc)
+                largest = max(largest, r - d)
+                more = True
+                break
+    return max(rounded(half_width(s, r, slope) - d) for s, d, r in own), largest
+
+
+def stands(body: Body) -> bool:
+    """Return whether `body` is an obstacle, or another body at rest that is not a drone."""
+    if body.kind is BodyKind.DRONE:
+        return False
+    return body.kind is BodyKind.OBSTACLE or hypot(body.velocity[0], body.velocity[1]) < AT_REST
+
+
+class DetourParameters(NamedTuple):
+    """The distances that the safety filter keeps, the room, and the limits of speed, m/s, and acceleration, m/s^2."""
+
+    separation: Separation
+    room: Room
+    speed: float
+    acceleration: float
+
+    @property
+    def sideways(self) -> float:
+        """The speed at which a place is shifted beside bodies, m/s."""
+        return min(SIDEWAYS * self.speed, FASTEST_SIDEWAYS)
+
+    def disc(self, body: Body, origin: Vector, spare: float) -> Disc:
+        """Return what to stay outside of for `body`, which is relative to `origin`, with `spare` m to its distance."""
+        x, y, _ = body.relative_position
+        return (origin[0] + x, origin[1] + y, self.separation.from_axis(body) + spare)
+
+
+class BentPlace:
+    """The offset of one drone's bent place from its place, continuous with a continuous rate.
+
+        o'' limited to b,   o' -> o*' + min(|o* - o| / 2T, sqrt(b |o* - o|)) (o* - o) / |o* - o|,   |o'| <= v_max - |v|
+
+    o* is the offset for the bodies at present, v the place's velocity. Exactly zero without bodies.
+    """
+
+    def __init__(self, parameters: DetourParameters) -> None:
+        self._parameters = parameters
+        self._braking = min(0.5 * parameters.acceleration, 3.0)
+        self._offset = self._rate = self._wanted = self._wanted_rate = (0.0, 0.0)
+        self._sides = [0.0, 0.0]  # around obstacles, around movers; 0: none chosen
+
+    @property
+    def is_bent(self) -> bool:
+        """Whether the place is bent at present."""
+        return self._offset != (0.0, 0.0)
+
+    def update(
+        self, place: Vector, velocity: Vector, position: Vector, bodies: Sequence[Body], dt: float
+    ) -> tuple[Vector, Vector]:
+        """Return the offset, m, and its rate, m/s, of a `place` (m) that moves at `velocity` (m/s).
+
+        `bodies` are relative to `position`, m; `dt` in s since the last call. Drones
+        only count beside other bodies: then who must give way finds room.
+        """
+        wanted = self._shift((place[0], place[1]), velocity, position, bodies)
+        if wanted == (0.0, 0.0) and self._offset == (0.0, 0.0):
+            return ZERO, ZERO
+        if dt > 0.0:
+            self._move(wanted, max(self._parameters.speed - hypot(velocity[0], velocity[1]), 0.0), dt)
+        return (*self._offset, 0.0), (*self._rate, 0.0)
+
+    def _shift(self, place: Corner, velocity: Vector, position: Vector, bodies: Sequence[Body]) -> Corner:
+        """Return the offset for the bodies at present, m."""
+        own = self._parameters
+        obstacles = [own.disc(body, position, SPARE) for body in bodies if stands(body)]
+        drones = [own.disc(body, position, SPARE) for body in bodies if body.kind is BodyKind.DRONE]
+        x, y = place
+        if self._is_outside(place) or (obstacles and hypot(velocity[0], velocity[1]) < STANDING):
+            x, y = self._nearest(place, obstacles)
+        else:
+            x, y = self._beside(place, (velocity[0], velocity[1]), obstacles, drones, 0)
+        for body in bodies:
+            if body.kind is BodyKind.MOVER and not stands(body):
+                relative = (velocity[0] - body.velocity[0], velocity[1] - body.velocity[1])
+                x, y = self._beside((x, y), relative, [own.disc(body, position, SPARE)], drones, 1)
+        if any(body.kind is not BodyKind.DRONE for body in bodies):
+            x, y = self._make_room((x, y), velocity, position, bodies)
+        return (x - place[0], y - place[1])
+
+    def _nearest(self, place: Corner, obstacles: Sequence[Disc]) -> Corner:
+        """Return the nearest free place, near the last one where several are about as near."""
+        room, (x, y), (wx, wy) = self._parameters.room, place, self._wanted
+        nearest = nearest_free_place(place, obstacles, room) or place
+        if nearest == place or self._wanted == (0.0, 0.0):
+            return nearest
+        kept = nearest_free_place((x + STAYS * wx, y + STAYS * wy), obstacles, room) or place
+        return kept if dist(kept, place) < dist(nearest, place) + BETTER else nearest
+
+    def _make_room(self, place: Corner, velocity: Vector, position: Vector, bodies: Sequence[Body]) -> Corner:
+        """Return `place` outside the discs of other drones, as they will be in LOOK_AHEAD s seen from the place."""
+        x, y = place
+        for body in bodies:
+            if body.kind is BodyKind.DRONE:
+                cx, cy, r = self._parameters.disc(body, position, SPARE)
+                dx = x - cx - LOOK_AHEAD * (body.velocity[0] - velocity[0])
+                dy = y - cy - LOOK_AHEAD * (body.velocity[1] - velocity[1])
+                gap = hypot(dx, dy)
+                if 0.0 < gap < r:
+                    x, y = x + dx * (r / gap - 1.0), y + dy * (r / gap - 1.0)
+        return (x, y)
+
+    def _beside(
+        self, place: Corner, velocity: Corner, discs: Sequence[Disc], drones: Sequence[Disc], group: int
+    ) -> Corner:
+        """Return where `place`, which moves at `velocity` relative to the discs, passes them on the better side.
+
+        That is the shorter one, but one that leads into the discs of `drones` counts as longer by twice how deep.
+        """
+        speed = hypot(*velocity)
+        if not discs or speed < STANDING:
+            return place
+        ux, uy = velocity[0] / speed, velocity[1] / speed
+        slope = self._parameters.sideways / speed
+        ways = {side: lateral_shift(place, (ux, uy), discs, side, slope) for side in (-1.0, 1.0)}
+        if ways[1.0][1] == 0.0:
+            self._sides[group] = 0.0
+            return place
+
+        def cost(side: float) -> float:
+            most = ways[side][1]
+            x, y = there = (place[0] - side * uy * most, place[1] + side * ux * most)
+            closed = _CLOSED if self._is_outside(there) else 0.0
+            crowded = max([0.0, *(r - hypot(x - cx, y - cy) for cx, cy, r in drones)])
+            return most + 2.0 * crowded + closed - (BETTER if side == self._sides[group] else 0.0)
+
+        side = self._sides[group] = min(ways, key=cost)
+        shift = ways[side][0]
+        return (place[0] - side * uy * shift, place[1] + side * ux * shift)
+
+    def _is_outside(self, place: Corner) -> bool:
+        """Return whether `place` is outside the room's walls."""
+        room = self._parameters.room
+        return room.outside((*place, room.low[2])) > 0.0
+
+    def _move(self, wanted: Corner, top: float, dt: float) -> None:
+        """Move the offset for `dt` s towards `wanted`, m, at most at `top` m/s."""
+        before, self._wanted = self._wanted, wanted
+        jump = ((wanted[0] - before[0]) / dt, (wanted[1] - before[1]) / dt)
+        rate = jump if hypot(*jump) <= self._parameters.speed else (0.0, 0.0)  # else the side has changed
+        (tx, ty), share = self._wanted_rate, min(dt / SMOOTHING, 1.0)
+        tx, ty = self._wanted_rate = (tx + share * (rate[0] - tx), ty + share * (rate[1] - ty))
+        (x, y), (vx, vy) = self._offset, self._rate
+        dx, dy = wanted[0] - x, wanted[1] - y
+        gap = hypot(dx, dy)
+        if wanted == (0.0, 0.0) and gap < ARRIVED[0] and hypot(vx, vy) < ARRIVED[1]:
+            self._offset = self._rate = self._wanted_rate = (0.0, 0.0)
+            return
+        pull = min(0.5 / SMOOTHING, sqrt(self._braking / gap)) if gap > 0.0 else 0.0
+        wx, wy = _limited(tx + pull * dx, ty + pull * dy, top)
+        ax, ay = _limited(wx - vx, wy - vy, self._braking * dt)
+        self._offset, self._rate = (x + dt * (vx + ax), y + dt * (vy + ay)), (vx + ax, vy + ay)
+
+
+def _limited(x: float, y: float, most: float) -> Corner:
+    length = hypot(x, y)
+    return (x, y) if length <= most else (x * most / length, y * most / length)

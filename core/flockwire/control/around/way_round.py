@@ -1,0 +1,170 @@
+"""The way round bodies that stand between a drone and its goal: the turns to the left and to the right."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import asin, atan2, cos, hypot, pi, remainder, sin, tau
+
+from flockwire.control.around.bent_place import DetourParameters, stands
+from flockwire.control.around.free_place import Disc
+from flockwire.control.plane_polygon import Corner
+from flockwire.domain.body import Body, BodyKind
+from flockwire.domain.motion import Motion
+from flockwire.domain.vector import Vector, subtract
+
+SPARE = 0.02  # m beyond the kept distance
+TOUCH = 0.01  # m by which a straight way may touch a disc
+NEAR = 0.15  # m from its place within which a drone flies straight
+TOGETHER = 0.2  # m/s, relative speed below which a drone stands in the formation
+SHORTER = 0.6  # rad by which the other side's turn must be smaller
+TIE = 0.1  # rad within which two turns count as equal: then all drones take the right one
+CLOSED = 0.95 * pi  # rad: a turn that leads back
+ADVANCE = 0.6  # m of motion that count as progress
+APPROACH = 0.1  # m, likewise, nearer to the place
+ROUND = 4.0  # times the patience for a way that leads no nearer
+BEFORE = 0.6  # m beyond the kept distance within which a drone ahead is stood before
+MOST_GIVEN_WAY = 4  # times that a drone flies back longer than before
+BACK = 0.8 * pi  # rad: the turn of a drone that gives way
+
+
+def is_straight(goal: Corner, discs: Sequence[Disc]) -> bool:
+    """Return whether the straight way from the origin to `goal`, m, is outside all discs."""
+    gx, gy = goal
+    square = gx * gx + gy * gy
+    for x, y, r in discs:
+        along = x * gx + y * gy
+        if along <= 0.0:
+            continue
+        t = min(along / square, 1.0)
+        dx, dy = x - t * gx, y - t * gy
+        near = max(r - TOUCH, 0.0)
+        if dx * dx + dy * dy < near * near:
+            return False
+    return True
+
+
+def turns(goal: Corner, discs: Sequence[Disc]) -> tuple[float, float]:
+    """Return the smallest turns from the direction of `goal` to a free direction, left and right, rad, at most pi.
+
+        disc k covers the directions  |theta − phi_k| < asin(min(1, R_k / rho_k))        (ours)
+
+    `goal` and the discs are relative to the drone, m; (rho_k, phi_k) is disc k's centre. Directions that overlapping
+    discs cover are turned past together; discs beyond the goal do not count.
+    """
+    gx, gy = goal
+    reach, ahead = hypot(gx, gy), atan2(gy, gx)
+    covered = []
+    for x, y, r in discs:
+        rho = hypot(x, y)
+        if rho < reach + r:
+            covered.append((remainder(atan2(y, x) - ahead, tau), asin(min(1.0, r / rho)) if rho > 0.0 else 0.5 * pi))
+    return _past(covered, 1.0), _past(covered, -1.0)
+
+
+def _past(covered: list[tuple[float, float]], sign: float) -> float:
+    turn, more = 0.0, True
+    while more and turn < pi:
+        more = False
+        for phi, half in covered:
+            behind = remainder(sign * phi - turn, tau)
+            if abs(behind) < half - 1e-9:
+                turn += behind + half
+                more = True
+    return min(turn, pi)
+
+
+class WayRound:
+    """Turns one drone's corrections round what stands in its way; `patience` in s, different for every drone.
+
+    Without progress for its patience a drone tries the other side or, if it stands before another drone, flies back for
+    half of it, and longer each time. The drone with the shortest patience gives way, the others find the way free.
+    """
+
+    def __init__(self, parameters: DetourParameters, patience: float) -> None:
+        self._parameters, self._patience = parameters, patience
+        self._side = 0.0  # +1 left, -1 right, 0 none
+        self._anchor, self._nearest = (0.0, 0.0), 0.0  # m to go at the last progress, seen from the formation
+        self._moved = self._neared = self._kept_until = self._back_until = 0.0  # s
+        self._given_way = self._changes = 0
+
+    def turned(
+        self, correction: Vector, motion: Motion, velocity: Vector, to_go: Corner, bodies: Sequence[Body], now: float
+    ) -> tuple[Vector, Sequence[Body]]:
+        """Return `correction`, m/s, turned round what stands in the way, and the bodies that were not considered.
+
+        `to_go` leads from the stopping point to the place, m, which moves at `velocity`, m/s; `now` in s. Obstacles
+        stand, and drones that move with the place.
+        """
+        if now < self._moved:  # the clock was set back
+            self._side, self._moved, self._neared, self._kept_until, self._back_until = 0.0, now, now, now, now
+        if hypot(*to_go) < NEAR:
+            self._given_way = self._changes = 0
+            self._straight(to_go, now)
+            return correction, bodies
+        discs, others, behind_drone = self._standing(motion, velocity, to_go, bodies)
+        if now >= self._back_until and (not discs or is_straight(to_go, discs)):
+            self._straight(to_go, now)
+            return correction, others
+        left, right = turns(to_go, discs)
+        if now >= self._back_until:
+            self._choose(left, right, to_go, behind_drone, now)
+        turn = self._side * (left if self._side > 0.0 else right)
+        if now < self._back_until:
+            turn = self._side * BACK
+        elif abs(turn) > CLOSED:
+            return correction, others
+        c, s = cos(turn), sin(turn)
+        x, y, z = correction
+        return (c * x - s * y, s * x + c * y, z), others
+
+    def _straight(self, to_go: Corner, now: float) -> None:
+        self._side, self._anchor, self._nearest = 0.0, to_go, hypot(*to_go)
+        self._moved = self._neared = now
+
+    def _standing(
+        self, motion: Motion, velocity: Vector, to_go: Corner, bodies: Sequence[Body]
+    ) -> tuple[list[Disc], list[Body], bool]:
+        """Return what stands around, relative to the stopping point, the other bodies, and whether a drone is ahead."""
+        origin = subtract(motion.position, motion.stopping)
+        discs: list[Disc] = []
+        others: list[Body] = []
+        drones = False
+        for body in bodies:
+            x, y, r = disc = self._parameters.disc(body, origin, SPARE)
+            if stands(body):
+                discs.append(disc)
+                continue
+            moves = hypot(body.velocity[0] - velocity[0], body.velocity[1] - velocity[1]) > TOGETHER
+            if body.kind is BodyKind.MOVER or moves or hypot(to_go[0] - x, to_go[1] - y) < r:
+                others.append(body)
+            else:
+                discs.append(disc)
+                gap, ahead = hypot(x, y), x * to_go[0] + y * to_go[1]
+                drones = drones or (gap < r + BEFORE and ahead > 0.7 * gap * hypot(*to_go))
+        return discs, others, drones
+
+    def _choose(self, left: float, right: float, to_go: Corner, behind_drone: bool, now: float) -> None:
+        """Choose the side of the smaller turn, or another way after `patience` without progress."""
+        reach = hypot(*to_go)
+        if hypot(to_go[0] - self._anchor[0], to_go[1] - self._anchor[1]) > ADVANCE:
+            self._anchor, self._moved = to_go, now
+        if reach < self._nearest - APPROACH:
+            self._nearest, self._moved, self._neared = reach, now, now
+        if self._side == 0.0:
+            self._side = 1.0 if left < right - TIE else -1.0
+            return
+        kept, other = (left, right) if self._side > 0.0 else (right, left)
+        if now - self._moved > self._patience or now - self._neared > ROUND * self._patience:
+            self._side, self._moved, self._neared = -self._side, now, now
+            self._keep(now)
+            if behind_drone:
+                self._given_way = min(self._given_way + 1, MOST_GIVEN_WAY)
+                self._back_until = now + 0.5 * self._patience * self._given_way
+        elif now > self._kept_until and other < kept - SHORTER:
+            self._side = -self._side
+            self._keep(now)
+
+    def _keep(self, now: float) -> None:
+        """Keep the side, longer each time: at a wall that is only partly in sight the sides would alternate."""
+        self._changes += 1
+        self._kept_until = now + 2.0 * self._patience * self._changes

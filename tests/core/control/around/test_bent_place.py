@@ -1,0 +1,152 @@
+"""The bent place: outside the discs, continuous, no faster than allowed; exactly the place without bodies."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import cos, dist, hypot, sin
+from random import Random
+
+import pytest
+from flockwire.control.around.bent_place import SPARE, BentPlace, DetourParameters, half_width, lateral_shift, rounded
+from flockwire.control.fence import Room
+from flockwire.domain.body import Body, BodyKind, Separation
+from flockwire.domain.vector import ZERO, Vector, add, subtract
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+DT = 0.02
+WIDE = Room((-20.0, -20.0, 0.0), (20.0, 20.0, 3.0))
+PARAMETERS = DetourParameters(Separation(0.43, 0.33), WIDE, 1.0, 10.0)
+ALONG = (1.0, 0.0)
+
+lengths = st.floats(-5.0, 5.0)
+radii = st.floats(0.1, 1.5)
+slopes = st.floats(0.2, 20.0)
+discs = st.lists(st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0), radii), min_size=1, max_size=4)
+
+
+@given(lengths, radii, slopes)
+def test_a_disc_with_ramps_covers_the_disc_and_is_no_steeper_than_its_ramps(s: float, r: float, slope: float) -> None:
+    width = half_width(s, r, slope)
+    assert width >= (r * r - s * s) ** 0.5 - 1e-9 if abs(s) <= r else width <= r
+    assert abs(half_width(s + 1e-4, r, slope) - width) <= 1e-4 * slope * (1.0 + 1e-6) + 1e-12
+
+
+@given(st.floats(-1.0, 1.0))
+def test_the_rounded_excess_is_never_less_than_it(x: float) -> None:
+    assert rounded(x) >= max(x, 0.0)
+    assert abs(rounded(x + 1e-5) - rounded(x)) <= 1e-5 * (1.0 + 1e-9)
+
+
+@given(discs, lengths, lengths, st.sampled_from((-1.0, 1.0)), slopes)
+def test_a_shifted_place_is_outside_all_discs_that_its_line_crosses(
+    found: list[tuple[float, float, float]], x: float, y: float, side: float, slope: float
+) -> None:
+    shift, most = lateral_shift((x, y), ALONG, found, side, slope)
+    assert 0.0 <= shift <= max(most, 0.0) + 0.0125 + 1e-9  # its rounding
+    for cx, cy, r in found:
+        if abs(y - cy) < r:
+            assert dist((x, y + side * shift), (cx, cy)) >= r - 1e-9
+
+
+@given(discs, lengths, lengths, st.sampled_from((-1.0, 1.0)), slopes, st.floats(0.0, 6.3))
+def test_a_shift_depends_on_no_direction_of_the_axes(
+    found: list[tuple[float, float, float]], x: float, y: float, side: float, slope: float, angle: float
+) -> None:
+    c, s = cos(angle), sin(angle)
+    turned = [(c * a - s * b, s * a + c * b, r) for a, b, r in found]
+    usual = lateral_shift((x, y), ALONG, found, side, slope)
+    if all(abs(abs(y - cy) - r) > 1e-6 for _, cy, r in found):  # at its rim rounding decides
+        assert (
+            lateral_shift((c * x - s * y, s * x + c * y), (c, s), turned, side, slope)[1]
+            == pytest.approx(usual[1], abs=1e-6)
+            or len(found) > 1
+        )
+
+
+def passing(
+    speed: float, aside: float, radius: float, kind: BodyKind = BodyKind.OBSTACLE, room: Room = WIDE
+) -> list[tuple[Vector, Vector, Vector]]:
+    """Let a place pass a body; return the place, its offset and the offset's rate at each step."""
+    bent = BentPlace(PARAMETERS._replace(room=room))
+    moving = kind is BodyKind.MOVER
+    found, t = [], 0.0
+    while t * speed < 8.0:
+        place = (0.0 if moving else -4.0 + speed * t, 0.0, 1.0)
+        velocity = (0.0 if moving else speed, 0.0, 0.0)
+        center = (4.0 - speed * t if moving else 0.0, aside, 1.0)
+        body = Body(kind, subtract(center, place), radius, (-speed, 0.0, 0.0) if moving else ZERO)
+        found.append((subtract(place, center), *bent.update(place, velocity, place, (body,), DT)))
+        t += DT
+    return found
+
+
+@settings(max_examples=15)
+@given(
+    st.floats(0.1, 0.5), st.floats(-1.2, 1.2), st.floats(0.1, 0.6), st.sampled_from((BodyKind.OBSTACLE, BodyKind.MOVER))
+)
+def test_a_place_that_passes_a_body_stays_clear_of_it_and_is_continuous(
+    speed: float, aside: float, radius: float, kind: BodyKind
+) -> None:
+    steps = passing(speed, aside, radius, kind)
+    kept = 0.33 + radius
+    assert min(hypot(*add(place, offset)[:2]) for place, offset, _ in steps) >= min(kept, abs(aside))
+    for (_, offset, rate), (_, following, after) in pairwise(steps):
+        assert dist(offset, following) <= DT * (PARAMETERS.speed - (speed if kind is BodyKind.OBSTACLE else 0.0)) + 1e-9
+        assert dist(rate, after) <= 3.0 * DT + 0.051  # it ends when it is slower than ARRIVED
+    assert steps[-1][1:] == (ZERO, ZERO)
+    worst = max(hypot(*offset) for _, offset, _ in steps)
+    assert worst <= max(kept + SPARE - abs(aside), 0.0) + 0.06
+
+
+def test_a_body_beside_the_way_bends_no_place() -> None:
+    assert {offset for _, offset, _ in passing(0.3, 1.0, 0.4)} == {ZERO}
+
+
+def test_the_side_with_a_wall_is_not_taken() -> None:
+    narrow = Room((-20.0, -0.5, 0.0), (20.0, 20.0, 3.0))
+    assert min(offset[1] for _, offset, _ in passing(0.3, 0.2, 0.4)) < -0.4
+    assert min(offset[1] for _, offset, _ in passing(0.3, 0.2, 0.4, room=narrow)) > -0.05
+
+
+@pytest.mark.parametrize(
+    ("place", "bodies", "nearest"),
+    [
+        ((0.2, 0.0, 1.0), (Body(BodyKind.OBSTACLE, (-0.2, 0.0, 0.0), 0.4),), (0.78, 0.0)),
+        ((0.2, 0.0, 1.0), (Body(BodyKind.MOVER, (-0.2, 0.0, 0.0), 0.4),), (0.78, 0.0)),
+        ((21.0, 5.0, 1.0), (), (20.0, 5.0)),
+    ],
+    ids=["in an obstacle", "in a person who stands", "outside the fence"],
+)
+def test_a_place_that_cannot_be_had_is_bent_to_the_nearest_that_can(
+    place: Vector, bodies: tuple[Body, ...], nearest: tuple[float, float]
+) -> None:
+    bent = BentPlace(PARAMETERS)
+    for _ in range(500):
+        offset, rate = bent.update(place, ZERO, place, bodies, DT)
+    assert add(place, offset)[:2] == pytest.approx(nearest, abs=1e-3)
+    assert hypot(*rate) < 1e-3
+
+
+def test_a_neighbour_in_the_way_of_a_person_finds_room() -> None:
+    """The neighbour comes to 0.4 m at 0.4 m/s; the person is far enough aside."""
+    bent, place = BentPlace(PARAMETERS), (0.0, 0.0, 1.0)
+    neighbour = Body(BodyKind.DRONE, (0.0, -0.6, 0.0), 0.0, (0.0, 0.4, 0.0))
+    person = Body(BodyKind.MOVER, (0.0, -1.9, 0.0), 0.4, (1.0, 0.0, 0.0))
+    for _ in range(100):
+        alone, _ = bent.update(place, ZERO, place, (neighbour,), DT)
+    assert alone == ZERO
+    for _ in range(200):
+        offset, _ = bent.update(place, ZERO, place, (neighbour, person), DT)
+    assert offset[1] == pytest.approx(0.48 - 0.6 + 0.6 * 0.4, abs=0.01)
+
+
+def test_a_place_on_an_obstacles_axis_keeps_its_side_whatever_the_noise() -> None:
+    """Without that the nearest free place is in a new direction at each step."""
+    bent, chance, offsets = BentPlace(PARAMETERS), Random(1), []
+    for _ in range(1000):
+        noisy = (chance.gauss(0.0, 0.001), chance.gauss(0.0, 0.001), 1.0)
+        offsets.append(bent.update(noisy, ZERO, ZERO, [Body(BodyKind.OBSTACLE, ZERO, 0.3)], DT)[0])
+    way = sum(dist(a, b) for a, b in pairwise(offsets[500:]))
+    assert hypot(*offsets[-1]) == pytest.approx(0.63 + SPARE, abs=0.01)
+    assert way < 0.3
