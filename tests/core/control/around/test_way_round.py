@@ -14,7 +14,7 @@ from flockwire.domain.vector import ZERO, Vector
 from hypothesis import given
 from hypothesis import strategies as st
 
-PARAMETERS = DetourParameters(Separation(0.43, 0.33), Room((-20.0, -20.0, 0.0), (20.0, 20.0, 3.0)), 1.0, 10.0)
+PARAMETERS = DetourParameters(Separation(0.43, 0.33), Room((-20.0, -20.0, 0.0), (20.0, 20.0, 3.0)), 1.0, 10.0, 0.5)
 discs = st.lists(st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(0.1, 1.0)), min_size=1, max_size=5)
 goals = st.tuples(st.floats(-4.0, 4.0), st.floats(-4.0, 4.0)).filter(lambda goal: hypot(*goal) > 0.1)
 
