@@ -15,6 +15,7 @@ from flockwire.domain.vector import ZERO, Vector
 
 SPARE = 0.05  # m beyond the kept distance: the safety filter must not slow down a drone on its detour
 STANDING = 0.03  # m/s, relative speed below which a place counts as at rest beside a body
+MOVING = 0.06  # m/s, from which on a place that was at rest beside obstacles moves: the speed has noise
 SIDEWAYS, FASTEST_SIDEWAYS = 0.4, 0.6  # of the speed limit, and m/s, at which a place is shifted, at most
 BETTER = 0.2  # m by which the other side must be shorter
 STAYS = 0.5  # share of the last offset from which the next one is sought for a place at rest
@@ -68,6 +69,7 @@ class BentPlace:
         self._braking = min(0.5 * parameters.acceleration, 3.0)
         self._offset = self._rate = self._wanted = self._wanted_rate = (0.0, 0.0)
         self._sides = [0.0, 0.0]  # around obstacles, around movers; 0: none chosen
+        self._rests = False  # whether the place is at rest beside obstacles
 
     @property
     def is_bent(self) -> bool:
@@ -95,7 +97,8 @@ class BentPlace:
         obstacles = [own.disc(body, position, SPARE) for body in bodies if stands(body)]
         drones = [own.disc(body, position, SPARE) for body in bodies if body.kind is BodyKind.DRONE]
         x, y = place
-        if self._is_outside(place) or (obstacles and hypot(velocity[0], velocity[1]) < STANDING):
+        self._rests = bool(obstacles) and hypot(velocity[0], velocity[1]) < (MOVING if self._rests else STANDING)
+        if self._rests or self._is_outside(place):
             x, y = self._nearest(place, obstacles)
         else:
             x, y = self._beside(place, (velocity[0], velocity[1]), obstacles, drones, 0)

@@ -113,3 +113,15 @@ def test_a_place_on_an_obstacles_axis_keeps_its_side_whatever_the_noise() -> Non
     way = sum(dist(a, b) for a, b in pairwise(offsets[500:]))
     assert hypot(*offsets[-1]) == pytest.approx(0.63 + SPARE, abs=0.01)
     assert way < 0.3
+
+
+def test_a_place_in_an_obstacle_stays_at_rest_though_its_speed_is_noisy() -> None:
+    """In motion it would pass the obstacle across the shortest way out."""
+    bent, chance, offsets = BentPlace(PARAMETERS), Random(1), []
+    place, pillar = (0.2, 0.0, 1.0), [Body(BodyKind.OBSTACLE, (-0.2, 0.0, 0.0), 0.4)]
+    bent.update(place, ZERO, place, pillar, DT)
+    for _ in range(1000):
+        velocity = (0.0, chance.uniform(0.01, 0.05), 0.0)
+        offsets.append(bent.update(place, velocity, place, pillar, DT)[0])
+    assert sum(dist(a, b) for a, b in pairwise(offsets[500:])) < 1e-3
+    assert offsets[-1][:2] == pytest.approx((0.58, 0.0), abs=1e-3)
