@@ -48,7 +48,7 @@ IDLE = (
     Idle(
         "no safety filter",
         lambda swarm: not swarm.control.filtered,
-        ("avoidance.barrier_rate", "avoidance.margin", "limits.floor"),
+        ("avoidance.barrier_rate", "avoidance.margin", "limits.floor", "control.disturbance"),
     ),
     Idle(
         "avoidance.sensing = 'neighbours'",
@@ -60,6 +60,7 @@ IDLE = (
         lambda swarm: swarm.avoidance.sensing == "neighbours" and not swarm.driven,
         ("limits.blind_speed",),
     ),
+    Idle("no simulated drone", lambda swarm: not swarm.simulated, ("wind.velocity", "wind.gust")),
     Idle("network.security = 'none'", lambda swarm: swarm.network.security == "none", ("network.link",)),
     Idle(
         "a leader that is not steered",
