@@ -92,7 +92,7 @@ class Judge:
         judged = judge(flown, recorder, list(flight.faults), self._bounds)
         contact, bad = judged.margins.get("contact"), judged.violations
         if NO_PLACE in marks:  # a drone without a place to land hovers, and the director says so
-            bad = [what for what in bad if not what.startswith("down:")]
+            bad = [what for what in bad if not what.startswith(("down:", "over:"))]
         fastest = flight.swarm.limits.vertical_speed + self._bounds.hard
         return Result(
             flight.seed, flight.variant, flight.usual, list(flight.faults), outcome.failure, outcome.seconds,

@@ -15,7 +15,7 @@ from flockwire.wire.plan import Plan
 from flockwire.wire.status import APART, LAW_FAILED, LEFT_OUT, Status
 from flockwire_recorder.trace import count_lost, published_at
 
-from flockwire_analysis.observed import Observed, keep, observed
+from flockwire_analysis.observed import Observed, Shown, append_change, keep, observed, shown
 from flockwire_analysis.recorded import ProcessRecord, StateChange, Trace, is_repeated
 from flockwire_analysis.series import Columns
 
@@ -55,6 +55,7 @@ class Collector:
         self._stops: dict[int, Stop] = {}
         self._states: dict[str, list[StateChange]] = {}
         self._histories: dict[str, list[Observed]] = {identity: [] for identity in self.plan.pilots.values()}
+        self._shown: dict[str, list[Shown]] = {}
         self._failed_laws: dict[str, None] = {}
         self._contradictions: dict[str, None] = {}
         self._begin = self._end = 0
@@ -104,6 +105,7 @@ class Collector:
                 states = self._states.setdefault(message.identity, [])
                 if not states or states[-1].phase != message.report.phase:
                     states.append(StateChange(message.stamp, message.report.phase))
+                append_change(self._shown.setdefault(message.identity, []), shown(message))
         columns = self._columns.get(key)
         if columns is None:
             columns = self._columns[key] = Columns(key.kind)
@@ -123,6 +125,7 @@ class Collector:
             ),
             {identity: tuple(states) for identity, states in self._states.items()},
             {identity: tuple(history) for identity, history in self._histories.items()},
+            {identity: tuple(shown) for identity, shown in self._shown.items()},
             tuple(self._failed_laws),
             tuple(self._contradictions),
             self._begin, self._end, self._recorded,

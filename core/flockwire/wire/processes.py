@@ -127,7 +127,7 @@ KINEMATICS = Process(
     driver=True,
     rank=2,
     batches=True,
-    faults=frozenset({"lag", "failure", "false_height"}),
+    faults=frozenset({"lag", "wind", "failure", "false_height"}),
     only_if="a simulated drone, or a simulated person who leads",
 )
 LEADING = Process(
