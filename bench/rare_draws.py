@@ -24,7 +24,7 @@ PREPARING = "preparing"  # orders before the order to take off, which waits for 
 CROSSING = "crossing"  # upward orders of both stations at once
 DEAF = "deaf"  # a process is frozen as a station gives an order
 UPLINK = "uplink"  # a Tello receives nothing, though its state arrives
-OTHER_FLIES = "other flies"  # the second station conducts the flight, and nobody else
+OTHER_FLIES = "other flies"  # the second station conducts a long flight, and nobody else; not by the paper's law
 SECOND_FLIGHT = "second flight"  # the station conducts a new flight of drones that fly
 ORPHAN = "orphan"  # a pilot that restarts in flight when nobody knows its order any more
 CLOCK = "station's clock"  # the second station's is ahead
@@ -62,7 +62,7 @@ def alter(table: dict[str, Any], chance: Random) -> None:
             return
     table["formations"] = {"wide": {"kind": "circle", "radius": 1.5, "rate": 0.2}}
     match chance.choice(("", "", "", "", "", "fence", "start", "battery", "blind")):
-        case "fence" if "airframe" not in table["drones"][0]:
+        case "fence" if "airframe" not in table["drones"][0] and table["control"]["law"] != "paper":
             limits["fence"] = {"min": [-3.05, -3.05, -0.5], "max": [3.05, 3.05, 3.0], "margin": 0.02}
             table["leader"] |= {"trajectory": {"kind": "constant", "velocity": [0.3, 0.2, 0.0]}, "input_bound": 0.4}
             table.pop("obstacles", None)
@@ -94,7 +94,8 @@ def rare_faults(plan: Plan, without: Without, chance: Random) -> Faults:
     """Draw what else happens."""
     found: Faults = []
     driven = len(_drivers(plan)) > 1  # each by its own driver
-    shares = {kind: share for kind, share in _SHARES.items() if driven or kind not in (HAND, UPLINK)}
+    barred = (*(() if driven else (HAND, UPLINK)), *((OTHER_FLIES,) if plan.swarm.control.law == "paper" else ()))
+    shares = {kind: share for kind, share in _SHARES.items() if kind not in barred}
     for kind in chance.choices(tuple(shares), tuple(shares.values()), k=chance.choice((1, 1, 2, 3))):
         found += [{"kind": kind} | fault for fault in _DRAWN[kind](plan, without, chance)]
     if any(fault["kind"] in (STATION_KILLED, OTHER_FLIES) for fault in found):

@@ -43,6 +43,7 @@ class PilotParameters(NamedTuple):
     checks: Checks
     room: Room
     separation: Separation  # m, safety distances at landing
+    disturbance: float  # m/s, most that is compensated
     guard: GuardParameters | None  # None without a safety filter
     sensing: bool  # whether it receives nearby bodies; else it knows its neighbours and `obstacles`
     obstacles: tuple[Obstacle, ...]
@@ -125,6 +126,7 @@ def pilot_parameters(swarm: Swarm, number: int) -> PilotParameters:
         checks=swarm.checks,
         room=swarm.limits.fence.room(),
         separation=avoidance.kept,
+        disturbance=swarm.control.disturbance,
         guard=guard_parameters(swarm, number) if swarm.control.filtered else None,
         sensing=avoidance.sensing == "nearby",
         obstacles=swarm.obstacles,
@@ -170,7 +172,7 @@ def course_parameters(swarm: Swarm) -> CourseParameters:
         braking=swarm.limits.acceleration,
         separation=swarm.avoidance.kept,
         sidestep=sidestep_parameters(swarm),
-        detour=detour_parameters(swarm),
+        detour=detour_parameters(swarm, LEADER),
     )
 
 
@@ -228,7 +230,7 @@ def law_settings(swarm: Swarm, number: int) -> LawSettings:
         leader_time_constant=observer.leader_time_constant or leader_time_constant(swarm.depth),
         potentials=potential_parameters(swarm),
         sidestep=sidestep_parameters(swarm),
-        detour=detour_parameters(swarm),
+        detour=detour_parameters(swarm, number),
     )
 
 
@@ -245,7 +247,7 @@ def sidestep_parameters(swarm: Swarm) -> SidestepParameters:
     return SidestepParameters(swarm.avoidance.safe, swarm.avoidance.sidestep_reach)
 
 
-def detour_parameters(swarm: Swarm) -> DetourParameters:
-    """Return the parameters of the detours of followers and of the leader."""
-    limits = swarm.limits
-    return DetourParameters(swarm.avoidance.kept, limits.fence.room(), limits.speed, limits.acceleration)
+def detour_parameters(swarm: Swarm, number: int) -> DetourParameters:
+    """Return the parameters of the detours of drone `number`, a follower or the leader."""
+    guard = guard_parameters(swarm, number)
+    return DetourParameters(guard.separation, guard.room, guard.speed, guard.acceleration, 1.0 / guard.rate)

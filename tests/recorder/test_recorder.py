@@ -9,6 +9,7 @@ from buffered_session import T0, BufferedSession
 from flockwire.domain.body import Body, BodyKind, Nearby
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
+from flockwire.ground.fleet import unrecorded
 from flockwire.runtime import job as jobs
 from flockwire.runtime import topics
 from flockwire.runtime.job import Job, serve
@@ -25,7 +26,6 @@ from flockwire_cli.verdict import conclude
 from flockwire_recorder import process
 from flockwire_recorder.process import Recorder
 from flockwire_recorder.trace import TraceFullError, TraceWriter, describe
-from flockwire_station.conduct import disk_full
 from mcap.reader import make_reader
 
 
@@ -96,7 +96,7 @@ def test_a_full_disk_shows_in_the_status_and_ends_with_a_sentence(recording, sma
     assert (status.report.phase, status.report.detail) == ("full", "the trace takes no more: File too large")
     assert dict(status.rejected) == {"not recorded": trace.dropped}
     assert decode(Status, encode(status)) == status
-    said = disk_full(Plan(read_trace(tmp_path / "trace.mcap").swarm), {"recorder": status})
+    said = unrecorded(Plan(read_trace(tmp_path / "trace.mcap").swarm).recorders, {"recorder": status})
     assert said == "recorder: the trace takes no more: File too large"
     with pytest.raises(TraceFullError, match=r"^\S+trace\.mcap: the trace takes no more: File too large$"):
         recorder.close()

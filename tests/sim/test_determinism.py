@@ -49,7 +49,7 @@ from pathlib import Path
 from flockwire.loading import load_swarm
 from flockwire.process.fault_file import load_faults
 from flockwire.wire.plan import Plan
-from flockwire_sim.recording import TraceFile
+from flockwire_sim.flight import TraceFile
 from flockwire_sim.world import World
 swarm = load_swarm(Path("chance.toml"))
 for seed in {seeds}:

@@ -52,6 +52,9 @@ class Plan:
         self.batched = frozenset(  # keys that reach the recorders in batches of their publisher
             flow.key for flow in self.flows if not set(self.recorders).issubset(flow.subscribers)
         )
+        self.judged = frozenset(  # keys without which a flight cannot be judged
+            flow.key for flow in self.flows if not all(roster.rows[one].dispensable for one in flow.publishers)
+        )
         self.publishes: dict[str, tuple[Key, ...]] = {}
         self.subscribes: dict[str, tuple[Key, ...]] = {}
         self._flows = {flow.key: flow for flow in self.flows}

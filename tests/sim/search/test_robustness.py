@@ -187,6 +187,23 @@ def test_who_falls_is_not_judged_but_struck() -> None:
     assert margins(replace(near, fails={}))["distance"].value == pytest.approx(-0.5)
 
 
+def test_a_driver_that_is_frozen_owes_neither_fence_nor_clearance() -> None:
+    away = still(1.0, x=-2.0)
+    away[100:, :2] = (0.0, 6.0)  # through an obstacle, over the fence
+    away[95:100, :2] = (0.0, 2.0)
+    frozen = replace(smooth(0).states["uav0"], times=TIMES[:91])
+    states = {
+        "uav0": replace(frozen, states=frozen.states[:91], stopped=frozen.stopped[:91], command_ages=np.zeros(91))
+    }
+    places = {"uav0": away, "uav1": still(1.0)}
+    driven = margins(flew(places=places))
+    assert driven["fence"].violated
+    assert driven["clearance"].violated
+    owed_by_others = margins(flew(places=places, states=states))
+    assert not owed_by_others["fence"].violated
+    assert not owed_by_others["clearance"].violated
+
+
 def test_the_first_time_outside_the_fence() -> None:
     places = still(1.0)
     places[50:, 0] = 3.5
