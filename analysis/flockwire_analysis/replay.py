@@ -13,6 +13,7 @@ import numpy as np
 from flockwire.domain.time import SECOND
 from flockwire.ground.fleet import STALE
 from flockwire.wire.keys import Key
+from flockwire.wire.phase import Phase
 
 from flockwire_analysis.events import Event, events
 from flockwire_analysis.observed import Shown
@@ -26,7 +27,8 @@ MOST = 1_200_000  # numbers in a page, about six characters each
 FOR_EACH = 8  # numbers of one drone at one step
 TOGETHER = SECOND // 2  # ns within which drones that change to the same phase make one mark
 SILENT = "silent"
-PHASE = "phase"  # the kind of a mark
+PHASE, RUNG = "phase", "rung"  # kinds of marks: a drone's phase changed, by an order or by the staleness ladder
+ORDERLY = (Phase.GROUNDED, Phase.READY, Phase.TAKEOFF, Phase.FORMATION)  # phases whose reasons are no rungs
 LISTED = '<h2>Events</h2><ul id="events"></ul>'
 NAME = "replay.html"
 
@@ -152,7 +154,7 @@ def _marks(trace: Trace, flight: Sampled) -> list[Event]:
     marks = [*events(trace), *_grouped(sorted(changes))]
     begin, end = int(flight.stamps[0]), int(flight.stamps[-1])
     inside = [mark for mark in marks if begin <= mark.stamp <= end]
-    return sorted(inside, key=lambda mark: (mark.stamp, mark.kind == PHASE))
+    return sorted(inside, key=lambda mark: (mark.stamp, mark.kind in (PHASE, RUNG)))
 
 
 def _grouped(changes: Sequence[tuple[int, str, str, str]]) -> Iterator[Event]:
@@ -171,4 +173,5 @@ def _grouped(changes: Sequence[tuple[int, str, str, str]]) -> Iterator[Event]:
 
 
 def _mark(phase: str, why: str, stamp: int, pilots: Sequence[str]) -> Event:
-    return Event(stamp, f"{', '.join(sorted(pilots))}: {phase}" + (f" ({why})" if why else ""), PHASE)
+    kind = RUNG if phase == SILENT or (why and phase not in ORDERLY) else PHASE
+    return Event(stamp, f"{', '.join(sorted(pilots))}: {phase}" + (f" ({why})" if why else ""), kind)

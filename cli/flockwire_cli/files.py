@@ -52,9 +52,8 @@ def deploy(
     """Write containers or services of a swarm, with the keys of each process."""
     from flockwire.security.pki import make_keys  # noqa: PLC0415
     from flockwire_deploy import targets  # noqa: PLC0415  (jinja2)
-    from flockwire_deploy.compose import obstacle  # noqa: PLC0415
+    from flockwire_deploy.compose import RangeError, obstacle  # noqa: PLC0415
     from flockwire_deploy.files import DeployError, refuse_other_keys  # noqa: PLC0415
-    from flockwire_deploy.networks import RangeError  # noqa: PLC0415
 
     plan = load(swarm)
     if plan.swarm.network.security == "none":

@@ -172,7 +172,7 @@ def course_parameters(swarm: Swarm) -> CourseParameters:
         braking=swarm.limits.acceleration,
         separation=swarm.avoidance.kept,
         sidestep=sidestep_parameters(swarm),
-        detour=detour_parameters(swarm),
+        detour=detour_parameters(swarm, LEADER),
     )
 
 
@@ -230,7 +230,7 @@ def law_settings(swarm: Swarm, number: int) -> LawSettings:
         leader_time_constant=observer.leader_time_constant or leader_time_constant(swarm.depth),
         potentials=potential_parameters(swarm),
         sidestep=sidestep_parameters(swarm),
-        detour=detour_parameters(swarm),
+        detour=detour_parameters(swarm, number),
     )
 
 
@@ -247,7 +247,7 @@ def sidestep_parameters(swarm: Swarm) -> SidestepParameters:
     return SidestepParameters(swarm.avoidance.safe, swarm.avoidance.sidestep_reach)
 
 
-def detour_parameters(swarm: Swarm) -> DetourParameters:
-    """Return the parameters of the detours of followers and of the leader."""
-    limits = swarm.limits
-    return DetourParameters(swarm.avoidance.kept, limits.fence.room(), limits.speed, limits.acceleration)
+def detour_parameters(swarm: Swarm, number: int) -> DetourParameters:
+    """Return the parameters of the detours of drone `number`, a follower or the leader."""
+    guard = guard_parameters(swarm, number)
+    return DetourParameters(guard.separation, guard.room, guard.speed, guard.acceleration, 1.0 / guard.rate)

@@ -23,7 +23,7 @@ def positions(canvas: Canvas) -> Picture | None:
     return _axes(
         canvas, "positions", "Positions", "m", "xyz",
         _at(canvas, known, places), _at(canvas, known, references), "place in the formation",
-        "Position of each drone, axis by axis; dashed: its place in the formation. The leader is black.",
+        "Position of each drone, axis by axis; dashed: its place in the formation.",
     )  # fmt: skip
 
 
@@ -34,7 +34,7 @@ def estimates(canvas: Canvas) -> Picture | None:
     return _axes(
         canvas, "estimates", "Estimates of the leader's position", "m", (r"$\eta_x$", r"$\eta_y$", r"$\eta_z$"),
         _series(canvas, found), leader, "the leader's position",
-        "Each follower's estimate, axis by axis; dashed black: the leader's position.",
+        "Each follower's estimate, axis by axis; dashed: the leader's position.",
     )  # fmt: skip
 
 

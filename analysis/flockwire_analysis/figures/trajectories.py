@@ -62,11 +62,11 @@ def _fence_name(canvas: Canvas) -> str:
 
 def _caption(canvas: Canvas) -> str:
     text = (
-        "The flight from above; older parts are paler. Open markers: starts; filled: ends; the leader is black. "
+        "The flight from above; older parts are paler. Open markers: starts; filled: ends. "
         "Grey lines connect the followers at a few times. The fence is drawn if it is in view."
     )
     if canvas.trace.swarm.obstacles:
-        text += " Dark discs are obstacles, the dashed ring is the required clearance."
+        text += " Filled discs are obstacles, the dashed ring is the required clearance."
     return text
 
 

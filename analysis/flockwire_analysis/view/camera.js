@@ -6,6 +6,10 @@ const SMALLEST = 3; // m that are shown at least
 const MARGIN = 1.2; // times the extent that is shown
 const CLOSEST = 4000; // pixels per m
 
+function dot(a, b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
 class Camera {
   constructor(canvas, changed) {
     this.canvas = canvas;
@@ -60,7 +64,7 @@ class Camera {
   }
 
   depth(point) {
-    return point[0] * this.near[0] + point[1] * this.near[1] + point[2] * this.near[2];
+    return dot(point, this.near);
   }
 
   // Show all of `points`, if there are any.
@@ -78,7 +82,7 @@ class Camera {
     });
     for (const point of points) {
       const from = point.map((value, k) => value - this.target[k]);
-      for (const k of [0, 1]) half[k] = Math.max(half[k], Math.abs(from[0] * axes[k][0] + from[1] * axes[k][1] + from[2] * axes[k][2]));
+      for (const k of [0, 1]) half[k] = Math.max(half[k], Math.abs(dot(from, axes[k])));
     }
     const shown = [0, 1].map((k) => Math.max(2 * half[k], SMALLEST) * MARGIN);
     this.scale = Math.min(this.width / shown[0], this.height / shown[1]);
@@ -90,7 +94,9 @@ class Camera {
       canvas.setPointerCapture(event.pointerId);
       this.pointers.set(event.pointerId, [event.offsetX, event.offsetY]);
     });
-    for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, (event) => this.pointers.delete(event.pointerId));
+    for (const name of ["pointerup", "pointercancel"]) {
+      canvas.addEventListener(name, (event) => this.pointers.delete(event.pointerId));
+    }
     canvas.addEventListener("pointermove", (event) => this.move(event));
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     canvas.addEventListener("dblclick", () => this.keep("follow"));

@@ -3,6 +3,7 @@
 
 const ROOM = { left: 46, right: 8, top: 20, bottom: 18 }; // pixels round the axes
 const FLOOR = 1e-3; // m, the lower end of a logarithmic axis
+const INSET = 8; // pixels between a slider's end and its first value
 const COLUMN = 1.5; // pixels that share one point of a curve, its largest value
 
 class Chart {
@@ -118,7 +119,7 @@ class Chart {
       if (value > high) break;
       const y = this.y(value);
       shape(pen, [[ROOM.left, y], [this.width - ROOM.right, y]], palette.line, [], false, 1, 1);
-      pen.fillText(this.told.log && value < 1 ? (value < 0.01 ? "1 mm" : `${100 * value} cm`) : `${value} m`, ROOM.left - 5, y + 4);
+      pen.fillText(this.told.log ? inUnit(value) : `${value} m`, ROOM.left - 5, y + 4);
     }
     pen.textAlign = "center";
     for (const time of spaced(...this.span, this.width / 90)) {
@@ -130,15 +131,37 @@ class Chart {
   }
 }
 
+// Return a power of ten in m in the unit that suits it.
+function inUnit(value) {
+  if (value < 0.01) return `${1000 * value} mm`;
+  return value < 1 ? `${100 * value} cm` : `${value} m`;
+}
+
 // Return round numbers between `low` and `high`, about `count` of them.
 function spaced(low, high, count) {
   const rough = Math.max((high - low) / Math.max(1, count), 1e-9);
   const power = 10 ** Math.floor(Math.log10(rough));
   const step = power * [1, 2, 5, 10].find((one) => one * power >= rough);
   const first = Math.ceil(low / step - 1e-9);
-  return Array.from({ length: Math.max(0, Math.floor(high / step + 1e-9) - first + 1) }, (_, k) => Number(((first + k) * step).toFixed(6)));
+  const length = Math.max(0, Math.floor(high / step + 1e-9) - first + 1);
+  return Array.from({ length }, (_, k) => Number(((first + k) * step).toFixed(6)));
 }
 
+const MARKS = { order: "accent", phase: "muted", rung: "warn" }; // others: bad
+
 function markColour(kind) {
-  return { order: palette.accent, phase: palette.muted }[kind] ?? palette.bad;
+  return palette[MARKS[kind] ?? "bad"];
+}
+
+// Draw the marks below a slider; `share` is where on it a time is, from 0 to 1.
+function strip(canvas, marks, share) {
+  const ratio = devicePixelRatio || 1;
+  const width = canvas.clientWidth;
+  Object.assign(canvas, { width: width * ratio, height: canvas.clientHeight * ratio });
+  const pen = canvas.getContext("2d");
+  pen.scale(ratio, ratio);
+  for (const { t, kind } of marks) {
+    pen.fillStyle = markColour(kind);
+    pen.fillRect(INSET + share(t) * (width - 2 * INSET) - 1, kind === "phase" ? 4 : 0, 2, 10);
+  }
 }

@@ -52,7 +52,8 @@ function build(key, outline, selected, select) {
     const swatch = element("span", { className: "swatch" });
     swatch.style.background = palette.drone(id);
     const open = id === selected;
-    const opener = element("button", { type: "button", className: "name", onclick: () => select(open ? null : id) }, swatch, name);
+    const toggle = { type: "button", className: "name", onclick: () => select(open ? null : id) };
+    const opener = element("button", toggle, swatch, name);
     opener.dataset.id = id;
     opener.setAttribute("aria-expanded", String(open));
     const cells = cellsOf(null).map(() => element("td", {}));
@@ -80,7 +81,11 @@ function cellsOf(drone) {
 
 // Return the entries of a drone's sheet.
 function sheet(drone) {
-  const told = [["phase", drone.phase], ["why", drone.detail || "no reason reported"], ["formation", formationName(drone.formation) || "none"]];
+  const told = [
+    ["phase", drone.phase],
+    ["why", drone.detail || "no reason reported"],
+    ["formation", formationName(drone.formation) || "none"],
+  ];
   if (drone.place) told.push(["its place, m", drone.place.map(metres).join(", ")]);
   for (const [name, value] of Object.entries(drone.sheet ?? {})) told.push([name, value]);
   return told.flatMap(([name, value]) => [element("dt", { textContent: name }), element("dd", { textContent: value })]);

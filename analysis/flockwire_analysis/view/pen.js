@@ -1,7 +1,7 @@
 "use strict";
 // Strokes and colours that all drawings share.
 
-const NAMED = ["ink", "muted", "line", "card", "bad", "good", "accent", "c0", "c1", "c2", "c3", "c4", "c5"];
+const NAMED = ["ink", "muted", "line", "card", "bad", "good", "accent", "warn", "c0", "c1", "c2", "c3", "c4", "c5"];
 
 // The page's colours, of the light or the dark scheme.
 const palette = {

@@ -6,7 +6,6 @@ const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20];
 const TRAILS = [[5, "trail 5 s"], [20, "trail 20 s"], [Infinity, "whole path"], [0, "no trail"]];
 const TRAIL_POINTS = 500;
 const TABLE_EVERY = 100; // ms while it plays
-const INSET = 8; // pixels between a slider's end and its first value
 const last = flight.count - 1;
 const end = flight.begin + last * flight.step;
 let now = flight.begin; // s of mission time
@@ -51,9 +50,11 @@ function reported(changes, time) {
 }
 
 function speed(three, at) {
-  const [a, b] = [point(three, Math.max(0, at - 2)), point(three, Math.min(last, at + 2))];
-  if (!a || !b) return "";
-  return `${(Math.hypot(...a.map((value, k) => b[k] - value)) / (Math.min(last, at + 2) - Math.max(0, at - 2)) / flight.step).toFixed(2)} m/s`;
+  const [from, to] = [Math.max(0, at - 2), Math.min(last, at + 2)];
+  const [a, b] = [point(three, from), point(three, to)];
+  if (!a || !b || from === to) return "unknown";
+  const way = Math.hypot(...a.map((value, k) => b[k] - value));
+  return `${(way / (to - from) / flight.step).toFixed(2)} m/s`;
 }
 
 // Return the picture at a time, like one of the console's server.
@@ -163,16 +164,7 @@ function jump({ t, drones = [] }) {
 }
 
 function marks() {
-  const canvas = $("marks");
-  const ratio = devicePixelRatio || 1;
-  const width = canvas.clientWidth;
-  Object.assign(canvas, { width: width * ratio, height: canvas.clientHeight * ratio });
-  const pen = canvas.getContext("2d");
-  pen.scale(ratio, ratio);
-  for (const { t, kind } of flight.marks) {
-    pen.fillStyle = markColour(kind);
-    pen.fillRect(INSET + (index(t) / last) * (width - 2 * INSET) - 1, kind === "phase" ? 4 : 0, 2, 10);
-  }
+  strip($("marks"), flight.marks, (t) => index(t) / last);
 }
 
 function fill() {
@@ -183,8 +175,9 @@ function fill() {
   $("slider").max = last;
   for (const mark of flight.marks) {
     const sign = element("i", { textContent: mark.kind === "phase" ? "·" : "●" });
-    sign.style.color = `var(--${{ order: "accent", phase: "muted" }[mark.kind] ?? "bad"})`;
-    const button = element("button", { type: "button", onclick: () => jump(mark) }, element("time", { textContent: `${mark.t.toFixed(2)} s` }), sign, element("span", { textContent: mark.text }));
+    sign.style.color = `var(--${MARKS[mark.kind] ?? "bad"})`;
+    const time = element("time", { textContent: `${mark.t.toFixed(2)} s` });
+    const button = element("button", { type: "button", onclick: () => jump(mark) }, time, sign, element("span", { textContent: mark.text }));
     $("events").append(element("li", {}, button));
   }
   const times = Array.from({ length: flight.count }, (_, k) => flight.begin + k * flight.step);
@@ -208,7 +201,13 @@ function listen() {
   addEventListener("keydown", (event) => {
     if (event.target.closest("select") || event.ctrlKey || event.metaKey || event.altKey) return;
     const samples = event.shiftKey ? Math.max(1, Math.round(1 / flight.step)) : 1;
-    const actions = { " ": () => play(!playing), ArrowLeft: () => step(-samples), ArrowRight: () => step(samples), Home: () => seek(flight.begin), End: () => seek(end) };
+    const actions = {
+      " ": () => play(!playing),
+      ArrowLeft: () => step(-samples),
+      ArrowRight: () => step(samples),
+      Home: () => seek(flight.begin),
+      End: () => seek(end),
+    };
     if (!actions[event.key] || (event.key === " " && event.target.closest("button"))) return;
     event.preventDefault();
     actions[event.key]();

@@ -55,32 +55,37 @@ class Scene {
     const { camera } = this;
     const half = Math.max(camera.width, camera.height) / camera.scale / 2;
     const step = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100].find((one) => one * camera.scale > 55) ?? 200;
-    const side = this.isSide();
     const text = (value) => `${Number(value.toFixed(1))}`;
     pen.strokeStyle = palette.line;
     pen.fillStyle = palette.muted;
     pen.font = "11px system-ui, sans-serif";
     pen.lineWidth = 1;
-    const patch = [0, 1].map((k) => [camera.target[k] - half, camera.target[k] + half]);
-    if (!side && !this.isFlat()) { // the ground of the 3-D view has an end, where its labels are
-      const points = [...this.field, [...camera.target]];
-      for (const k of [0, 1]) patch[k] = [Math.min(...points.map((p) => p[k])), Math.max(...points.map((p) => p[k]))];
+    const ticks = (low, high) => {
+      const first = Math.ceil(low / step);
+      return Array.from({ length: Math.max(0, Math.floor(high / step) - first + 1) }, (_, k) => (first + k) * step);
+    };
+    const round = (k) => ticks(camera.target[k] - half, camera.target[k] + half);
+    if (!this.isSide() && !this.isFlat()) {
+      this.ground(pen, ticks, text);
+      return;
     }
-    const ticks = (low, high) => Array.from({ length: Math.max(0, Math.floor(high / step) - Math.ceil(low / step) + 1) }, (_, k) => (Math.ceil(low / step) + k) * step);
-    const [xs, ys] = patch.map(([low, high]) => ticks(low, high));
-    if (side) {
-      for (const x of xs) this.rule(pen, camera.to([x, 0, 0])[0], null, text(x));
-      for (const z of ticks(camera.target[2] - half, camera.target[2] + half)) this.rule(pen, null, camera.to([0, 0, z])[1], `${text(z)} m`, z === 0);
-    } else if (this.isFlat()) {
-      for (const x of xs) this.rule(pen, camera.to([x, 0, 0])[0], null, text(x));
-      for (const y of ys) this.rule(pen, null, camera.to([0, y, 0])[1], `${text(y)} m`);
-    } else {
-      const [[x0, x1], [y0, y1]] = patch;
-      const [yNear, xNear] = [camera.near[1] < 0 ? y0 : y1, camera.near[0] < 0 ? x0 : x1];
-      const onLeft = camera.to([xNear, yNear, 0])[0] < camera.to([x0 + x1 - xNear, yNear, 0])[0]; // where the labels' edges meet
-      for (const x of xs) this.ground(pen, [x, y0, 0], [x, y1, 0], [x, yNear, 0], text(x), onLeft);
-      for (const y of ys) this.ground(pen, [x0, y, 0], [x1, y, 0], [xNear, y, 0], `${text(y)} m`, !onLeft);
-    }
+    for (const x of round(0)) this.rule(pen, camera.to([x, 0, 0])[0], null, text(x));
+    if (this.isFlat()) for (const y of round(1)) this.rule(pen, null, camera.to([0, y, 0])[1], `${text(y)} m`);
+    else for (const z of round(2)) this.rule(pen, null, camera.to([0, 0, z])[1], `${text(z)} m`, z === 0);
+  }
+
+  // Draw the ground of the 3-D view: it ends with the field, where its labels are.
+  ground(pen, ticks, text) {
+    const { camera } = this;
+    const points = [...this.field, camera.target];
+    const [[x0, x1], [y0, y1]] = [0, 1].map((k) => {
+      const values = points.map((point) => point[k]);
+      return [Math.min(...values), Math.max(...values)];
+    });
+    const [yNear, xNear] = [camera.near[1] < 0 ? y0 : y1, camera.near[0] < 0 ? x0 : x1];
+    const onLeft = camera.to([xNear, yNear, 0])[0] < camera.to([x0 + x1 - xNear, yNear, 0])[0]; // their common corner
+    for (const x of ticks(x0, x1)) this.groundLine(pen, [x, y0, 0], [x, y1, 0], [x, yNear, 0], text(x), onLeft);
+    for (const y of ticks(y0, y1)) this.groundLine(pen, [x0, y, 0], [x1, y, 0], [xNear, y, 0], `${text(y)} m`, !onLeft);
   }
 
   rule(pen, x, y, text, bold = false) {
@@ -100,7 +105,7 @@ class Scene {
     pen.lineWidth = 1;
   }
 
-  ground(pen, from, to, label, text, isRight) {
+  groundLine(pen, from, to, label, text, isRight) {
     shape(pen, [this.camera.to(from), this.camera.to(to)], palette.line, [], false, 1, 1);
     const [x, y] = this.camera.to(label);
     pen.textAlign = isRight ? "left" : "right";
@@ -168,7 +173,8 @@ class Scene {
     pen.font = LABEL;
     const width = pen.measureText(name).width;
     const corners = [[x + 9, y - 8], [x + 9, y + 18], [x - 9 - width, y - 8], [x - 9 - width, y + 18]];
-    const isFree = ([left, base]) => this.labels.every(([l, b, w]) => left > l + w || l > left + width || Math.abs(b - base) > 13);
+    const isFree = ([left, base]) =>
+      this.labels.every(([l, b, w]) => left > l + w || l > left + width || Math.abs(b - base) > 13);
     const at = corners.find(isFree) ?? corners[0];
     this.labels.push([...at, width]);
     pen.lineJoin = "round";

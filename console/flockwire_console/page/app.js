@@ -18,7 +18,10 @@ const token = decodeURIComponent(location.hash.slice(1));
 const changed = onceAFrame(draw);
 const scene = new Scene($("canvas"), changed);
 const showViews = viewButtons(scene);
-const charts = [new Chart($("errors"), { title: "formation error, by its own estimate", log: true }), new Chart($("heights"), { title: "height", log: false })];
+const charts = [
+  new Chart($("errors"), { title: "formation error, by its own estimate", log: true }),
+  new Chart($("heights"), { title: "height", log: false }),
+];
 
 function connect() {
   const scheme = location.protocol === "https:" ? "wss" : "ws";

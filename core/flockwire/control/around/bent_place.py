@@ -7,14 +7,15 @@ from math import dist, hypot, sqrt
 from typing import NamedTuple
 
 from flockwire.control.around.free_place import Disc, nearest_free_place
+from flockwire.control.around.lateral_shift import lateral_shift
 from flockwire.control.fence import Room
 from flockwire.control.plane_polygon import Corner
 from flockwire.domain.body import Body, BodyKind, Separation
 from flockwire.domain.vector import ZERO, Vector
 
 SPARE = 0.05  # m beyond the kept distance: the safety filter must not slow down a drone on its detour
-ROUNDING = 0.05  # m over which the way out to a ramp is rounded
 STANDING = 0.03  # m/s, relative speed below which a place counts as at rest beside a body
+MOVING = 0.06  # m/s, from which on a place that was at rest beside obstacles moves: the speed has noise
 SIDEWAYS, FASTEST_SIDEWAYS = 0.4, 0.6  # of the speed limit, and m/s, at which a place is shifted, at most
 BETTER = 0.2  # m by which the other side must be shorter
 STAYS = 0.5  # share of the last offset from which the next one is sought for a place at rest
@@ -25,65 +26,6 @@ ARRIVED = (1e-3, 0.05)  # m, m/s: from here on a place is no longer bent
 _CLOSED = 1e3  # m, of a side outside the room
 
 
-def half_width(along: float, radius: float, slope: float) -> float:
-    """Return the half-width w, m, of a disc with ramps, at `along` s, m from its centre.
-
-        w(s) = sqrt(R^2 − s^2)                         for |s| <= s_1 = R m / sqrt(1 + m^2)
-        w(s) = sqrt(R^2 − s_1^2) − m (|s| − s_1)       beyond, negative in the end        (ours)
-
-    The ramps are tangents of `slope` m to the circle of `radius` R: w is continuously differentiable, |w'| <= m.
-    """
-    root = sqrt(1.0 + slope * slope)
-    knee, s = radius * slope / root, abs(along)
-    return sqrt(radius * radius - s * s) if s <= knee else radius / root - slope * (s - knee)
-
-
-def rounded(excess: float) -> float:
-    """Return max(0, x), rounded to be continuously differentiable, for `excess` x, m; never less than it.
-
-    f(x) = 0 for x <= −b,   (x + b)^2 / 4 b   in between,   x for x >= b
-    """
-    if excess <= -ROUNDING:
-        return 0.0
-    return excess if excess >= ROUNDING else (excess + ROUNDING) ** 2 / (4.0 * ROUNDING)
-
-
-def lateral_shift(
-    place: Corner, along: Corner, discs: Sequence[Disc], side: float, slope: float
-) -> tuple[float, float]:
-    """Return the shift x of a place beside `discs`, m, and the largest, X, that it will need.
-
-        x = max_k f(w(s_k) − d_k),   X = max_k R_k − d_k        (ours)
-
-    `place` (m) moves along the unit vector `along`. s_k is its position along it and d_k that to the `side` (+1: left,
-    −1: right) of disc k. Only those discs count that the place's line crosses, and those that overlap with them and
-    that the line shifted by X crosses. Both are 0 if there are none.
-    """
-    (px, py), (ux, uy) = place, along
-    own: list[tuple[float, float, float]] = []
-    others: list[tuple[float, float, float]] = []
-    for cx, cy, r in discs:
-        x, y = px - cx, py - cy
-        s, d = ux * x + uy * y, side * (ux * y - uy * x)
-        if s < r + (2.0 * r + ROUNDING) / slope:  # not passed
-            (own if abs(d) < r else others).append((s, d, r))
-    if not own:
-        return 0.0, 0.0
-    largest = max(r - d for _, d, r in own)
-    more = True
-    while more:
-        more = False
-        for disc in others:
-            s, d, r = disc
-            if abs(d + largest) < r and any(abs(s - t) < r + q for t, _, q in own):
-                own.append(disc)
-                others.remove(disc)
-                largest = max(largest, r - d)
-                more = True
-                break
-    return max(rounded(half_width(s, r, slope) - d) for s, d, r in own), largest
-
-
 def stands(body: Body) -> bool:
     """Return whether `body` is an obstacle, or another body at rest that is not a drone."""
     if body.kind is BodyKind.DRONE:
@@ -92,12 +34,16 @@ def stands(body: Body) -> bool:
 
 
 class DetourParameters(NamedTuple):
-    """The distances that the safety filter keeps, the room, and the limits of speed, m/s, and acceleration, m/s^2."""
+    """The distances that the safety filter keeps, the room, and the limits of speed, m/s, and acceleration, m/s^2.
+
+    A mover is passed `early`, s: 1 / alpha of the safety filter, which else pushes a drone on before the mover.
+    """
 
     separation: Separation
     room: Room
     speed: float
     acceleration: float
+    early: float
 
     @property
     def sideways(self) -> float:
@@ -123,6 +69,7 @@ class BentPlace:
         self._braking = min(0.5 * parameters.acceleration, 3.0)
         self._offset = self._rate = self._wanted = self._wanted_rate = (0.0, 0.0)
         self._sides = [0.0, 0.0]  # around obstacles, around movers; 0: none chosen
+        self._rests = False  # whether the place is at rest beside obstacles
 
     @property
     def is_bent(self) -> bool:
@@ -150,14 +97,15 @@ class BentPlace:
         obstacles = [own.disc(body, position, SPARE) for body in bodies if stands(body)]
         drones = [own.disc(body, position, SPARE) for body in bodies if body.kind is BodyKind.DRONE]
         x, y = place
-        if self._is_outside(place) or (obstacles and hypot(velocity[0], velocity[1]) < STANDING):
+        self._rests = bool(obstacles) and hypot(velocity[0], velocity[1]) < (MOVING if self._rests else STANDING)
+        if self._rests or self._is_outside(place):
             x, y = self._nearest(place, obstacles)
         else:
             x, y = self._beside(place, (velocity[0], velocity[1]), obstacles, drones, 0)
         for body in bodies:
             if body.kind is BodyKind.MOVER and not stands(body):
                 relative = (velocity[0] - body.velocity[0], velocity[1] - body.velocity[1])
-                x, y = self._beside((x, y), relative, [own.disc(body, position, SPARE)], drones, 1)
+                x, y = self._beside((x, y), relative, [own.disc(body, position, SPARE)], drones, 1, own.early)
         if any(body.kind is not BodyKind.DRONE for body in bodies):
             x, y = self._make_room((x, y), velocity, position, bodies)
         return (x - place[0], y - place[1])
@@ -185,7 +133,13 @@ class BentPlace:
         return (x, y)
 
     def _beside(
-        self, place: Corner, velocity: Corner, discs: Sequence[Disc], drones: Sequence[Disc], group: int
+        self,
+        place: Corner,
+        velocity: Corner,
+        discs: Sequence[Disc],
+        drones: Sequence[Disc],
+        group: int,
+        early: float = 0.0,
     ) -> Corner:
         """Return where `place`, which moves at `velocity` relative to the discs, passes them on the better side.
 
@@ -196,7 +150,7 @@ class BentPlace:
             return place
         ux, uy = velocity[0] / speed, velocity[1] / speed
         slope = self._parameters.sideways / speed
-        ways = {side: lateral_shift(place, (ux, uy), discs, side, slope) for side in (-1.0, 1.0)}
+        ways = {side: lateral_shift(place, (ux, uy), discs, side, slope, early * speed) for side in (-1.0, 1.0)}
         if ways[1.0][1] == 0.0:
             self._sides[group] = 0.0
             return place

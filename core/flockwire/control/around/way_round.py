@@ -15,10 +15,11 @@ from flockwire.domain.vector import Vector, subtract
 SPARE = 0.02  # m beyond the kept distance
 TOUCH = 0.01  # m by which a straight way may touch a disc
 NEAR = 0.15  # m from its place within which a drone flies straight
-TOGETHER = 0.2  # m/s, relative speed below which a drone stands in the formation
+TOGETHER = (0.2, 0.4)  # m/s, relative speed below which a drone stands in the formation: at first, and once it does
 SHORTER = 0.6  # rad by which the other side's turn must be smaller
 TIE = 0.1  # rad within which two turns count as equal: then all drones take the right one
 CLOSED = 0.95 * pi  # rad: a turn that leads back
+WAITS = 0.5 * pi  # rad: likewise behind a drone, until its patience ends; it may be the other one that gives way
 ADVANCE = 0.6  # m of motion that count as progress
 APPROACH = 0.1  # m, likewise, nearer to the place
 ROUND = 4.0  # times the patience for a way that leads no nearer
@@ -103,15 +104,20 @@ class WayRound:
             return correction, bodies
         discs, others, behind_drone = self._standing(motion, velocity, to_go, bodies)
         if now >= self._back_until and (not discs or is_straight(to_go, discs)):
-            self._straight(to_go, now)
+            if behind_drone:
+                self._side = 0.0
+                self._progress(to_go, now)
+            else:
+                self._straight(to_go, now)
             return correction, others
         left, right = turns(to_go, discs)
         if now >= self._back_until:
-            self._choose(left, right, to_go, behind_drone, now)
+            self._progress(to_go, now)
+            self._choose(left, right, behind_drone, now)
         turn = self._side * (left if self._side > 0.0 else right)
         if now < self._back_until:
             turn = self._side * BACK
-        elif abs(turn) > CLOSED:
+        elif abs(turn) > (WAITS if behind_drone and not self._given_way else CLOSED):
             return correction, others
         c, s = cos(turn), sin(turn)
         x, y, z = correction
@@ -129,27 +135,33 @@ class WayRound:
         discs: list[Disc] = []
         others: list[Body] = []
         drones = False
+        together = TOGETHER[self._side != 0.0]
         for body in bodies:
             x, y, r = disc = self._parameters.disc(body, origin, SPARE)
             if stands(body):
                 discs.append(disc)
                 continue
-            moves = hypot(body.velocity[0] - velocity[0], body.velocity[1] - velocity[1]) > TOGETHER
-            if body.kind is BodyKind.MOVER or moves or hypot(to_go[0] - x, to_go[1] - y) < r:
+            if body.kind is BodyKind.MOVER or hypot(to_go[0] - x, to_go[1] - y) < r:
+                others.append(body)
+                continue
+            gap, ahead = hypot(x, y), x * to_go[0] + y * to_go[1]
+            drones = drones or (gap < r + BEFORE and ahead > 0.7 * gap * hypot(*to_go))
+            if hypot(body.velocity[0] - velocity[0], body.velocity[1] - velocity[1]) > together:
                 others.append(body)
             else:
                 discs.append(disc)
-                gap, ahead = hypot(x, y), x * to_go[0] + y * to_go[1]
-                drones = drones or (gap < r + BEFORE and ahead > 0.7 * gap * hypot(*to_go))
         return discs, others, drones
 
-    def _choose(self, left: float, right: float, to_go: Corner, behind_drone: bool, now: float) -> None:
-        """Choose the side of the smaller turn, or another way after `patience` without progress."""
+    def _progress(self, to_go: Corner, now: float) -> None:
+        """Note the time at which the drone has moved, or has come nearer to its place."""
         reach = hypot(*to_go)
         if hypot(to_go[0] - self._anchor[0], to_go[1] - self._anchor[1]) > ADVANCE:
             self._anchor, self._moved = to_go, now
         if reach < self._nearest - APPROACH:
             self._nearest, self._moved, self._neared = reach, now, now
+
+    def _choose(self, left: float, right: float, behind_drone: bool, now: float) -> None:
+        """Choose the side of the smaller turn, or another way after `patience` without progress."""
         if self._side == 0.0:
             self._side = 1.0 if left < right - TIE else -1.0
             return

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, dist, hypot, pi, sin
+from math import cos, dist, hypot, inf, pi, sin
 
 import pytest
 from flockwire.control.around.bent_place import DetourParameters
@@ -14,7 +14,7 @@ from flockwire.domain.vector import ZERO, Vector
 from hypothesis import given
 from hypothesis import strategies as st
 
-PARAMETERS = DetourParameters(Separation(0.43, 0.33), Room((-20.0, -20.0, 0.0), (20.0, 20.0, 3.0)), 1.0, 10.0)
+PARAMETERS = DetourParameters(Separation(0.43, 0.33), Room((-20.0, -20.0, 0.0), (20.0, 20.0, 3.0)), 1.0, 10.0, 0.5)
 discs = st.lists(st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(0.1, 1.0)), min_size=1, max_size=5)
 goals = st.tuples(st.floats(-4.0, 4.0), st.floats(-4.0, 4.0)).filter(lambda goal: hypot(*goal) > 0.1)
 
@@ -85,6 +85,30 @@ def test_who_stands_before_a_drone_gives_way_after_its_patience() -> None:
                 break
     assert gone[1.5] == pytest.approx(1.5, abs=0.05)
     assert gone[2.0] == pytest.approx(2.0, abs=0.05)
+
+
+def first_back(other_speed: float, walls: list[Body], patience: float) -> float:
+    """Return when a drone in a gap first flies back, s; the other one flies at 0 and `other_speed` in turn."""
+    way = WayRound(PARAMETERS, patience)
+    for step in range(1000):
+        now = 0.01 * step
+        velocity = (other_speed * (step // 30 % 2), 0.0, 0.0)
+        other = Body(BodyKind.DRONE, (0.6, 0.0, 0.0), 0.0, velocity)
+        (x, _, _), _ = way.turned((0.5, 0.0, 0.0), at(ZERO), ZERO, (2.0, 0.0), [*walls, other], now)
+        if x < 0.0:
+            return now
+    return inf
+
+
+def test_who_waits_is_not_calmed_by_another_drone_that_moves_to_and_fro() -> None:
+    walls = [Body(BodyKind.OBSTACLE, (x, y, 0.0), 0.3) for x in (-0.6, 0.0, 0.6) for y in (-0.66, 0.66)]
+    assert first_back(0.5, walls, 1.5) == pytest.approx(1.5, abs=0.35)
+
+
+def test_in_a_gap_nobody_turns_back_before_its_patience_ends() -> None:
+    """From both ends they would leave it together, and meet in it again."""
+    gap = [Body(BodyKind.OBSTACLE, (0.4, y, 0.0), 0.3) for y in (-0.66, 0.66)]
+    assert first_back(0.0, gap, 1.5) == pytest.approx(1.5, abs=0.05)
 
 
 def test_a_drone_on_the_move_and_one_at_the_own_place_are_left_to_the_sidestep() -> None:
