@@ -8,14 +8,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from math import cos, hypot, pi, sin
 
-from flockwire.control.safety_filter import HalfSpace, nearest_velocity
+from flockwire.control.safety_filter import nearest_velocity
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.motion import Motion
 from flockwire.domain.vector import Vector, add, limit, scale
 from flockwire.law import LawSettings, Observation
 from flockwire_agent.extended_law import ExtendedLaw
+from law_orca import half_plane
 
-HORIZON = 2.0  # s, within which a collision is avoided
 STEP, STEPS = 0.25, 12  # s, of a plan
 REPLAN = 5  # steps of control
 HEADINGS = 12
@@ -54,31 +54,10 @@ class Reciprocal(_Way):
     ) -> Vector:
         """Return the velocity, m/s."""
         planes = [
-            _plane(motion.velocity, body, (x, y), r, 0.5 if body.kind is BodyKind.DRONE else 1.0)
+            half_plane(motion.velocity, body, (x, y), r, 0.5 if body.kind is BodyKind.DRONE else 1.0)
             for body, x, y, r in self.discs(motion, bodies)
         ]
         return nearest_velocity(add(forward, correction), planes, self._own.speed)[0]
-
-
-def _plane(velocity: Vector, body: Body, place: tuple[float, float], radius: float, share: float) -> HalfSpace:
-    """Return the half-space of a body: its share of the smallest change that leaves the velocity obstacle."""
-    (x, y), (vx, vy) = place, velocity[:2]
-    wx, wy = vx - body.velocity[0], vy - body.velocity[1]
-    distance = max(hypot(x, y), 1e-6)
-    cx, cy = wx - x / HORIZON, wy - y / HORIZON
-    if distance <= radius:  # inside: away
-        n, missing = (-x / distance, -y / distance), (radius - distance) / HORIZON + (wx * x + wy * y) / distance
-    elif cx * x + cy * y < 0.0 and (cx * x + cy * y) ** 2 > radius**2 * (cx * cx + cy * cy):  # the round end
-        length = hypot(cx, cy)
-        n, missing = (cx / length, cy / length), radius / HORIZON - length
-    else:
-        side = 1.0 if x * wy - y * wx > -1e-3 * distance else -1.0  # head on: all to the same side
-        leg = (distance * distance - radius * radius) ** 0.5
-        ax, ay = (x * leg - side * y * radius) / distance**2, (y * leg + side * x * radius) / distance**2
-        n = (-side * ay, side * ax)
-        missing = -(n[0] * wx + n[1] * wy)
-    nx, ny = n
-    return (nx, ny, 0.0, nx * vx + ny * vy + share * missing)
 
 
 class Planned(_Way):

@@ -21,8 +21,8 @@ from flockwire.loading import parse_swarm
 from flockwire.wire.codec import decode
 from flockwire.wire.status import Status
 from flockwire_analysis.summary import summarise
+from flockwire_sim.flight import TraceInMemory
 from flockwire_sim.process import Published
-from flockwire_sim.recording import TraceInMemory
 from flockwire_sim.world import EPOCH, World
 
 SWARM = Path(__file__).with_suffix(".toml")

@@ -38,8 +38,8 @@ from flockwire.runtime.session import Session
 from flockwire.security.pki import make_keys
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import CONSOLE, KINEMATICS, OPERATOR
+from flockwire_station.host import Host
 from flockwire_station.operator import Operator
-from flockwire_station.processes import command
 from published_swarm import PERIOD, publishing
 from robo_ws_bridge import WebSocketBridgeClient
 from taken_cores import TakenCores, taken_cores
@@ -101,6 +101,7 @@ class Bench:
         self.file.write_text(f"{SWARM.read_text()}\n[network]\nbase_port = {base}\n")
         self.plan = Plan(load_swarm(self.file))
         make_keys(self.plan, self.keys, clock.utc())
+        self.host = Host(self.plan, self.file, "localhost", self.out, self.keys)
 
     def publishing(self, *without: str) -> AbstractContextManager[Any]:
         """Publish for everybody but those `without`."""
@@ -122,7 +123,7 @@ class Bench:
     @contextlib.contextmanager
     def airframes(self) -> Iterator[None]:
         """Run the real process of the simulated airframes."""
-        line = command(self.plan, KINEMATICS.kind, self.file, self.out, self.keys)
+        line = self.host.command_line(KINEMATICS.kind)
         with subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
             try:
                 yield

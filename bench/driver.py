@@ -40,8 +40,8 @@ from flockwire.wire.keys import Key
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import AGENT, DRIVER, LEADING, OPERATOR
 from flockwire_probe.attackers import Attacker, attacker_configuration
+from flockwire_station.host import Host
 from flockwire_station.operator import Operator
-from flockwire_station.processes import command
 from flockwire_tello.driver import DriverCore
 from flockwire_tello.simulated.parameters import TelloParameters
 from flockwire_tello.simulated.tello import SimulatedTello
@@ -68,6 +68,7 @@ class Bench:
         self.file.write_text(tomli_w.dumps(table))
         self.plan = Plan(load_swarm(self.file))
         make_keys(self.plan, self.keys, clock.utc())
+        self.host = Host(self.plan, self.file, "localhost", self.out, self.keys)
         self.processes: dict[str, subprocess.Popen[bytes]] = {}
         self.tellos: dict[int, socket.socket] = {}
         self.clients: dict[int, tuple[str, int]] = {}  # who commands which
@@ -90,7 +91,7 @@ class Bench:
     def start(self, *kinds: str) -> None:
         """Start the processes of `kinds`."""
         for identity in (identity for kind in kinds for identity in self.plan.of_kind(kind)):
-            line = command(self.plan, identity, self.file, self.out, self.keys)
+            line = self.host.command_line(identity)
             self.processes[identity] = subprocess.Popen(line, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
 
     def give(self, drone: int) -> None:

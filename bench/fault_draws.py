@@ -73,7 +73,8 @@ def drawn(seed: int, edges: list[list[int]] | None = None, rare: bool = False) -
         table["limits"]["staleness"] = _staleness(chance)
     if chance.random() < 0.08:
         table.setdefault("airframes", {}).setdefault("kinematics", {})["endurance"] = chance.uniform(5.0, 12.0)
-    if chance.random() < 0.25:
+    tight = chance.random() < 0.25
+    if tight and not (rare and law == "paper"):  # long at the fence, the paper's law keeps no distance
         tighten_fence(table, file, chance)
     if moved:
         places = random_starts(parse_swarm(table, file), Starts(box=(6.0, 6.0), fixed=(0,)), chance)

@@ -57,7 +57,8 @@ class Injector:
             self._order(OPERATOR.kind, self._flight.after)
             self._world.scheduler.run(self._world.scheduler.now + AFTER)
         orders = [fault for fault in self._flight.faults if fault["kind"] == ORDERS]
-        if any(fault["station"] == CONSOLE.kind for fault in orders):
+        second = self._flight.after and any(fault["kind"] == SECOND_STATION for fault in self._flight.faults)
+        if second or any(fault["station"] == CONSOLE.kind for fault in orders):
             self._land(CONSOLE.kind)
         elif any(verb in ("conduct", "start") for fault in orders for _, verb, *_ in fault["orders"]):
             self._land(OPERATOR.kind)  # the flight may have ended without those that fly by another order
@@ -138,7 +139,8 @@ class Injector:
         served = self._world.processes["kinematics"]._core._airframes[uav(drone)]
         if isinstance(served, ServedTello):
             bound = self._world._network._bound
-            receive = bound.pop(served.address)
+            if (receive := bound.pop(served.address, None)) is None:
+                return  # lost already
             self._later(lasts, lambda: bound.setdefault(served.address, receive))
 
     def _give(self, station: str, orders: list[tuple[Any, ...]]) -> None:

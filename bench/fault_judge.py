@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any
 
@@ -23,6 +23,8 @@ from flockwire_sim.search.record import Recorder
 from flockwire_sim.search.robustness import BOUNDS, Bounds, closest
 from flockwire_sim.world import EPOCH, World
 from rare_draws import ORDERS
+
+NO_PLACE = "landing place: none is free"
 
 
 @dataclass
@@ -88,12 +90,14 @@ class Judge:
             formed=(), tails={}, visited=self._visited,
         )  # fmt: skip
         judged = judge(flown, recorder, list(flight.faults), self._bounds)
-        contact = judged.margins.get("contact")
+        contact, bad = judged.margins.get("contact"), judged.violations
+        if NO_PLACE in marks:  # a drone without a place to land hovers, and the director says so
+            bad = [what for what in bad if not what.startswith(("down:", "over:"))]
         fastest = flight.swarm.limits.vertical_speed + self._bounds.hard
         return Result(
             flight.seed, flight.variant, flight.usual, list(flight.faults), outcome.failure, outcome.seconds,
             closest(flown), closest(flown, falls=True), 0.0 if contact is None else (1.0 - contact.value) * fastest,
-            injector.world_ended, judged.violations, judged.rungs, marks,
+            injector.world_ended, bad, judged.rungs, marks,
             {name: round(margin.value, 4) for name, margin in judged.margins.items()},
         )  # fmt: skip
 
@@ -116,5 +120,8 @@ def fly(seed: int, say: Callable[[str], None] | None = None, bounds: Bounds = BO
 
 
 def fly_rare(seed: int, say: Callable[[str], None] | None = None) -> Result:
-    """Fly the flight of `seed` with what `--rare` adds."""
-    return Judge(drawn(seed, rare=True), say).fly()
+    """Fly the flight of `seed` with what `--rare` adds; a stop waits for a closed link, and for a late message."""
+    flight, waits = drawn(seed, rare=True), 0.0
+    if (rare := flight.rare) is not None:
+        waits = max(rare.closed_for * bool(rare.closed_links), rare.late_by * bool(rare.late_messages))
+    return Judge(flight, say, replace(BOUNDS, stop=BOUNDS.stop + waits)).fly()

@@ -40,7 +40,7 @@ from flockwire.wire.codec import decode
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 from flockwire_station.giving import give
-from flockwire_station.processes import command
+from flockwire_station.host import Host
 from radio import LANDING, ages, ended
 from traced import published
 
@@ -95,7 +95,7 @@ def running(plan: Plan, swarm: Path, folder: Path, conditions: Conditions, shift
         network.become(conditions)
         for identity in plan.started:
             host = plan.hosts[identity]
-            line = ["ip", "netns", "exec", names[host], *command(plan, identity, swarm, out, keys)]
+            line = ["ip", "netns", "exec", names[host], *Host(plan, swarm, host, out, keys).command_line(identity)]
             environment = {**os.environ, **(_faketime(host) if shifted else {})}
             with (folder / f"{identity}.log").open("wb") as log:
                 stack.enter_context(ended(subprocess.Popen(line, stdout=log, stderr=log, env=environment)))

@@ -38,8 +38,8 @@ from flockwire.wire.plan import Plan
 from flockwire.wire.status import APART, LEFT_OUT, Status
 from flockwire_analysis.checks import ABOUT_THE_RECORD
 from flockwire_analysis.summary import summarise
+from flockwire_sim.flight import TraceInMemory
 from flockwire_sim.process import Published
-from flockwire_sim.recording import TraceInMemory
 from flockwire_sim.world import World
 
 SWARM = Path(__file__).parents[1] / "swarms/paper_simulation.toml"

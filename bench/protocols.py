@@ -39,7 +39,7 @@ from flockwire_mocap.twin.core import TwinCore
 from flockwire_mocap.vrpn.connection import VrpnConnection
 from flockwire_mocap.vrpn.source import VrpnSource
 from flockwire_mocap.vrpn.wire import PoseBody
-from flockwire_sim.recording import TraceInMemory
+from flockwire_sim.flight import TraceInMemory
 from flockwire_sim.world import World
 from qtm_rt.packet import QRTPacket
 

@@ -28,7 +28,7 @@ from flockwire.wire.codec import decode
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 from flockwire_station.giving import give
-from flockwire_station.processes import command
+from flockwire_station.host import Host
 from silent_peer import SWARM, namespaces, spread
 from traced import published
 
@@ -55,7 +55,8 @@ def fly(source: Path, link: str, loss: float, seconds: float, folder: Path) -> d
         for identity, name in names.items():
             rules = LOSSY.format(share=round(1000 * loss)).encode()
             subprocess.run(["ip", "netns", "exec", name, "nft", "-f", "-"], input=rules, check=True)
-            line = ["ip", "netns", "exec", name, *command(plan, identity, swarm, out, keys)]
+            host = Host(plan, swarm, plan.hosts[identity], out, keys)
+            line = ["ip", "netns", "exec", name, *host.command_line(identity)]
             with (folder / f"{identity}.log").open("wb") as log:
                 stack.enter_context(ended(subprocess.Popen(line, stdout=log, stderr=log)))
         began = time.monotonic()

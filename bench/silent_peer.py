@@ -36,7 +36,7 @@ from flockwire.wire.keys import Key
 from flockwire.wire.plan import Plan
 from flockwire_probe.attackers import Attacker, attacker_configuration
 from flockwire_station.giving import give
-from flockwire_station.processes import command
+from flockwire_station.host import Host
 
 SWARM = Path(__file__).parents[1] / "swarms/paper_flight.toml"
 SWITCH, NETWORK = "flock-switch", "10.77.0"
@@ -182,7 +182,7 @@ def trial(plan: Plan, swarm: Path, folder: Path, victim: str, how: str) -> dict[
     with namespaces(plan) as names, contextlib.ExitStack() as stack:
         processes = {}
         for identity, name in names.items():
-            line = command(plan, identity, swarm, folder / "out", keys)
+            line = Host(plan, swarm, plan.hosts[identity], folder / "out", keys).command_line(identity)
             with (folder / f"{identity}.log").open("wb") as log:
                 process = subprocess.Popen(["ip", "netns", "exec", name, *line], stdout=log, stderr=log)
             stack.callback(_killed, process)

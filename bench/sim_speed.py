@@ -16,7 +16,7 @@ from flockwire import clock
 from flockwire.domain import vector
 from flockwire.loading import load_swarm, parse_swarm
 from flockwire.swarm.model import Swarm
-from flockwire_sim.recording import TraceFile
+from flockwire_sim.flight import TraceFile
 from flockwire_sim.world import World
 
 PAPER = Path(__file__).parents[1] / "swarms" / "paper_simulation.toml"

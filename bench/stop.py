@@ -35,8 +35,8 @@ from flockwire.security.pki import make_keys
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 from flockwire_probe.attackers import Attacker, attacker_configuration
+from flockwire_station.host import Host
 from flockwire_station.operator import Operator
-from flockwire_station.processes import command
 
 SWARM = Path(__file__).parents[1] / "swarms/paper_simulation.toml"
 PORTS = cycle(range(20000, 32000, 80))  # below those that the kernel gives to outgoing connections
@@ -54,13 +54,14 @@ class Bench:
         self.plan = Plan(load_swarm(self.file))
         self.processes: dict[str, subprocess.Popen[bytes]] = {}
         make_keys(self.plan, self.keys, clock.utc())
+        self.host = Host(self.plan, self.file, "localhost", self.out, self.keys)
         self.session = Session(self.plan, OPERATOR.kind, self.keys)
         self.operator = Operator(self.plan, self.session)
 
     def start(self, *identities: str) -> None:
         """Start processes."""
         for identity in identities:
-            line = command(self.plan, identity, self.file, self.out, self.keys)
+            line = self.host.command_line(identity)
             self.processes[identity] = subprocess.Popen(line, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
 
     def wait(self, met: Callable[[], bool], seconds: float = 30.0) -> float:

@@ -18,7 +18,7 @@ from flockwire.pilot.ladder import shown
 from flockwire.pilot.neighbourhood import Neighbourhood
 from flockwire.pilot.orders import flown_formation, is_known
 from flockwire.pilot.pilot import Pilot
-from flockwire.process.cores import Start
+from flockwire.process.cores import Core, Start
 from flockwire.process.faults import AgentFault
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
@@ -27,7 +27,6 @@ from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 
 from flockwire_agent.guarded_law import GuardedLaw
-from flockwire_agent.lying import LyingAgent
 
 
 class AgentCore:
@@ -163,8 +162,12 @@ class AgentCore:
         self._law.restart()
 
 
-def make_core(start: Start) -> AgentCore | LyingAgent:
+def make_core(start: Start) -> Core:
     """Return the core of one follower's agent, which lies if a fault says so."""
     core = AgentCore(agent_parameters(start.plan.swarm, start.drone), start.now)
     lies = tuple(fault for fault in start.faults if isinstance(fault, AgentFault) and fault.drone == start.drone)
-    return LyingAgent(core, lies, start.took_off) if lies else core
+    if not lies:
+        return core
+    from flockwire_agent.lying import LyingAgent  # noqa: PLC0415  (few flights have such a fault)
+
+    return LyingAgent(core, lies, start.took_off)

@@ -15,19 +15,20 @@ from flockwire.wire.plan import Plan
 from flockwire.wire.status import APART, LAW_FAILED, LEFT_OUT, Status
 from flockwire_recorder.trace import count_lost, published_at
 
-from flockwire_analysis.observed import Observed, keep, observed
+from flockwire_analysis.observed import Observed, Shown, append_change, keep, observed, shown
 from flockwire_analysis.recorded import ProcessRecord, StateChange, Trace, is_repeated
 from flockwire_analysis.series import Columns
 
 
 @dataclass(slots=True)
 class _Publisher:
-    """One channel: the messages of one process on a topic, `repeated` until answered or not.
+    """One channel: the messages of one process on a topic, `repeated` until answered or not, `judged` or not.
 
     `rate` is its largest number of messages per s.
     """
 
     repeated: bool
+    judged: bool
     rate: int
     begin: int  # Unix ns
     end: int = 0
@@ -54,6 +55,7 @@ class Collector:
         self._stops: dict[int, Stop] = {}
         self._states: dict[str, list[StateChange]] = {}
         self._histories: dict[str, list[Observed]] = {identity: [] for identity in self.plan.pilots.values()}
+        self._shown: dict[str, list[Shown]] = {}
         self._failed_laws: dict[str, None] = {}
         self._contradictions: dict[str, None] = {}
         self._begin = self._end = 0
@@ -70,7 +72,8 @@ class Collector:
         publisher = self._publishers.get(channel)
         if publisher is None:
             repeated, rate = (is_repeated(key.kind), ROWS[key.kind].rate) if key is not None else (False, 0)
-            publisher = self._publishers[channel] = _Publisher(repeated, rate, logged)
+            judged = key is None or key in self.plan.judged
+            publisher = self._publishers[channel] = _Publisher(repeated, judged, rate, logged)
         self._recorded += 1
         self._begin = min(self._begin or logged, logged)
         self._end = max(self._end, logged)
@@ -102,6 +105,7 @@ class Collector:
                 states = self._states.setdefault(message.identity, [])
                 if not states or states[-1].phase != message.report.phase:
                     states.append(StateChange(message.stamp, message.report.phase))
+                append_change(self._shown.setdefault(message.identity, []), shown(message))
         columns = self._columns.get(key)
         if columns is None:
             columns = self._columns[key] = Columns(key.kind)
@@ -121,10 +125,12 @@ class Collector:
             ),
             {identity: tuple(states) for identity, states in self._states.items()},
             {identity: tuple(history) for identity, history in self._histories.items()},
+            {identity: tuple(shown) for identity, shown in self._shown.items()},
             tuple(self._failed_laws),
             tuple(self._contradictions),
             self._begin, self._end, self._recorded,
-            self._lost(), self._malformed, closed, lost_bytes,
+            self._lost_orders() + self._lost(judged=True), self._lost(judged=False),
+            self._malformed, closed, lost_bytes,
         )  # fmt: skip
 
     def _held(self) -> tuple[Mission, ...]:
@@ -132,10 +138,14 @@ class Collector:
         missions = (mission for _, mission in sorted(self._missions.items()))
         return tuple(mission for mission in missions if not self._obeyed or mission.version in self._obeyed)
 
-    def _lost(self) -> int:
-        """Return the number of missing messages, and of missing orders that pilots obeyed.
+    def _lost_orders(self) -> int:
+        """Return the number of missing orders that pilots obeyed."""
+        return len({version for version in self._obeyed if version.stamp >= self._begin}.difference(self._missions))
+
+    def _lost(self, judged: bool) -> int:
+        """Return the number of missing messages of keys that are judged, or of all others.
 
         A repeated message may have no link after its process was stopped for a while.
         """
-        orders = {version for version in self._obeyed if version.stamp >= self._begin}.difference(self._missions)
-        return len(orders) + sum(publisher.lost() for publisher in self._publishers.values() if not publisher.repeated)
+        publishers = self._publishers.values()
+        return sum(one.lost() for one in publishers if one.judged == judged and not one.repeated)

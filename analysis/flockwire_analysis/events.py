@@ -14,10 +14,11 @@ REPEATS = 3 * SECOND  # ns in which a stop counts as a repetition
 
 
 class Event(NamedTuple):
-    """An event at `stamp` (Unix ns), with a short name."""
+    """An event at `stamp` (Unix ns), with a short name; `kind` is "order", "stop" or "fault"."""
 
     stamp: int
     text: str
+    kind: str = "order"
 
 
 def events(trace: Trace) -> tuple[Event, ...]:
@@ -38,12 +39,12 @@ def _faults(trace: Trace) -> list[Event]:
     """Return the injected faults; their times count from the first take-off order."""
     took_off = next((mission.stamp for mission in trace.missions if mission.verb == "takeoff"), trace.begin)
     injected = json.loads(trace.metadata.get(FAULTS, "[]"))
-    return [Event(took_off + nanoseconds(at), text) for at, text in injected]
+    return [Event(took_off + nanoseconds(at), text, "fault") for at, text in injected]
 
 
 def _stops(trace: Trace) -> list[Event]:
     found: list[Event] = []
     for stop in trace.stops:
         if not found or stop.stamp - found[-1].stamp > REPEATS:
-            found.append(Event(stop.stamp, "STOP"))
+            found.append(Event(stop.stamp, "STOP", "stop"))
     return found

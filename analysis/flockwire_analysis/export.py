@@ -1,9 +1,11 @@
-"""Exports a trace as tables: one for each kind of message, one for the errors, one for events."""
+"""A trace as tables, in Python or in files: one for each kind of message, one for the errors, one for events."""
 
 from __future__ import annotations
 
 import csv
 from collections.abc import Iterator, Sequence
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +16,7 @@ from flockwire.swarm.model import uav
 
 from flockwire_analysis.events import events
 from flockwire_analysis.phases import Span, formation_phases
+from flockwire_analysis.reading import read_trace
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Integers
 from flockwire_analysis.tracking import formation_errors, observation_errors
@@ -76,6 +79,20 @@ def _phases(phases: Sequence[Span], stamps: Integers) -> Table:
         phase[span.holds(stamps)] = number
         tail[span.tail().holds(stamps)] = 1
     return {"phase": phase.tolist(), "tail": tail.tolist()}
+
+
+def open_trace(path: str | Path) -> dict[str, Any]:
+    """Return the tables of a trace by name, those that `write_csv` writes.
+
+    Each is a pandas.DataFrame if pandas is installed, else a dict of numpy arrays, one for each column. Either way
+    `open_trace(path)["formation_error"]["error_m"]` is a column. Raises ValueError for a file that is not the trace of
+    a swarm, OSError for one that cannot be read.
+    """
+    found = dict(tables(read_trace(Path(path))))
+    if find_spec("pandas") is None:
+        return {name: {key: np.array(column) for key, column in table.items()} for name, table in found.items()}
+    frame = import_module("pandas").DataFrame
+    return {name: frame(table) for name, table in found.items()}
 
 
 def write_csv(trace: Trace, out: Path) -> tuple[Path, ...]:

@@ -22,9 +22,9 @@ class Gap:
     begin: int = 0  # Unix ns
 
 
-def longest_gap(trace: Trace) -> Gap:
-    """Return the longest gap in any topic whose messages are not repeated."""
-    periodic = (key for key in trace.series if not is_repeated(key.kind))
+def longest_gap(trace: Trace, judged: bool = True) -> Gap:
+    """Return the longest gap in any topic whose messages are not repeated, and are judged or (False) are not."""
+    periodic = (key for key in trace.series if not is_repeated(key.kind) and (key in trace.plan.judged) == judged)
     return max((_longest(key, trace.series[key]) for key in periodic), key=lambda gap: gap.length, default=Gap())
 
 
@@ -47,6 +47,15 @@ def where(trace: Trace, gap: Gap) -> str:
     """Return topic and time of a gap as text."""
     topic = f"/{trace.plan.text(gap.key)}" if gap.key is not None else "no topic"
     return f"in {topic}, {(gap.begin - trace.begin) / SECOND:.1f} s after its start"
+
+
+def beside(trace: Trace) -> str:
+    """Return what is missing of the messages of dispensable processes, empty if nothing is."""
+    gap = longest_gap(trace, judged=False)
+    if not gap.length and not trace.lost_beside:
+        return ""
+    longest = f", for {gap.length:.1f} s {where(trace, gap)}" if gap.length else ""
+    return f"{trace.lost_beside} messages that a flight can do without were not recorded{longest}; no check counts them"
 
 
 def _longest(key: Key, series: Series) -> Gap:

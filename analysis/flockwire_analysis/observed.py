@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from flockwire.domain.order import Mission, Version
 from flockwire.domain.time import SECOND
+from flockwire.pilot.off_place import shown_phase
 from flockwire.wire.status import LAW_FAILED, Status
 
 
@@ -38,6 +39,31 @@ class Observed(NamedTuple):
     def restarted_since(self, earlier: Observed) -> bool:
         """Return whether it comes from another process than `earlier`."""
         return self.publisher != earlier.publisher or self.steps < earlier.steps
+
+
+class Shown(NamedTuple):
+    """What a process reported from `stamp` (Unix ns) on, as pages show it.
+
+    `phase` is the shown one, `why` its detail and reasons, `formation` the one that it was ordered to fly, None: none.
+    """
+
+    stamp: int
+    phase: str
+    why: str = ""
+    formation: str | None = None
+
+
+def shown(status: Status) -> Shown:
+    """Return what pages show of a status."""
+    report, mission = status.report, status.report.mission
+    formation = mission.formation if mission is not None and mission.in_formation else None
+    return Shown(status.stamp, shown_phase(report), report.line, formation)
+
+
+def append_change(history: list[Shown], new: Shown) -> None:
+    """Append `new` if it differs from the last one by more than its stamp."""
+    if not history or history[-1][1:] != new[1:]:
+        history.append(new)
 
 
 def observed(status: Status, publisher: Hashable) -> Observed:

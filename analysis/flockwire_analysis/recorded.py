@@ -14,7 +14,7 @@ from flockwire.wire.keys import ROWS, TIME_REQUEST, Delivery, Key
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 
-from flockwire_analysis.observed import Observed
+from flockwire_analysis.observed import Observed, Shown
 from flockwire_analysis.series import Columns, Series
 
 
@@ -45,9 +45,10 @@ class Trace:
 
     `series` has the messages of each key, `missions` each mission once, by stamp; `vitals` one entry for each publisher
     of a status, `states` the changes of reported phases by identity, `histories` what pilots reported of phase and
-    orders, `failed_laws` a sentence for each error of a law, `contradictions` one for each input that a pilot took for
-    false. `begin` and `end` are the first and the last log time (Unix ns). `lost` counts missing messages of topics
-    that are not repeated, and missing orders that pilots obeyed; `malformed` the messages that could not be decoded. A
+    orders, `shown` the changes of what pages show of a process, by identity, `failed_laws` a sentence for each error of
+    a law, `contradictions` one for each input that a pilot took for false. `begin` and `end` are the first and the last
+    log time (Unix ns). `lost` counts missing messages of topics that are not repeated, and missing orders that pilots
+    obeyed; `lost_beside` those of dispensable processes alone; `malformed` the messages that could not be decoded. A
     trace that was not `closed` was read up to its last complete record; `lost_bytes` follow it.
     """
 
@@ -60,12 +61,14 @@ class Trace:
     vitals: tuple[ProcessRecord, ...]
     states: dict[str, tuple[StateChange, ...]]
     histories: dict[str, tuple[Observed, ...]]
+    shown: dict[str, tuple[Shown, ...]]
     failed_laws: tuple[str, ...]
     contradictions: tuple[str, ...]
     begin: int
     end: int
     recorded: int
     lost: int
+    lost_beside: int
     malformed: int
     closed: bool
     lost_bytes: int

@@ -1,26 +1,25 @@
-"""Writes the report of a trace: summary.json, figures and one HTML page without other files (templates/report.html)."""
+"""Writes the report of a trace: summary.json, figures, the page (templates/report.html) and the replay page."""
 
 from __future__ import annotations
 
+import json
+from base64 import b64encode
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from flockwire.wire.status import Status
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
 from flockwire_analysis.graph_picture import graph_picture
+from flockwire_analysis.reading import read_trace
 from flockwire_analysis.recorded import ProcessRecord, Trace
-from flockwire_analysis.summary import StepFigures, Summary
+from flockwire_analysis.replay import NAME as REPLAY
+from flockwire_analysis.replay import write_replay
+from flockwire_analysis.summary import Summary, summarise
 
 if TYPE_CHECKING:
     from flockwire_analysis.figures.drawing import Picture
-import json
-from base64 import b64encode
-from pathlib import Path
-
-from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
-
-from flockwire_analysis.reading import read_trace
-from flockwire_analysis.summary import summarise
 
 SHARED = "flockwire_analysis"  # templates that those of any package may use
 
@@ -54,22 +53,27 @@ UNKNOWN = "\N{EN DASH}"
 
 
 def page(trace: Trace, summary: Summary, pictures: Sequence[Picture], probe: dict[str, Any] | None) -> str:
-    """Return the page; figures are embedded, all text is escaped. `probe` is the content of probe.json."""
+    """Return the page; figures are embedded, all text is escaped. `probe` is the content of probe.json.
+
+    The page links to the replay page in the same folder.
+    """
+    steps = summary.steps
     return render(
         "flockwire_analysis",
         "report.html",
         name=trace.swarm.name.replace("_", " "),
         failed=len(summary.failures()),
+        replay=REPLAY,
         subtitle=_subtitle(trace, summary),
         stops=tuple(dict.fromkeys(stop.reason for stop in trace.stops)),  # each is published several times
         tiles=_tiles(summary),
-        checks=_checks(summary),
+        checks=[(check.ok, check.name, check.found(), check.rule) for check in summary.checks],
         phases=_phases(summary),
         missing=summary.missing,
         pictures=pictures,
         graph=graph_picture(trace.swarm.topology),
         latency=_latency(summary),
-        steps=_steps(summary.steps),
+        steps=[f"{n:,}" for n in (steps.made, steps.delayed_1ms, steps.delayed_5ms, steps.skipped)],
         processes=_processes(trace, summary),
         messages=summary.messages,
         rejected=[(key, f"{count:,}") for key, count in summary.messages.rejected_by_key.items()],
@@ -98,10 +102,6 @@ def _tiles(summary: Summary) -> Iterable[tuple[str, str]]:
     yield number(summary.latency_ms["pose_to_command"].p99, "ms"), "pose to command, 99th percentile"
 
 
-def _checks(summary: Summary) -> list[tuple[bool, str, str, str]]:
-    return [(check.ok, check.name, check.found(), check.rule) for check in summary.checks]
-
-
 def _phases(summary: Summary) -> list[tuple[str, ...]]:
     return [
         (
@@ -117,10 +117,6 @@ def _phases(summary: Summary) -> list[tuple[str, ...]]:
 def _latency(summary: Summary) -> Iterable[tuple[str, ...]]:
     for hop, delay in summary.latency_ms.items():
         yield hop.replace("_to_", " → "), number(delay.p50, "ms"), number(delay.p99, "ms")
-
-
-def _steps(found: StepFigures) -> tuple[str, ...]:
-    return tuple(f"{count:,}" for count in (found.made, found.delayed_1ms, found.delayed_5ms, found.skipped))
 
 
 def _processes(trace: Trace, summary: Summary) -> list[tuple[str, ...]]:
@@ -187,7 +183,7 @@ def write_report(path: Path, out: Path, vector: bool = False) -> Summary:
 
 
 def write_files(trace: Trace, summary: Summary, out: Path, vector: bool = False) -> None:
-    """Write summary.json, the figures as PNG (and PDF if `vector`) and report.html of a flight into the folder `out`.
+    """Write summary.json, figures as PNG (and PDF if `vector`), report.html and replay.html of a flight into `out`.
 
     Raises OSError.
 
@@ -195,6 +191,7 @@ def write_files(trace: Trace, summary: Summary, out: Path, vector: bool = False)
     """
     out.mkdir(parents=True, exist_ok=True)
     (out / "summary.json").write_text(json.dumps(summary.as_json(), indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    write_replay(trace, summary, out / REPLAY)
     from flockwire_analysis.figures import draw  # noqa: PLC0415  (matplotlib takes a second to import)
 
     pictures = draw(trace, out, vector)

@@ -231,6 +231,7 @@ class _Lacking:
             "the trace was not closed: its recorder did not end properly": not trace.closed,
             f"{trace.lost_bytes} bytes of the trace are incomplete": trace.lost_bytes,
             f"{trace.malformed} messages could not be decoded": trace.malformed,
+            (beside := gaps.beside(trace)): beside,
             self.formation: self.formation,
             self.places: self.places,
             f"no estimate of {', '.join(unknown)} was recorded": unknown,

@@ -1,4 +1,4 @@
-"""Observation and formation errors of the followers."""
+"""Positions of the drones, their references, and the errors between them: observation and formation."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from flockwire.control.graph import LEADER
 from flockwire.domain.time import SECOND
 
-from flockwire_analysis.phases import Span, offsets
+from flockwire_analysis.phases import Span, formation_phases, offsets
 from flockwire_analysis.recorded import Trace
-from flockwire_analysis.series import Floats, Integers, Series
+from flockwire_analysis.series import Booleans, Floats, Integers, Series
 
 SETTLED_BELOW = 0.1  # m
 SETTLED_FOR = 2 * SECOND  # ns
+WINDOW = SECOND // 20  # ns, window of a velocity
 SILENCE = SECOND // 2  # ns without a sample after which an error counts as unknown
 
 
@@ -51,6 +53,40 @@ def interpolated(series: Series, stamps: Integers) -> Floats:
         gaps = np.flatnonzero(series.stamps[after] - series.stamps[after - 1] > SILENCE)
         result[gaps[~np.isin(stamps[gaps], series.stamps)]] = np.nan
     return result
+
+
+def places(trace: Trace, number: int, times: Integers) -> Floats:
+    """Return x_i in m, one row for each of `times` (Unix ns), NaN if it is unknown."""
+    return interpolated(trace.positions(number), times)
+
+
+def references(trace: Trace, number: int, times: Integers) -> Floats:
+    """Return the place x_0 + h_i of a follower in m, NaN outside the formation phases; of the leader: unknown."""
+    if number == LEADER:
+        return np.full((len(times), 3), np.nan)
+    wanted = offsets(trace, number, times) + interpolated(trace.positions(LEADER), times)
+    wanted[~in_formation(trace, times)] = np.nan
+    return wanted
+
+
+def velocities(trace: Trace, number: int, times: Integers) -> Floats:
+    """Return the velocity in m/s from displacements over WINDOW."""
+    half = WINDOW // 2
+    return (places(trace, number, times + half) - places(trace, number, times - half)) * (SECOND / WINDOW)
+
+
+def reference_velocities(trace: Trace, number: int, times: Integers) -> Floats:
+    """Return the velocity of a follower's place, m/s."""
+    half = WINDOW // 2
+    return (references(trace, number, times + half) - references(trace, number, times - half)) * (SECOND / WINDOW)
+
+
+def in_formation(trace: Trace, times: Integers) -> Booleans:
+    """Return which of `times` are in a formation phase, not hovering or landing."""
+    within = np.zeros(len(times), np.bool_)
+    for phase in formation_phases(trace):
+        within |= phase.span.holds(times)
+    return within
 
 
 def observation_errors(trace: Trace) -> dict[int, Errors]:

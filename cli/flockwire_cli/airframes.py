@@ -12,12 +12,11 @@ from typing import Annotated
 import typer
 from flockwire import clock
 from flockwire.objects import load_object
-from flockwire.security.files import CredentialsError
 from flockwire.swarm.airframes import AIRFRAMES
 from flockwire.swarm.model import uav
 
 from flockwire_cli.arguments import Keys, Number, SwarmFile
-from flockwire_cli.inputs import load, made_keys, refuse, unwritable
+from flockwire_cli.inputs import load, made_keys, refuse, refused
 
 app = typer.Typer()
 
@@ -47,12 +46,9 @@ def identify(
     axes = (Axis.CLOCKWISE,) if body else tuple(Axis)
     secrets = made_keys(swarm, plan, keys, plan.hosts[plan.pilots[number]])
     try:
-        core = asyncio.run(identifying.excite(plan, swarm, secrets, number, folder, axes))
-        found = identifying.fits(core.responses)
-    except CredentialsError as error:
-        refuse(str(error))
-    except OSError as error:
-        unwritable(folder, error)
+        with refused(folder):
+            core = asyncio.run(identifying.excite(plan, swarm, secrets, number, folder, axes))
+            found = identifying.fits(core.responses)
     except IdentificationError as error:
         _fail(str(error))
     if found:

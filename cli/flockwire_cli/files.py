@@ -1,14 +1,20 @@
-"""Commands that write files for the user to edit: `init`."""
+"""Commands that write files: `init` a swarm file, `deploy` containers or services from the same plan as `up`."""
 
 from __future__ import annotations
 
+import sys
+from ipaddress import IPv4Network
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from flockwire import clock
+from flockwire_deploy.targets import Target
+from flockwire_station.folders import keys_folder
 from flockwire_station.initial import write_swarm
 
-from flockwire_cli.inputs import refuse
+from flockwire_cli.arguments import Keys, SwarmFile
+from flockwire_cli.inputs import load, refuse, written
 
 app = typer.Typer()
 
@@ -28,3 +34,51 @@ def init(
     print(
         f"flockwire: {file}: {drones} drones; next: flockwire check {file}, flockwire sim {file}, flockwire up {file}"
     )
+
+
+@app.command()
+def deploy(
+    swarm: SwarmFile,
+    target: Annotated[Target, typer.Option(help="The system that starts the processes.")] = Target.COMPOSE,
+    out: Annotated[Path | None, typer.Option(help="The folder to write [deploy/NAME].")] = None,
+    keys: Keys = None,
+    wheels: Annotated[
+        Path, typer.Option(help="The wheels for the hosts, made by scripts/wheels (systemd, ansible).")
+    ] = Path("dist/wheels"),
+    subnets: Annotated[
+        str, typer.Option(metavar="A.B.C.D/N", help="The address range for the containers' networks (compose).")
+    ] = "",
+) -> None:
+    """Write containers or services of a swarm, with the keys of each process."""
+    from flockwire.security.pki import make_keys  # noqa: PLC0415
+    from flockwire_deploy import targets  # noqa: PLC0415  (jinja2)
+    from flockwire_deploy.compose import RangeError, obstacle  # noqa: PLC0415
+    from flockwire_deploy.files import DeployError, refuse_other_keys  # noqa: PLC0415
+
+    plan = load(swarm)
+    if plan.swarm.network.security == "none":
+        refuse("network.security = 'none': is only for measurements on one machine, with `up`; remove it to deploy")
+    folder, held = out or Path("deploy") / plan.swarm.name, keys_folder(swarm, plan, keys)
+    try:
+        within = _range(subnets)
+        refuse_other_keys(plan, held)
+        written(held, lambda: make_keys(plan, held, clock.utc()))
+        places = (plan, swarm, held, folder)
+        if target is Target.COMPOSE:
+            step = targets.write_compose(*places, within)
+        else:
+            step = targets.write_bundles(*places, wheels, playbook=target is Target.ANSIBLE)
+    except (DeployError, RangeError) as error:
+        refuse(str(error))
+    except OSError as error:
+        refuse(f"--out = {folder}: cannot write there: {error.strerror or error}")
+    print(f"flockwire: {folder}: {plan.swarm.name}, for {target}; next: {step}")
+    if target is Target.COMPOSE and (line := obstacle()):
+        print(f"flockwire: warning: {line}", file=sys.stderr)
+
+
+def _range(text: str) -> IPv4Network | None:
+    try:
+        return IPv4Network(text) if text else None
+    except ValueError as error:
+        refuse(f"--subnets = {text!r}: must be a range of IPv4 addresses like 10.224.0.0/12: {error}")

@@ -11,7 +11,6 @@ from typing import Annotated
 import typer
 from flockwire import clock
 from flockwire.loading import SwarmFileError
-from flockwire.security.files import CredentialsError
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
 from flockwire_station.folders import keys_folder, warn_of
@@ -25,6 +24,7 @@ from flockwire_cli.inputs import (
     refuse,
     refuse_a_second_trace,
     refuse_endless,
+    refused,
     this_host,
     unwritable,
 )
@@ -57,9 +57,8 @@ def _check_live(plan: Plan, keys: Path) -> int:
     from flockwire_station.live_check import findings, look, table  # noqa: PLC0415
 
     try:
-        found = list(findings(plan, asyncio.run(look(plan, keys))))
-    except CredentialsError as error:
-        refuse(str(error))
+        with refused():
+            found = list(findings(plan, asyncio.run(look(plan, keys))))
     except RouterAbsentError:
         refuse(f"the router at {plan.endpoints[plan.routers[0]]} does not answer")
     print("\n".join(table(found)))
@@ -82,7 +81,7 @@ def up(
 ) -> None:
     """Start all processes of this host, fly, land, report."""
     from flockwire_station.fault_injection import refusal  # noqa: PLC0415
-    from flockwire_station.hosting import Host  # noqa: PLC0415
+    from flockwire_station.host import Host  # noqa: PLC0415
     from flockwire_station.up import UpOptions, fly  # noqa: PLC0415
 
     from flockwire_cli.verdict import conclude  # noqa: PLC0415
@@ -102,13 +101,8 @@ def up(
     credentials = made_keys(swarm, plan, keys, here)
     flight = UpOptions(Host(plan, swarm, here, folder, credentials, faults), duration, headless, wrong, absent)
     _predict(loaded, duration)
-    try:
-        with unblocked():
-            failure = asyncio.run(fly(flight))
-    except CredentialsError as error:
-        refuse(str(error))
-    except OSError as error:
-        unwritable(folder, error)
+    with refused(folder), unblocked():
+        failure = asyncio.run(fly(flight))
     raise typer.Exit(conclude(failure, folder, flight.host.conducts))
 
 
@@ -131,11 +125,8 @@ def conduct(
     refuse_endless(duration)
     plan = load(swarm)
     warn_of(plan.swarm)
-    try:
-        with unblocked():
-            failure = asyncio.run(fly(plan, keys_folder(swarm, plan, keys), duration, out, headless))
-    except CredentialsError as error:
-        refuse(str(error))
+    with refused(), unblocked():
+        failure = asyncio.run(fly(plan, keys_folder(swarm, plan, keys), duration, out, headless))
     folder = newest_folder(out) if out is not None else None
     if folder is None:
         raise typer.Exit(verdict(filter(None, (failure, "there is no trace" if out is not None else ""))))
@@ -156,7 +147,7 @@ def sim(
     from flockwire_sim.fault_injection import refusal  # noqa: PLC0415
     from flockwire_sim.flight import Flight  # noqa: PLC0415
 
-    from flockwire_cli.sim import simulate, simulate_in_memory  # noqa: PLC0415
+    from flockwire_cli.sim import simulate  # noqa: PLC0415
 
     plan = Plan(load(swarm).swarm.in_simulation())
     loaded = plan.swarm
@@ -169,14 +160,11 @@ def sim(
     if no_trace:
         if out is not None:
             refuse(f"--out = {out}: with --no-trace nothing is written")
-        raise typer.Exit(simulate_in_memory(flight))
+        raise typer.Exit(simulate(flight))
     folder = out or Path("runs") / f"{loaded.name}-sim-{seed}-{clock.local():%Y%m%d-%H%M%S}"
     refuse_a_second_trace(folder)
-    try:
-        status = simulate(flight, swarm.read_text(encoding="utf-8"), folder)
-    except OSError as error:
-        unwritable(folder, error)
-    raise typer.Exit(status)
+    with refused(folder):
+        raise typer.Exit(simulate(flight, folder, swarm.read_text(encoding="utf-8")))
 
 
 @app.command()
@@ -238,18 +226,13 @@ def probe(
     keys: Keys = None,
 ) -> None:
     """Attack the swarm with every identity, key and link mode; name each leak and each blocked key."""
-    from flockwire.runtime.session import RouterAbsentError  # noqa: PLC0415  (zenoh)
     from flockwire_probe.probe import run  # noqa: PLC0415
 
     plan = load(swarm)
     if plan.swarm.network.security == "none":
         refuse("network.security = 'none': nothing to probe; any process that reaches a port can read and write all")
-    try:
+    with refused(out):
         found = asyncio.run(run(plan, swarm, made_keys(swarm, plan, keys, next(iter(plan.swarm.hosts))), out))
-    except (RouterAbsentError, CredentialsError) as error:
-        refuse(str(error))
-    except OSError as error:
-        unwritable(out, error)
     if found:
         print(f"flockwire: the links do not conform to the graph: {found[0].sentence()}", file=sys.stderr)
         raise typer.Exit(1)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -32,6 +34,19 @@ def refuse(reason: str) -> NoReturn:
 def unwritable(out: Path, error: OSError) -> NoReturn:
     """Refuse the folder `out`; an error that is not the system's (a port in use) has its own sentence."""
     refuse(f"--out = {out}: cannot write there: {error.strerror}" if error.strerror else str(error))
+
+
+@contextmanager
+def refused(out: Path | None = None) -> Iterator[None]:
+    """Refuse bad credentials, and an OSError as `unwritable` does if there is a folder `out`."""
+    try:
+        yield
+    except CredentialsError as error:
+        refuse(str(error))
+    except OSError as error:
+        if out is None:
+            raise
+        unwritable(out, error)
 
 
 def this_host(swarm: Swarm, host: str | None) -> str:
@@ -105,15 +120,11 @@ def faults_of(path: Path | None, plan: Plan) -> tuple[Fault, ...]:
 
 def made_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
     """Return the folder of the certificates as `complete_keys` does, or refuse them."""
-    try:
+    with refused():
         return complete_keys(file, plan, keys, host)
-    except CredentialsError as error:
-        refuse(str(error))
 
 
 def written(folder: Path, work: Any) -> Any:  # noqa: ANN401  (it passes through whatever `work` returns)
     """Do `work` on the keys in `folder`; refuse if it fails."""
-    try:
+    with refused():
         return write_keys(folder, work)
-    except CredentialsError as error:
-        refuse(str(error))

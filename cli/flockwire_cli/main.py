@@ -9,12 +9,12 @@ from typing import Annotated
 
 import typer
 
-from flockwire_cli import airframes, deploying, files, flights, kinds, orders, traces, tracker
+from flockwire_cli import airframes, files, flights, kinds, orders, traces, tracker
 from flockwire_cli.arguments import application
 from flockwire_cli.entry import print_version
 
 app = application()
-for part in (files, flights, orders, deploying, airframes, traces, tracker):
+for part in (files, flights, orders, airframes, traces, tracker):
     app.add_typer(part.app)
 
 

@@ -17,7 +17,7 @@ from flockwire_station.folders import keys_folder, warn_of
 from flockwire_station.terminal.standard_streams import unblocked
 
 from flockwire_cli.arguments import Keys, SwarmFile, Without, application, left_out
-from flockwire_cli.inputs import load, load_flying, refuse, written
+from flockwire_cli.inputs import load, load_flying, refuse, refused, written
 
 app = application()
 
@@ -79,10 +79,8 @@ def status(
     from flockwire_station.watching import watch  # noqa: PLC0415
 
     plan, folder = load_flying(swarm, keys)
-    try:
+    with refused():
         missing = asyncio.run(watch(plan, folder, once))
-    except CredentialsError as error:
-        refuse(str(error))
     if missing:
         print(f"flockwire: no status of {', '.join(missing)}", file=sys.stderr)
         raise typer.Exit(1)
@@ -103,10 +101,8 @@ def teleop(swarm: SwarmFile, keys: Keys = None) -> None:
     if gamepad is None and not sys.stdin.isatty():
         refuse("there is no terminal to read keys from, and no gamepad")
     warn_of(plan.swarm)
-    try:
+    with refused():
         steered = asyncio.run(steer(plan, keys_folder(swarm, plan, keys), gamepad))
-    except CredentialsError as error:
-        refuse(str(error))
     raise typer.Exit(0 if steered else 1)
 
 
@@ -166,7 +162,7 @@ def keys(
 
 def _refuse_in_flight(plan: Plan, folder: Path) -> None:
     """Refuse to replace keys with which drones fly on other hosts; on this host, making keys checks it."""
-    from flockwire_station.rotating import flying  # noqa: PLC0415  (zenoh)
+    from flockwire_station.watching import flying  # noqa: PLC0415  (zenoh)
 
     if names := asyncio.run(flying(plan, folder)):
         refuse(
@@ -187,10 +183,8 @@ def _give(plan: Plan, keys: Path, order: Order) -> None:
     from flockwire_station.giving import give  # noqa: PLC0415
 
     warn_of(plan.swarm)
-    try:
+    with refused():
         answer = asyncio.run(give(plan, keys, order))
-    except CredentialsError as error:
-        refuse(str(error))
     if answer.confirmed:
         note = f"; {answer.note}" if answer.note else ""
         print(f"flockwire: {order.verb}: confirmed by {', '.join(answer.confirmed)}{note}")

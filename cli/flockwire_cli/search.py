@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
 
@@ -18,11 +18,9 @@ from flockwire_sim.study import workers as study_workers
 from flockwire_sim.study.file import StudyError, load_study
 from flockwire_sim.study.ledger import Ledger
 from flockwire_sim.study.variation import rehearse, swarm_table
-from flockwire_sim.study.workers import Workers, WorkersLostError, cluster, local
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from flockwire_sim.study.workers import Workers, cluster, local
 
-from flockwire_cli.study import terminable
+from flockwire_cli.study import shown
 
 
 def search(
@@ -68,29 +66,21 @@ def replay(swarm: Path, faults: Path, seed: int, duration: float, mode: str) -> 
 
 def _fly(plan: SearchPlan, space: Space, ledger: Ledger[Entry], workers: Workers, first: bool) -> str:
     """Fly what the ledger lacks; returns why it stopped early, or nothing."""
-    columns = (BarColumn(None), MofNCompleteColumn(), TextColumn("{task.description}"), TimeElapsedColumn(),
-               TimeRemainingColumn())  # fmt: skip
     violating = 0
 
     def flown(orders: Iterable[Order]) -> Iterator[tuple[int, Judged]]:
         return study_workers.conduct(orders, workers, fly_numbered)
 
-    try:
-        with terminable(), Progress(*columns, console=Console(stderr=True)) as progress:
-            bar = progress.add_task("0 with a violation", total=plan.runs)
+    def run(advance: Callable[[str], None]) -> None:
+        def step(entry: Entry) -> bool:
+            nonlocal violating
+            violating += bool(entry.judged.violations)
+            advance(f"{violating} with a violation")
+            return first and violating > 0
 
-            def step(entry: Entry) -> bool:
-                nonlocal violating
-                violating += bool(entry.judged.violations)
-                progress.update(bar, advance=1, description=f"{violating} with a violation")
-                return first and violating > 0
+        conduct(plan, space, ledger, flown, step)
 
-            conduct(plan, space, ledger, flown, step)
-    except KeyboardInterrupt:
-        return "stopped"
-    except WorkersLostError as error:
-        return str(error)
-    return ""
+    return shown(run, plan.runs, 0, "0 with a violation")
 
 
 def _conclude(space: Space, entries: dict[int, Entry], out: Path, stopped: str) -> int:

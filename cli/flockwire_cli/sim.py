@@ -15,31 +15,27 @@ from flockwire_station.terminal.progress import progress
 from flockwire_cli.verdict import conclude, print_figures, verdict
 
 
-def simulate(flight: Flight, toml: str, out: Path) -> int:
-    """Fly into folder `out`, print figures and verdict; returns the exit status. Raises OSError."""
-    out.mkdir(parents=True, exist_ok=True)
-    print(f"{_title(flight)}, into {out}", flush=True)
+def simulate(flight: Flight, out: Path | None = None, toml: str = "") -> int:
+    """Fly, print figures and verdict; returns the exit status.
+
+    The trace, which holds the swarm file's text `toml`, and the report go into the folder `out`; nothing is written
+    without it. Raises OSError.
+    """
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+    into = "" if out is None else f", into {out}"
+    print(f"flockwire: {flight.swarm.name} in virtual time, seed {flight.seed}{into}", flush=True)
     began = clock.cpu_time()
     with _shown(flight) as show:
-        outcome = fly_recorded(flight, toml, out / "trace.mcap", show)
+        if out is not None:
+            outcome = fly_recorded(flight, toml, out / "trace.mcap", show)
+        else:
+            outcome, trace = fly_in_memory(flight, show)
     _print_speed(outcome, began)
-    return conclude(outcome.failure, out)
-
-
-def simulate_in_memory(flight: Flight) -> int:
-    """Fly, write nothing, print figures and verdict; returns the exit status."""
-    print(_title(flight), flush=True)
-    began = clock.cpu_time()
-    with _shown(flight) as show:
-        outcome, trace = fly_in_memory(flight, show)
-    _print_speed(outcome, began)
-    failures = [outcome.failure] if outcome.failure else []
-    failures += print_figures(summarise(trace))
-    return verdict(failures)
-
-
-def _title(flight: Flight) -> str:
-    return f"flockwire: {flight.swarm.name} in virtual time, seed {flight.seed}"
+    if out is not None:
+        return conclude(outcome.failure, out)
+    failures = print_figures(summarise(trace))
+    return verdict(filter(None, (outcome.failure, *failures)))
 
 
 @contextmanager

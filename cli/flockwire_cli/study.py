@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from types import FrameType
@@ -71,15 +71,28 @@ def _fly(plan: Study, table: Table, ledger: Ledger[Result], workers: Workers) ->
     """Fly the runs that the ledger lacks; returns why it stopped early, or nothing."""
     tasks, runs = missing(plan, table, ledger.results), plan.runs * len(plan.points)
     failures = sum(not r.ok for r in ledger.results if r.run < plan.runs)
+
+    def run(advance: Callable[[str], None]) -> None:
+        nonlocal failures
+        for result in conduct(tasks, workers, fly):
+            ledger.add(result)
+            failures += not result.ok
+            advance(f"{failures} failed")
+
+    return shown(run, runs, runs - len(tasks), f"{failures} failed")
+
+
+def shown(run: Callable[[Callable[[str], None]], None], total: int, done: int, text: str) -> str:
+    """Call `run` with a bar, of which `done` of `total` flights are done; returns why it stopped early, or nothing.
+
+    `run` calls its argument with the bar's new text after each flight.
+    """
     columns = (BarColumn(None), MofNCompleteColumn(), TextColumn("{task.description}"), TimeElapsedColumn(),
                TimeRemainingColumn())  # fmt: skip
     try:
-        with terminable(), Progress(*columns, console=Console(stderr=True)) as progress:
-            bar = progress.add_task(f"{failures} failed", total=runs, completed=runs - len(tasks))
-            for result in conduct(tasks, workers, fly):
-                ledger.add(result)
-                failures += not result.ok
-                progress.update(bar, advance=1, description=f"{failures} failed")
+        with _terminable(), Progress(*columns, console=Console(stderr=True)) as progress:
+            bar = progress.add_task(text, total=total, completed=done)
+            run(lambda text: progress.update(bar, advance=1, description=text))
     except KeyboardInterrupt:
         return "stopped"
     except WorkersLostError as error:
@@ -88,7 +101,7 @@ def _fly(plan: Study, table: Table, ledger: Ledger[Result], workers: Workers) ->
 
 
 @contextmanager
-def terminable() -> Iterator[None]:
+def _terminable() -> Iterator[None]:
     """Let SIGTERM end the study like Ctrl-C, with all finished runs kept."""
 
     def end(_: int, __: FrameType | None) -> NoReturn:

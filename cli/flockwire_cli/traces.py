@@ -1,4 +1,4 @@
-"""Commands that read traces: `report`, `animate`, `recover`, `export`, `compare`."""
+"""Commands that read traces: `report`, `view`, `animate`, `recover`, `export`, `compare`."""
 
 from __future__ import annotations
 
@@ -44,20 +44,44 @@ def report(
 
 
 @app.command()
+def view(
+    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="A trace.mcap.")],
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE.html", help="The page [replay.html, beside the trace].")
+    ] = None,
+) -> None:
+    """Write the flight as a page that plays it: from above, from the side, in 3-D (one file, without network)."""
+    from flockwire_analysis.reading import read_trace  # noqa: PLC0415  (numpy)
+    from flockwire_analysis.replay import NAME, write_replay  # noqa: PLC0415
+    from flockwire_analysis.summary import summarise  # noqa: PLC0415
+
+    file = out or trace.parent / NAME
+    if file.suffix != ".html":
+        refuse(f"--out = {file}: must end with .html")
+
+    def write() -> Path:
+        found = read_trace(trace)
+        return write_replay(found, summarise(found), file)
+
+    with progress("reads the trace"):
+        print(_trace(write))
+
+
+@app.command()
 def animate(
     trace: Annotated[Path, typer.Argument(metavar="TRACE", help="A trace.mcap.")],
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE.gif", help="The file [flight.gif, beside the trace].")
+        Path | None, typer.Option(metavar="FILE.gif|FILE.mp4", help="The file [flight.gif, beside the trace].")
     ] = None,
     seconds: Annotated[float, typer.Option(min=2.0, max=60.0, help="Length of the moving picture.")] = 10.0,
 ) -> None:
-    """Write the flight from above as a moving picture (GIF, 3 MB at most)."""
+    """Write the flight from above as a moving picture: GIF, 3 MB at most, or MP4 where ffmpeg is installed."""
     from flockwire_analysis.figures.animation import animate as write  # noqa: PLC0415  (matplotlib)
     from flockwire_analysis.reading import read_trace  # noqa: PLC0415
 
     file = out or trace.parent / "flight.gif"
-    if file.suffix != ".gif":
-        refuse(f"--out = {file}: must end with .gif")
+    if file.suffix not in (".gif", ".mp4"):
+        refuse(f"--out = {file}: must end with .gif or .mp4")
     with progress("reads the trace, draws its frames"):
         print(_trace(lambda: write(read_trace(trace), file, seconds)))
 
@@ -98,8 +122,7 @@ def compare(
     out: Annotated[Path, typer.Option(help="Folder for tables and figures.")] = Path("runs/comparison"),
 ) -> None:
     """Compare flights, or groups of flights: key figures, means with 95 % intervals, paired tests against the first."""
-    from flockwire_analysis.comparison import Group, comparison  # noqa: PLC0415  (scipy)
-    from flockwire_analysis.comparison_tables import as_csv, as_latex, as_text  # noqa: PLC0415
+    from flockwire_analysis.comparison import Group, as_csv, as_latex, as_text, comparison  # noqa: PLC0415  (scipy)  # noqa: PLC0415
     from flockwire_analysis.figures.comparison import MOST  # noqa: PLC0415  (matplotlib)
     from flockwire_analysis.figures.comparison import compare as draw  # noqa: PLC0415
     from flockwire_analysis.reading import read_trace  # noqa: PLC0415

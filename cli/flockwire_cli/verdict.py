@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -71,11 +71,30 @@ def _report(trace: Path, out: Path) -> Iterable[str]:
 
 def print_figures(summary: Summary) -> tuple[str, ...]:
     """Print the key figures and the checks; returns a sentence for each failed check."""
-    from flockwire_analysis.key_figures import lines  # noqa: PLC0415  (numpy)
-
-    for line in lines(summary):
+    for line in key_figures(summary):
         print(f"  {line}")
     return summary.failures()
+
+
+def key_figures(summary: Summary) -> Iterator[str]:
+    """Yield the key figures of a flight and its checks, a line each."""
+    for name, figures in (("observation", summary.observation_error_m), ("formation", summary.formation_error_m)):
+        settled = "never settled" if figures.settled_s is None else f"settled after {figures.settled_s:.1f} s"
+        errors = f"{_millimetres(figures.max_tail)} at most, {_millimetres(figures.rms_tail)} rms"
+        yield f"{name + ' error':<22}{errors} in the last 30 %, {settled}"
+    latency = summary.latency_ms["pose_to_command"]
+    if latency.p50 is not None and latency.p99 is not None:
+        yield f"{'pose to command':<22}{latency.p50:.2f} ms p50, {latency.p99:.2f} ms p99"
+    if summary.left_out:
+        yield f"{'left out':<22}{', '.join(summary.left_out)}"
+    for check in summary.checks:
+        yield f"{'ok  ' if check.ok else 'FAIL'} {check.sentence()}"
+    for sentence in summary.missing:
+        yield f"missing: {sentence}"
+
+
+def _millimetres(metres: float | None) -> str:
+    return "unknown" if metres is None else f"{metres * 1000:.1f} mm"
 
 
 def print_place(out: Path) -> None:

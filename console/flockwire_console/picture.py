@@ -1,4 +1,4 @@
-"""The data of the page: once the swarm file's content, then all states ten times a second."""
+"""The data of the page after the constant one: all states, ten times a second."""
 
 from __future__ import annotations
 
@@ -8,28 +8,12 @@ from typing import Any
 from flockwire.control.graph import LEADER
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
+from flockwire.domain.vector import add
 from flockwire.ground.fleet import STALE
 from flockwire.pilot.off_place import shown_phase
 from flockwire.pilot.orders import flown_formation, is_known
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
-
-
-def outline(plan: Plan) -> dict[str, Any]:
-    """Return the constant data of a flight: fence, obstacles, graph, formations (m, world frame)."""
-    swarm, fence = plan.swarm, plan.swarm.limits.fence
-    (left, lower, _), (right, upper, _) = fence.low, fence.high
-    corners = fence.polygon or ((left, lower), (right, lower), (right, upper), (left, upper))
-    return {
-        "name": swarm.name,
-        "drones": [{"id": i, "name": pilot} for i, pilot in plan.pilot.items()],
-        "processes": list(plan.started),
-        "edges": [[edge[0], edge[1]] for edge in swarm.graph.edges],
-        "fence": [list(corner) for corner in corners],
-        "obstacles": [{"center": list(o.center[:2]), "radius": o.radius} for o in swarm.obstacles],
-        "clearance": swarm.avoidance.obstacle_safety_distance,
-        "formations": list(swarm.formations),
-    }
 
 
 class Scene:
@@ -40,7 +24,7 @@ class Scene:
         self._formations = {name: plan.swarm.build_formation(name) for name in plan.swarm.formation_names}
 
     def snapshot(self, statuses: Mapping[str, Status], now: int) -> dict[str, Any]:
-        """Return all states at `now` (Unix ns)."""
+        """Return all states at `now` (Unix ns); `now` in it is in s, `mission` the flight's time if it has one."""
         leader = statuses.get(self._plan.pilot[LEADER])
         drones = {}
         for number, pilot in self._plan.pilot.items():
@@ -53,7 +37,7 @@ class Scene:
             for identity in self._plan.started
             if identity in statuses and not self._plan.rows[identity].pilot
         }
-        return {"drones": drones, "others": others}
+        return {"now": now / SECOND, "mission": _mission_time(statuses, now), "drones": drones, "others": others}
 
     def _place(self, number: int, mission: Mission | None, leader: Status | None, now: int) -> list[float] | None:
         """Return the place of a follower in the formation that it was ordered to fly, None if it has none."""
@@ -62,8 +46,15 @@ class Scene:
         if not mission.in_formation or not is_known(self._formations, mission):
             return None
         formation, rank = flown_formation(self._formations, mission), self._plan.swarm.followers.index(number)
-        x, y, _ = formation.offset(rank, (now - mission.start) / SECOND)
-        return [round(leader.report.position[0] + x, 3), round(leader.report.position[1] + y, 3)]
+        offset = formation.offset(rank, (now - mission.start) / SECOND)
+        return [round(place, 3) for place in add(leader.report.position, offset)]
+
+
+def _mission_time(statuses: Mapping[str, Status], now: int) -> float | None:
+    """Return the time in s since the newest start that a process obeys, None before one."""
+    missions = [status.report.mission for status in statuses.values()]
+    starts = [mission.start for mission in missions if mission is not None and mission.in_formation]
+    return round((now - max(starts)) / SECOND, 2) if starts else None
 
 
 def _told(status: Status, now: int) -> dict[str, Any]:
@@ -75,6 +66,5 @@ def _told(status: Status, now: int) -> dict[str, Any]:
         "battery": report.battery,
         "error": report.formation_error,
         "formation": report.mission.formation if report.mission is not None and report.mission.in_formation else None,
-        "cpu": status.cpu,
-        "links": len(status.links),
+        "sheet": {"share of a core": f"{100 * status.cpu:.0f} %", "links": str(len(status.links))},
     }

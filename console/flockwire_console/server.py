@@ -22,9 +22,10 @@ from flockwire.domain.time import nanoseconds
 from flockwire.ground.order import Answer, Order
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import CONSOLE
+from flockwire_analysis.view import filled, outline, scripts, style
 from flockwire_station.operator import Operator
 
-from flockwire_console.picture import Scene, outline
+from flockwire_console.picture import Scene
 
 PAGE = Path(__file__).with_name("page")
 PERIOD = 0.1  # s between two pictures
@@ -45,6 +46,7 @@ class Pages:
         self._plan, self._operator, self._token = plan, operator, token
         self._names = frozenset({"localhost", address.lower()})
         self._scene = Scene(plan)
+        self._files = _files()
         self._due, self._failed = 0, ""  # next picture, monotonic ns; last failure
         self._sockets: dict[web.WebSocketResponse, asyncio.Transport] = {}
         self._sending: set[web.WebSocketResponse] = set()  # pages that have not accepted the last picture yet
@@ -53,8 +55,8 @@ class Pages:
     def application(self) -> web.Application:
         """Return the ASGI application."""
         app = web.Application(middlewares=[self._guarded])
-        app.router.add_get("/", self._file)
-        app.router.add_get("/{name:app\\.js|style\\.css}", self._file)
+        for path in self._files:
+            app.router.add_get(path, self._file)
         app.router.add_get("/live", self._live)
         app.cleanup_ctx.append(self._operating)
         return app
@@ -73,7 +75,8 @@ class Pages:
         return response
 
     async def _file(self, request: web.Request) -> web.StreamResponse:
-        return web.FileResponse(PAGE / request.match_info.get("name", "index.html"))
+        text, content_type = self._files[request.path]
+        return web.Response(text=text, content_type=content_type, charset="utf-8")
 
     async def _live(self, request: web.Request) -> web.StreamResponse:
         """Show the flight to a page; a page with the token may give orders, a wrong token is refused."""
@@ -167,6 +170,18 @@ class Pages:
             transport.abort()
         finally:
             self._sending.discard(socket)
+
+
+def _files() -> dict[str, tuple[str, str]]:
+    """Return the page's files by path, each with its type: its own, and what it shares with the replay page."""
+    app, orders = (PAGE / name for name in ("app.js", "orders.css"))
+    return {
+        "/": (filled(PAGE / "index.html"), "text/html"),
+        "/style.css": (style(), "text/css"),
+        "/orders.css": (orders.read_text(encoding="utf-8"), "text/css"),
+        "/scene.js": (scripts(), "text/javascript"),
+        "/app.js": (app.read_text(encoding="utf-8"), "text/javascript"),
+    }
 
 
 def is_own(host: str, names: frozenset[str]) -> bool:

@@ -5,8 +5,7 @@ lengths m, world frame ENU.
 """
 
 from flockwire_analysis.checks import Check
-from flockwire_analysis.export import ExportError, write_csv, write_parquet
-from flockwire_analysis.opening import open_trace
+from flockwire_analysis.export import ExportError, open_trace, write_csv, write_parquet
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.report import write_report

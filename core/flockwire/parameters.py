@@ -43,6 +43,7 @@ class PilotParameters(NamedTuple):
     checks: Checks
     room: Room
     separation: Separation  # m, safety distances at landing
+    disturbance: float  # m/s, most that is compensated
     guard: GuardParameters | None  # None without a safety filter
     sensing: bool  # whether it receives nearby bodies; else it knows its neighbours and `obstacles`
     obstacles: tuple[Obstacle, ...]
@@ -125,6 +126,7 @@ def pilot_parameters(swarm: Swarm, number: int) -> PilotParameters:
         checks=swarm.checks,
         room=swarm.limits.fence.room(),
         separation=avoidance.kept,
+        disturbance=swarm.control.disturbance,
         guard=guard_parameters(swarm, number) if swarm.control.filtered else None,
         sensing=avoidance.sensing == "nearby",
         obstacles=swarm.obstacles,

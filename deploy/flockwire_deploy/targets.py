@@ -10,7 +10,7 @@ from pathlib import Path
 from flockwire.wire.plan import Plan
 
 from flockwire_deploy.bundle import Bundler, write_playbook
-from flockwire_deploy.compose import compose_file, outside
+from flockwire_deploy.compose import aboard, compose_file, outside
 from flockwire_deploy.files import (
     DeployError,
     refuse_keys_in_use,
@@ -19,7 +19,6 @@ from flockwire_deploy.files import (
     write_keys,
     write_swarm,
 )
-from flockwire_deploy.networks import aboard
 from flockwire_deploy.wheels import read_wheels
 
 NOT_ROOT = (10001, 10001)  # the user of root's containers: the image's own

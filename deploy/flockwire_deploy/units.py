@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from flockwire.wire.plan import Plan
-from flockwire_station.command_lines import FilePaths, arguments
+from flockwire_station.host import FilePaths, arguments
 
 from flockwire_deploy.files import template
 

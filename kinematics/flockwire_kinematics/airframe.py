@@ -1,8 +1,9 @@
 """A simulated airframe: it responds to a velocity command with a dead time and a first-order lag.
 
-    lag v' + v = gain u(t - dead_time),   x' = v        (lag = 0: v = gain u; then (2) of the paper, x' = u)
+    lag v' + v = gain u(t - dead_time) + w(t),   x' = v        (lag = 0: v = gain u + w; gain = 1, w = 0: x' = u, (2))
 
-Both are solved exactly between two changes of the command, so the motion does not depend on the rate of calls.
+w is the wind, constant for a step of the wind's own. Both are solved exactly between two changes of the command or the
+wind, so the motion does not depend on the rate of calls.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, scale
 from flockwire.process.driving import CONTACT, GRAVITY
+from flockwire.process.wind import STEP, Wind
 from flockwire.swarm.drones import Airframe
 
 
@@ -36,6 +38,7 @@ class FirstOrderAirframe:
         self._now = now
         self._input = ZERO
         self._coming: deque[tuple[int, Vector]] = deque()  # effective time, command
+        self._wind: Wind | None = None  # None: calm
 
     def command(self, velocity: Vector, now: int) -> None:
         """Command a velocity, m/s, world frame, at `now`; a climb command takes off."""
@@ -46,6 +49,10 @@ class FirstOrderAirframe:
     def respond(self, lag: float, dead_time: float) -> None:
         """Set lag and dead time, s."""
         self._parameters = self._parameters.model_copy(update={"lag": lag, "dead_time": dead_time})
+
+    def blow(self, wind: Wind) -> None:
+        """Set the wind."""
+        self._wind = wind if wind.blows else None
 
     def stop(self) -> None:
         """Stop the motors permanently: in flight it falls."""
@@ -71,16 +78,22 @@ class FirstOrderAirframe:
         """Advance to `now` (Unix ns)."""
         while self._coming and self._coming[0][0] <= now:
             moment, velocity = self._coming.popleft()
-            if moment > self._now:
-                self._move((moment - self._now) / SECOND)
-                self._now = moment
+            self._fly(moment)
             self._input = scale(velocity, self._parameters.gain)
-        if now > self._now:
-            self._move((now - self._now) / SECOND)
-            self._now = now
+        self._fly(now)
 
-    def _move(self, dt: float) -> None:
-        """Fly, fall or stand for `dt` s with the current input."""
+    def _fly(self, until: int) -> None:
+        """Fly, fall or stand until `until` (Unix ns), which may be past, with the current input."""
+        while self._now < until:
+            end, velocity = until, self._input
+            if self._wind is not None:
+                end = min(until, self._now - self._now % STEP + STEP)
+                velocity = add(velocity, self._wind.at(self._now))
+            self._move((end - self._now) / SECOND, velocity)
+            self._now = end
+
+    def _move(self, dt: float, velocity: Vector) -> None:
+        """Fly, fall or stand for `dt` s; in flight its velocity approaches `velocity`, m/s."""
         if self.state is FlightState.GROUNDED:
             return
         if self.state is FlightState.STOPPED:
@@ -89,9 +102,13 @@ class FirstOrderAirframe:
             self.velocity = (x, y, z - GRAVITY * dt)
         else:
             parameters, battery = self._parameters, self.battery
-            self.position, self.velocity = lagged_motion(self.position, self.velocity, self._input, parameters.lag, dt)
+            self.position, self.velocity = lagged_motion(self.position, self.velocity, velocity, parameters.lag, dt)
             battery -= dt / parameters.endurance
             self.battery = battery if battery > 0.0 else 0.0
+        self._land_on_contact()
+
+    def _land_on_contact(self) -> None:
+        """Stand as soon as it touches the ground while it descends."""
         if self.velocity[2] < 0.0 and self.position[2] - self._ground <= CONTACT:
             self.position, self.velocity = (self.position[0], self.position[1], self._ground), ZERO
             if self.state is not FlightState.STOPPED:

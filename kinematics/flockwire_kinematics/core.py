@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable
+from math import inf
 from typing import cast
 
 from flockwire.domain.airframe import Command, Telemetry
@@ -15,8 +16,10 @@ from flockwire.objects import load_object
 from flockwire.pilot.moving_point import MovingPoint
 from flockwire.process.cores import Address, Datagram, Start
 from flockwire.process.driving import RETIREMENT, SETTLED, TELEMETRY_PERIOD, Commanded, Served, SimulatedAirframe
-from flockwire.process.faults import AirframeFailure, AirframeFault, AirframeLag, FalseHeight, Fault
+from flockwire.process.faults import AirframeFailure, AirframeFault, AirframeLag, FalseHeight, Fault, WindChange
 from flockwire.process.stepping import is_due, next_deadline
+from flockwire.process.wind import Wind
+from flockwire.swarm.drones import Wind as WindTable
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, STOP, Key
@@ -59,9 +62,12 @@ class KinematicsCore:
         self._settled = SETTLED if not served else SETTLED_SERVED
         self._telemetry_deadline = now
         self._flew = 0  # last time with a drone in the air, Unix ns
-        self._faults = deque(fault for fault in faults if isinstance(fault, AirframeFault))
+        self._faults = deque(fault for fault in faults if isinstance(fault, AirframeFault | WindChange))
         self._false_heights: list[FalseHeight] = []  # those that have begun
         self._begin = took_off  # time 0 of faults: the first take-off
+        self._usual, self._chance = swarm.wind, chance
+        self._wind_ends = inf  # s, of another wind than the usual one
+        self._blow(swarm.wind)
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Receive a message."""
@@ -84,7 +90,7 @@ class KinematicsCore:
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Advance all drones to `now` and publish their positions."""
-        if self._faults and self._begin is not None:
+        if self._begin is not None and (self._faults or self._wind_ends < inf):
             self._inject((now - self._begin) / SECOND)
         messages: list[tuple[Key, Message]] = [
             (key, Pose(now, self._frame, person.advance(now))) for key, person in self._persons.items()
@@ -138,16 +144,26 @@ class KinematicsCore:
 
     def _inject(self, t: float) -> None:
         """Inject the faults that are due at `t` s after the first take-off."""
+        if t >= self._wind_ends:
+            self._wind_ends = inf
+            self._blow(self._usual)
         while self._faults and self._faults[0].at <= t:
             fault = self._faults.popleft()
-            airframe = self._airframes[uav(fault.drone)]
             match fault:
+                case WindChange():
+                    self._wind_ends = fault.at + fault.duration
+                    self._blow(fault)
                 case AirframeLag():
-                    airframe.respond(fault.lag, fault.dead_time)
+                    self._airframes[uav(fault.drone)].respond(fault.lag, fault.dead_time)
                 case AirframeFailure():
-                    airframe.stop()
+                    self._airframes[uav(fault.drone)].stop()
                 case FalseHeight():
                     self._false_heights.append(fault)
+
+    def _blow(self, usual: WindTable | WindChange) -> None:
+        """Set the wind of each airframe."""
+        for airframe in self._airframes.values():
+            airframe.blow(Wind(usual.velocity, usual.gust, self._chance))
 
     def _reported(self, telemetry: Telemetry, owner: str) -> Telemetry:
         """Return the telemetry of drone `owner` with the false heights of the present moment."""

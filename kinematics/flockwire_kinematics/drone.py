@@ -14,6 +14,7 @@ from flockwire.domain.marks import Holding, sometimes
 from flockwire.domain.vector import ZERO, Vector, limit, norm
 from flockwire.pilot.phases import age
 from flockwire.process.driving import FROZEN, TOLERANCE
+from flockwire.process.wind import Wind
 from flockwire.swarm.model import Swarm
 from flockwire.swarm.tables import Limits
 
@@ -93,6 +94,10 @@ class SimulatedDrone:
     def respond(self, lag: float, dead_time: float) -> None:
         """Set lag and dead time, s."""
         self.airframe.respond(lag, dead_time)
+
+    def blow(self, wind: Wind) -> None:
+        """Set the wind."""
+        self.airframe.blow(wind)
 
     def telemetry(self, now: int, frame: str) -> Telemetry:
         """Return its telemetry, in the world frame `frame`."""

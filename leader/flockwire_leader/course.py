@@ -33,7 +33,8 @@ class Course:
         self._time = TrajectoryTime(LONGEST_STEP if self._filtered else inf)
         self._delay, self._braking, self._separation = parameters.delay, parameters.braking, parameters.separation
         self._sidestep = Sidestep(parameters.sidestep, SIDE_SWITCH_TIME)
-        self._bent, self._bent_at = BentPlace(parameters.detour), inf  # s, the time of its last step
+        self._detour = parameters.detour
+        self._straighten()
         self._origin = ZERO  # start of the trajectory, m
         self._passed = 0.0  # m along the trajectory
         self._s = 0.0  # the trajectory's own time
@@ -52,6 +53,7 @@ class Course:
     def restart(self, position: Vector, t: float) -> None:
         """Fly the trajectory from mission time `t`, s, shifted so that it starts at `position`, m."""
         self._time.restart(t)
+        self._straighten()
         self._place(position, t)
 
     def resume(self, position: Vector, t: float) -> None:
@@ -79,6 +81,9 @@ class Course:
             correction = limit(correction, max(speed, CATCH_UP))
             correction = self._sidestep.turned(correction, bodies, to_go, now)
         return add(rate, correction)
+
+    def _straighten(self) -> None:
+        self._bent, self._bent_at = BentPlace(self._detour), inf  # s, the time of its last step
 
     def _around(
         self, error: Vector, rate: Vector, position: Vector, bodies: Sequence[Body], now: float

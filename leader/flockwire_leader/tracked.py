@@ -7,7 +7,7 @@ from flockwire.domain.order import Mission
 from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND
 from flockwire.parameters import TrackedParameters
-from flockwire.pilot.ladder import MISTAKEN, doubted
+from flockwire.pilot.identity import MISTAKEN, Identity
 from flockwire.pilot.orders import Orders
 from flockwire.pilot.phases import NEVER, age
 from flockwire.process.cores import Ground
@@ -26,7 +26,7 @@ class TrackedLeader(Ground):
         self.period, self._body, self._limit = parameters
         self._pose_key = Key("pose", uav(LEADER))
         self._pose: Pose | None = None
-        self._doubt: IdentityDoubt | None = None
+        self._identity = Identity()
         self._orders = Orders()
         self.prompt = frozenset({MISSION})
 
@@ -36,7 +36,7 @@ class TrackedLeader(Ground):
             case Pose() if key == self._pose_key:
                 self._pose = message
             case IdentityDoubt():
-                self._doubt = message
+                self._identity.take_doubt(message)
             case Mission():
                 self._orders.take(message, now)
 
@@ -61,4 +61,4 @@ class TrackedLeader(Ground):
             return f"the tracker has not seen its body {self._body!r} yet"
         if silence > self._limit:
             return f"the tracker has not seen its body {self._body!r} for {silence:.1f} s"
-        return MISTAKEN if doubted(self._doubt, now) else ""
+        return MISTAKEN if self._identity.doubted(now) else ""

@@ -7,6 +7,7 @@ from flockwire.domain.order import Mission
 from flockwire.domain.pose import Pose
 from flockwire.parameters import VirtualParameters
 from flockwire.pilot.moving_point import MovingPoint
+from flockwire.process.cores import Ground
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
@@ -14,11 +15,11 @@ from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
 
-class VirtualLeader:
+class VirtualLeader(Ground):
     """A point that moves along the trajectory after a start order, and rests after any other."""
 
     def __init__(self, parameters: VirtualParameters, now: int) -> None:
-        self.triggers: frozenset[Key] = frozenset()
+        super().__init__()
         self.prompt = frozenset({MISSION})
         self._frame, self.period, trajectory, start = parameters
         self._point = MovingPoint(trajectory, start, now)
@@ -28,20 +29,9 @@ class VirtualLeader:
         if isinstance(message, Mission):
             self._point.order(message, now)
 
-    def due(self, key: Key) -> bool:
-        """Return False: a point moves at its own rate."""
-        return False
-
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Publish the point's position at `now`."""
         return [(Key("pose", uav(LEADER)), Pose(now, self._frame, self._point.advance(now)))]
-
-    def retire(self, now: int) -> None:
-        """Do nothing: a point does not fly."""
-
-    def may_end(self, now: int) -> bool:
-        """Return True."""
-        return True
 
     def report(self, now: int) -> Report:
         """Return the leader's status."""

@@ -74,7 +74,7 @@ class Identities:
         last = self.jumps.last(drone)
         if last is None:
             return not self._others(claim, self._fresh(stamp))
-        if not self.jumps.reaches(drone, stamp, position):
+        if not self.jumps.flies(last, stamp, position):
             return False
         if stamp - last.stamp <= GAP:
             return True
@@ -143,11 +143,8 @@ class Identities:
 
     def _forget_blackout(self, claims: list[Claim]) -> None:
         """Restart after a time in which no drone was seen at all, unless names were mixed up before it."""
-        known = tuple(self.jumps.known())
-        if not claims or not known or self.doubts:
-            return
-        if claims[0].stamp - max(self.jumps.stamp(drone) for drone in known) > BLACKOUT:
-            for drone in known:
+        if claims and not self.doubts and claims[0].stamp - self.jumps.newest() > BLACKOUT:
+            for drone in tuple(self.jumps.known()):
                 self.jumps.forget(drone)
 
     def _restore(self, drone: int, right: bool, stamp: int) -> None:

@@ -47,7 +47,7 @@ class JumpFilter:
     def passes(self, identity: int, stamp: int, position: Vector) -> bool:
         """Return whether the body `identity` can be at `position` (m) at `stamp` (ns)."""
         seen, last = Sighting(stamp, position), self._last.get(identity)
-        if last is None or self._reaches(last, stamp, position) or self._confirms(identity, seen):
+        if last is None or self.flies(last, stamp, position) or self._confirms(identity, seen):
             self.accept(identity, stamp, position)
             return True
         return False
@@ -60,7 +60,7 @@ class JumpFilter:
 
     def reaches(self, identity: int, stamp: int, position: Vector) -> bool:
         """Return whether the body `identity`, which was seen before, can have flown to `position` (m) by `stamp`."""
-        return self._reaches(self._last[identity], stamp, position)
+        return self.flies(self._last[identity], stamp, position)
 
     def last(self, identity: int) -> Sighting | None:
         """Return the last accepted sighting of the body `identity`, None before the first."""
@@ -70,6 +70,10 @@ class JumpFilter:
         """Return the stamp of the last accepted sighting of the body `identity`, ns; 0 before the first."""
         last = self._last.get(identity)
         return last.stamp if last is not None else 0
+
+    def newest(self) -> int:
+        """Return the stamp of the newest accepted sighting of any body, ns; 0 before the first."""
+        return max([last[0] for last in self._last.values()], default=0)
 
     def known(self) -> Iterable[int]:
         """Return the bodies with an accepted sighting."""
@@ -82,7 +86,7 @@ class JumpFilter:
 
     def _confirms(self, identity: int, seen: Sighting) -> bool:
         candidate = self._candidates.get(identity)
-        if candidate is not None and self._reaches(candidate.seen, *seen):
+        if candidate is not None and self.flies(candidate.seen, *seen):
             candidate = Candidate(seen, candidate.frames + 1)
         else:
             self.jumps += 1
@@ -93,7 +97,8 @@ class JumpFilter:
         self.confirmed += 1
         return True
 
-    def _reaches(self, last: Sighting, stamp: int, position: Vector) -> bool:
+    def flies(self, last: Sighting, stamp: int, position: Vector) -> bool:
+        """Return whether a body can have flown from its sighting `last` to `position` (m) by `stamp` (ns)."""
         before, place = last
         elapsed = max(0, stamp - before) / SECOND
         return distance(place, position) <= self._max_speed * elapsed + self._tolerance

@@ -27,8 +27,9 @@ from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 from flockwire_station.connecting import connected
+from flockwire_station.host import Host, PortInUseError, busy_endpoint
 from flockwire_station.operator import Operator
-from flockwire_station.processes import Children, PortInUseError, busy_endpoint
+from flockwire_station.processes import Children
 from flockwire_station.terminal.interrupts import Interrupts
 from flockwire_station.terminal.progress import Show, progress
 
@@ -101,7 +102,7 @@ async def run(plan: Plan, swarm_file: Path, keys: Path, out: Path) -> list[Devia
     session = None
     try:
         if not await _runs(plan, keys):
-            children = Children(plan, swarm_file, out, keys)
+            children = Children(Host(plan, swarm_file, next(iter(plan.swarm.hosts)), out, keys))
             busy = busy_endpoint(plan, plan.started)
             if busy:
                 raise PortInUseError(busy)

@@ -19,7 +19,7 @@ from flockwire.wire.keys import ROWS
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.schemas import ROS_TYPES
-from flockwire.wire.status import Counts, Report, counted
+from flockwire.wire.status import Report, counted
 
 from flockwire_recorder.core import PERIOD, RecorderCore
 from flockwire_recorder.parts import next_part
@@ -54,7 +54,8 @@ class Recorder:
             self.full = error
             self._log.error(str(error))
         if self._status.due(now):
-            self._status.update(now, self._report(), self._counts, (*self._rejected.items(), *self._dropped()))
+            dropped = counted(("not recorded", self._trace.dropped))
+            self._status.update(now, self._report(), self._counts, (*self._rejected.items(), *dropped))
 
     def drain(self, now: int) -> None:
         """Write all buffered messages in the order of sending. Raises TraceFullError once."""
@@ -69,9 +70,6 @@ class Recorder:
         self._trace.close()
         if self.full is not None:
             raise self.full
-
-    def _dropped(self) -> Counts:
-        return counted(("not recorded", self._trace.dropped))
 
     def _report(self) -> Report:
         if self.full is not None:

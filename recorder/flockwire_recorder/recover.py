@@ -37,7 +37,9 @@ def recover(trace: Path, out: Path) -> Recovered:
         writer = Writer(stream, compression=CompressionType.ZSTD)
         header = first if isinstance(first, Header) else Header("", "")
         writer.start(header.profile, header.library)
-        messages = _copy(writer, walk) + sum(_copy(writer, _undescribed(records)) for records in files[1:])
+        messages = _copy(writer, walk) + sum(
+            _copy(writer, (record for record in records if not isinstance(record, Metadata))) for records in files[1:]
+        )  # the metadata are those of the first part
         writer.finish()  # type: ignore[no-untyped-call]
     return Recovered(messages, sum(records.lost_bytes for records in files), all(records.closed for records in files))
 
@@ -48,11 +50,6 @@ def _copy(writer: Writer, records: Iterator[McapRecord]) -> int:
     for record in records:
         copier.copy(record)
     return copier.messages
-
-
-def _undescribed(records: WholeRecords) -> Iterator[McapRecord]:
-    """Yield the records of a further part without its metadata, which are those of the first."""
-    return (record for record in records if not isinstance(record, Metadata))
 
 
 class _Copier:

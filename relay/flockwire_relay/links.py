@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import Self
 
 from flockwire.process.faults import Cut, Fault, LinkChange, Partition
+from flockwire.runtime.detours import detour_environment
 from flockwire.wire.plan import Plan
 
 from flockwire_relay.direction import Direction
@@ -72,6 +73,11 @@ class Relays:
     async def __aexit__(self, *_: object) -> None:
         for relay in self._relays.values():
             relay.end()
+
+    @property
+    def environments(self) -> dict[str, dict[str, str]]:
+        """The environment variables by which a process dials relays instead of its peers, by identity."""
+        return {dialler: detour_environment(listeners) for dialler, listeners in self.detours.items()}
 
     def inject(self, fault: LinkFault) -> Undo:
         """Inject `fault`; returns a function that ends it."""

@@ -97,7 +97,7 @@ class RosProcess:
                 core.receive(source.inbox.key, message, now)
         self._take(now)
         self._session.publish(core.step(now))
-        self._planner.plan(self._plan.swarm, core.operator.to_plan())
+        self._planner.plan(self._plan.swarm, core.operator.to_plan)
         if core.mirror is not None:
             self._outgoing.add(core.mirror.publications(now))
             for topic, payload in self._outgoing.take():

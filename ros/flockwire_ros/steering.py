@@ -19,6 +19,7 @@ from flockwire.wire.keys import STEERING, Key
 from flockwire_ros.topics import Topic
 
 TIME_CONSTANT = 0.2  # s, of the velocity of the place to follow
+FARTHEST = 1e6  # m and m/s: larger numbers have no velocity that can be computed
 FORGET = 1.0  # s without a place after which its velocity begins again
 
 
@@ -53,6 +54,9 @@ class Steering:
             return
         if message.frame not in ("", self._frame):
             self.counts["ROS steering of another frame"] += 1
+            return
+        if max(map(abs, message.velocity if isinstance(message, Command) else message.position)) > FARTHEST:
+            self.counts["ROS steering out of range"] += 1
             return
         self._velocity = message.velocity if isinstance(message, Command) else self._towards(message, now / SECOND)
 

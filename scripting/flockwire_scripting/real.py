@@ -14,8 +14,9 @@ from flockwire import clock
 from flockwire.wire.plan import Plan
 from flockwire_analysis.report import write_report
 from flockwire_station.folders import complete_keys
-from flockwire_station.hosting import Host, UnansweredError, running
-from flockwire_station.processes import Restarts
+from flockwire_station.host import Host
+from flockwire_station.hosting import UnansweredError, running
+from flockwire_station.restarts import Restarts
 from flockwire_station.terminal.interrupts import Interrupts
 
 from flockwire_scripting.flight import Flight, FlightError
@@ -75,7 +76,7 @@ class RealFlight(Flight):
 
     def _look_after(self, restarts: Restarts, now: int) -> bool | None:
         """Restart dead processes; if one cannot be restarted, all drones land."""
-        if died := restarts.step():
+        if died := restarts.step(now):
             self._core.abort(died, now)
         return None
 

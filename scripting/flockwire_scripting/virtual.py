@@ -10,7 +10,7 @@ from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.wire.plan import Plan
 from flockwire_analysis.report import write_report
 from flockwire_analysis.summary import summarise
-from flockwire_sim.recording import TraceFile, TraceInMemory
+from flockwire_sim.flight import TraceFile, TraceInMemory
 from flockwire_sim.world import LINGER, World
 
 from flockwire_scripting.flight import Flight

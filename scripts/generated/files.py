@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 from flockwire.loading import load_swarm
-from flockwire.swarm.page import page
 from flockwire.wire.plan import Plan
 from flockwire_deploy.compose import compose_file
 
@@ -13,6 +12,7 @@ from generated.commands import commands_page
 from generated.keys import keys_page
 from generated.phases import phases_page
 from generated.phases_picture import phases_picture
+from generated.swarm_file import swarm_file_page
 
 ROOT = Path(__file__).parents[2]
 FLIGHT = "swarms/paper_flight.toml"
@@ -22,7 +22,7 @@ def files() -> dict[str, str]:
     """Return the content of each generated file."""
     simulation, flight = (Plan(load_swarm(ROOT / name)) for name in ("swarms/paper_simulation.toml", FLIGHT))
     return {
-        "docs/swarm_file.md": page(),
+        "docs/swarm_file.md": swarm_file_page(),
         "docs/reference/commands.md": commands_page(),
         "docs/reference/keys.md": keys_page(flight, FLIGHT),
         "docs/concepts/phases.md": phases_page(),

@@ -30,7 +30,8 @@ KEYS = """
 ## Keys
 
 Quotas are messages per second and bytes per message; receivers drop and count what exceeds them
-([checks](../checks.md)). A message older than the maximum age is dropped.
+([checks](../checks.md)). That of `batch` grows with the messages of its process. A message
+older than the maximum age is dropped.
 
 | kind | message | delivery | quota | maximum age |
 |---|---|---|---|---|

@@ -68,7 +68,7 @@ class VirtualOperator(Ground):
         self.answers.append((order, answer))
 
     def _plan_changes(self, now: int) -> None:
-        for given in self.core.to_plan():
+        for given in self.core.to_plan:
             assert given.to_plan is not None  # noqa: S101  (it is listed)
             running, formation, leader, duration = given.to_plan
             try:

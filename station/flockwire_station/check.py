@@ -14,6 +14,7 @@ from flockwire.control.convergence import convergence, smallest_observer_gain
 from flockwire.control.first_order_lag import critical_gain, smallest_smoothing
 from flockwire.control.graph import LEADER
 from flockwire.control.leader_track import leader_time_constant, motion_error, noise_gain
+from flockwire.domain.vector import norm
 from flockwire.objects import load_object
 from flockwire.parameters import guard_parameters
 from flockwire.swarm.airframes import AIRFRAMES, ByItself
@@ -145,6 +146,7 @@ def _warned(swarm: Swarm, duration: float) -> Iterator[str]:
 def warnings(swarm: Swarm) -> Iterator[str]:
     """Yield warnings of settings that are allowed but unlikely to fly well."""
     yield from _observer_warnings(swarm)
+    yield from _wind_warnings(swarm)
     if swarm.control.law == "paper":
         yield from _compensation_warnings(swarm)
         for number in swarm.followers:
@@ -183,6 +185,16 @@ def _compensation_warnings(swarm: Swarm) -> Iterator[str]:
         yield (
             f"control.compensation_gain = {phi:g} m/s is below the leader's largest input, {input_norm:.3f} m/s "
             "(leader.input_bound on both axes): (9) cannot compensate it"
+        )
+
+
+def _wind_warnings(swarm: Swarm) -> Iterator[str]:
+    control, most = swarm.control, norm(swarm.wind.velocity) + swarm.wind.gust
+    compensated = control.disturbance if control.filtered else 0.0
+    if most > compensated and swarm.simulated:
+        yield (
+            f"the wind of up to {most:g} m/s is above what drones compensate, control.disturbance = {compensated:g}: "
+            f"they will be up to {(most - compensated) / control.formation_gain:.2f} m off their places, or more"
         )
 
 

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 
 from flockwire.domain.time import SECOND
 from flockwire.ground.director import Stage
+from flockwire.ground.fleet import unrecorded
 from flockwire.ground.giving import LOOK_TIME
-from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
-from flockwire.wire.status import Status
 
 from flockwire_station.connecting import UNANSWERED, connected
 from flockwire_station.fault_injection import FaultInjector
-from flockwire_station.hosting import Host
+from flockwire_station.host import Host
 from flockwire_station.operator import Operator
-from flockwire_station.processes import Children, Restarts
+from flockwire_station.processes import Children
+from flockwire_station.restarts import Restarts
 from flockwire_station.terminal.display import Display
 from flockwire_station.terminal.interrupts import Interrupts, interrupts
 from flockwire_station.terminal.keyboard import Keyboard, keys_pressed
@@ -63,7 +63,7 @@ async def serve(
     restarts = Restarts(host.plan, children, display.note)
 
     def look_after(now: int) -> str:
-        died, director = restarts.step(), operator.core.director
+        died, director = restarts.step(now), operator.core.director
         if director is not None and director.took_off is not None:
             children.took_off = director.took_off
             injector.step(now - director.took_off)
@@ -74,14 +74,8 @@ async def serve(
     finally:
         await injector.end()
         await restarts.end()
-    unrecorded = disk_full(host.plan, operator.statuses) if host.conducts else ""
-    return "; ".join(filter(None, (failure, unrecorded)))
-
-
-def disk_full(plan: Plan, statuses: Mapping[str, Status]) -> str:
-    """Return which recorder could not record the whole flight by its last status, empty when all could."""
-    reports = {identity: statuses[identity].report for identity in plan.recorders if identity in statuses}
-    return "; ".join(f"{identity}: {last.detail}" for identity, last in reports.items() if last.phase == Phase.FULL)
+    lost = unrecorded(host.plan.recorders, operator.statuses) if host.conducts else ""
+    return "; ".join(filter(None, (failure, lost)))
 
 
 async def at_terminal(

@@ -13,6 +13,7 @@ from flockwire.wire.plan import Plan
 from flockwire_relay import links
 from flockwire_relay.links import LinkFault, Relays
 
+from flockwire_station.host import Host
 from flockwire_station.processes import Children
 
 
@@ -47,18 +48,16 @@ def _elsewhere(key: str, fault: Fault, plan: Plan, host: str) -> str:
 
 
 class FaultInjector:
-    """Injects `faults` of links and of the processes `here`, among `children`; times count from the take-off order."""
+    """Injects `faults` of links and of the processes of `host`, its `children`; times count from the take-off order."""
 
-    def __init__(
-        self, faults: tuple[Fault, ...], plan: Plan, here: tuple[str, ...], children: Children, relays: Relays
-    ) -> None:
+    def __init__(self, faults: tuple[Fault, ...], host: Host, children: Children, relays: Relays) -> None:
         self._due = [
             f
             for f in faults
-            if isinstance(f, LinkFault) or (isinstance(f, Kill | Restart | Freeze) and f.process in here)
+            if isinstance(f, LinkFault) or (isinstance(f, Kill | Restart | Freeze) and f.process in host.processes)
         ]
         self._ends: list[tuple[float, Callable[[], None]]] = []
-        self._plan, self._children, self._relays = plan, children, relays
+        self._rows, self._children, self._relays = host.plan.rows, children, relays
         self._restarts: set[asyncio.Task[None]] = set()
 
     def step(self, since_takeoff: int) -> None:
@@ -76,7 +75,7 @@ class FaultInjector:
 
     def _inject(self, fault: Kill | Restart | Freeze | LinkFault) -> None:
         match fault:
-            case Kill() if self._plan.rows[fault.process].restarts:
+            case Kill() if self._rows[fault.process].restarts:
                 self._children.signal(fault.process, signal.SIGKILL)  # the station detects its death and restarts it
             case Kill():
                 self._children.kill(fault.process)

@@ -1,17 +1,33 @@
-"""Gives one order to a running swarm, as a separate operator (ground/giving.py decides)."""
+"""Gives one order to a running swarm, as a separate operator (ground/giving.py decides); explains missing links.
+
+Zenoh retries a link without a message, so a handshake is tried. Only the handshake is sent, and it occupies a place of
+the process only for its duration.
+"""
 
 from __future__ import annotations
 
+import asyncio
+import socket
+import ssl
+from collections.abc import Iterable
 from pathlib import Path
 
 from flockwire import clock
 from flockwire.ground.order import ENDING, Answer, Order
 from flockwire.runtime.session import UNKNOWN, RouterAbsentError, Session
+from flockwire.security.files import default_folder, files_of
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 
 from flockwire_station.operator import Operator
-from flockwire_station.unlinked import why_unlinked
+
+HANDSHAKE_TIME = 1.0  # s for one handshake
+NOBODY = "no process listens at the address of {who} ({where})"
+SILENT = "no answer from the host of {who} ({where})"
+STRANGE = "{who} has a certificate of another authority than the keys in {keys}, or for another address"
+REFUSED = "{who} refuses the keys in {keys}"
+SLOW = "{who} runs, but was not linked in time"
+UNEXPLAINED = "no link to {who} ({where}); QUIC does not report why"
 
 
 async def give(plan: Plan, keys: Path | None, order: Order) -> Answer:
@@ -46,3 +62,68 @@ async def _explained(answer: Answer, plan: Plan, keys: Path | None, session: Ses
     if len(absent) == len(dialled):
         return answer._replace(refusal=f"nothing was sent: no process is linked: {why}")
     return answer._replace(refusal=f"{answer.failure}; {why}")
+
+
+async def why_unlinked(plan: Plan, keys: Path | None, one: str, others: Iterable[str]) -> str:
+    """Return why `one` is not linked to `others`, which it dials: a clause for each cause."""
+    folder, wanted = keys or default_folder(plan.swarm.name), list(others)
+    context = _context(plan, folder, one)
+    causes = await asyncio.gather(*(_cause(plan, plan.dialled(one, other), context) for other in wanted))
+    clauses = []
+    for cause in dict.fromkeys(causes):
+        named = [other for other, found in zip(wanted, causes, strict=True) if found == cause]
+        where = f"{plan.dialled(one, named[0])}, network.base_port = {plan.swarm.network.base_port}"
+        clauses.append(cause.format(who=", ".join(named), where=where, keys=folder))
+    return "; ".join(clauses)
+
+
+def _context(plan: Plan, folder: Path, identity: str) -> ssl.SSLContext | None:
+    if plan.swarm.network.security == "none":
+        return None
+    files = files_of(folder, identity)
+    try:
+        context = ssl.create_default_context(cafile=files.authority)
+        context.load_cert_chain(files.certificate, files.key)
+    except OSError:
+        return None  # unreadable keys do not delay a link
+    return context
+
+
+async def _cause(plan: Plan, endpoint: str, context: ssl.SSLContext | None) -> str:
+    address, _, port = endpoint.rpartition(":")
+    host, quic = address.strip("[]"), plan.over_quic
+    try:
+        async with asyncio.timeout(HANDSHAKE_TIME):
+            await (_datagram(host, int(port)) if quic else _handshake(host, int(port), context))
+    except ssl.SSLCertVerificationError:
+        return STRANGE
+    except (ssl.SSLError, ConnectionResetError):
+        return REFUSED
+    except ConnectionRefusedError:
+        return NOBODY
+    except TimeoutError:
+        return UNEXPLAINED if quic else SILENT
+    except OSError:
+        return SILENT
+    return SLOW
+
+
+async def _handshake(host: str, port: int, context: ssl.SSLContext | None) -> None:
+    """Connect, and wait a little for a refusal: the server checks our certificate after our handshake."""
+    reader, writer = await asyncio.open_connection(host, port, ssl=context)
+    try:
+        await asyncio.wait_for(reader.read(1), HANDSHAKE_TIME / 2)
+    except TimeoutError:
+        pass  # it waits for Zenoh's first message
+    finally:
+        writer.close()
+
+
+async def _datagram(host: str, port: int) -> None:
+    """Raise ConnectionRefusedError if the host reports that `port` is closed."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    with socket.socket(family, socket.SOCK_DGRAM) as probe:
+        probe.setblocking(False)
+        probe.connect((host, port))
+        probe.send(b"\0")
+        await asyncio.get_running_loop().sock_recv(probe, 1)

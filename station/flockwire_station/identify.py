@@ -21,8 +21,9 @@ from matplotlib.figure import Figure
 
 from flockwire_station.connecting import UNANSWERED, connected
 from flockwire_station.excitation import Axis, ExcitationCore, ExcitationStage
+from flockwire_station.host import Host, PortInUseError, busy_endpoint
 from flockwire_station.identification import AxisFit, StepResponse, combined, fit_axis
-from flockwire_station.processes import Children, PortInUseError, busy_endpoint
+from flockwire_station.processes import Children
 from flockwire_station.terminal.interrupts import interrupts
 
 POLL = 0.1  # s
@@ -40,7 +41,7 @@ async def excite(
     needed = [identity for identity in plan.processes_on(plan.hosts[pilot]) if _needed(plan, identity, number)]
     if busy := busy_endpoint(plan, (pilot, *needed)):
         raise PortInUseError(busy)
-    children = Children(plan, swarm_file, out, keys)
+    children = Children(Host(plan, swarm_file, plan.hosts[pilot], out, keys))
     with interrupts() as interrupted:
         try:
             for identity in needed:

@@ -39,11 +39,7 @@ IDLE = (
         lambda swarm: swarm.control.law == "extended" and swarm.control.filtered,
         ("avoidance.drone_gain", "avoidance.obstacle_gain", "avoidance.drone_influence_radius"),
     ),
-    Idle(
-        "control.law = 'paper'",
-        lambda swarm: swarm.control.law == "paper",
-        ("observer.leader_time_constant",),
-    ),
+    Idle("control.law = 'paper'", lambda swarm: swarm.control.law == "paper", ("observer.leader_time_constant",)),
     Idle(
         "control.law = 'paper' without a safety filter",
         lambda swarm: swarm.control.law == "paper" and not swarm.control.filtered,
@@ -52,7 +48,7 @@ IDLE = (
     Idle(
         "no safety filter",
         lambda swarm: not swarm.control.filtered,
-        ("avoidance.barrier_rate", "avoidance.margin", "limits.floor"),
+        ("avoidance.barrier_rate", "avoidance.margin", "limits.floor", "control.disturbance"),
     ),
     Idle(
         "avoidance.sensing = 'neighbours'",
@@ -64,41 +60,22 @@ IDLE = (
         lambda swarm: swarm.avoidance.sensing == "neighbours" and not swarm.driven,
         ("limits.blind_speed",),
     ),
-    Idle(
-        "network.security = 'none'",
-        lambda swarm: swarm.network.security == "none",
-        ("network.link",),
-    ),
+    Idle("no simulated drone", lambda swarm: not swarm.simulated, ("wind.velocity", "wind.gust")),
+    Idle("network.security = 'none'", lambda swarm: swarm.network.security == "none", ("network.link",)),
     Idle(
         "a leader that is not steered",
         lambda swarm: not swarm.leader.steered,
         ("leader.acceleration", "limits.staleness.steering_stop"),
     ),
-    Idle(
-        "a leader that is not steered or carried",
-        lambda swarm: not swarm.leader.unforeseen,
-        ("leader.speed",),
-    ),
+    Idle("a leader that is not steered or carried", lambda swarm: not swarm.leader.unforeseen, ("leader.speed",)),
     Idle(
         "a leader of another kind than 'trajectory'",
         lambda swarm: swarm.leader.kind != "trajectory",
         ("leader.tracking_gain",),
     ),
-    Idle(
-        "a leader of another kind than 'virtual'",
-        lambda swarm: swarm.leader.kind != "virtual",
-        ("leader.start",),
-    ),
-    Idle(
-        "a leader that is steered",
-        lambda swarm: swarm.leader.steered,
-        ("leader.trajectory",),
-    ),
-    Idle(
-        "another leader.kind than 'ros'",
-        lambda swarm: not swarm.leader.follows_ros,
-        ("leader.ros",),
-    ),
+    Idle("a leader of another kind than 'virtual'", lambda swarm: swarm.leader.kind != "virtual", ("leader.start",)),
+    Idle("a leader that is steered", lambda swarm: swarm.leader.steered, ("leader.trajectory",)),
+    Idle("another leader.kind than 'ros'", lambda swarm: not swarm.leader.follows_ros, ("leader.ros",)),
     Idle(
         "gateway.source = 'simulated'",
         lambda swarm: swarm.gateway.source == "simulated",
@@ -110,16 +87,8 @@ IDLE = (
         ("gateway.twin",),
     ),
     *(_of_source(source) for source in ("natnet", "vrpn", "qualisys", "vicon", "ros", "replay")),
-    Idle(
-        "gateway.ros.array",
-        lambda swarm: swarm.gateway.ros.array is not None,
-        ("gateway.ros.topic",),
-    ),
-    Idle(
-        "no gateway.ros.array",
-        lambda swarm: swarm.gateway.ros.array is None,
-        ("gateway.ros.bodies",),
-    ),
+    Idle("gateway.ros.array", lambda swarm: swarm.gateway.ros.array is not None, ("gateway.ros.topic",)),
+    Idle("no gateway.ros.array", lambda swarm: swarm.gateway.ros.array is None, ("gateway.ros.bodies",)),
     Idle(
         "gateway.natnet.multicast = false",
         lambda swarm: not swarm.gateway.natnet.multicast,

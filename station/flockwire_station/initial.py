@@ -12,7 +12,7 @@ from typing import Any, get_args
 from flockwire.control.formation import Circle
 from flockwire.swarm.model import Swarm
 from flockwire.swarm.outline import Entry, entries, explanation, kinds, of_field
-from flockwire.swarm.page import default, schema
+from flockwire.swarm.schema import default, schema
 
 SPACING = 1.2  # m between neighbours on the circle
 RATE = 0.3  # rad/s

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import secrets
 from collections.abc import Callable
+from functools import partial
 from typing import TypeVar
 
 from flockwire import clock
@@ -30,7 +31,7 @@ class Operator:
     """Runs the core of `identity`, the operator or one with the same rights, on `session`."""
 
     def __init__(self, plan: Plan, session: Session, identity: str = OPERATOR.kind) -> None:
-        self.core = OperatorCore(plan, _new_giver)
+        self.core = OperatorCore(plan, partial(secrets.randbits, 31))
         self.statuses, self.telemetry = self.core.statuses, self.core.telemetry
         self._plan, self._session = plan, session
         self._clock = SwarmClock(plan, identity, session)
@@ -74,7 +75,7 @@ class Operator:
     def publish(self) -> None:
         """Step the core, and publish its messages."""
         self._session.publish(self.core.step(clock.now()))
-        self._planner.plan(self._plan.swarm, self.core.to_plan())
+        self._planner.plan(self._plan.swarm, self.core.to_plan)
 
     async def run(self, turn: Callable[[int], Result | None], period: float | None = None) -> Result:
         """Poll, step and publish until `turn`, called with the time (Unix ns) before each step, returns something.
@@ -94,8 +95,3 @@ class Operator:
         """Receive messages for `seconds`, or until `seen` returns True."""
         deadline = clock.monotonic() + nanoseconds(seconds)
         await self.run(lambda _: seen() or clock.monotonic() >= deadline or None)
-
-
-def _new_giver() -> int:
-    """Return a unique number of a giver of orders."""
-    return secrets.randbits(31)

@@ -4,25 +4,21 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import errno
 import os
 import signal
-import socket
 import subprocess
-import sys
-from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 from flockwire import clock
 from flockwire.domain.time import nanoseconds
-from flockwire.runtime.detours import detour_environment
 from flockwire.runtime.ending import LIFELINE
-from flockwire.wire.plan import Plan
 
-from flockwire_station.command_lines import FilePaths, arguments
+from flockwire_station.host import Host
+from flockwire_station.operator import Operator
 from flockwire_station.terminal.interrupts import Interrupts
 
+START_TIME = 10.0  # s that a process may take to be there before those that wait for it are started all the same
 GRACE = 2.5  # s between the signal to end and SIGKILL
 FILING = 30.0  # s for a recorder, which has a trace to complete
 LANDING_TIME = 60.0  # s for processes with a flying drone
@@ -31,84 +27,26 @@ LONGEST_LAST_LINE = 4096  # bytes of a process's last output that are read
 REFUSED = 2  # exit status of a process with a bad configuration
 
 
-class PortInUseError(OSError):
-    """A process of the swarm cannot listen at its endpoint."""
-
-
-def command(
-    plan: Plan,
-    identity: str,
-    swarm_file: Path,
-    out: Path,
-    keys: Path,
-    faults: Path | None = None,
-    took_off: int | None = None,
-) -> list[str]:
-    """Return the command line that runs `identity`.
-
-    `faults` goes to the recorder and to processes that inject faults themselves, with their time 0 (Unix ns) if known.
-    """
-    row, paths = plan.rows[identity], FilePaths(str(swarm_file), str(keys), str(out))
-    line = [sys.executable, "-m", "flockwire_cli", *arguments(plan, identity, paths)]
-    if (row.faults or row.records) and faults is not None:
-        line += ["--faults", str(faults)]
-        if took_off is not None:
-            line += ["--took-off", str(took_off)]
-    return line
-
-
-def busy_endpoint(plan: Plan, identities: Iterable[str]) -> str:
-    """Return a line about the first endpoint that is in use, empty if there is none."""
-    listening = [
-        (name, where[name]) for name in identities for where in (plan.endpoints, plan.reserved) if name in where
-    ]
-    kind = socket.SOCK_DGRAM if plan.over_quic else socket.SOCK_STREAM
-    for identity, endpoint in listening:
-        address, _, port = endpoint.rpartition(":")
-        family = socket.AF_INET6 if address.startswith("[") else socket.AF_INET
-        with socket.socket(family, kind) as probe:
-            if kind is socket.SOCK_STREAM:
-                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            try:
-                probe.bind((address.strip("[]"), int(port)))
-            except OSError as error:
-                reason = "is in use" if error.errno == errno.EADDRINUSE else str(error.strerror).lower()
-                return (
-                    f"network.base_port = {plan.swarm.network.base_port}: {identity} listens at {address}:{port}, "
-                    f"which {reason}; end that process or choose another base_port"
-                )
-    return ""
-
-
 class Children:
-    """The running processes, by identity. Their standard error goes to `out`/logs/IDENTITY.log.
+    """The running processes, by identity. Their standard error goes to HOST.out/logs/IDENTITY.log.
 
     They outlive this object and its loop (asyncio's own subprocesses are killed when they are collected).
 
-    `detours` has the relay addresses that a process dials, by identity.
+    `environments` has the environment variables that a process gets besides its own, by identity.
     """
 
-    def __init__(
-        self,
-        plan: Plan,
-        swarm_file: Path,
-        out: Path,
-        keys: Path,
-        faults: Path | None = None,
-        detours: Mapping[str, Mapping[str, str]] | None = None,
-    ) -> None:
-        self._plan, self._swarm_file, self._out, self._keys, self._faults = plan, swarm_file, out, keys, faults
+    def __init__(self, host: Host, environments: Mapping[str, Mapping[str, str]] | None = None) -> None:
+        self._host, self._environments = host, environments or {}
         self.took_off: int | None = None  # time 0 of the flight's faults, Unix ns
-        self._detours = detours or {}
         self._running: dict[str, subprocess.Popen[bytes]] = {}
         self._expected_exits: set[str] = set()
         self._read_end, self._write_end = os.pipe()
-        (out / "logs").mkdir(parents=True, exist_ok=True)
+        (host.out / "logs").mkdir(parents=True, exist_ok=True)
 
     def start(self, identity: str) -> None:
         """Start the process of `identity`."""
-        line = command(self._plan, identity, self._swarm_file, self._out, self._keys, self._faults, self.took_off)
-        detours = detour_environment(self._detours.get(identity, {}))
+        line = self._host.command_line(identity, self.took_off)
+        added = self._environments.get(identity, {})
         with self.log(identity).open("ab") as log:
             self._running[identity] = subprocess.Popen(  # noqa: S603  (the command is this package's own)
                 line,
@@ -116,7 +54,7 @@ class Children:
                 stdout=log,
                 stderr=log,
                 pass_fds=(self._read_end,),
-                env={**os.environ, LIFELINE: str(self._read_end), **clock.epoch_environment(), **detours},
+                env={**os.environ, LIFELINE: str(self._read_end), **clock.epoch_environment(), **added},
                 start_new_session=True,  # this process handles the terminal's Ctrl-C
             )
 
@@ -140,7 +78,7 @@ class Children:
 
     def log(self, identity: str) -> Path:
         """Return the log file of `identity`."""
-        return self._out / "logs" / f"{identity}.log"
+        return self._host.out / "logs" / f"{identity}.log"
 
     def ended(self) -> tuple[str, ...]:
         """Return the processes that ended unexpectedly."""
@@ -172,22 +110,22 @@ class Children:
         Kills processes that do not end in time, but none with a flying drone: after a second interrupt these end by
         themselves.
         """
-        ranks = sorted({self._plan.rows[identity].rank for identity in self._running})
-        flyers = {identity for identity in self._running if self._plan.rows[identity].flies}
+        rows = self._host.plan.rows
+        ranks = sorted({rows[identity].rank for identity in self._running})
+        flyers = {identity for identity in self._running if rows[identity].flies}
         await asyncio.gather(*(self._end(self._running[i], LANDING_TIME, interrupted) for i in flyers))
         if all(self._running[i].poll() is not None for i in flyers):
             for rank in ranks:
-                others = [i for i in self._running if self._plan.rows[i].rank == rank and i not in flyers]
-                await asyncio.gather(*(self._end(self._running[i], self._grace(i), None) for i in others))
+                others = [i for i in self._running if rows[i].rank == rank and i not in flyers]
+                await asyncio.gather(
+                    *(self._end(self._running[i], FILING if rows[i].records else GRACE, None) for i in others)
+                )
         for process in self._running.values():
             process.returncode = process.poll() or 0  # of a process that keeps running: Popen's destructor would warn
         self._running.clear()
         for fd in (self._read_end, self._write_end):  # its closing signals the end of the station
             with contextlib.suppress(OSError):
                 os.close(fd)
-
-    def _grace(self, identity: str) -> float:
-        return FILING if self._plan.rows[identity].records else GRACE
 
     async def _end(self, process: subprocess.Popen[bytes], patience: float, interrupted: Interrupts | None) -> None:
         process.send_signal(signal.SIGCONT)  # a frozen process would not handle SIGTERM
@@ -211,31 +149,21 @@ def _how(status: int) -> str:
     return f"signal {signal.Signals(-status).name}" if status < 0 else f"exit status {status}"
 
 
-MOST_RESTARTS = 5  # of one process in one flight
+async def start_processes(host: Host, children: Children, operator: Operator, interrupted: Interrupts) -> None:
+    """Start the processes but the router, each after those it waits for."""
+    rows = host.plan.rows
+    waiting = [identity for identity in host.processes if identity not in host.plan.routers]
+    deadline = clock.monotonic() + nanoseconds(START_TIME)
 
+    def is_due(identity: str) -> bool:
+        awaited = {other for other in host.processes if rows[other].kind in rows[identity].after}
+        return clock.monotonic() > deadline or bool(children.died()) or awaited <= operator.statuses.keys()
 
-class Restarts:
-    """Restarts the children of one flight; `note` gets a line about each restart."""
+    def turn(_: int) -> bool | None:
+        for identity in tuple(waiting):
+            if not interrupted.count and is_due(identity):
+                children.start(identity)
+                waiting.remove(identity)
+        return bool(interrupted.count) or not waiting or None
 
-    def __init__(self, plan: Plan, children: Children, note: Callable[[str], None]) -> None:
-        self._plan, self._children, self._note = plan, children, note
-        self._tasks: list[asyncio.Task[None]] = []
-        self._counts: Counter[str] = Counter()  # of restarts, by identity
-
-    def step(self) -> str:
-        """Restart dead processes if the process table allows it; returns a line about another dead one.
-
-        A process that refused its configuration is not restarted.
-        """
-        for identity in self._children.ended():
-            again = self._plan.rows[identity].restarts and not self._children.refused(identity)
-            if again and self._counts[identity] < MOST_RESTARTS:
-                self._counts[identity] += 1
-                self._note(f"{self._children.how(identity)}; restarted")
-                self._children.kill(identity)  # its exit is then expected
-                self._tasks.append(asyncio.create_task(self._children.restart(identity)))
-        return self._children.died()
-
-    async def end(self) -> None:
-        """Wait for pending work."""
-        await asyncio.gather(*self._tasks)
+    await operator.run(turn)

@@ -13,7 +13,8 @@ from flockwire_relay.links import Relays
 
 from flockwire_station.conduct import serve
 from flockwire_station.fault_injection import FaultInjector
-from flockwire_station.hosting import Host, UnansweredError, running
+from flockwire_station.host import Host
+from flockwire_station.hosting import UnansweredError, running
 from flockwire_station.terminal.interrupts import interrupts
 
 
@@ -38,11 +39,11 @@ async def fly(flight: UpOptions) -> str:
         try:
             async with (
                 Relays(flight.faults if host.conducts else (), host.plan) as relays,
-                running(host, interrupted, relays.detours) as (children, operator),
+                running(host, interrupted, relays.environments) as (children, operator),
             ):
                 if host.conducts:
                     operator.conduct(flight.duration, flight.without)
-                injector = FaultInjector(flight.faults, host.plan, host.processes, children, relays)
+                injector = FaultInjector(flight.faults, host, children, relays)
                 return await serve(host, children, operator, injector, interrupted, flight.headless)
         except UnansweredError as error:
             return str(error)

@@ -1,4 +1,4 @@
-"""`flockwire status`: the live table of processes that were started by hand."""
+"""Looks at a running swarm: the live table of `flockwire status`, and who flies with the keys that are replaced."""
 
 from __future__ import annotations
 
@@ -6,6 +6,10 @@ from pathlib import Path
 
 from flockwire import clock
 from flockwire.domain.time import nanoseconds
+from flockwire.ground.fleet import IN_THE_AIR, STALE
+from flockwire.runtime.session import RouterAbsentError, Session
+from flockwire.security.files import CredentialsError
+from flockwire.swarm.model import uav
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 from rich.console import Console
@@ -53,3 +57,24 @@ async def watch(plan: Plan, keys: Path, once: bool) -> tuple[str, ...]:
 
 def _title(plan: Plan) -> str:
     return f"{plan.swarm.name}: {len(plan.pilots)} drones"
+
+
+async def flying(plan: Plan, keys: Path) -> tuple[str, ...]:
+    """Return the drones in the air, and linked processes of drones that do not report, as seen with `keys`."""
+    try:
+        session = Session(plan, OPERATOR.kind, keys)
+    except (CredentialsError, RouterAbsentError):
+        return ()  # no process accepts these keys, or none runs
+    with session:
+        operator = Operator(plan, session)
+        await operator.watch(LOOK_TIME)
+        states = operator.fleet().states
+        airborne = [uav(drone) for drone, state in states.items() if state in IN_THE_AIR]
+        return (*airborne, *_silent(plan, operator, session))
+
+
+def _silent(plan: Plan, operator: Operator, session: Session) -> list[str]:
+    """Return the linked processes of drones without a fresh status."""
+    now, linked = operator.poll(), set(session.linked())
+    fresh = {identity for identity, status in operator.statuses.items() if now - status.stamp < STALE}
+    return [identity for identity, row in plan.rows.items() if row.flies and identity in linked - fresh]

@@ -16,8 +16,7 @@ from typing import NamedTuple
 
 from flockwire.domain.time import SECOND, nanoseconds
 
-from flockwire_tello.commands import CommandRule, rule, word
-from flockwire_tello.replies import fits, refused, split_replies
+from flockwire_tello.commands import CommandRule, fits, refused, rule, split_replies, word
 from flockwire_tello.state_string import TelloState, parse_states
 
 LONGEST_COMMAND = 256  # characters

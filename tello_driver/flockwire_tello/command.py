@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from flockwire_tello.simulated.parameters import TelloParameters
-from flockwire_tello.simulated.quirks import USUAL, Quirk, switched
+from flockwire_tello.simulated.parameters import USUAL, Quirk, TelloParameters, switched
 
 
 def tello_sim(

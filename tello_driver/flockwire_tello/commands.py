@@ -1,7 +1,11 @@
-"""The rules of each Tello command, as data: time limit, replies, repetitions.
+"""The rules of each Tello command, as data: time limit, replies, repetitions; and its replies, cut out of datagrams.
 
 Sources: Tello SDK 1.3 (2018), SDK 2.0 (EDU, 2018), SDK 3.0 (RoboMaster TT, 2021) user guides for names and replies; the
 times are larger than those in public logs (`command` 28 to 48 ms, `takeoff` 3.9 s, `land` 1.7 s).
+
+Replies, from public logs: numbers end in CR LF, the reply to `ap` in NUL; a reply may share a datagram with another;
+the first reply to `command` may be, or begin with, bytes that are not ASCII. Nothing here raises for data from the
+network.
 """
 
 from __future__ import annotations
@@ -76,3 +80,40 @@ def word(command: str) -> str:
 def rule(command: str) -> CommandRule:
     """Return the rule of a command, `UNKNOWN` where it is in no guide."""
     return RULES.get(word(command), UNKNOWN)
+
+
+LONGEST = 2048  # bytes of a datagram, a longer one is not a reply
+MOST = 16  # replies in a datagram, others are dropped
+REFUSALS = ("error", "out of range", "unknown command", "command error")
+
+_ENDS = re.compile(r"[\r\n\0]+")
+_AFTER_JUNK = re.compile(r"[ -~]*\Z")
+
+
+def split_replies(datagram: bytes) -> list[str]:
+    """Return the replies in a datagram: printable ASCII after any invalid bytes, without ends of line."""
+    if len(datagram) > LONGEST:
+        return []
+    pieces = _ENDS.split(datagram.decode("ascii", errors="replace"))
+    return [reply for piece in pieces[:MOST] if (reply := _printable(piece))]
+
+
+def refused(reply: str) -> bool:
+    """Return whether a reply is a refusal."""
+    return reply.startswith(REFUSALS)
+
+
+def fits(command: str, reply: str) -> bool:
+    """Return whether `reply` can be the one to `command`: a good one, or a refusal of it."""
+    wanted = rule(command).reply
+    if wanted is None:
+        return False
+    if reply.startswith("unknown command"):
+        name = reply.partition(":")[2].strip()
+        return not name or command.startswith(name)
+    return refused(reply) or wanted.fullmatch(reply) is not None
+
+
+def _printable(piece: str) -> str:
+    found = _AFTER_JUNK.search(piece)
+    return found.group().strip() if found else ""

@@ -5,8 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from flockwire_analysis.comparison import QUANTITIES, Group, comparison, difference_of, mean_of
-from flockwire_analysis.comparison_tables import as_csv, as_latex, as_text
+from flockwire_analysis.comparison import (
+    QUANTITIES,
+    Group,
+    as_csv,
+    as_latex,
+    as_text,
+    comparison,
+    difference_of,
+    mean_of,
+)
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.summary import summarise
 from scipy import stats

@@ -1,6 +1,8 @@
 """What is in the figures: events that overlap nothing, one time axis, curves beside their references."""
 
 import json
+import shutil
+import subprocess
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,16 +10,19 @@ import numpy as np
 import pytest
 from flockwire.domain.time import SECOND
 from flockwire_analysis.events import Event, events
-from flockwire_analysis.figures import animation
+from flockwire_analysis.figures import animation, errors, motion
 from flockwire_analysis.figures.animation import animate
 from flockwire_analysis.figures.comparison import compare
-from flockwire_analysis.figures.drawing import NAME_ROWS, Canvas, rows_of
+from flockwire_analysis.figures.distances import between_drones, to_obstacles
+from flockwire_analysis.figures.drawing import NAME_ROWS, STYLE, Canvas, rows_of
 from flockwire_analysis.figures.errors import observation
+from flockwire_analysis.figures.legends import line
 from flockwire_analysis.figures.trajectories import trajectories
-from flockwire_analysis.motion import places, reference_velocities, references, velocities
 from flockwire_analysis.reading import read_trace
-from flockwire_analysis.tracking import Errors
+from flockwire_analysis.tracking import Errors, places, reference_velocities, references, velocities
 from flockwire_recorder.trace import FAULTS
+from matplotlib import rc_context
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.patches import Circle
 from PIL import Image
@@ -75,6 +80,35 @@ def test_the_ring_round_an_obstacle_is_not_called_the_fence(canvas, drawn):
     assert to_hex(rings[0].get_edgecolor()) == colours["clearance of obstacles"]
 
 
+@pytest.mark.parametrize("drones", [4, 12])
+def test_no_legend_is_cut_off(trace, tmp_path, monkeypatch, drones):
+    figures, canvas = [], Canvas(trace, tmp_path)
+    monkeypatch.setattr(canvas, "save", lambda figure, name: figures.append(figure) or Path(name))
+    names, many = canvas.names, [f"uav{k}" for k in range(drones - 4)]
+    monkeypatch.setattr(canvas, "names", lambda numbers: [*names(numbers), *(line(name) for name in many)])
+    with rc_context(STYLE):
+        for draw in (trajectories, errors.formation, motion.positions, between_drones, to_obstacles):
+            draw(canvas)
+        for figure in figures:
+            FigureCanvasAgg(figure).draw()
+            legends = [*figure.legends, *(axes.get_legend() for axes in figure.axes if axes.get_legend())]
+            assert legends
+            for legend in legends:
+                box, point = legend.get_window_extent(), figure.dpi / 72
+                assert box.x0 >= 2 * point
+                assert max(box.x1 - figure.bbox.width, box.y1 - figure.bbox.height) <= 0.0
+
+
+def test_the_path_is_drawn_to_the_end_of_the_last_formation(tmp_path, write_flight, monkeypatch):
+    write_flight(tmp_path / "trace.mcap", begin=-1.0, end=5.0, holds_at=1.0, resumes_at=2.0)
+    canvas, figures = Canvas(read_trace(tmp_path / "trace.mcap"), tmp_path), []
+    monkeypatch.setattr(canvas, "save", lambda figure, name: figures.append(figure) or Path(name))
+    trajectories(canvas)
+    (end,) = places(canvas.trace, 1, np.array([canvas.phases[-1].span.end]))[:, :2]
+    markers = [dot.get_xydata()[0] for dot in figures[0].axes[0].lines if len(dot.get_xydata()) == 1]
+    assert min(np.linalg.norm(marker - end) for marker in markers) < 1e-6
+
+
 def test_a_name_for_which_there_is_no_room_is_left_out_its_line_is_not():
     marked = [Event(k, "hold") for k in range(NAME_ROWS + 2)]
     assert rows_of(marked, [0.5] * len(marked)) == [*range(NAME_ROWS), None, None]
@@ -130,3 +164,22 @@ def test_a_moving_picture_shows_the_whole_flight_within_its_size(trace, tmp_path
     with pytest.raises(ValueError, match="choose fewer seconds"):
         animate(trace, path, 3.0)
     assert not path.exists()
+
+
+def test_a_film_needs_ffmpeg_and_says_so(trace, tmp_path, monkeypatch):
+    monkeypatch.setattr(animation, "which", lambda _: None)
+    with pytest.raises(ValueError, match="an MP4 needs the program ffmpeg, which is not installed"):
+        animate(trace, tmp_path / "flight.mp4", 2.0)
+
+
+@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="there is no ffmpeg")
+def test_a_film_has_all_frames_and_shows_the_flight(trace, tmp_path):
+    film = animate(trace, tmp_path / "flight.mp4", 2.0)
+    still = ["ffmpeg", "-loglevel", "error", "-i", film, "-vsync", "0", tmp_path / "%03d.png"]
+    subprocess.run(still, check=True)
+    pictures = sorted(tmp_path.glob("*.png"))
+    assert len(pictures) == 50
+    first, last = (np.asarray(Image.open(path).convert("RGB"), dtype=int) for path in (pictures[0], pictures[-1]))
+    assert (np.abs(first - last).max(axis=2) > 60).mean() > 0.005
+    with pytest.raises(OSError, match="ffmpeg"):
+        animate(trace, tmp_path / "missing" / "flight.mp4", 2.0)

@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 import pytest
-from flockwire_analysis.key_figures import lines
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.summary import summarise
+from flockwire_cli.verdict import key_figures
 
 
 @pytest.fixture(scope="module")
@@ -15,7 +15,7 @@ def summary(good_flight):
 
 
 def test_errors_latency_and_each_check_have_a_line(summary):
-    found = list(lines(summary))
+    found = list(key_figures(summary))
     assert [line[:17].rstrip() for line in found[:3]] == ["observation error", "formation error", "pose to command"]
     tail = summary.formation_error_m.max_tail
     assert f"{1000 * tail:.1f} mm at most" in found[1]
@@ -26,7 +26,7 @@ def test_errors_latency_and_each_check_have_a_line(summary):
 def test_what_is_not_known_reports_it(summary):
     unsettled = replace(summary.formation_error_m, max_tail=None, settled_s=None)
     found = list(
-        lines(replace(summary, formation_error_m=unsettled, missing=("uav3 has no poses",), left_out=("uav2",)))
+        key_figures(replace(summary, formation_error_m=unsettled, missing=("uav3 has no poses",), left_out=("uav2",)))
     )
     assert "unknown at most" in found[1]
     assert found[1].endswith("never settled")

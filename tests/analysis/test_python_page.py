@@ -1,5 +1,7 @@
 """The examples of docs/python.md, run on a flight."""
 
+import json
+import os
 import re
 import subprocess
 import sys
@@ -10,7 +12,8 @@ import pandas
 import pytest
 from flockwire.analysis import open_trace, read_trace, summarise
 
-PAGE = (Path(__file__).parents[2] / "docs/python.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs/python.md").read_text(encoding="utf-8")
 
 
 def test_the_documented_script_prints_checks_and_errors(good_flight, example, tmp_path):
@@ -28,7 +31,7 @@ def test_the_documented_script_prints_checks_and_errors(good_flight, example, tm
 def without_or_with_pandas(request, monkeypatch):
     """Let pandas seem absent, or not."""
     if request.param == "numpy":
-        monkeypatch.setattr("flockwire_analysis.opening.find_spec", lambda name: None)
+        monkeypatch.setattr("flockwire_analysis.export.find_spec", lambda name: None)
     return request.param
 
 
@@ -48,3 +51,18 @@ def test_the_tables_give_each_follower_s_largest_error(good_flight, without_or_w
         assert re.search(rf"^{drone} 3\.\d+$", printed, re.MULTILINE)
     judged = np.asarray(errors["error_m"])[(np.asarray(errors["phase"]) == 1) & (np.asarray(errors["tail"]) == 1)]
     assert judged.max() == pytest.approx(summarise(read_trace(good_flight)).formation_error_m.max_tail)
+
+
+def test_the_notebook_of_the_examples_runs(good_flight, tmp_path):
+    notebook = json.loads((ROOT / "examples/paper/flight.ipynb").read_text(encoding="utf-8"))
+    cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    assert not [cell for cell in notebook["cells"] if cell.get("outputs")]
+    (tmp_path / "runs/flight").mkdir(parents=True)
+    (tmp_path / "runs/flight/trace.mcap").symlink_to(good_flight)
+    line = [sys.executable, "-c", "\n".join(cells)]
+    environment = {**os.environ, "MPLBACKEND": "agg"}
+    done = subprocess.run(line, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "ok   separation" in done.stdout
+    assert len(re.findall(r"^uav[1-4]: [\d.]+ mm at most, [\d.]+ mm rms$", done.stdout, re.MULTILINE)) == 4
+    assert len(re.findall(r"^\(\d, \d\) [\d.]+ m$", done.stdout, re.MULTILINE)) == 3

@@ -6,8 +6,13 @@ import sys
 
 import numpy as np
 import pytest
+from flockwire.domain.time import SECOND
 from flockwire.wire.codec import encode
 from flockwire.wire.keys import Key
+from flockwire.wire.phase import Phase
+from flockwire.wire.plan import Plan
+from flockwire.wire.status import Report, Status
+from flockwire_analysis.gaps import beside, longest_gap
 from flockwire_analysis.reading import read_trace
 from flockwire_recorder.trace import TraceWriter, describe
 
@@ -52,6 +57,28 @@ def test_gaps_are_counted_for_each_publisher(writer, tmp_path):
     writer.close()
     trace = read_trace(tmp_path / "a.mcap")
     assert (trace.lost, trace.recorded) == (3, 6)
+
+
+def test_what_a_dispensable_process_lost_is_said_and_not_judged(tmp_path, swarm_of):
+    swarm = swarm_of(ros={})
+    plan, said = Plan(swarm), {}
+    for identity in ("ros", "uav1"):
+        writer = TraceWriter(tmp_path / f"{identity}.mcap", describe(swarm, "text", 1, T0))
+        for sequence in (0, 1, 12, 13):
+            at = T0 + sequence * SECOND // 10
+            status = encode(Status(at, "world", identity, Report(Phase.SERVING), 1, 0, 0, 0, 0, 0.1, 1, (), ()))
+            topic = f"/{plan.text(Key('status', identity))}"
+            writer.write(topic, "flockwire_msgs/msg/Status", b"a", sequence, at, at, status)
+        writer.close()
+        trace = read_trace(tmp_path / f"{identity}.mcap")
+        said[identity] = (trace.lost, trace.lost_beside, longest_gap(trace).length, beside(trace))
+    assert said == {
+        "ros": (
+            0, 10, 0.0, "10 messages that a flight can do without were not recorded, "
+            "for 1.1 s in /paper/ros/status, 0.1 s after its start; no check counts them",
+        ),
+        "uav1": (10, 0, 1.1, ""),
+    }  # fmt: skip
 
 
 def test_what_cannot_be_decoded_is_counted(writer, tmp_path):

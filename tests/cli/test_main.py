@@ -98,7 +98,7 @@ def test_two_flights_are_not_compared_into_a_file(flockwire, tmp_path, monkeypat
     (tmp_path / "file").touch()
     for function in ("reading.read_trace", "summary.summarise", "comparison.comparison"):
         monkeypatch.setattr(f"flockwire_analysis.{function}", lambda _: None)
-    monkeypatch.setattr("flockwire_analysis.comparison_tables.as_text", lambda *_: ["figures"])
+    monkeypatch.setattr("flockwire_analysis.comparison.as_text", lambda *_: ["figures"])
     done = flockwire("compare", "a.mcap", "b.mcap", "--out", tmp_path / "file")
     assert (done.returncode, done.stdout) == (2, "figures\n")
     assert done.stderr == f"flockwire: --out = {tmp_path / 'file'}: cannot write there: File exists\n"

@@ -71,15 +71,15 @@ def test_no_trail_is_drawn_across_missing_pictures_or_positions(make_plan, tmp_p
         async with serving(SimulatedSwarm(make_plan())) as (pages, port), browser(tmp_path / "profile") as page:
             await page.open(f"http://127.0.0.1:{port}/#{TOKEN}")
             await page.until(f"picture && {STATE}.textContent === 'connected'")
-            pages._show = lambda: None
+            pages._show = lambda _: None
             drone = {"phase": "hold", "detail": "", "battery": 1, "error": -1, "formation": None, "place": None}
             shown = [(0.0, 0.0, 1.0), (1.0, 0.0, 1.0), None, (2.0, 1.0, 1.0), "late", (3.0, 1.0, 1.0)]
             await page.value("trails.clear()")
-            for at in shown:
+            for k, at in enumerate(shown):
                 if at == "late":
                     await page.value("newest -= 2000")
                     continue
-                sent = {"drones": {1: {**drone, "position": at}}, "others": {}}
+                sent = {"now": k / 10, "mission": None, "drones": {1: {**drone, "position": at}}, "others": {}}
                 await page.value(f"take({json.dumps(sent)})")
             lines = (
                 "(() => { let drawn = []; shape({beginPath() {}, stroke() {}, setLineDash() {}, "
@@ -87,5 +87,52 @@ def test_no_trail_is_drawn_across_missing_pictures_or_positions(make_plan, tmp_p
                 "trails.get(1), 'red', [], false); return drawn.join(', '); })()"
             )
             assert await page.value(lines) == "move 0, line 1, move 2, move 3"
+
+    asyncio.run(look())
+
+
+def test_a_zoomed_map_stays_while_pictures_arrive_until_the_drones_are_asked_for(make_plan, tmp_path):
+    async def look():
+        async with serving(SimulatedSwarm(make_plan())) as (pages, port), browser(tmp_path / "profile") as page:
+            await page.resize(1280, 800, False)
+            await page.open(f"http://127.0.0.1:{port}/#{TOKEN}")
+            await page.until(f"picture && {STATE}.textContent === 'connected'")
+            pages._show = lambda _: None
+            drone = {"phase": "hold", "detail": "", "battery": 1, "error": -1, "formation": None, "place": None}
+
+            async def shown(x):
+                sent = {"now": x, "mission": x, "drones": {1: {**drone, "position": (x, 0.0, 1.0)}}, "others": {}}
+                await page.value(f"take({json.dumps(sent)}); draw()")
+                return await page.value("scene.camera.target[0]")
+
+            assert await shown(1.0) == pytest.approx(1.0)
+            assert await page.value("document.querySelector('#clock b').textContent") == "t = 1.0 s"
+            before = await page.value("scene.camera.scale")
+            wheel = {"type": "mouseWheel", "x": 300, "y": 300, "deltaX": 0, "deltaY": -300}
+            await page.call("Input.dispatchMouseEvent", **wheel)
+            await page.until(f"scene.camera.scale > 1.3 * {before}")
+            zoomed = await page.value("scene.camera.target[0]")
+            assert await shown(2.0) == zoomed
+            await page.value("document.querySelector('[data-fit=follow]').click()")
+            assert await shown(3.0) == pytest.approx(3.0)
+
+    asyncio.run(look())
+
+
+def test_a_drone_s_sheet_is_opened_by_the_keyboard_and_stays_open_while_pictures_arrive(make_plan, tmp_path):
+    async def look():
+        async with serving(SimulatedSwarm(make_plan())) as (_, port), browser(tmp_path / "profile") as page:
+            await page.open(f"http://127.0.0.1:{port}/#{TOKEN}")
+            await page.until(f"picture && {STATE}.textContent === 'connected'")
+            await page.value("document.querySelector('button.name[data-id=\"2\"]').focus()")
+            await page.value("window.before = picture.now")
+            await page.until("picture.now > before + 0.3")
+            for kind in ("keyDown", "keyUp"):
+                await page.call("Input.dispatchKeyEvent", type=kind, key="Enter", code="Enter", text="\r")
+            await page.until("document.querySelectorAll('#rows .sheet').length === 1")
+            await page.value("window.before = picture.now")
+            await page.until("picture.now > before + 0.3")
+            assert await page.value("document.activeElement.dataset.id") == "2"
+            assert "no reason reported" in await page.value("document.querySelector('#rows .sheet').textContent")
 
     asyncio.run(look())

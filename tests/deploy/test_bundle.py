@@ -16,7 +16,7 @@ import yaml
 from bundles import BOTH, HOSTS
 from command_line import refused
 from flockwire_deploy.units import key_files, units
-from flockwire_station.processes import command
+from flockwire_station.host import Host
 
 
 @pytest.fixture(params=["peers", "router"])
@@ -37,9 +37,9 @@ def test_a_hosts_units_run_what_up_starts_there_with_the_same_arguments(plan):
         assert set(found) == {"flockwire-flock.target", *(f"flockwire-flock-{identity}.service" for identity in here)}
         for identity in here:
             (line,) = lines(found[f"flockwire-flock-{identity}.service"], "ExecStart")
-            place = (Path("/etc/flockwire/flock/swarm/swarm.toml"), Path("/var/lib/flockwire/flock"), Path("%d"))
+            file, out = Path("/etc/flockwire/flock/swarm/swarm.toml"), Path("/var/lib/flockwire/flock")
             dated = ["--dated"] if plan.rows[identity].records else []
-            started = [*command(plan, identity, *place), *dated]
+            started = [*Host(plan, file, host, out, Path("%d")).command_line(identity), *dated]
             assert ["/prefix/bin/flockwire", *started[3:]] == line.split()
             assert started[:3] == [sys.executable, "-m", "flockwire_cli"]
     assert sorted(seen) == sorted(plan.started)

@@ -6,7 +6,7 @@ import yaml
 from flockwire.loading import load_swarm
 from flockwire.wire.plan import Plan
 from flockwire_deploy.compose import compose_file, services
-from flockwire_station.processes import command
+from flockwire_station.host import Host
 
 ROOT = Path(__file__).parents[2]
 
@@ -23,8 +23,9 @@ def composed(plan):
 
 def test_each_process_of_up_is_a_service_with_the_arguments_that_up_gives_it(plan, composed):
     assert set(composed["services"]) == {*plan.started, "operator"}
+    host = Host(plan, Path("/swarm/swarm.toml"), "localhost", Path("/runs"), Path("/keys"))
     for identity in plan.started:
-        line = command(plan, identity, Path("/swarm/swarm.toml"), Path("/runs"), Path("/keys"))
+        line = host.command_line(identity)
         dated = ["--dated"] if plan.rows[identity].records else []
         assert [sys.executable, "-m", "flockwire_cli", *composed["services"][identity]["command"]] == line + dated
 

@@ -3,7 +3,7 @@ from ipaddress import IPv4Network
 import pytest
 from flockwire.control.graph import LEADER
 from flockwire.swarm.model import uav
-from flockwire_deploy.networks import POOL, RangeError, aboard, networks
+from flockwire_deploy.compose import POOL, RangeError, aboard, networks
 
 
 def ring(count):

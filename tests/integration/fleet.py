@@ -28,7 +28,7 @@ from flockwire.wire.plan import Plan
 from flockwire.wire.processes import DRONE_PORTS, OPERATOR, SINGLE_PORTS
 from flockwire.wire.status import Status
 from flockwire_probe.attackers import Attacker, attacker_configuration, open_to
-from flockwire_station.processes import command
+from flockwire_station.host import Host
 
 SWARMS = Path(__file__).parents[2] / "swarms"
 CONTROL_RATE = 0.5  # share of the steps that a flight passes with on a busy machine
@@ -88,9 +88,10 @@ class Fleet:
 
     def start(self, *names: str, **options: object) -> None:
         """Start the named processes, all but the operator without names."""
+        host = Host(self.plan, self.swarm_file, "localhost", self.out, self.keys)
         for name in names or self.plan.started:
             with (self.out / f"{name}.log").open("ab") as log:
-                line = command(self.plan, name, self.swarm_file, self.out, self.keys)
+                line = host.command_line(name)
                 self.running[name] = subprocess.Popen(line, stderr=log, stdout=log, **options)
 
     @contextlib.contextmanager

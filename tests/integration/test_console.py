@@ -85,7 +85,7 @@ def test_the_page_shows_the_flight_and_is_obeyed(flying):
 
             await page.resize(390, 844, True)
             await page.until("document.body.scrollWidth <= innerWidth && innerWidth === 390")
-            sizes = "[...document.querySelectorAll('button')].map(one => one.getBoundingClientRect())"
+            sizes = "[...document.querySelectorAll('footer button')].map(one => one.getBoundingClientRect())"
             assert await page.value(f"{sizes}.every(box => box.height >= 44 && box.bottom <= innerHeight)")
 
             await page.resize(1280, 800, False)

@@ -9,19 +9,36 @@ from signal import SIGKILL
 
 import pytest
 import zenoh
-from fleet import PATIENCE, Fleet, Tower
+from fleet import PATIENCE, Fleet, Tower, flockwire
 from flockwire import clock
 from flockwire.domain.airframe import Command
+from flockwire.domain.pose import Pose
 from flockwire.ros.graph import data_key
 from flockwire.wire.codec import encode
 from flockwire.wire.keys import key_text
 from flockwire.wire.status import Status
+from flockwire_analysis.reading import read_trace
 from flockwire_ros.services import services
-from flockwire_ros.topics import all_topics
+from flockwire_ros.topics import SIM_CLOCK, all_topics
 from ros_graph import ATTACHMENT, Gaps, Sdk, bare, free_port, router
 from waiting import wait_until
 
 GOOD = ATTACHMENT.pack(1, 1, 16, bytes(16))
+BY_ROS = """
+[ros]
+router = "127.0.0.1:{port}"
+[gateway]
+source = "ros"
+noise = 0.001
+[gateway.ros]
+router = "127.0.0.1:{port}"
+array = "/poses"
+[gateway.twin]
+[leader.ros]
+topic = "/goal"
+message = "PoseStamped"
+"""
+KILLED = '[[faults]]\nat = 9.0\nkind = "kill"\nprocess = "ros"\n'
 STEERED = ('kind = "trajectory"', 'kind = "ros"\nspeed = 0.3')
 
 
@@ -95,7 +112,8 @@ def test_an_independent_node_sees_and_orders_and_an_attacker_does_not(
         seen = tower.all_in("formation")
         counts = dict(seen["ros"].report.counts)
         assert counts["ROS orders refused"] >= 2
-        assert counts["ROS requests malformed"] >= 2
+        assert counts["ROS requests malformed"] == 7
+        assert counts["ROS requests too large"] == 2
         assert counts["ROS requests of several services"] >= 1
         assert not [name for name, status in seen.items() for reason, _ in status.rejected if "mission" in reason]
         assert sdk.call("/paper/hold") == (True, "confirmed by leader, uav1, uav2, uav3, uav4")
@@ -115,14 +133,20 @@ def attack(session: zenoh.Session, fleet: Fleet) -> None:
     stop = data_key(0, "/paper/stop", "std_srvs/srv/Trigger")
     requests: list[tuple[bytes | None, bytes | None]] = [
         (empty, GOOD), (None, None), (b"x" * 100, GOOD), (empty, GOOD[:-1]), (bytes(20000), GOOD),
+        (empty, GOOD + b"x"), (empty, bytes(77)), (empty, bytes(60000)), (empty, b"\xff" * 33), (empty[:3], GOOD),
     ]  # fmt: skip
     for payload, attached in requests:
         list(session.get(stop, payload=payload, attachment=attached, timeout=2.0))
     list(session.get("0/paper/**", payload=empty, attachment=GOOD, timeout=2.0))
     list(session.get("**", payload=empty, attachment=GOOD, timeout=2.0))
+    for other in (data_key(1, "/paper/stop", "std_srvs/srv/Trigger"), stop[:-1], stop.replace("Trigger", "SetBool")):
+        assert not list(session.get(other, payload=empty, attachment=GOOD, timeout=2.0))
+    for name in ("x" * 2000, "\N{SNOWMAN}", "\x1b[2J", "n/%t/T/H/Q/more"):
+        session.liveliness().declare_token(f"@ros2_lv/0/s/0/1/MP/%/%/{name}").undeclare()
     for _ in range(200):
         session.get(stop, payload=empty, attachment=GOOD, timeout=2.0)
-    session.put("0/tf/tf2_msgs::msg::dds_::TFMessage_/x", bytes(60000))
+    for topic in (*all_topics(fleet.plan), SIM_CLOCK):
+        session.put(data_key(0, topic.name, topic.ros_type), bytes(60000), attachment=bytes(60000))
 
 
 @pytest.mark.long
@@ -143,6 +167,31 @@ def test_topics_are_back_after_the_router_or_the_process_was_killed(
         wait_until(lambda: gaps.read().last[pose] < before, PATIENCE)  # its numbers begin again
     tower.all_in("formation")
     tower.settled(0.1)
+
+
+def steer_wrongly(session: zenoh.Session, key: str) -> dict[str, int]:
+    """Publish on the leader's topic `key`, and on others, what must not move it; return what is counted."""
+    good = encode(Command(clock.now(), "world", (0.3, 0.0, 0.0)))
+    for other in (
+        f"1{key[1:]}",
+        key[:-1],
+        key.replace("Twist", "Pose"),
+        "paper/uav0/steering",
+        "0/paper/uav0/steering",
+    ):
+        session.put(other, good, attachment=GOOD)
+    for attached in (None, b"", GOOD[:-1], GOOD + b"x", bytes(77), b"\xff" * 33):
+        session.put(key, good, attachment=attached)
+    for payload, attached in ((bytes(20000), GOOD), (good, bytes(20000))):
+        session.put(key, payload, attachment=attached)
+    for payload in (b"", b"x" * 80, good[:-1], good.replace(b"world", b"wor\xff\xff")):
+        session.put(key, payload, attachment=GOOD)
+    session.put(key, encode(Command(clock.now(), "base_link", (0.3, 0.0, 0.0))), attachment=GOOD)
+    session.put(key, encode(Command(clock.now(), "world", (1e308, 0.0, 0.0))), attachment=GOOD)
+    return {
+        "ROS messages malformed": 6, "ROS messages too large": 2, "ROS steering malformed": 4,
+        "ROS steering of another frame": 1, "ROS steering out of range": 1,
+    }  # fmt: skip
 
 
 @pytest.mark.long
@@ -167,8 +216,34 @@ def test_a_leader_follows_a_topic_and_stops_when_it_ends(
         tower.wait(moved(begin + 0.5))
         tower.wait(lambda seen: seen["leader"].report.detail.startswith("no steering command for "))
         tower.wait(lambda seen: seen["ros"].report.detail.startswith("no node publishes /leader/cmd_vel: "))
-        counts = dict(tower.statuses["ros"].report.counts)
-        session.put(key, b"x" * 80, attachment=GOOD)
-        tower.wait(lambda seen: dict(seen["ros"].report.counts).get("ROS steering malformed") == 1)
-        assert "ROS steering malformed" not in counts
+        assert not tower.statuses["ros"].report.counts
+        place = tower.statuses["leader"].report.position
+        attacked = steer_wrongly(session, key)
+        tower.wait(lambda seen: dict(seen["ros"].report.counts) == attacked)
+        assert tower.statuses["leader"].report.detail.startswith("no steering command for ")
+        assert tower.statuses["leader"].report.position == pytest.approx(place, abs=0.05)
     tower.all_in("formation")
+
+
+@pytest.mark.long
+def test_a_flight_by_an_array_of_poses_whose_leader_goes_to_a_place_outlives_its_ros_process(
+    graph: Graph, make_swarm: Callable[..., Path], tmp_path: Path
+) -> None:
+    path, out, faults = make_swarm(), tmp_path / "out", tmp_path / "faults.toml"
+    faults.write_text(KILLED)
+    path.write_text(f"{path.read_text().replace(*STEERED)}\n{BY_ROS.format(port=graph.port)}")
+    goal, place = data_key(0, "/goal", "geometry_msgs/msg/PoseStamped"), (0.6, 0.4, 1.1)
+    up = flockwire("up", path, "--headless", "--duration", "14", "--out", out, "--faults", faults)
+    with bare(graph.port) as session:
+
+        def over() -> bool:
+            session.put(goal, encode(Pose(clock.now(), "world", place)), attachment=GOOD)
+            return up.poll() is not None
+
+        wait_until(over, 2 * PATIENCE)
+    output, errors = up.communicate()
+    assert up.returncode == 0, errors + output
+    assert "ros ended unexpectedly (signal SIGKILL); restarted" in output
+    trace = read_trace(out / "trace.mcap")
+    assert len([one for one in trace.vitals if one.last.identity == "ros"]) == 2
+    assert trace.positions(0).values[:, :2].max(axis=0) == pytest.approx(place[:2], abs=0.05)

@@ -11,7 +11,7 @@ import transports
 from counting import PAPER
 from flockwire import clock
 from flockwire.loading import load_swarm
-from flockwire_sim.recording import TraceFile
+from flockwire_sim.flight import TraceFile
 from flockwire_sim.world import World
 from transports import Place
 

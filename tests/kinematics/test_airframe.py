@@ -3,6 +3,7 @@ from math import exp
 import pytest
 from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.process.wind import Wind
 from flockwire.swarm.drones import Airframe
 from flockwire_kinematics.airframe import FirstOrderAirframe
 from hypothesis import given
@@ -16,9 +17,11 @@ airframes = st.builds(
 )
 
 
-def flown(parameters, orders, looks=()):
+def flown(parameters, orders, looks=(), wind=None):
     """Fly `orders` (ns until the command, command); the state is also looked at, at `looks` (shares of the flight)."""
     frame = FirstOrderAirframe(parameters, HIGH, 0)
+    if wind is not None:
+        frame.blow(wind)
     end = sum(wait for wait, _ in orders) + SECOND
     moments, at = [(round(look * end), None) for look in looks], 0
     for wait, velocity in orders:
@@ -130,3 +133,30 @@ def test_the_battery_drains_in_flight_only_and_never_below_empty():
     assert frame.battery == pytest.approx(0.75)
     frame.advance(500 * SECOND)
     assert frame.battery == 0.0
+
+
+WIND = Wind((0.4, -0.2, 0.0), 0.3, lambda: 0.3)
+
+
+@given(airframes, commands, st.lists(st.floats(0.0, 1.0), max_size=20))
+def test_nor_in_a_wind(parameters, orders, looks):
+    once, often = flown(parameters, orders, wind=WIND), flown(parameters, orders, looks, wind=WIND)
+    assert often.position == pytest.approx(once.position, abs=1e-9)
+    assert often.velocity == pytest.approx(once.velocity, abs=1e-9)
+
+
+def test_at_a_zero_command_it_drifts_with_the_wind():
+    frame = FirstOrderAirframe(Airframe(lag=0.2, gain=0.7), HIGH, 0)
+    frame.blow(Wind((1.0, 0.0, -0.1), 0.0, lambda: 0.5))
+    frame.advance(4 * SECOND)
+    assert frame.velocity == pytest.approx((1.0, 0.0, -0.1), abs=1e-6)
+    frame.blow(Wind((0.0, 0.0, 0.0), 0.0, lambda: 0.5))
+    frame.advance(8 * SECOND)
+    assert frame.velocity == pytest.approx((0.0, 0.0, 0.0), abs=1e-6)
+
+
+def test_one_that_stands_is_not_blown_away():
+    frame = FirstOrderAirframe(Airframe(), (0.0, 0.0, 0.0), 0)
+    frame.blow(WIND)
+    frame.advance(SECOND)
+    assert frame.position == (0.0, 0.0, 0.0)

@@ -174,3 +174,14 @@ def test_a_hold_is_no_time_in_which_its_bend_grows(make_swarm: Callable[..., Any
             position = add(position, scale(course.velocity(position, [person], now, now), 0.02))
             away = max(away, abs(position[1]))
     assert 0.1 < away < 1.0
+
+
+def test_a_new_flight_begins_without_the_bend_of_the_last_one(make_swarm: Callable[..., Any]) -> None:
+    course, position = Course(course_parameters(make_swarm(FREE | leg()))), (0.0, 0.0, 1.0)
+    course.restart(position, 0.0)
+    person = Body(BodyKind.MOVER, (0.8, 0.1, 0.0), 0.3, (-0.4, 0.0, 0.0))
+    for step in range(50):
+        bent = course.velocity(position, [person], 0.02 * step, 0.02 * step)
+    assert abs(bent[1]) > 0.05
+    course.restart(position, 0.0)
+    assert course.velocity(position, (), 0.01, 1.0) == pytest.approx((0.306, 0.0, 0.0))

@@ -9,7 +9,7 @@ from flockwire.domain.body import BodyKind
 from flockwire.domain.time import SECOND
 from flockwire.process.fault_file import parse_faults
 from flockwire.wire.keys import BATCH, ROWS
-from flockwire_sim.recording import TraceFile
+from flockwire_sim.flight import TraceFile
 from flockwire_sim.world import EPOCH, World
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory

@@ -6,13 +6,18 @@ from errno import ENOSPC
 
 import pytest
 from buffered_session import T0, BufferedSession
+from flockwire.domain.body import Body, BodyKind, Nearby
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
+from flockwire.ground.fleet import unrecorded
 from flockwire.runtime import job as jobs
+from flockwire.runtime import topics
 from flockwire.runtime.job import Job, serve
+from flockwire.runtime.publishing import Publishing
+from flockwire.wire.batch import MOST, Batch, Entry, decode_batch
 from flockwire.wire.codec import decode, encode
-from flockwire.wire.inbox import BURST, attachment
-from flockwire.wire.keys import ROWS, Key
+from flockwire.wire.inbox import ATTACHMENT, BURST, attachment
+from flockwire.wire.keys import BATCH, ROWS, Key
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 from flockwire_analysis import report
@@ -21,7 +26,6 @@ from flockwire_cli.verdict import conclude
 from flockwire_recorder import process
 from flockwire_recorder.process import Recorder
 from flockwire_recorder.trace import TraceFullError, TraceWriter, describe
-from flockwire_station.conduct import disk_full
 from mcap.reader import make_reader
 
 
@@ -43,6 +47,7 @@ def recording(tmp_path, swarm_of):
 
 
 POSE, STATUS = Key("pose", "uav1"), Key("status", "uav1")
+A = (0.0, 0.0, 1.0)
 
 
 def pose(stamp, x=0.0, y=0.0):
@@ -62,9 +67,10 @@ def test_an_insiders_large_statuses_are_dropped_and_counted(recording, tmp_path)
     recorder.close()
     assert trace.written == 1
     assert (tmp_path / "trace.mcap").stat().st_size < 50_000
-    (told,) = {key: count for status in session.statuses[-1:] for key, count in status.rejected}.items()
-    assert told[0] == "paper/uav1/status over quota"
-    assert told[1] > 10_000
+    rejected = {key: count for status in session.statuses[-1:] for key, count in status.rejected}
+    assert rejected.keys() == {"paper/uav1/status over quota", "paper/uav1/status overflow"}
+    assert rejected["paper/uav1/status over quota"] > 10_000
+    assert recorder._rejected["paper/uav1/status overflow"] == 100
 
 
 @pytest.mark.parametrize("forged", [0, 2**62, -(2**62)])
@@ -90,7 +96,7 @@ def test_a_full_disk_shows_in_the_status_and_ends_with_a_sentence(recording, sma
     assert (status.report.phase, status.report.detail) == ("full", "the trace takes no more: File too large")
     assert dict(status.rejected) == {"not recorded": trace.dropped}
     assert decode(Status, encode(status)) == status
-    said = disk_full(Plan(read_trace(tmp_path / "trace.mcap").swarm), {"recorder": status})
+    said = unrecorded(Plan(read_trace(tmp_path / "trace.mcap").swarm).recorders, {"recorder": status})
     assert said == "recorder: the trace takes no more: File too large"
     with pytest.raises(TraceFullError, match=r"^\S+trace\.mcap: the trace takes no more: File too large$"):
         recorder.close()
@@ -180,8 +186,8 @@ def test_the_messages_in_a_batch_are_recorded_as_if_each_had_come_alone(recordin
 def test_what_a_process_may_not_publish_is_not_recorded_from_its_batch(recording):
     recorder, session, trace = recording
     estimate, command = Key("estimate", "uav1"), Key("command", "uav1")
-    session.put_batched("uav1", (POSE, pose(T0), 0, T0), (command, pose(T0), 0, T0))
-    session.put_batched("uav1", (estimate, b"x" * 600, 0, T0))
+    session.put_batched("uav1", (command, pose(T0), 0, T0), (POSE, pose(T0), 0, T0))
+    session.put_batched("uav1", (estimate, b"x" * 600, 0, T0), (command, pose(T0), 0, T0))
     session.put(Key("batch", "uav1"), b"\x00\x01\x00\x00junk", 9)
     recorder.tick(0, 0)
     assert trace.written == 1
@@ -199,3 +205,71 @@ def test_a_process_that_floods_in_batches_is_held_to_the_quota_of_each_key(recor
         session.put_batched("uav1", *((command, pose(T0), 200 * k + n, T0) for n in range(200)))
     recorder.drain(T0)
     assert trace.written == pytest.approx(ROWS["command"].rate * BURST, abs=2)
+
+
+def test_a_drones_batches_bring_no_more_messages_than_a_multiple_of_its_own(recording, monkeypatch):
+    recorder, session, trace = recording
+    batch, decoded = Key(BATCH, "uav1"), []
+    monkeypatch.setattr(topics, "decode_batch", lambda data: decoded.append(decode_batch(data)) or decoded[-1])
+    command, unknown = (Entry(f"uav1/{kind}", 0, T0, b"") for kind in ("command", "x"))
+    data = encode(Batch(T0, "world", (*[command] * (MOST - 1), unknown)))
+    for tick in range(500):  # 10 s
+        for k in range(100):
+            session.put(batch, data, 100 * tick + k)
+        recorder.drain(T0 + tick * SECOND // 50)
+    assert trace.written == 0
+    assert 0 < sum(len(one.entries) for one in decoded) / (10 + BURST) < 40 * 200  # it is to send 200 a second
+    rejected = dict(recorder._rejected)
+    assert rejected.pop("paper/uav1/batch of another key") == len(decoded)  # each as a whole
+    assert rejected.pop("paper/uav1/batch overflow") == 500
+    assert rejected.pop("paper/uav1/batch over quota") == 500 * topics.BATCHES - len(decoded)
+    assert not rejected
+
+
+def test_a_batch_of_too_many_messages_is_dropped(recording):
+    recorder, session, trace = recording
+    command = Key("command", "uav1")
+    for count in (MOST, MOST + 1):
+        session.put_batched("uav1", *((command, pose(T0), k, T0) for k in range(count)))
+    recorder.drain(T0)
+    assert trace.written == MOST
+    assert recorder._rejected == {"paper/uav1/batch malformed": 1}
+
+
+def test_what_a_gateway_publishes_of_forty_drones_that_see_each_other_is_all_recorded(tmp_path, swarm_of, monkeypatch):
+    drones = [{"id": i, "start": [1.5 * (i % 7), 1.5 * (i // 7), 0.0]} for i in range(41)]
+    plan = Plan(
+        swarm_of(
+            False,
+            formation={"kind": "grid", "spacing": 1.0},
+            drones=drones,
+            graph={"edges": [[0, i] for i in range(1, 41)]},
+        )
+    )
+    session, now, sent = BufferedSession(), T0, 0
+    trace = TraceWriter(tmp_path / "trace.mcap", describe(plan.swarm, "", 0, T0))
+    recorder, batch = Recorder(plan, "recorder", session, trace, Refusals()), Key(BATCH, "gateway")
+
+    class Publisher:
+        def put(self, payload, attachment):
+            session.put(batch, payload, ATTACHMENT.unpack(attachment)[0], now)
+
+    monkeypatch.setattr(process.clock, "now", lambda: now)
+    publishing = Publishing(plan, "gateway", b"p" * 16, lambda key: (Publisher(),) if key == batch else ())
+    seen = tuple(Body(BodyKind.DRONE, (0.1 * k, 0.2, 0.3), 0.0) for k in range(40))
+    for step in range(100):
+        now = T0 + step * SECOND // 100
+        for i in range(41):
+            told = (
+                (Key("nearby", f"uav{i}"), Nearby(now, "world", seen)),
+                (Key("pose", f"uav{i}"), Pose(now, "world", A)),
+            )
+            publishing.publish(told)
+            sent += len(told)
+        if step % 2:
+            recorder.drain(now)
+    publishing.flush()
+    recorder.drain(now)
+    assert trace.written == sent == 8200
+    assert not recorder._rejected
+    assert 200 < publishing.outlets[batch].sequence < plan.rate(batch)

@@ -74,6 +74,23 @@ def test_what_is_no_such_message_is_dropped_and_counted(steering: Callable[..., 
     assert leader.counts == {"ROS steering malformed": len(wrong), "ROS steering of another frame": 1}
 
 
+def test_numbers_too_large_to_compute_with_do_not_spoil_what_follows(steering: Callable[..., Steering]) -> None:
+    for kind, spoilt in (
+        ("PoseStamped", Pose(5, "world", (1e308, 0.0, 0.0))),
+        ("TwistStamped", Command(5, "", (0.0, -1e307, 0.0))),
+    ):
+        leader = steering(kind)
+        leader.position((0.0, 0.0, 1.0))
+        for k in range(3):
+            leader.take(encode(spoilt), NOW + k * SECOND // 100)
+        assert leader.command(NOW) == []
+        assert leader.counts == {"ROS steering out of range": 3}
+        good = Pose(6, "world", (0.1, 0.0, 1.0)) if kind == "PoseStamped" else Command(6, "", (0.2, 0.0, 0.0))
+        leader.take(encode(good), NOW + SECOND // 10)
+        ((_, command),) = leader.command(NOW + SECOND // 10)
+        assert command.velocity == pytest.approx((0.2, 0.0, 0.0))
+
+
 def test_only_the_ros_process_steers_such_a_leader(ros_plan: Callable[..., Any]) -> None:
     plan = ros_plan({"leader": {"kind": "ros"}, "control.law": "extended"})
     assert KEY in plan.publishes["ros"]

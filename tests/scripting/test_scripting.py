@@ -9,6 +9,7 @@ from flockwire.domain.time import SECOND
 from flockwire.ground import director
 from flockwire.security.files import CredentialsError
 from flockwire_scripting import FlightError, open_swarm, real
+from flockwire_station import host as hosts
 from flockwire_station import hosting, planning
 from simulated_children import Processes
 from simulated_pilots import SimulatedSwarm
@@ -121,7 +122,7 @@ def opened_without_trace(make_plan, children, tmp_path, monkeypatch):
 
     monkeypatch.setattr(director, "LEAD_TIME", SECOND // 50)
     monkeypatch.setattr(hosting, "Children", lambda *_: children)
-    monkeypatch.setattr(hosting, "busy_endpoint", lambda *_: "")
+    monkeypatch.setattr(hosts, "busy_endpoint", lambda *_: "")
     monkeypatch.setattr(hosting, "connected", connected)
     monkeypatch.setattr(hosting, "start_processes", start_processes)
     (tmp_path / "mine.toml").touch()

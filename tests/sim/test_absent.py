@@ -4,7 +4,7 @@ import pytest
 from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND
 from flockwire_analysis.summary import summarise
-from flockwire_sim.recording import TraceInMemory
+from flockwire_sim.flight import TraceInMemory
 from flockwire_sim.world import EPOCH, World
 
 

@@ -5,7 +5,7 @@ import pytest
 from flockwire.domain.time import SECOND
 from flockwire.wire.keys import Key
 from flockwire_analysis.summary import summarise
-from flockwire_sim.recording import TraceInMemory
+from flockwire_sim.flight import TraceInMemory
 from flockwire_sim.world import World
 
 WALK = {"kind": "waypoints", "points": [[1.5, 0.0, 0.0], [1.5, 1.5, 0.0]], "speed": 0.4}

@@ -40,16 +40,35 @@ def test_both_hold_and_the_others_fly_on(fly: Callable[..., Any], drones: list[i
     assert gateway.latency >= 0.0
 
 
+FENCE = {"min": [-4.0, -4.0, -0.5], "max": [4.0, 4.0, 3.0]}
+LASTING = {"at": 3.0, "kind": "swap", "drones": [1, 2], "duration": 20.0}
+RESTART = {"at": 4.0, "kind": "restart", "process": "gateway"}  # it takes the exchanged names for right
+SLOW = {"control.law": "extended", "control.rate_hz": 20, "gateway.rate_hz": 20, "limits.fence": FENCE}
+
+
+def ways(flown: Any) -> dict[int, list[Any]]:
+    """Return the true positions of each drone."""
+    return {i: [pose.position for _, pose in flown.of("truth", uav(i))] for i in range(5)}
+
+
+@pytest.mark.long
+def test_two_whose_gateway_restarts_meanwhile_stay_in_doubt_and_land_where_they_are(fly: Callable[..., Any]) -> None:
+    flown = fly(SLOW | {"limits.staleness.identity_land": 2.0}, LASTING, RESTART, duration=10.0)
+    assert "the tracker confuses its body with another for 2.0 s" in flown.outcome.failure
+    for way in ways(flown).values():
+        assert way[-1][2] <= 0.0
+    room = flown.world.swarm.limits.fence.room()
+    assert max(room.outside(place) for way in ways(flown).values() for place in way) == 0.0
+    held = {i: [place for place in ways(flown)[i] if place[2] > 0.5][-1] for i in (1, 2)}
+    assert all(dist(held[i][:2], ways(flown)[i][-1][:2]) < 0.02 for i in held)  # straight down
+
+
 @pytest.mark.long
 def test_by_each_others_poses_two_come_down_near_the_fence(fly: Callable[..., Any]) -> None:
-    """A gateway that restarts meanwhile takes the exchanged names for right: they flew 60 m away."""
-    fence = {"min": [-4.0, -4.0, -0.5], "max": [4.0, 4.0, 3.0]}
-    swap = {"at": 3.0, "kind": "swap", "drones": [1, 2], "duration": 20.0}
-    restart = {"at": 4.0, "kind": "restart", "process": "gateway"}
-    changes = {"control.law": "extended", "control.rate_hz": 20, "gateway.rate_hz": 20, "limits.fence": fence}
-    flown = fly(changes, swap, restart, duration=12.0)
-    assert "outside the fence" in flown.outcome.failure
+    """Their pilots restart too, and know nothing of the exchange: they flew 60 m away."""
+    pilots = [{"at": 4.0, "kind": "restart", "process": uav(i)} for i in (1, 2)]
+    flown = fly(SLOW, LASTING, RESTART, *pilots, duration=12.0)
     room = flown.world.swarm.limits.fence.room()
-    places = {i: [pose.position for _, pose in flown.of("truth", uav(i))] for i in range(5)}
+    places = ways(flown)
     assert 0.5 < max(room.outside(place) for way in places.values() for place in way) < 2.5
     assert all(way[-1][2] <= 0.0 for way in places.values())

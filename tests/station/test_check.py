@@ -35,6 +35,15 @@ def test_a_compensation_below_the_leaders_input_gives_a_warning(make_swarm):
     assert "compensation_gain" not in warned(make_swarm({"control.compensation_gain": 0.15}))
 
 
+def test_a_wind_that_drones_do_not_compensate_gives_a_warning(make_swarm):
+    wind = {"control": {"formation_gain": 2.0}, "wind.velocity": [0.8, 0.0, 0.0], "wind.gust": 0.2}
+    assert "wind of up to 1 m/s is above what drones compensate, control.disturbance = 0" in warned(make_swarm(wind))
+    assert "0.50 m off their places" in warned(make_swarm(wind))
+    assert "the wind" not in warned(make_swarm(wind | {"control.disturbance": 1.0}))
+    unfiltered = {"control.disturbance": 1.0, "control.law": "paper"}
+    assert "control.disturbance is set but has no effect" in warned(make_swarm(wind | unfiltered))
+
+
 def test_an_airframe_that_will_oscillate_is_named_with_a_cure(make_swarm):
     slow = {"airframes.slow": {"lag": 0.25, "dead_time": 0.1}, "drones.3.airframe": "slow"}
     changes = {"airframes": {"kinematics": {}}} | slow

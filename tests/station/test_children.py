@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from flockwire_station import processes
+from flockwire_station.host import Host
 from flockwire_station.processes import Children
 from flockwire_station.terminal.interrupts import Interrupts
 from waiting import SOON, until, wait_until
@@ -38,10 +39,10 @@ class Family:
 
     def __init__(self, plan, folder, monkeypatch):
         self.folder, self.landing, self.interrupted = folder, {}, Interrupts()
-        monkeypatch.setattr(processes, "command", self.command)
-        self.children = Children(plan, Path("s.toml"), folder, Path("k"))
+        monkeypatch.setattr(Host, "command_line", self.command_line)
+        self.children = Children(Host(plan, Path("s.toml"), "localhost", folder, Path("k")))
 
-    def command(self, _plan, identity, *_):
+    def command_line(self, identity, took_off):
         return [sys.executable, "-SEc", CHILD, identity, str(self.folder), str(self.landing.get(identity, 0.0))]
 
     async def start(self, *identities):
@@ -190,12 +191,13 @@ import asyncio, sys
 from pathlib import Path
 from flockwire.loading import load_swarm
 from flockwire.wire.plan import Plan
-from flockwire_station import processes
+from flockwire_station.host import Host
+from flockwire_station.processes import Children
 from flockwire_station.terminal.interrupts import Interrupts
 out = Path({out!r})
-processes.command = lambda _, identity, *__: [sys.executable, "-SEc", {child!r}, identity, str(out), "1.0"]
+Host.command_line = lambda _, identity, *__: [sys.executable, "-SEc", {child!r}, identity, str(out), "1.0"]
 async def run():
-    children = processes.Children(Plan(load_swarm(Path({swarm!r}))), Path("s"), out, Path("k"))
+    children = Children(Host(Plan(load_swarm(Path({swarm!r}))), Path("s"), "localhost", out, Path("k")))
     for identity in ("uav1", "recorder"):
         children.start(identity)
     while not all((out / f"{{i}}.runs").exists() for i in ("uav1", "recorder")):

@@ -4,8 +4,10 @@ import asyncio
 
 import pytest
 from flockwire.process.fault_file import parse_faults
+from flockwire.runtime.detours import read_detours
 from flockwire_relay.links import Relays, directions
 from flockwire_station.fault_injection import FaultInjector, refusal
+from flockwire_station.host import Host
 
 CUT = {"at": 1.0, "kind": "cut", "from": "uav1", "to": "uav2", "duration": 1.0}
 SLOW = {"at": 2.0, "kind": "link", "from": "gateway", "to": "uav1", "duration": 1.0, "delay": 0.1, "jitter": 0.02}
@@ -93,6 +95,7 @@ def test_only_links_that_a_fault_names_have_a_relay(make_plan):
         plan = make_plan()
         async with Relays(read(plan, CUT, SLOW), plan) as relays:
             detours = relays.detours
+            assert {who: read_detours(found) for who, found in relays.environments.items()} == detours
         async with Relays((), plan) as none:
             assert none.detours == {}
         return detours
@@ -107,7 +110,7 @@ def test_only_links_that_a_fault_names_have_a_relay(make_plan):
 def test_links_break_and_recover_when_the_faults_say(make_plan):
     plan = make_plan()
     relays = Relays(faults := read(plan, CUT | {"at": 0.5}, SLOW, PART), plan)
-    injector = FaultInjector(faults, plan, (), None, relays)
+    injector = FaultInjector(faults, Host(plan, None, "nowhere", None, None), None, relays)
     seen = []
     for tenths in (4, 5, 14, 15, 20, 30, 40):
         injector.step(tenths * 10**8)

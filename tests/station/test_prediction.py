@@ -10,7 +10,7 @@ from flockwire.wire.codec import decode
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Status
 from flockwire_analysis.summary import summarise
-from flockwire_sim.recording import TraceInMemory
+from flockwire_sim.flight import TraceInMemory
 from flockwire_sim.world import World
 from flockwire_station.initial import swarm_text
 from flockwire_station.prediction import predicted

@@ -15,13 +15,15 @@ from flockwire.ground.director import Stage
 from flockwire.runtime import session as sessions
 from flockwire.runtime.session import RouterAbsentError
 from flockwire.wire.phase import Phase
-from flockwire_station import hosting, operator
+from flockwire_station import host as hosts
+from flockwire_station import hosting, operator, processes
 from flockwire_station.conduct import LEFT_TO_THEMSELVES, serve
 from flockwire_station.connecting import UNANSWERED
 from flockwire_station.flown import flown, flown_by
-from flockwire_station.hosting import Host, UnansweredError, alone
+from flockwire_station.host import Host, PortInUseError, alone
+from flockwire_station.hosting import UnansweredError
 from flockwire_station.operator import Operator
-from flockwire_station.processes import MOST_RESTARTS, PortInUseError
+from flockwire_station.restarts import MOST_AT_ONCE
 from flockwire_station.terminal.display import Display
 from flockwire_station.terminal.interrupts import Interrupts, interrupts
 from simulated_children import Processes
@@ -147,7 +149,7 @@ def test_a_recorder_that_dies_again_and_again_lands_the_drones_at_last(fly):
     flight.children.restart = restart
     flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
     assert flight.conduct() == "recorder ended unexpectedly (signal SIGKILL)"
-    assert flight.children.started == ["recorder"] * MOST_RESTARTS
+    assert flight.children.started == ["recorder"] * MOST_AT_ONCE
 
 
 def test_what_refuses_to_run_is_not_restarted(fly):
@@ -310,7 +312,7 @@ def starting(make_plan, monkeypatch):
 
         monkeypatch.setattr(hosting, "connected", connected)
         monkeypatch.setattr(hosting, "Children", lambda *_: children)
-        monkeypatch.setattr(hosting, "busy_endpoint", lambda *_: "")
+        monkeypatch.setattr(hosts, "busy_endpoint", lambda *_: "")
         monkeypatch.setattr(hosting, "flown_by", lambda *_: None)
         monkeypatch.setattr(hosting, "flown", lambda *_: nullcontext())
         host = Host(plan, None, plan.hosts["recorder"], None, Path("none"))
@@ -318,7 +320,7 @@ def starting(make_plan, monkeypatch):
         return children.started
 
     monkeypatch.setattr(operator, "POLL_PERIOD", TICK)
-    monkeypatch.setattr(hosting, "START_TIME", 0.1)
+    monkeypatch.setattr(processes, "START_TIME", 0.1)
     return start
 
 
@@ -355,7 +357,7 @@ def without_router(make_plan, monkeypatch):
             return str(error.value)
 
         monkeypatch.setattr(hosting, "Children", lambda *_: children)
-        monkeypatch.setattr(hosting, "busy_endpoint", lambda *_: "")
+        monkeypatch.setattr(hosts, "busy_endpoint", lambda *_: "")
         monkeypatch.setattr(hosting, "flown_by", lambda *_: None)
         monkeypatch.setattr(hosting, "flown", lambda *_: nullcontext())
         monkeypatch.setattr(sessions, "Session", unanswered)
@@ -394,7 +396,7 @@ def test_nobody_is_told_to_end_processes_whose_drones_still_land(make_plan, tmp_
     plan, file = make_plan(), tmp_path / "lab.toml"
     file.write_text("")
     host = Host(plan, file, "local", None, tmp_path / "keys")
-    monkeypatch.setattr(hosting, "busy_endpoint", lambda *_: "in use; end that process")
+    monkeypatch.setattr(hosts, "busy_endpoint", lambda *_: "in use; end that process")
     with pytest.raises(PortInUseError, match="in use; end that process"), alone(host):
         pass
     still = pytest.raises(PortInUseError, match="they land the drones and end by themselves")

@@ -12,8 +12,8 @@ from flockwire.ground import starting
 from flockwire.ground.order import Order
 from flockwire.runtime.session import Session
 from flockwire.security.pki import make_keys
-from flockwire_station import giving, unlinked
-from flockwire_station.unlinked import why_unlinked
+from flockwire_station import giving
+from flockwire_station.giving import why_unlinked
 
 
 @pytest.fixture
@@ -48,7 +48,7 @@ def test_no_process_listens(plan, keys, base):
 
 
 def test_a_process_with_other_keys_is_distinguished_from_a_slow_one(plan, keys, tmp_path, monkeypatch):
-    monkeypatch.setattr(unlinked, "HANDSHAKE_TIME", 0.5)
+    monkeypatch.setattr(giving, "HANDSHAKE_TIME", 0.5)
     make_keys(plan, tmp_path / "other", clock.utc())
     with Session(plan, "gateway", keys):
         assert why(plan, tmp_path / "other", "gateway").startswith("gateway has a certificate of another authority")
@@ -67,7 +67,7 @@ def test_a_host_that_does_not_answer(plan, keys, monkeypatch):
     async def never(*_, **__):
         await asyncio.Event().wait()
 
-    monkeypatch.setattr(unlinked, "HANDSHAKE_TIME", 0.01)
+    monkeypatch.setattr(giving, "HANDSHAKE_TIME", 0.01)
     monkeypatch.setattr(asyncio, "open_connection", never)
     assert why(plan, keys, "uav1").startswith("no answer from the host of uav1 (127.0.0.1:")
 

@@ -6,8 +6,7 @@ from collections.abc import Callable
 
 import pytest
 from flockwire.domain.time import SECOND, nanoseconds
-from flockwire_tello.simulated.parameters import TelloParameters
-from flockwire_tello.simulated.quirks import switched
+from flockwire_tello.simulated.parameters import TelloParameters, switched
 from flockwire_tello.simulated.tello import SimulatedTello
 from flockwire_tello.state_string import TelloState, parse_states
 

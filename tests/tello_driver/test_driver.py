@@ -17,8 +17,7 @@ from flockwire.wire.keys import STOP, Key
 from flockwire_tello.driver import DriverCore, slowest_climb
 from flockwire_tello.flight_monitor import FlightMonitor
 from flockwire_tello.simulated.airframe import AirframeMotion
-from flockwire_tello.simulated.parameters import TelloParameters
-from flockwire_tello.simulated.quirks import switched
+from flockwire_tello.simulated.parameters import TelloParameters, switched
 from flockwire_tello.simulated.tello import SimulatedTello
 from flockwire_tello.state_string import format_state
 from flockwire_tello.swarm_file import COMMAND_PORT, tello_addresses

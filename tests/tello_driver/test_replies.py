@@ -1,6 +1,5 @@
 import pytest
-from flockwire_tello.commands import RULES, rule
-from flockwire_tello.replies import LONGEST, MOST, fits, refused, split_replies
+from flockwire_tello.commands import LONGEST, MOST, RULES, fits, refused, rule, split_replies
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,8 +1,14 @@
-"""A flight from above as a moving picture (GIF)."""
+"""A flight from above as a moving picture: GIF, or MP4 where ffmpeg is installed."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import suppress
+from itertools import chain
 from pathlib import Path
+from shutil import which
+from subprocess import PIPE, Popen
+from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +19,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 from PIL import Image
 
-from flockwire_analysis.figures.drawing import MUTED, STYLE, Canvas, legend
+from flockwire_analysis.figures.drawing import MUTED, STYLE, Canvas
+from flockwire_analysis.figures.legends import legend
 from flockwire_analysis.figures.trajectories import obstacles, view
 from flockwire_analysis.phases import Span
 from flockwire_analysis.recorded import Trace
@@ -23,7 +30,9 @@ from flockwire_analysis.tracking import interpolated
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-RATE = 12  # frames per second of the picture
+RATE = 12  # frames per second of a GIF
+FILM_RATE = 25  # of an MP4
+EVEN = "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white"  # as its coding needs the sides
 FEWEST = 24  # frames
 FINE = 6  # points of a trail for each frame
 DPI, COLOURS = 130, 48
@@ -33,14 +42,15 @@ LARGEST = 3_000_000  # bytes
 
 
 def animate(trace: Trace, path: Path, seconds: float = 10.0) -> Path:
-    """Write the whole flight as a GIF that plays for `seconds`, whatever the flight's length; returns `path`.
+    """Write the whole flight as a GIF or MP4, by the name of `path`, that plays for `seconds`; returns `path`.
 
     Every frame has the drones, their trails of TRAIL s, the followers' polygon, obstacles and the flight's time. Frames
-    are left out, down to FEWEST, while the file is larger than LARGEST bytes. Raises ValueError for a trace without
-    positions, or if the file is still too large, OSError if `path` cannot be written.
+    of a GIF are left out, down to FEWEST, while the file is larger than LARGEST bytes. Raises ValueError for a trace
+    without positions, if the GIF is still too large, or for an MP4 without ffmpeg; OSError if `path` cannot be written.
     """
-    count = max(FEWEST, round(seconds * RATE))
-    frames = _frames(trace, count)
+    if path.suffix == ".mp4":
+        return _film(_frames(trace, max(FEWEST, round(seconds * FILM_RATE))), path)
+    frames = _with_one_palette(list(_frames(trace, max(FEWEST, round(seconds * RATE)))))
     while True:
         _write(frames, path, seconds)
         if path.stat().st_size <= LARGEST:
@@ -57,8 +67,28 @@ def _write(frames: list[Image.Image], path: Path, seconds: float) -> None:
     first.save(path, "GIF", save_all=True, append_images=others, duration=step, loop=0, optimize=False)
 
 
-def _frames(trace: Trace, count: int) -> list[Image.Image]:
-    """Draw `count` frames from the first order to the end, with one palette."""
+def _film(frames: Iterator[Image.Image], path: Path) -> Path:
+    """Pass the frames to ffmpeg, one after the other."""
+    program = which("ffmpeg")
+    if program is None:
+        raise ValueError(f"{path}: an MP4 needs the program ffmpeg, which is not installed; write a .gif")
+    first = next(frames)
+    size = f"{first.width}x{first.height}"
+    line = [program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pixel_format", "rgb24", "-video_size", size]
+    line += ["-framerate", str(FILM_RATE), "-i", "-", "-vf", EVEN, "-pix_fmt", "yuv420p", "-movflags", "+faststart"]
+    with TemporaryFile() as errors:
+        with Popen([*line, str(path)], stdin=PIPE, stderr=errors) as film, suppress(BrokenPipeError):  # noqa: S603
+            assert film.stdin is not None  # noqa: S101  (a pipe)
+            for frame in chain((first,), frames):
+                film.stdin.write(frame.tobytes())
+        errors.seek(0)
+        if film.returncode:
+            raise OSError(f"{path}: ffmpeg: {errors.read().decode(errors='replace').strip()}")
+    return path
+
+
+def _frames(trace: Trace, count: int) -> Iterator[Image.Image]:
+    """Draw `count` frames from the first order to the end."""
     canvas = Canvas(trace, Path(), vector=False)
     numbers = trace.placed()
     if not numbers:
@@ -76,11 +106,13 @@ def _frames(trace: Trace, count: int) -> list[Image.Image]:
         agg: Any = FigureCanvasAgg(figure)  # matplotlib has no types for it
         agg.draw()
         still = agg.copy_from_bbox(figure.bbox)
-        drawn = []
-        for place in range(FINE - 1, len(instants), FINE):
-            agg.restore_region(still)
-            scene.draw(place, canvas.second(int(instants[place])))
-            drawn.append(Image.fromarray(np.asarray(agg.buffer_rgba())[..., :3].copy()))
+    for place in range(FINE - 1, len(instants), FINE):
+        agg.restore_region(still)
+        scene.draw(place, canvas.second(int(instants[place])))
+        yield Image.fromarray(np.asarray(agg.buffer_rgba())[..., :3].copy())
+
+
+def _with_one_palette(drawn: list[Image.Image]) -> list[Image.Image]:
     palette = drawn[-1].quantize(COLOURS, Image.Quantize.MEDIANCUT)
     shades = palette.getpalette() or []
     palette.putpalette([255 if shade >= NEARLY_WHITE else shade for shade in shades])  # the median of whites is grey

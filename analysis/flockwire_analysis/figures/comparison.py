@@ -10,13 +10,13 @@ import numpy as np
 from matplotlib import rc_context
 
 from flockwire_analysis import separation, tracking
-from flockwire_analysis.figures.drawing import INK, MUTED, OKABE_ITO, STYLE, Canvas, legend, line, thinned
+from flockwire_analysis.figures.drawing import INK, MUTED, OKABE_ITO, STYLE, Canvas, thinned
 from flockwire_analysis.figures.errors import FLOOR
-from flockwire_analysis.motion import in_formation, places
+from flockwire_analysis.figures.legends import legend, line
 from flockwire_analysis.phases import airborne
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Floats
-from flockwire_analysis.tracking import Errors
+from flockwire_analysis.tracking import Errors, in_formation, places
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

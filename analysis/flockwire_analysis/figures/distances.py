@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from flockwire.swarm.model import uav
 
 from flockwire_analysis import separation
-from flockwire_analysis.figures.drawing import DANGER, MARK, OKABE_ITO, Canvas, Picture, dot, legend, line, thinned
+from flockwire_analysis.figures.drawing import DANGER, OKABE_ITO, Canvas, Picture, thinned
+from flockwire_analysis.figures.legends import MARK, dot, legend, line
 from flockwire_analysis.series import Floats
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def between_drones(canvas: Canvas) -> Picture | None:
     axes.set_ylim(0.0, 1.05 * max(float(np.nanmax(d)) for d in known.values()))
     axes.set_ylabel("distance, m")
     rows = canvas.over_time([axes])
-    found = f"{nearest[at]:.2f} m: {uav(one)}, {uav(other)}, {seconds[at]:.1f} s"
+    found = f"{nearest[at]:.2f} m: {canvas.name(one)}, {canvas.name(other)}, {seconds[at]:.1f} s"
     legend(axes, [line("a pair", GREY), line("smallest", OKABE_ITO[0]), _named(limit)], [dot(found)], rows)
     caption = "Every pair in grey, the smallest of all in blue; the marked one is the smallest of the flight."
     return Picture(canvas.save(figure, "distances"), "Distances between drones", caption)
@@ -63,7 +63,7 @@ def to_obstacles(canvas: Canvas) -> Picture | None:
     axes.set_ylim(min(0.0, 1.1 * lowest), 1.05 * max(float(np.nanmax(d)) for d in known.values()))
     axes.set_ylabel("distance to the surface, m")
     rows = canvas.over_time([axes])
-    named = f"{lowest:.2f} m: {uav(number)}, {seconds[at]:.1f} s"
+    named = f"{lowest:.2f} m: {canvas.name(number)}, {seconds[at]:.1f} s"
     legend(axes, canvas.names(known), [_named(limit), dot(named)], rows)
     caption = "From each drone to the nearest obstacle's surface; the marked one is the smallest of the flight."
     return Picture(canvas.save(figure, "obstacle_distances"), "Distances to obstacles", caption)

@@ -14,12 +14,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from flockwire.control.graph import LEADER
 from flockwire.domain.time import SECOND
-from flockwire.swarm.model import uav
 from matplotlib import colormaps, rc_context
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from flockwire_analysis.events import Event, events
 from flockwire_analysis.phases import Span, airborne, formation_phases
@@ -37,7 +35,6 @@ COLUMN = 3.5  # inches: the width of one of two columns
 DPI = 320
 MOST_POINTS = 1500  # of one line
 ENVELOPE = 400
-MOST_IN_A_ROW = 6
 MOST_NAMED = 12  # drones in a legend
 NAME_SIZE = 6.5  # points, of the names of events
 NAME_ROWS = 3  # of them
@@ -110,6 +107,10 @@ class Canvas:
             return OKABE_ITO[place]
         return str(to_hex(colormaps["viridis"](0.95 * place / (len(followers) - 1))))
 
+    def name(self, number: int) -> str:
+        """Return how pages and figures name drone `number`."""
+        return self.trace.plan.pilot[number]
+
     def panels(self, rows: int = 1, height: float = 2.3) -> tuple[Figure, list[Axes]]:
         """Return a figure of `rows` axes above each other with one time axis, `height` inches in all."""
         with rc_context(STYLE):
@@ -129,7 +130,7 @@ class Canvas:
         """Return the drones as entries of a legend, none if they are too many."""
         drones = list(numbers)
         named = drones if len(drones) <= MOST_NAMED else []
-        return [Line2D([], [], color=self.colour(i), linewidth=1.8, label=uav(i)) for i in named]
+        return [Line2D([], [], color=self.colour(i), linewidth=1.8, label=self.name(i)) for i in named]
 
     def over_time(self, axes: Sequence[Axes], tails: bool = False) -> int:
         """Give the axes the flight's time axis, with a line for each event and its name above; shade the `tails`.
@@ -197,43 +198,6 @@ def _name(axes: Axes, text: str, place: float, row: int, before: bool) -> None:
         xycoords="axes fraction", textcoords="offset points", va="bottom", ha="right" if over else "left",
         color=MUTED, fontsize=NAME_SIZE,
     )  # fmt: skip
-
-
-def legend(axes: Axes, drones: Sequence[Artist], others: Sequence[Artist] = (), rows: int = 0) -> None:
-    """Name the drones above the axes and their `rows` of events, and other curves above them."""
-    if others:
-        figure = axes.figure.get_figure(root=True)
-        figure.legend(handles=list(others), loc="outside upper left", ncols=len(others), borderaxespad=0.1, **_LEGEND)
-    if drones:
-        room = (1.5 + (NAME_SIZE + 1.5) * rows) / STYLE["legend.fontsize"]
-        axes.legend(
-            handles=list(drones), loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=MOST_IN_A_ROW, borderaxespad=room,
-            **_LEGEND,
-        )  # fmt: skip
-
-
-def line(text: str, colour: str = MUTED, style: Any = "-", width: float = 1.0) -> Artist:  # noqa: ANN401
-    """Return an entry of a legend for a line."""
-    return Line2D([], [], color=colour, linestyle=style, linewidth=width, label=text)
-
-
-def dot(text: str) -> Artist:
-    """Return an entry of a legend for a marked point."""
-    return Line2D([], [], linestyle="", label=text, **MARK)
-
-
-def area(text: str) -> Artist:
-    """Return an entry of a legend for the shaded tails."""
-    return Patch(color=OKABE_ITO[0], alpha=0.12, linewidth=0, label=text)
-
-
-_LEGEND: dict[str, Any] = {
-    "handlelength": 1.2, "columnspacing": 1.0, "handletextpad": 0.5, "borderpad": 0.1, "labelspacing": 0.3,
-}  # fmt: skip
-MARK: dict[str, Any] = {
-    "marker": "o", "markersize": 3.6, "markerfacecolor": "white", "markeredgecolor": INK, "markeredgewidth": 0.9,
-    "zorder": 6,
-}  # fmt: skip
 
 
 def thinned(times: Floats, values: Floats) -> tuple[Floats, Floats]:

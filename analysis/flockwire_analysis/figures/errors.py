@@ -8,11 +8,11 @@ import numpy as np
 from flockwire.domain.time import SECOND
 from matplotlib.ticker import NullLocator
 
-from flockwire_analysis.figures.drawing import DANGER, MUTED, Canvas, Picture, area, envelope, legend, line
-from flockwire_analysis.motion import in_formation
+from flockwire_analysis.figures.drawing import DANGER, MUTED, Canvas, Picture, envelope
+from flockwire_analysis.figures.legends import area, legend, line
 from flockwire_analysis.phases import Span
-from flockwire_analysis.series import Booleans, Floats
-from flockwire_analysis.tracking import SETTLED_BELOW, Errors, settling_time
+from flockwire_analysis.series import Floats
+from flockwire_analysis.tracking import SETTLED_BELOW, Errors, in_formation, settling_time
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,7 +27,10 @@ def formation(canvas: Canvas) -> Picture | None:
     if canvas.phase is None:
         return None
     errors = canvas.formation_errors
-    flown = {i: _gapped(error, in_formation(canvas.trace, error.stamps)) for i, error in errors.items()}
+    flown = {
+        i: Errors(error.stamps, np.where(in_formation(canvas.trace, error.stamps), error.values, np.nan))
+        for i, error in errors.items()
+    }
     return _over_time(
         canvas, flown, "formation_error", "Formation error", r"$|x_i - h_i - x_0|$, m",
         "How far each follower is from its place in the formation round the leader, while a formation is flown; the "
@@ -70,11 +73,6 @@ def convergence(canvas: Canvas) -> Picture | None:
     legend(axes, canvas.names(errors), entries)
     caption = "The same errors from the first estimate on, on their own time scale."
     return Picture(canvas.save(figure, "convergence"), "Convergence of the observer", caption)
-
-
-def _gapped(error: Errors, kept: Booleans) -> Errors:
-    """Return an error that is unknown outside `kept`."""
-    return Errors(error.stamps, np.where(kept, error.values, np.nan))
 
 
 def _over_time(

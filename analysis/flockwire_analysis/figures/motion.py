@@ -7,9 +7,10 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from flockwire.control.graph import LEADER
 
-from flockwire_analysis.figures.drawing import INK, Canvas, Picture, legend, line, thinned
-from flockwire_analysis.motion import places, reference_velocities, references, velocities
+from flockwire_analysis.figures.drawing import INK, Canvas, Picture, thinned
+from flockwire_analysis.figures.legends import legend, line
 from flockwire_analysis.series import Floats, Series
+from flockwire_analysis.tracking import places, reference_velocities, references, velocities
 
 HEIGHT = 4.3  # inches
 DASHED = (0, (3, 2))
@@ -22,7 +23,7 @@ def positions(canvas: Canvas) -> Picture | None:
     return _axes(
         canvas, "positions", "Positions", "m", "xyz",
         _at(canvas, known, places), _at(canvas, known, references), "place in the formation",
-        "Position of each drone, axis by axis; dashed: its place in the formation. The leader is black.",
+        "Position of each drone, axis by axis; dashed: its place in the formation.",
     )  # fmt: skip
 
 
@@ -33,7 +34,7 @@ def estimates(canvas: Canvas) -> Picture | None:
     return _axes(
         canvas, "estimates", "Estimates of the leader's position", "m", (r"$\eta_x$", r"$\eta_y$", r"$\eta_z$"),
         _series(canvas, found), leader, "the leader's position",
-        "Each follower's estimate, axis by axis; dashed black: the leader's position.",
+        "Each follower's estimate, axis by axis; dashed: the leader's position.",
     )  # fmt: skip
 
 

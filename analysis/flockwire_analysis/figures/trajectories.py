@@ -11,7 +11,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgba
 from matplotlib.patches import Circle, Polygon
 
-from flockwire_analysis.figures.drawing import COLUMN, DANGER, INK, MOST_POINTS, MUTED, Canvas, Picture, legend, line
+from flockwire_analysis.figures.drawing import COLUMN, DANGER, INK, MOST_POINTS, MUTED, Canvas, Picture
+from flockwire_analysis.figures.legends import legend, line
 from flockwire_analysis.phases import Span
 from flockwire_analysis.series import Floats, Integers
 from flockwire_analysis.tracking import interpolated, settling_time
@@ -31,7 +32,7 @@ def trajectories(canvas: Canvas) -> Picture | None:
     if not canvas.trace.placed():
         return None
     figure, (axes,) = canvas.panels(height=COLUMN)
-    shown = Span(canvas.flight.begin, canvas.phase.end if canvas.phase is not None else canvas.flight.end)
+    shown = Span(canvas.flight.begin, canvas.phases[-1].span.end if canvas.phases else canvas.flight.end)
     times = shown.instants(MOST_POINTS)
     paths = {number: interpolated(canvas.trace.positions(number), times)[:, :2] for number in canvas.trace.placed()}
     obstacles(axes, canvas)
@@ -61,11 +62,11 @@ def _fence_name(canvas: Canvas) -> str:
 
 def _caption(canvas: Canvas) -> str:
     text = (
-        "The flight from above; older parts are paler. Open markers: starts; filled: ends; the leader is black. "
+        "The flight from above; older parts are paler. Open markers: starts; filled: ends. "
         "Grey lines connect the followers at a few times. The fence is drawn if it is in view."
     )
     if canvas.trace.swarm.obstacles:
-        text += " Dark discs are obstacles, the dashed ring is the required clearance."
+        text += " Filled discs are obstacles, the dashed ring is the required clearance."
     return text
 
 
@@ -123,10 +124,11 @@ def obstacles(axes: Axes, canvas: Canvas) -> None:
 
 
 def _snapshots(axes: Axes, canvas: Canvas) -> None:
-    """Connect the followers at a few instants of the formation phase, after they have settled."""
-    if canvas.phase is None or LEADER not in canvas.trace.placed():
+    """Connect the followers at a few instants of the longest formation phase, after they have settled."""
+    if not canvas.phases or LEADER not in canvas.trace.placed():
         return
-    for stamp in _instants(canvas, canvas.phase):
+    longest = max((phase.span for phase in canvas.phases), key=lambda span: span.length)
+    for stamp in _instants(canvas, longest):
         at = np.array([stamp])
         places = [interpolated(canvas.trace.positions(i), at)[0, :2] for i in canvas.trace.followers]
         known = np.array([place for place in places if np.isfinite(place).all()])

@@ -11,6 +11,7 @@ from enum import StrEnum
 from flockwire.domain.marks import sometimes
 from flockwire.domain.order import IN_FORMATION, Mission
 from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.ground.first_places import with_first_places
 from flockwire.ground.fleet import STALE, Fleet
 from flockwire.ground.lost import FLYING, Lost, how
 from flockwire.ground.order import Order
@@ -55,18 +56,18 @@ class Director:
         self.stage = Stage.PREPARING
         self.failure = ""
         self.took_off: int | None = None  # time of the take-off order, Unix ns
-        self._frame, self._formation, self._without = plan.swarm.frame, order.formation, order.without
+        self._swarm, self._formation, self._without = plan.swarm, order.formation, order.without
         self._preflight, self._lost = Preflight.of(plan.swarm), Lost(grace)
         self._duration = nanoseconds(duration)
         self._since = self._took_off = now
-        self._aloft = False  # a drone flew at the last step
+        self._fleet = Fleet({}, {}, {}, now)  # at the last step
         self._sent = 0  # last publication of the newest order, Unix ns; 0: none
         self._standing = Standing(giver, asked)
 
     def step(self, fleet: Fleet) -> Mission | None:
         """Return the due order for the state of the whole swarm, or a repetition of an unconfirmed one."""
         fleet, now, standing = fleet.without(self._without), fleet.now, self._standing
-        self._aloft = fleet.flies
+        self._fleet = fleet
         self._adopt(standing.look(fleet), fleet)
         if self.stage is not Stage.LANDING and standing.settle(fleet):
             self._since = now
@@ -81,7 +82,7 @@ class Director:
 
     def look(self, fleet: Fleet) -> None:
         """Receive what is known before the first step: an order to land may come before it."""
-        self._aloft = fleet.without(self._without).flies
+        self._fleet = fleet.without(self._without)
 
     def land(self, now: int) -> Mission | None:
         """Return the order to land, None if no take-off was ordered and no drone flies: the flight is over."""
@@ -139,7 +140,7 @@ class Director:
     def _others_fly(self) -> bool:
         """Whether a drone flies, or was ordered to by another station, before this flight took off."""
         holding = self._standing.holding
-        return self._aloft or (holding is not None and holding.verb in ("takeoff", *IN_FORMATION))
+        return self._fleet.flies or (holding is not None and holding.verb in ("takeoff", *IN_FORMATION))
 
     @property
     def order(self) -> Mission | None:
@@ -211,10 +212,11 @@ class Director:
 
     def _start(self, now: int) -> Mission:
         """Return the order to start the formation, so that all start together."""
-        return self._mission(now, "start", now + LEAD_TIME, self._formation)
+        order = self._mission(now, "start", now + LEAD_TIME, self._formation)
+        return with_first_places(order, self._swarm, self._fleet)
 
     def _mission(self, now: int, verb: str, start: int = 0, formation: str = "") -> Mission:
-        return Mission(now, self._frame, verb, start, formation, without=self._without)
+        return Mission(now, self._swarm.frame, verb, start, formation, without=self._without)
 
     def _adopt(self, news: Mission | None, fleet: Fleet) -> None:
         """Adopt another's order as this flight's. Before its own first order, only a hold and a landing."""
@@ -232,7 +234,7 @@ class Director:
             return  # it is repeated until all obey it; Standing.settle decides between two concurrent upward orders
         self._standing.follow(news, fleet.now)
         sometimes(f"director: follows {('an upward order', 'a hold', 'a landing')[rank(news)]}, {self.stage}")
-        grounded = self.stage is Stage.PREPARING and not self._aloft  # a hold there: no drone may take off
+        grounded = self.stage is Stage.PREPARING and not fleet.flies  # a hold there: no drone may take off
         if self.stage is not Stage.OVER and (news.verb == "land" or (news.verb == "hold" and grounded)):
             self.stage, self._since = Stage.LANDING, fleet.now
         elif news.verb == "hold" and self.stage is Stage.PREPARING:

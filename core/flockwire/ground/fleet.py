@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 
 from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.order import Mission
@@ -168,6 +168,12 @@ class Fleet:
         return (
             report.mission is not None and not rank(report.mission) and came_down(report.mission) in report.concurrent
         )
+
+
+def unrecorded(recorders: Iterable[str], statuses: Mapping[str, Status]) -> str:
+    """Return which recorder could not record the whole flight by its last status, empty when all could."""
+    reports = {identity: statuses[identity].report for identity in recorders if identity in statuses}
+    return "; ".join(f"{identity}: {last.detail}" for identity, last in reports.items() if last.phase == Phase.FULL)
 
 
 def _is_again(mission: Mission, order: Mission) -> bool:

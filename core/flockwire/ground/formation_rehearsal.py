@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import pdist
 
+from flockwire.control.assignment import assignment
 from flockwire.control.formation import Formation
 from flockwire.control.formation_change import blend, blend_rate
 from flockwire.control.graph import LEADER
@@ -31,16 +31,6 @@ FASTER = 1.25  # times the speed of either formation, up to which a change is no
 CREEP = 0.3  # m/s, approach speed of drones that is always allowed
 
 Array = NDArray[np.float64]
-
-
-def assignment(now: Array, then: Array) -> tuple[int, ...]:
-    """Return for each row of `now` its row of `then`, with the least sum of squared distances.
-
-    Both are m, shape (N, 3). Points that go straight there with a common sigma then keep, of the smaller of the least
-    distances in `now` and `then`, at least 1 / sqrt(2): (a_i − a_j)·(b_i − b_j) >= 0 for any two.
-    """
-    squares = np.sum((now[:, None, :] - then[None, :, :]) ** 2, axis=2)
-    return tuple(linear_sum_assignment(squares)[1].tolist())
 
 
 class Way(NamedTuple):
@@ -66,7 +56,9 @@ class Rehearsal:
         self._after = _Course(swarm.build_formation(name))
         self._guards = [guard_parameters(swarm, i) for i in swarm.followers] if swarm.control.filtered else []
         self._safe = (swarm.avoidance.kept if self._guards else swarm.avoidance.safe).drone
-        self._speed = swarm.limits.speed - swarm.leader.speed_bound
+        disturbance = swarm.control.disturbance if self._guards else 0.0  # commands compensate it
+        self._beside = f" and control.disturbance = {disturbance:g} m/s" if disturbance else ""
+        self._speed = swarm.limits.speed - swarm.leader.speed_bound - disturbance
         flown = max(swarm.survey(each).max_speed for each in (running.formation, name))
         sight = min((guard.fastest for guard in self._guards), default=0.0) - swarm.leader.speed_bound
         self._sight = max(sight, FASTER * flown)  # m/s, of h'
@@ -84,7 +76,7 @@ class Rehearsal:
             return self._ranks
         middle = np.array([self._begin + duration / 2.0])
         now, then = self._before.at(middle)[0], self._after.at(middle)[0]
-        return assignment(now[0, self.places_before, :], then[0])
+        return assignment(now[0, self.places_before, :].tolist(), then[0].tolist())
 
     def way(self, duration: float) -> Way:
         """Return h, h' and all distances along a change of `duration` s, as in FormationChange."""
@@ -116,7 +108,7 @@ class Rehearsal:
             yield (
                 f"{self._name(i)} would be commanded {speeds[k, i]:.2f} m/s {seconds[k]:.1f} s into the change, "
                 f"limits.speed = {limits.speed:g} m/s leaves {self._speed:.2f} m/s beside the leader's "
-                f"{self._swarm.leader.speed_bound:.2f} m/s"
+                f"{self._swarm.leader.speed_bound:.2f} m/s{self._beside}"
             )
         turns = np.linalg.norm(np.gradient(commands, STEP, axis=0), axis=2)
         if (turns > limits.acceleration).any():

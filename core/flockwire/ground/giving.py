@@ -13,6 +13,7 @@ from flockwire.domain.marks import sometimes
 from flockwire.domain.order import Mission, Stop
 from flockwire.domain.time import SECOND
 from flockwire.ground.director import LEAD_TIME
+from flockwire.ground.first_places import with_first_places
 from flockwire.ground.fleet import Fleet
 from flockwire.ground.order import Answer, Order, ToPlan, overtaken
 from flockwire.ground.standing import Standing
@@ -157,7 +158,8 @@ class ChangeGiving(Giving):
         if not running.start:  # they have held since take-off
             sometimes("station: a first formation for drones that hold")
             start, frame = fleet.now + LEAD_TIME, self._plan.swarm.frame
-            self._planned = Mission(fleet.now, frame, "formation", start, formation, without=running.without)
+            order = Mission(fleet.now, frame, "formation", start, formation, without=running.without)
+            self._planned = with_first_places(order, self._plan.swarm, fleet)
             return
         leader = fleet.fresh.get(LEADER)
         position = leader.report.position if leader is not None else None

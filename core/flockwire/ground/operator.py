@@ -89,14 +89,14 @@ class OperatorCore:
         return self.director
 
     def order(self, verb: str, now: int, note: Callable[[str], None] = lambda _: None) -> None:
-        """Order "hold", "land", "resume" or "stop" for the flight conducted here, or for another host's.
+        """Order "hold", "land", "resume" or "stop" for the flight conducted here or, without one, for another host's.
 
         `note` gets a line if nothing is ordered, and the confirmations of an order to another host's flight.
         """
-        director = self.director
         if verb == "stop":
             self.ask(Order(verb), now)
-        elif director is not None:
+        elif self.director is not None and self.director.stage is not Stage.OVER:
+            director = self.director
             given = {"hold": director.hold, "land": director.land, "resume": director.resume}[verb](now)
             if given is None and director.stage is not Stage.OVER:
                 note(f"{verb}: nothing ordered while {director.stage}")
@@ -135,8 +135,9 @@ class OperatorCore:
         """Whether an order is pending."""
         return bool(self._asked)
 
+    @property
     def to_plan(self) -> list[Giving]:
-        """Return the pending orders that wait for a planned change of formation (Giving.to_plan)."""
+        """The pending orders that wait for a planned change of formation (Giving.to_plan)."""
         return [one.giving for one in self._asked if one.giving is not None and one.giving.to_plan is not None]
 
     def step(self, now: int) -> Iterator[tuple[Key, Message]]:

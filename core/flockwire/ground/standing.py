@@ -1,37 +1,78 @@
-"""The standing order of one giver: its own newest, or another's that it follows; resolves rival orders."""
+"""The orders that one giver knows, and its standing order: its own newest, or another's that it follows."""
 
 from __future__ import annotations
 
-from flockwire.domain.marks import sometimes
-from flockwire.domain.order import Mission
-from flockwire.domain.time import SECOND
-from flockwire.ground.fleet import Fleet
-from flockwire.ground.knowledge import Knowledge
-from flockwire.pilot.orders import rank
+from collections.abc import Iterable, Iterator
 
+from flockwire.domain.marks import sometimes
+from flockwire.domain.order import MOST_VERSIONS, Mission, Version
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.ground.fleet import Fleet
+from flockwire.pilot.orders import CAME_DOWN, rank
+from flockwire.wire.status import Report
+
+HISTORY = 16  # named orders that are no longer in force, for a pilot that missed their end
 RIVALS = 4.0  # s, largest age difference of orders that crossed on slow networks
 
 
-class Standing(Knowledge):
-    """A giver's Knowledge, and its standing order.
+class Standing:
+    """The orders in force that `giver` (a unique number, 31 bits) knows, and its standing order.
 
-    `order` is None before the first; it is this giver's or a followed one, since `since` (Unix ns).
+    Its own was requested at `asked` (Unix ns). The arrival of another's order is the time since pilots received it:
+    only the own clock is used. `order` is None before the first; it is this giver's or a followed one, since `since`
+    (Unix ns).
     """
 
     def __init__(self, giver: int, asked: int) -> None:
-        super().__init__(giver, asked)
         self.order: Mission | None = None
         self.started: Mission | None = None  # the newest of those that fly a formation
         self.since = asked
+        self._giver, self._asked, self._last = giver, asked, 0
+        self._heard: set[str] = set()  # processes whose reports were read
+        self._known: dict[Version, None] = {}  # orders, those in force last
+        self._count = 0  # the number of these in force
+        self.holding: Mission | None = None  # the order in force at the last look
 
     @property
     def is_own(self) -> bool:
         """Whether this giver gave the order."""
         return self.order is not None and self.order.giver == self._giver
 
+    def look(self, fleet: Fleet) -> Mission | None:
+        """Receive the orders in force; return another's new order, None if there is none.
+
+        It returns the order with the highest rank, even if another landing is already in force, or a hold came to
+        landing drones. The order of a pilot that reports for the first time is not new if it was received before this
+        giver's request.
+        """
+        before, holding, reports = frozenset(self._known), dict[Version, None](), dict(fleet.reports())
+        for report in reports.values():
+            holding.update(dict.fromkeys(report.newest))
+            if report.mission is not None and report.mission.version not in before:
+                self._known.update(dict.fromkeys(report.mission.knows))
+        for version in holding:
+            self._known.pop(version, None)
+        self._known.update(holding)
+        self._count = len(holding)
+        while len(self._known) > MOST_VERSIONS:
+            del self._known[next(iter(self._known))]
+        self.holding = fleet.mission()
+        news = [
+            order
+            for identity, report in reports.items()
+            for order in self._orders(report)
+            if order.version not in before
+            and (identity in self._heard or self._is_late(order.version, reports.values(), fleet.now))
+        ]
+        self._heard.update(reports)
+        return max(news, key=rank, default=None)
+
     def give(self, order: Mission) -> Mission:
-        """Return `order` as this giver's, with its known orders; it stands from its stamp on."""
-        order = super().give(order)
+        """Return `order` as this giver's, with its known orders and its own version; it stands from its stamp on."""
+        self._last = max(order.stamp, self._last + 1)
+        known = tuple(self._known)[-max(HISTORY, self._count) :]
+        order = order._replace(stamp=self._last, giver=self._giver, knows=known)
+        self._known[order.version] = None
         self.follow(order, order.stamp)
         return order
 
@@ -57,3 +98,21 @@ class Standing(Knowledge):
             self.give(own._replace(stamp=fleet.now))
             return True
         return False
+
+    def _orders(self, report: Report) -> Iterator[Mission]:
+        """Yield others' orders that a pilot obeys; beside a landing only their versions are known."""
+        mission = report.mission
+        if mission is None:
+            return
+        others = [version for version in report.newest if version.giver != self._giver]
+        for version in others:
+            if version == mission.version and (rank(mission) or mission == self.holding):
+                yield mission
+            elif version != mission.version and mission.verb == "land" and not version.giver & CAME_DOWN:
+                sometimes("station: reads a hold beside a landing")
+                yield mission._replace(verb="hold", stamp=version.stamp, giver=version.giver)
+
+    def _is_late(self, version: Version, reports: Iterable[Report], now: int) -> bool:
+        """Return whether pilots received an order after this giver's request."""
+        ages = [report.order_age for report in reports if version in report.newest]
+        return now - nanoseconds(max(ages)) > self._asked

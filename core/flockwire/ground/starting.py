@@ -54,7 +54,7 @@ class StartGiving(ChangeGiving):
     def _judge(self, director: Director, fleet: Fleet, since: int) -> None:
         order = director.order
         if director.failure or (order is not None and order.verb in ENDING):
-            sometimes("answer: start, its flight failed" if director.failure else "answer: start, overtaken")
+            sometimes("answer: start, its flight failed or was overtaken")
             self.answer = Answer(refusal=director.failure) if director.failure else overtaken(director.ordered)
         elif director.stage is Stage.PREPARING and since >= LOOK_TIME + READY_TIME:
             sometimes("answer: start, not ready")

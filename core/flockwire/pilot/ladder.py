@@ -7,15 +7,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from flockwire.domain.pose import IdentityDoubt
-from flockwire.domain.time import SECOND
+from flockwire.pilot.identity import MISTAKEN
 from flockwire.pilot.phases import NEVER
 from flockwire.swarm.model import uav
 from flockwire.swarm.tables import Limits, Staleness
 from flockwire.wire.status import Reason
 
-DOUBT_LASTS = 300_000_000  # ns that a doubt lasts after its last message; the gateway repeats it with each frame
-MISTAKEN = "the tracker confuses its body with another"
 NO_REASON = Reason("", "")
 
 
@@ -31,13 +28,6 @@ class Inputs(NamedTuple):
     leader_down: float = 0.0  # s since the leader of the ordered formation is down; 0 while it leads
     doubt: float = 0.0  # s since the tracker gave its name to another body; 0 without a doubt
     apart: float = 0.0  # m/s of its tracked body apart from its commands; 0 while it moves as commanded
-
-
-def doubted(doubt: IdentityDoubt | None, now: int) -> float:
-    """Return the time, s, since the tracker gave a drone's name to another body; 0 without a doubt."""
-    if doubt is None or now - doubt.stamp > DOUBT_LASTS:
-        return 0.0
-    return max((now - doubt.since) / SECOND, 1e-9)
 
 
 def all_well(inputs: Inputs, limits: Limits) -> bool:

@@ -19,6 +19,7 @@ from flockwire.swarm.tables import Staleness
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Status
 
+AHEAD = SECOND // 10  # ns by which a stamp may be in the future (keys.py); beyond, the own clock was set back
 MOST_HOPS = 255  # largest number in a message
 LEADING_PHASES = IN_FLIGHT - {Phase.LANDING}
 
@@ -104,12 +105,19 @@ class Neighbourhood:
         """Update the leader's state; return the valid estimates of the neighbours at `now` (Unix ns).
 
         A valid estimate is fresh and based on fresh data: passing data on does not make it younger. A stale neighbour
-        is removed from the sum, and so is one that contradicts the others.
+        is removed from the sum, and so is one that contradicts the others. After the own clock was set back, what came
+        before is not valid, and ages count from then on.
         """
-        oldest, oldest_origin = now - self._drop_after, now - self._origin_limit
+        oldest, oldest_origin, newest = now - self._drop_after, now - self._origin_limit, now + AHEAD
+        if self.origin > newest or self._leader_stamp > newest:
+            self.origin, self._leader_stamp = min(self.origin, now), min(self._leader_stamp, now)
+            self.agreement.forget()
         found = []
         for j, neighbour in self._neighbours.items():
             stamp, motion = neighbour.stamp, neighbour.motion
+            if stamp > newest:
+                neighbour.stamp, neighbour.origin = now, 0
+                continue
             if stamp < oldest or motion is None or neighbour.origin < oldest_origin:
                 continue
             found.append(from_fields(NeighbourEstimate, (j, neighbour.weight, stamp, motion)))

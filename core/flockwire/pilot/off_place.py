@@ -96,7 +96,7 @@ class OffPlace:
 
 def _towards_wall(room: Room, position: Vector, lacking: Vector) -> bool:
     """Return whether `lacking` (m/s) leads towards a near wall."""
-    return any(
+    return hypot(*lacking) > HELD_BACK and any(
         gap < NEAR and sum(n * v for n, v in zip(outwards, lacking, strict=True)) > HELD_BACK
         for gap, outwards in room.sides(position)
     )

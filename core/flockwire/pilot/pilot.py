@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from flockwire.control.airframe_state import AirframeState
+from flockwire.control.disturbance import DisturbedAirframe
 from flockwire.control.guard import Guard
 from flockwire.domain.airframe import Command, FlightState, Telemetry
 from flockwire.domain.body import Body
@@ -16,15 +16,15 @@ from flockwire.domain.fields import from_fields
 from flockwire.domain.marks import Holding
 from flockwire.domain.motion import Motion
 from flockwire.domain.order import Stop
-from flockwire.domain.pose import IdentityDoubt, Pose
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, limit
 from flockwire.parameters import PilotParameters
+from flockwire.pilot.identity import Identity
 from flockwire.pilot.ladder import (
     NO_REASON,
     Inputs,
     all_well,
-    doubted,
     hold_reason,
     land_reason,
     mild_rungs,
@@ -37,6 +37,7 @@ from flockwire.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, ag
 from flockwire.pilot.place import Place
 from flockwire.pilot.surroundings import Surroundings
 from flockwire.pilot.tracked_body import PERIOD, WRONG, TrackedBody
+from flockwire.pilot.trim import make_airframe, measured
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import STOP, Key
@@ -75,13 +76,13 @@ class Pilot:
         self._guard = Guard(parameters.guard) if parameters.guard is not None else None
         self._off_place = OffPlace(parameters.room, parameters.checks)
         self._wanted = ZERO  # m/s, by the law, at the last command
-        self._airframe = AirframeState(parameters.lag, parameters.dead_time)
+        self._airframe = make_airframe(parameters)
         watched = parameters.guard is not None and parameters.limits.body_drift > 0.0
         self._body = TrackedBody(parameters.limits, self._airframe) if watched else None
         self._surroundings = Surroundings(parameters.sensing, parameters.obstacles)
         self._pose: Pose | None = None
         self._telemetry: Telemetry | None = None
-        self._doubt: IdentityDoubt | None = None
+        self._identity = Identity()
         self._place = Place(parameters)  # the place of hold or take-off
         self._inputs = Inputs(NEVER, NEVER, NEVER, NEVER, 1.0, 0.0)
         self._stepped = now
@@ -90,7 +91,7 @@ class Pilot:
         self.take: dict[Key, Callable[[Any], None]] = {  # handlers of messages, by key
             self.pose_key: self._take_pose,
             Key("nearby", uav(number)): self._surroundings.take_nearby,
-            Key("doubt", uav(number)): self._take_doubt,
+            Key("doubt", uav(number)): self._identity.take_doubt,
             Key("telemetry", uav(number)): self._take_telemetry,
             STOP: self._take_stop,
         }
@@ -119,9 +120,11 @@ class Pilot:
         self.motion, self.bodies = None, ()
         if pose is not None:
             self.bodies = self._surroundings.bodies(pose, neighbours)
-            if fresh and not inputs.apart:
+            if fresh and not inputs.apart and not self._identity.is_lost:
                 seen = (pose.stamp - self.born) / SECOND  # small enough for a float with nanoseconds
-                self.motion = motion = self._airframe.measure(pose.position, seen, (now - self.born) / SECOND)
+                times, zero = (seen, (now - self.born) / SECOND), self._limits.staleness.command_zero
+                motion = measured(self._airframe, pose.position, times, phase, self._telemetry, zero)
+                self.motion = motion
                 if self._guard is not None and phase in IN_FLIGHT:
                     self.bodies = self._guard.tracked(motion, self.bodies, self._surroundings.stamp or self.stamp)
         if self._body is not None and not 0 < self._body.due - now <= PERIOD:  # a clock may be set back
@@ -139,7 +142,7 @@ class Pilot:
         motion = self.motion
         self._wanted = wanted
         velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity()
-        self._airframe.command(velocity, (now - self.born) / SECOND)
+        velocity = self._airframe.command(velocity, (now - self.born) / SECOND) or velocity
         return [(self._command_key, from_fields(Command, (self.stamp, self._frame, velocity, 0.0)))]
 
     @property
@@ -199,7 +202,7 @@ class Pilot:
             telemetry.battery if telemetry is not None else 1.0,
             self._room.outside(pose.position) if pose is not None else 0.0,
             leader_down,
-            doubted(self._doubt, now),
+            self._identity.doubted(now),
             self._body.apart if self._body is not None else 0.0,
         )
         return from_fields(Inputs, ages)
@@ -238,6 +241,8 @@ class Pilot:
             self._mark(inputs, missing, unready, hold, land)
         if phase is not was:
             self._place.forget()
+            if phase not in IN_FLIGHT:
+                self._identity.forget()
         return phase
 
     def _mark(self, inputs: Inputs, missing: tuple[int, ...], unready: Reason, hold: Reason, land: Reason) -> None:
@@ -255,6 +260,8 @@ class Pilot:
         if phase is not Phase.FORMATION:
             wanted = self._place.velocity(phase, position, self.bodies)
         speed, grounding = speed_limit(self._inputs, limits), phase in (Phase.LANDING, Phase.TAKEOFF)
+        if isinstance(self._airframe, DisturbedAirframe):
+            speed = self._airframe.speed(speed)
         if self._guard is not None:
             last, seen = self._airframe.last_command, self._surroundings.stamp or self.stamp
             return self._guard.velocity(wanted, motion, self.bodies, seen, now, last, self.dt, speed, grounding)
@@ -266,10 +273,9 @@ class Pilot:
         return (0.0, 0.0, -self._limits.vertical_speed) if landing else ZERO
 
     def _take_pose(self, pose: Pose) -> None:
+        if self._identity.doubt is not None:
+            self._identity.take_pose(pose.stamp)
         self._pose = pose
-
-    def _take_doubt(self, doubt: IdentityDoubt) -> None:
-        self._doubt = doubt
 
     def _take_telemetry(self, telemetry: Telemetry) -> None:
         self._telemetry = telemetry

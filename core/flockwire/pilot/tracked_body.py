@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from flockwire.control.airframe_state import AirframeState
+from flockwire.control.disturbance import DisturbedAirframe
 from flockwire.control.motion_residual import MotionResidual
 from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.motion import Motion
@@ -22,7 +23,7 @@ JUMP = 2.0  # times limits.speed: faster is a jump, which the gateway judges
 class TrackedBody:
     """The body of one drone with `limits`, flown with commands that `airframe` records."""
 
-    def __init__(self, limits: Limits, airframe: AirframeState) -> None:
+    def __init__(self, limits: Limits, airframe: AirframeState | DisturbedAirframe) -> None:
         self.apart = 0.0  # m/s, its speed apart from the commands; 0 while it moves as commanded
         self.due = 0  # when to look again, Unix ns
         self._residual = MotionResidual(limits.body_drift, JUMP * limits.speed)

@@ -9,6 +9,7 @@ from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 from flockwire.objects import load_object
 from flockwire.process.cores import Address, Core, Datagram, Start
+from flockwire.process.wind import Wind
 
 TELEMETRY_PERIOD = SECOND // 10  # ns
 SETTLED = SECOND  # ns with all drones on the ground before the process may end
@@ -42,6 +43,9 @@ class SimulatedAirframe(Protocol):
 
     def respond(self, lag: float, dead_time: float) -> None:
         """Set lag and dead time, s."""
+
+    def blow(self, wind: Wind) -> None:
+        """Set the wind from now on."""
 
 
 class Commanded(SimulatedAirframe, Protocol):

@@ -129,6 +129,15 @@ class AirframeLag(_Fault):
     dead_time: NotNegative = 0.0
 
 
+class WindChange(_Fault):
+    """Simulated airframes have another wind for a time, as in the swarm file's [wind]."""
+
+    kind: Literal["wind"]
+    velocity: Point = (0.0, 0.0, 0.0)
+    gust: NotNegative = 0.0
+    duration: Positive
+
+
 class AirframeFailure(_Fault):
     """The motors of a simulated airframe stop: it falls."""
 
@@ -174,7 +183,7 @@ class FalseHeight(_Fault):
 
 Fault = (
     Kill | Restart | Freeze | Cut | LinkChange | Partition | TrackerLoss | NoiseBurst | NameSwap | Visitor | ClockStep
-    | AirframeLag | AirframeFailure | FalseEstimate | FalseAge | FalsePose | FalseHeight
+    | AirframeLag | WindChange | AirframeFailure | FalseEstimate | FalseAge | FalsePose | FalseHeight
 )  # fmt: skip
 AgentFault = FalseEstimate | FalseAge
 AirframeFault = AirframeLag | AirframeFailure | FalseHeight
@@ -194,7 +203,7 @@ def told(fault: Fault) -> str:
             whom = ", ".join(map(uav, fault.drones))
         case Kill() | Restart() | Freeze() | ClockStep():
             whom = fault.process
-        case NoiseBurst():
+        case NoiseBurst() | WindChange():
             whom = ""
         case _:
             whom = uav(fault.drone)

@@ -17,7 +17,10 @@ from typing import NamedTuple
 from flockwire.ros.type_hash import type_hash
 
 TOKENS = "@ros2_lv"
+NODE, NODE_PARTS, END_PARTS = "NN", 9, 13  # of a token: the kind of a node, parts of a node's and of an end's
+LONGEST_TOKEN = 1024  # characters of one that is read: names of ROS have at most 256 each
 _DOMAIN = re.compile("[0-9]{1,3}")
+_TOKEN = re.compile(r"[\w@/%:,.~-]+", re.ASCII)  # what names, types and qualities of service have
 LATCHED_DEPTH = 1
 
 
@@ -59,7 +62,7 @@ class Node(NamedTuple):
     @property
     def token(self) -> str:
         """The token by which others see the node."""
-        return f"{self._head(self.number, 'NN')}"
+        return f"{self._head(self.number, NODE)}"
 
     def end(self, number: int, kind: EndKind, name: str, ros_type: str, qos: Qos = DEFAULT) -> str:
         """Return the token of the end `number` of the topic or service `name`, an absolute name."""
@@ -107,10 +110,22 @@ def publisher_id(token: str) -> bytes:
     return hashlib.blake2b(token.encode(), digest_size=16).digest()
 
 
+def is_node(token: str) -> bool:
+    """Return whether `token` is that of a node, which tells of no end."""
+    return token.count("/") == NODE_PARTS - 1 and f"/{NODE}/" in token
+
+
 def read_end(token: str) -> End | None:
-    """Return what `token` tells; None for that of a node, and for one of another form."""
+    """Return what `token` tells; None for that of a node, and for one of another form.
+
+    Its names are safe to show: whoever reaches the router can have published it.
+    """
+    if len(token) > LONGEST_TOKEN or not _TOKEN.fullmatch(token):
+        return None
     parts = token.split("/")
-    if len(parts) != 13 or parts[0] != TOKENS or parts[5] not in set(EndKind) or not _DOMAIN.fullmatch(parts[1]):
+    if len(parts) not in (END_PARTS, END_PARTS + 1) or parts[0] != TOKENS:  # Lyrical may append its kinds of buffer
+        return None
+    if parts[5] not in set(EndKind) or not _DOMAIN.fullmatch(parts[1]):
         return None
     namespace, name = parts[7].replace("%", "/"), parts[9].replace("%", "/")
     return End(int(parts[1]), parts[5], f"{namespace.rstrip('/')}/{parts[8]}", name, parts[10], parts[11])

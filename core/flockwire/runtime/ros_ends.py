@@ -19,7 +19,7 @@ from flockwire.ros.messages import check_empty, trigger_response
 from flockwire.wire.cdr import MessageError
 from flockwire.wire.inbox import ATTACHMENT, Origin, read_attachment
 
-LARGEST = 16384  # bytes of a message from the ROS side
+LARGEST = 16384  # bytes of a message from the ROS side, and of its attachment
 CAPACITY = 256  # messages of one topic that wait at most
 MOST_REQUESTS = 16  # requests of one service that wait at most
 
@@ -43,8 +43,7 @@ class RosInput:
 
     def arrived(self, sample: zenoh.Sample) -> None:
         """Buffer a sample. Called by Zenoh, in its thread."""
-        attached = sample.attachment
-        if len(sample.payload) > LARGEST or (attached is not None and len(attached) > LARGEST):
+        if _is_large(sample.payload, sample.attachment):
             self._counts["ROS messages too large"] += 1
             return
         if len(self._waiting) == CAPACITY:
@@ -112,6 +111,10 @@ class RosServices:
             self._counts["ROS requests of several services"] += 1
             _refuse(query, "a request is of one service")
             return
+        if _is_large(query.payload, query.attachment):
+            self._counts["ROS requests too large"] += 1
+            _refuse(query, "too large")
+            return
         waiting = self._waiting[name]
         if len(waiting) >= MOST_REQUESTS:
             self._counts["ROS requests too many"] += 1
@@ -126,7 +129,7 @@ class RosServices:
         for name, query in taken:
             payload, attached = query.payload, query.attachment
             try:
-                if payload is None or attached is None or len(payload) > LARGEST:
+                if payload is None or attached is None:
                     raise MessageError("a request has a payload and an attachment")
                 check_empty(payload.to_bytes())
                 origin = read_attachment(attached.to_bytes())
@@ -136,6 +139,10 @@ class RosServices:
                 continue
             found.append(Request(name, query, origin))
         return found
+
+
+def _is_large(*parts: zenoh.ZBytes | None) -> bool:
+    return any(part is not None and len(part) > LARGEST for part in parts)
 
 
 def _refuse(query: zenoh.Query, why: str) -> None:

@@ -16,7 +16,7 @@ import zenoh
 import zenoh.ext
 
 from flockwire.ros.definitions import TRIGGER
-from flockwire.ros.graph import DEFAULT, TOKENS, End, EndKind, Node, Qos, data_key, publisher_id, read_end
+from flockwire.ros.graph import DEFAULT, TOKENS, End, EndKind, Node, Qos, data_key, is_node, publisher_id, read_end
 from flockwire.runtime.configuration import BURST, LARGEST_MESSAGE, RETRY
 from flockwire.runtime.linger import ignore_linger
 from flockwire.runtime.ros_ends import RosInput, RosOutput, RosServices
@@ -139,8 +139,12 @@ class RosNode:
             self._others.pop(token, None)
             return
         end = read_end(token)
-        if end is not None and len(self._others) < MOST_ENDS:
+        if end is None:
+            self.counts["ROS tokens not read"] += not is_node(token)
+        elif len(self._others) < MOST_ENDS:
             self._others[token] = end
+        else:
+            self.counts["ROS tokens too many"] += 1
 
     def _end(self, kind: EndKind, name: str, ros_type: str, qos: Qos) -> str:
         self._ends += 1

@@ -23,13 +23,15 @@ Sample = tuple[int, str, bytes, int, bytes]  # source time (Unix ns), topic, pub
 class Topic:
     """One key: its ROS 2 topic `name`, the `ros_type` of its messages, and its samples.
 
-    Samples over the quota, with an unknown attachment, or of another key are counted and dropped.
+    Samples over the quota, with an unknown attachment, or of another key are counted and dropped, and so are those that
+    found the buffer full.
     """
 
     def __init__(self, plan: Plan, key: Key, session: Session, capacity: int = CAPACITY) -> None:
         self._checked = _Checked(plan, key)
         self.name, self.ros_type = self._checked.name, ROS_TYPES[ROWS[key.kind].message]
-        self._samples = session.every(key, min(capacity, BURST * ROWS[key.kind].rate))
+        self._capacity = min(capacity, BURST * plan.rate(key))
+        self._samples = session.every(key, self._capacity)
         self._mark = mark_of(key)
 
     def samples(self, now: int, rejected: Counter[str]) -> Iterator[Sample]:
@@ -39,7 +41,10 @@ class Topic:
 
     def _received(self, now: int, rejected: Counter[str]) -> Iterator[tuple[Origin, bytes]]:
         checked = self._checked
-        while (sample := self._samples.try_recv()) is not None:
+        for _ in range(self._capacity):
+            sample = self._samples.try_recv()
+            if sample is None:
+                return
             if not checked.allows(len(sample.payload), now, rejected):  # before anything is copied
                 continue
             attached, payload = sample.attachment, sample.payload.to_bytes()
@@ -55,12 +60,13 @@ class Topic:
                 checked.reject(rejected, MISDIRECTED)
                 continue
             yield origin, payload
+        checked.reject(rejected, "overflow")  # it was full: the oldest may have been dropped
 
 
 class BatchedTopics(Topic):
     """The keys of a process whose messages arrive in its batches (batch.py): the samples are those messages.
 
-    A message is counted and dropped too if its key is not one that the process publishes in batches.
+    A batch is counted and dropped too if it has a key that the process does not publish in batches.
     """
 
     def __init__(self, plan: Plan, key: Key, session: Session) -> None:
@@ -76,13 +82,14 @@ class BatchedTopics(Topic):
             except MessageError:
                 self._checked.reject(rejected, "malformed")
                 continue
-            session = origin.publisher[:-4]
+            session, keys = origin.publisher[:-4], self._keys
+            if not all(entry[0] in keys for entry in batch.entries):
+                self._checked.reject(rejected, MISDIRECTED)
+                continue
             for text, sequence, sent, message in batch.entries:
-                found = self._keys.get(text)
-                if found is None:
-                    self._checked.reject(rejected, MISDIRECTED)
-                elif found[0].allows(len(message), now, rejected):
-                    yield sent, found[0].name, session + found[1], sequence, message
+                checked, mark = keys[text]
+                if checked.allows(len(message), now, rejected):
+                    yield sent, checked.name, session + mark, sequence, message
 
 
 class _Checked:
@@ -90,7 +97,7 @@ class _Checked:
 
     def __init__(self, plan: Plan, key: Key) -> None:
         row = ROWS[key.kind]
-        self.name, self._quota, self._largest = f"/{plan.text(key)}", Quota(row.rate), row.largest
+        self.name, self._quota, self._largest = f"/{plan.text(key)}", Quota(plan.rate(key)), row.largest
 
     def allows(self, size: int, now: int, rejected: Counter[str]) -> bool:
         """Return whether a message of `size` bytes is within the quota at `now` (Unix ns); else count it."""

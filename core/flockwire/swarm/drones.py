@@ -1,6 +1,6 @@
-"""The tables [[drones]] and [airframes] of a swarm file: every drone, and the responses of airframes.
+"""The tables [[drones]], [airframes] and [wind] of a swarm file: every drone, responses of airframes, their wind.
 
-Both have common keys, and keys that rows of the airframe table add.
+The first two have common keys, and keys that rows of the airframe table add.
 """
 
 from __future__ import annotations
@@ -34,6 +34,13 @@ class AirframeKeys(Model):
     lag: NotNegative = 0.0  # s, time constant
     dead_time: NotNegative = 0.0  # s, before it responds
     endurance: Positive = 900.0  # s, of flight on a full battery (simulated airframes)
+
+
+class Wind(Model):
+    """The wind of simulated airframes; gusts differ from drone to drone."""
+
+    velocity: Point = (0.0, 0.0, 0.0)  # m/s, its mean, world frame: by how much they drift at a zero command
+    gust: NotNegative = 0.0  # m/s, most by which it differs from that, horizontal
 
 
 def _with_rows(common: type[Model], added: str, **fields: Any) -> Any:  # noqa: ANN401  (it makes a type)

@@ -33,7 +33,9 @@ def _formation(swarm: Swarm, name: str) -> Iterator[str]:
     except ValueError as error:
         yield f"{key}: {error}"
         return
-    safe = swarm.avoidance.drone_safety_distance
+    table, safe = swarm.formation_table(name), swarm.avoidance.drone_safety_distance
+    if table.assignment == "free" and table.places == "fixed":
+        yield f"{key}.assignment = 'free': excludes {key}.places = 'fixed'; remove one"
     if shape.max_speed > swarm.limits.speed:
         yield f"{key}: its drones fly up to {shape.max_speed:.2f} m/s, limits.speed = {swarm.limits.speed} m/s"
     fence = swarm.limits.fence

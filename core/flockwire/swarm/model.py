@@ -15,7 +15,7 @@ from flockwire.control import formation as shapes
 from flockwire.control.graph import LEADER, Graph
 from flockwire.control.survey import Survey, survey
 from flockwire.swarm.airframes import AIRFRAMES, ROWS, AirframeRow
-from flockwire.swarm.drones import BUILT_IN_AIRFRAMES, Airframe, Drone
+from flockwire.swarm.drones import BUILT_IN_AIRFRAMES, Airframe, Drone, Wind
 from flockwire.swarm.formations import FormationTable
 from flockwire.swarm.gateway import Gateway
 from flockwire.swarm.leader import Leader
@@ -61,6 +61,7 @@ class Swarm(Model):
     graph: GraphTable  # who receives from whom
     drones: tuple[Drone, ...]  # every drone
     airframes: dict[str, Airframe] = Field(default=BUILT_IN_AIRFRAMES)  # responses of airframes
+    wind: Wind = Wind()  # wind of simulated airframes
     obstacles: tuple[Obstacle, ...] = ()  # fixed obstacles
     tracked_obstacles: tuple[TrackedObstacle, ...] = ()  # moving obstacles that the tracker sees
     gateway: Gateway = Gateway()  # where poses come from

@@ -177,6 +177,18 @@ def _speeds(swarm: Swarm) -> Iterator[str]:
         yield f"limits.vertical_speed = {limits.vertical_speed}: must be limits.speed = {limits.speed} or less"
 
 
+@needs("control.disturbance", "limits.speed", "limits.body_drift")
+def _disturbance(swarm: Swarm) -> Iterator[str]:
+    limits, most = swarm.limits, swarm.control.disturbance
+    if most >= limits.speed:
+        yield f"control.disturbance = {most:g}: must be below limits.speed = {limits.speed:g}"
+    if 0.0 < limits.body_drift <= most:
+        yield (
+            f"limits.body_drift = {limits.body_drift:g}: must be above control.disturbance = {most:g}, which a drone "
+            "compensates instead of landing (0: not watched)"
+        )
+
+
 @needs("limits.battery_land", "limits.battery_takeoff")
 def _battery(swarm: Swarm) -> Iterator[str]:
     limits = swarm.limits
@@ -219,5 +231,5 @@ def _starts(swarm: Swarm) -> Iterator[str]:
 
 
 RULES: tuple[Rule, ...] = (
-    _drones, _law, _graph, _rates, _fence, _heights, _speeds, _battery, _staleness, _avoidance, _starts,
+    _drones, _law, _graph, _rates, _fence, _heights, _speeds, _disturbance, _battery, _staleness, _avoidance, _starts,
 )  # fmt: skip

@@ -63,6 +63,7 @@ class Control(Model):
     formation_gain: Positive = 3.0  # 1/s, K: gain towards the follower's place
     compensation_gain: NotNegative = 0.2  # m/s, phi: compensates the leader's unknown motion (law "paper")
     compensation_smoothing: Positive = 0.01  # m, epsilon: width of the soft sign behind it (law "paper")
+    disturbance: NotNegative = 0.0  # m/s, most that pilots estimate and compensate: wind, a wrong gain (safety filter)
     safety_filter: bool | None = None  # whether it is used; default: with every law but "paper"
 
     @property

@@ -14,6 +14,7 @@ from flockwire.wire.cdr import MessageError, Reader, Writer
 
 PERIOD: Final = SECOND // 10  # ns from a batch's first message until it is sent
 FULL: Final = 32768  # bytes from which a batch is sent at once
+MOST: Final = 256  # messages of a batch; it is sent at once when it has so many
 LARGEST: Final = 65000  # bytes: a full batch and the largest message
 _PADDING: Final = tuple([bytes(count) for count in range(8)])
 _BEFORE: Final = Struct("<QqI")  # sequence number, send time, length of the key with its NUL
@@ -65,7 +66,7 @@ class Collecting:
         data += head.pack(sequence, sent, len(head.raw), head.raw, len(payload))
         data += payload
         self._count += 1
-        return len(data) >= FULL
+        return len(data) >= FULL or self._count >= MOST
 
     def due(self, now: int) -> bool:
         """Return whether the batch is to be sent at `now` (Unix ns)."""
@@ -99,6 +100,8 @@ def decode_batch(data: bytes) -> Batch:
     """Return the batch in `data`; raises MessageError."""
     reader = Reader(data)
     stamp, frame, count = reader.time(), reader.text(), reader.length()
+    if count > MOST:
+        raise MessageError(f"a batch of {count} messages, more than {MOST}")
     at, entries = reader.position, []
     try:
         for _ in range(count):

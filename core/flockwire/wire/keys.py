@@ -18,9 +18,9 @@ from flockwire.domain.body import Nearby
 from flockwire.domain.motion import Estimate
 from flockwire.domain.order import Mission, Stop
 from flockwire.domain.pose import IdentityDoubt, Pose
-from flockwire.domain.time import TimeReply, TimeRequest
+from flockwire.domain.time import SECOND, TimeReply, TimeRequest
 from flockwire.swarm.model import Swarm, uav
-from flockwire.wire.batch import LARGEST, Batch
+from flockwire.wire.batch import LARGEST, PERIOD, Batch
 from flockwire.wire.codec import Message
 from flockwire.wire.processes import (
     AGENT,
@@ -77,7 +77,7 @@ class KeyRow:
     """One kind of key. `owners` is a function of a swarm, `publishers` and `subscribers` of one owner in it.
 
     `rate` (messages per s) and `largest` (bytes) are the quota of one key, shared by its publishers: a multiple of the
-    need of the fastest swarm. Receivers drop and count messages beyond it.
+    need of the fastest swarm. Receivers drop and count messages beyond it. Plan.rate adds to that of batches.
     """
 
     kind: str
@@ -265,7 +265,7 @@ TABLE = (
         "stop", Stop, _everybody, _any_of(_all(*ORDERING), _ros_orders("stop")),
         _all(KINEMATICS, DRIVER, LEADING, AGENT), 400, 1024, Delivery.EVENT, maximum_age=120.0, ahead=120.0,
     ),
-    KeyRow(BATCH, Batch, _batching, _itself, _nobody, 200, LARGEST, Delivery.BACKGROUND),
+    KeyRow(BATCH, Batch, _batching, _itself, _nobody, 2 * SECOND // PERIOD, LARGEST, Delivery.BACKGROUND),
     KeyRow(STEERING, Command, _steered, _any_of(_all(TELEOP), _ros_steers), _pilot, 200, 512),
     KeyRow(  # between clocks with any offset
         TIME_REQUEST, TimeRequest, _other_hosts, _itself, _all(GATEWAY), 40, 512, maximum_age=None, ahead=ANY_TIME

@@ -6,10 +6,12 @@ Session, access control, certificates, child processes, the virtual world and th
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import ceil
 from typing import NamedTuple
 
 from flockwire.swarm.model import Swarm
-from flockwire.wire.keys import TABLE, Delivery, Key, key_text
+from flockwire.wire.batch import FULL
+from flockwire.wire.keys import BATCH, ROWS, TABLE, Delivery, Key, key_text
 from flockwire.wire.processes import DRONE_PORTS, SINGLE_PORTS, Link, Member, Process, Roster
 
 AUTHORITY = "ca"  # signs the certificates of processes
@@ -50,6 +52,9 @@ class Plan:
         self.batched = frozenset(  # keys that reach the recorders in batches of their publisher
             flow.key for flow in self.flows if not set(self.recorders).issubset(flow.subscribers)
         )
+        self.judged = frozenset(  # keys without which a flight cannot be judged
+            flow.key for flow in self.flows if not all(roster.rows[one].dispensable for one in flow.publishers)
+        )
         self.publishes: dict[str, tuple[Key, ...]] = {}
         self.subscribes: dict[str, tuple[Key, ...]] = {}
         self._flows = {flow.key: flow for flow in self.flows}
@@ -78,6 +83,19 @@ class Plan:
     def text(self, key: Key) -> str:
         """Return the key on the wire."""
         return key_text(self.swarm.name, key)
+
+    def rate(self, key: Key) -> int:
+        """Return the quota of `key`, messages per s: its row's, and for batches also twice what fills them.
+
+            2 f sum_k s_k / F
+
+        f is the cameras' rate, the highest in the swarm, s_k the largest message of a key in them, F a full batch.
+        """
+        rate = ROWS[key.kind].rate
+        if key.kind == BATCH:
+            largest = sum(ROWS[one.kind].largest for one in self.publishes[key.owner] if one in self.batched)
+            rate += ceil(2 * self.swarm.gateway.rate_hz * largest / FULL)
+        return rate
 
     def of_kind(self, kind: str) -> tuple[str, ...]:
         """Return the identities of the processes of one kind, possibly none."""

@@ -57,6 +57,7 @@ class Process:
     after: tuple[str, ...] = ("router", "recorder")  # kinds that must report before it is started
     driver: bool = False  # drives airframes: it may end only when they are down
     restarts: bool = False  # it is restarted if it dies in a flight
+    dispensable: bool = False  # a flight goes on without it, and is not judged by what is missing of its messages
     untimed: bool = False  # it starts before swarm time is known: its core is Untimed
     rank: int = 0  # of processes whose parent is gone, those of a lower rank end first
     alone: str = ""  # "module:function" that runs it without the swarm, with its own --protocol; empty: none
@@ -126,7 +127,7 @@ KINEMATICS = Process(
     driver=True,
     rank=2,
     batches=True,
-    faults=frozenset({"lag", "failure", "false_height"}),
+    faults=frozenset({"lag", "wind", "failure", "false_height"}),
     only_if="a simulated drone, or a simulated person who leads",
 )
 LEADING = Process(
@@ -185,6 +186,7 @@ ROS = Process(
     rank=4,
     runner="flockwire_ros.process:run",
     restarts=True,
+    dispensable=True,
     replays="flockwire_ros.replay:play",
     only_if="a table [ros]",
 )

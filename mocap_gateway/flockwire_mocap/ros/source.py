@@ -18,6 +18,7 @@ from flockwire_mocap.streamed import StreamedSource, coordinates_of
 from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, is_pose, unseen
 
 MOST_BODIES = 256  # named by topics
+_NAME = r"(\w{1,255})"  # a part of a topic in ROS
 
 
 class RosSource(StreamedSource):
@@ -34,7 +35,7 @@ class RosSource(StreamedSource):
         self.bodies = table.bodies or tuple(str(swarm.body(i)) for i in swarm.tracked)
         self.counts: Counter[str] = Counter()
         self.trouble, self.advice = f"waits for the router at {table.router}", ""
-        self._body = re.compile(re.escape(table.topic).replace(r"\{body\}", "([^/]+)"))
+        self._body = re.compile(re.escape(table.topic).replace(r"\{body\}", _NAME))
         self._numbers = {body: number for number, body in enumerate(self.bodies)}
         self._stamps: dict[str, int] = {}  # the newest of each topic
         self._number = 0
@@ -74,8 +75,11 @@ class RosSource(StreamedSource):
 
     def _pose(self, topic: str, payload: bytes) -> tuple[int, tuple[ReportedBody, ...]]:
         found = self._body.fullmatch(topic)
-        number = self._numbered(found[1]) if found is not None else None
-        if found is None or number is None:
+        if found is None:
+            self.counts["poses of a name that ROS does not have"] += 1
+            return 0, ()
+        number = self._numbered(found[1])
+        if number is None:
             self.counts["poses of too many bodies"] += 1
             return 0, ()
         pose = decode(Pose, payload)

@@ -8,7 +8,7 @@ import numpy as np
 from flockwire.control.graph import LEADER
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.domain.vector import Vector
+from flockwire.domain.vector import add
 from flockwire.pilot.orders import flown_formation
 from flockwire.swarm.model import Swarm, uav
 from flockwire_analysis.separation import RECOVERY, surface_distance
@@ -48,14 +48,10 @@ def errors(recorder: Recorder, swarm: Swarm, start: Mission, now: int) -> dict[s
     found = {}
     for index, follower in enumerate(swarm.followers):
         owner = uav(follower)
-        place = _place(places[uav(LEADER)], formation.offset(index, (now - start.start) / SECOND))
+        place = add(places[uav(LEADER)], formation.offset(index, (now - start.start) / SECOND))
         if owner in places and not _obstructed(recorder, swarm, now, index, start):
             found[owner] = dist(places[owner], place)
     return found
-
-
-def _place(leader: Vector, offset: Vector) -> Vector:
-    return (leader[0] + offset[0], leader[1] + offset[1], leader[2] + offset[2])
 
 
 def _obstructed(recorder: Recorder, swarm: Swarm, now: int, index: int, start: Mission) -> bool:
@@ -65,7 +61,7 @@ def _obstructed(recorder: Recorder, swarm: Swarm, now: int, index: int, start: M
     reach = swarm.avoidance.obstacle_influence_radius
     moments = np.linspace(now - RECOVERY, now, 9)
     wanted = np.array([
-        _place(recorder.places(int(at))[uav(LEADER)], formation.offset(index, (at - start.start) / SECOND))
+        add(recorder.places(int(at))[uav(LEADER)], formation.offset(index, (at - start.start) / SECOND))
         for at in moments
     ])  # fmt: skip
     return any(bool((surface_distance(wanted, obstacle) < reach).any()) for obstacle in swarm.obstacles)

@@ -15,6 +15,8 @@ from math import isfinite
 
 import numpy as np
 from flockwire.domain.airframe import FlightState
+from flockwire.domain.time import SECOND
+from flockwire.process.driving import FROZEN
 from flockwire.wire.phase import Phase
 from flockwire_analysis.separation import surface_distance
 from flockwire_analysis.series import Booleans, Floats
@@ -173,17 +175,19 @@ def _of_drone(flown: Flown, owner: str, bounds: Bounds) -> Iterator[tuple[str, M
     begun = times >= 0.0
     times, places = times[begun], flown.places[owner][begun]
     flies = (places[:, 2] > bounds.in_the_air) & ~falling(flown, owner, times)
-    limits = flown.swarm.limits
+    limits, states = flown.swarm.limits, flown.states.get(owner)
+    # A driver that is frozen or dead owes nothing.
+    steered = flies if states is None else flies & (age(times, states.times) < SILENT)
     for obstacle in flown.swarm.obstacles:
-        gap, at = always(times[flies], surface_distance(places[flies], obstacle))
+        gap, at = always(times[steered], surface_distance(places[steered], obstacle))
         yield "clearance", Margin(gap / bounds.obstacle - 1.0, at, owner, f"{owner} {gap:.3f} m from an obstacle")
     room, reach = limits.fence.room(), limits.fence.margin + bounds.fence
-    beyond = np.array([room.outside((x, y, z)) for x, y, z in places[flies].tolist()])
-    inside, at = always(times[flies], -beyond)
+    beyond = np.array([room.outside((x, y, z)) for x, y, z in places[steered].tolist()])
+    inside, at = always(times[steered], -beyond)
     yield "fence", Margin(1.0 + inside / reach, at, owner, f"{owner} {-inside:.2f} m outside the fence")
     seen = places * (0.0, 0.0, 1.0) if flown.visited else places
     yield from _contacts(owner, times, seen, falling(flown, owner, times), limits.vertical_speed + bounds.hard)
-    yield from _silences(flown, owner, times, places, flies, bounds)
+    yield from _silences(flown, owner, times, steered, bounds)
     yield from _stops(flown, owner, bounds)
 
 
@@ -212,22 +216,19 @@ def _contacts(
     yield "contact", Margin(1.0 + speed / fastest, at, owner, f"{owner} touched down at {-speed:.2f} m/s")
 
 
-def _silences(
-    flown: Flown, owner: str, times: Floats, places: Floats, flies: Booleans, bounds: Bounds
-) -> Iterator[tuple[str, Margin]]:
+def _silences(flown: Flown, owner: str, times: Floats, flies: Booleans, bounds: Bounds) -> Iterator[tuple[str, Margin]]:
     """Yield: always, who lost its pose, or its pilot's commands, for as long as the ladder has it, is down within T.
 
-    T includes the descent from the top of the fence. A driver that is frozen owes nothing.
+    T includes the descent from the top of the fence.
     """
     limits, stale = flown.swarm.limits, flown.swarm.limits.staleness
-    drives = age(times, flown.states[owner].times) < SILENT if owner in flown.states else np.zeros(len(times), np.bool_)
     bound = bounds.silence + limits.fence.high[2] / limits.vertical_speed
     for name, events, limit in (
         ("pose", flown.poses.get(owner, np.empty(0)), stale.pose_land),
         ("commands", flown.commands.get(owner, np.empty(0)), stale.command_land),
     ):
         silent = age(times, events)
-        pending = (silent > limit) & flies & drives
+        pending = (silent > limit) & flies
         late = np.where(pending, owed(times, pending), np.minimum(silent - limit, 0.0))
         least, at = always(times[flies], -late[flies])
         what = f"{owner} still flies {-least:.1f} s after it had to land without its {name}"
@@ -265,7 +266,9 @@ def _rungs(flown: Flown, owner: str, bounds: Bounds) -> Iterator[tuple[str, Marg
             yield from _rung(owner, name, reports.times, ages, limit + bounds.rung, awake & wrong)
     if states is not None:
         flying = np.array([state is FlightState.FLYING for state in states.states], np.bool_)
-        begins = np.diff(states.times, prepend=-np.inf) > SILENT
+        elapsed = np.diff(states.times, prepend=-np.inf)
+        jumped = np.diff(states.command_ages, prepend=0.0) > elapsed + FROZEN / SECOND  # its clock, not the silence
+        begins = (elapsed > SILENT) | jumped
         ages = np.minimum(states.command_ages, age(states.times, states.times[begins]))  # a pause restarts its limit
         free = flying & ~falling(flown, owner, states.times)
         yield from _rung(owner, "driver: land", states.times, ages, stale.command_land + bounds.rung, free)

@@ -10,7 +10,7 @@ from flockwire.swarm.model import Swarm
 from flockwire_analysis.checks import ABOUT_THE_RECORD
 from flockwire_analysis.summary import Summary, summarise
 
-from flockwire_sim.recording import TraceInMemory
+from flockwire_sim.flight import TraceInMemory
 from flockwire_sim.study.file import Study, StudyError
 from flockwire_sim.study.variation import Table, vary
 from flockwire_sim.world import World

@@ -1,9 +1,9 @@
 """The airframe of a simulated Tello: velocity behind lag and dead time in its own frame, yaw, ground, tilt.
 
-    lag v' + v = R(yaw) u(t − dead_time),   yaw_lag omega' + omega = omega_u(t − dead_time)
+    lag v' + v = R(yaw) u(t − dead_time) + w(t),   yaw_lag omega' + omega = omega_u(t − dead_time)
 
-Both are solved exactly over steps of at most STEP, with the heading of the step's middle. The steps have a fixed grid
-and end where a command takes effect: the flight does not depend on the rate of calls.
+Both are solved exactly over steps of at most STEP, with the heading of the step's middle and the wind w of its begin.
+The steps have a fixed grid and end where a command takes effect: the flight does not depend on the rate of calls.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from flockwire.control.first_order_lag import lagged
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import ZERO, Vector, add, scale
 from flockwire.process.driving import GRAVITY
+from flockwire.process.wind import Wind
 
 from flockwire_tello.simulated.parameters import TelloParameters
 from flockwire_tello.sticks import to_body, to_world
@@ -48,6 +49,7 @@ class TelloAirframe:
     def __init__(self, parameters: TelloParameters, now: int) -> None:
         self.motors = False
         self._held = False  # in a hand
+        self._wind: Wind | None = None  # None: calm
         self._parameters, self._moment = parameters, now
         self._motion = AirframeMotion(parameters.position, ZERO, parameters.yaw, 0.0, ZERO)
         self._ground = parameters.position[2]
@@ -74,6 +76,10 @@ class TelloAirframe:
     def respond(self, lag: float, dead_time: float) -> None:
         """Set lag and dead time, s."""
         self._parameters = replace(self._parameters, lag=lag, dead_time=dead_time)
+
+    def blow(self, wind: Wind) -> None:
+        """Set the wind w; a calm one is none."""
+        self._wind = wind if wind.blows else None
 
     def hold(self, height: float, now: int) -> None:
         """Hold it in a hand at `height` m above its start, motors off; put it down at 0."""
@@ -139,6 +145,8 @@ class TelloAirframe:
             return AirframeMotion(m.position, ZERO, m.yaw, 0.0, ZERO)
         yaw, omega = lagged(m.yaw, m.yaw_rate, yaw_rate, p.yaw_lag, dt)
         target = to_world(velocity, (m.yaw + yaw) / 2.0)
+        if self._wind is not None:
+            target = add(target, self._wind.at(self._moment))
         axes = [lagged(x, v, u, p.lag, dt) for x, v, u in zip(m.position, m.velocity, target, strict=True)]
         (x, vx), (y, vy), (z, vz) = axes
         speed = (vx, vy, vz)

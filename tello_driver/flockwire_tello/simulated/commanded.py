@@ -8,8 +8,7 @@ from enum import Enum
 from typing import Final
 
 from flockwire_tello.simulated.flight import SimulatedFlight
-from flockwire_tello.simulated.parameters import TelloParameters
-from flockwire_tello.simulated.quirks import Quirk
+from flockwire_tello.simulated.parameters import Quirk, TelloParameters
 
 OK: Final = "ok"
 ERROR: Final = "error"

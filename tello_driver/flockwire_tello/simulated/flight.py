@@ -9,8 +9,7 @@ from flockwire.domain.vector import Vector, add
 
 from flockwire_tello.simulated.airframe import AirframeMotion, TelloAirframe, clockwise_degrees
 from flockwire_tello.simulated.manoeuvres import HOVER, Landing, Legs, Manoeuvre, Pause, Setpoint, TakeOff, Turn
-from flockwire_tello.simulated.parameters import TelloParameters
-from flockwire_tello.simulated.quirks import Quirk
+from flockwire_tello.simulated.parameters import Quirk, TelloParameters
 from flockwire_tello.state_string import TelloState
 from flockwire_tello.sticks import CENTRED, Sticks, to_body, to_velocity, to_world
 

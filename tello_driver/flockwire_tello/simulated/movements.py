@@ -19,7 +19,7 @@ from flockwire_tello.simulated.commanded import (
     whole,
 )
 from flockwire_tello.simulated.flight import TAKEOFF_BATTERY
-from flockwire_tello.simulated.quirks import Quirk
+from flockwire_tello.simulated.parameters import Quirk
 from flockwire_tello.sticks import parse_sticks
 
 FLIP_BATTERY = 0.5  # share (user manual)

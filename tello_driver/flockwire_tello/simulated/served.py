@@ -8,6 +8,7 @@ from math import cos, sin
 from flockwire.domain.vector import Vector
 from flockwire.process.cores import Address, Datagram
 from flockwire.process.driving import CONTACT, FROZEN
+from flockwire.process.wind import Wind
 from flockwire.swarm.model import Swarm
 
 from flockwire_tello.flight_monitor import SteadyTime
@@ -67,6 +68,10 @@ class ServedTello:
     def respond(self, lag: float, dead_time: float) -> None:
         """Set lag and dead time, s."""
         self._tello.flight.airframe.respond(lag, dead_time)
+
+    def blow(self, wind: Wind) -> None:
+        """Set the wind."""
+        self._tello.flight.airframe.blow(wind)
 
 
 def parameters_of(swarm: Swarm, number: int) -> TelloParameters:

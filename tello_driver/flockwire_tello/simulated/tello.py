@@ -19,8 +19,7 @@ from flockwire_tello.commands import word
 from flockwire_tello.simulated.commanded import ERROR, OK, CommandedTello, NoText
 from flockwire_tello.simulated.commands import answer
 from flockwire_tello.simulated.flight import SimulatedFlight
-from flockwire_tello.simulated.parameters import TelloParameters
-from flockwire_tello.simulated.quirks import Quirk
+from flockwire_tello.simulated.parameters import Quirk, TelloParameters
 from flockwire_tello.state_string import NO_PAD, PADS_OFF, MissionPad, TelloState, format_state
 from flockwire_tello.swarm_file import COMMAND_PORT
 

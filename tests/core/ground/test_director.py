@@ -24,6 +24,7 @@ PLAN = Plan(
             "control": {"law": "paper"},
             "formation": {"kind": "circle", "radius": 2.0, "rate": 0.5},
             "leader": {"trajectory": {"kind": "constant", "velocity": [0.1, 0.1, 0.0]}},
+            "formations": {"line": {"kind": "line"}},
             "graph": {"edges": [[0, 1], [1, 2]]},
             "limits": {"start_tolerance": 0.2},
             "drones": [{"id": i, "start": start} for i, start in enumerate(STARTS)],

@@ -128,7 +128,7 @@ def test_what_goes_down_ends_what_takes_up(station: Station, verb: str, under_wa
     station.ask(verb)
     assert station.answers == [ENDED]
     assert station.step() == [verb]
-    assert station.core.to_plan() == []
+    assert station.core.to_plan == []
     assert set(station.step(8.0)) == {verb}
     assert len(station.answers) == 2  # what was ended is not answered again
 
@@ -195,6 +195,15 @@ def test_keys_beside_a_flight_that_another_host_conducts(station: Station) -> No
     station.step(ANSWER_TIME / SECOND)
     missing = "leader, uav1, uav2, uav3, uav4"
     assert station.notes[1:] == [f"land: confirmed by nobody; not confirmed by {missing}"]
+
+
+def test_a_landing_after_its_own_flight_is_one_for_whoever_flies_then(station: Station) -> None:
+    director = station.core.conduct(station.now)
+    station.order("land")
+    assert (station.step(), director.stage) == ([], Stage.OVER)
+    station.stopped(FlightState.FLYING)  # another station has started them since
+    station.order("land")
+    assert station.step() == ["land"]
 
 
 def test_a_key_that_orders_nothing_reports_why(station: Station) -> None:

@@ -51,6 +51,8 @@ def test_tokens_are_those_of_the_sdk(namespace: str, qos: Qos, kind: EndKind) ->
     node = "/ros" if namespace == "/" else f"{namespace}/ros"
     found = End(3, kind, node, "/paper/uav1/pose", graph.dds_type(ros_type), type_hash(ros_type))
     assert graph.read_end(token) == found
+    assert graph.read_end(f"{token}/backends:cpu:") == found  # as Lyrical and newer announce buffers
+    assert graph.read_end(f"{token}/backends:cpu:/more") is None
 
 
 def test_tokens_are_those_that_rmw_zenoh_documents() -> None:
@@ -69,6 +71,10 @@ def test_tokens_are_those_that_rmw_zenoh_documents() -> None:
         "@ros2_lv/z/x/0/1/MP/%/%/n/%t/T/H/Q",
         "@ros2_lv/0/x/0/1/XX/%/%/n/%t/T/H/Q",
         "@ros2_lv/²/s/0/1/MP/%/%/n/%x/T/H/Q",
+        "@ros2_lv/0/s/0/1/MP/%/%/n/%\x1b[2J/T/H/Q",
+        "@ros2_lv/0/s/0/1/MP/%/%/n/%\N{SNOWMAN}/T/H/Q",
+        "@ros2_lv/0/s/0/1/MP/%/%/n/%x/T/H/Q\n",
+        f"@ros2_lv/0/s/0/1/MP/%/%/n/%{'x' * 1024}/T/H/Q",
     ],
 )
 def test_a_token_of_another_form_is_none(token: str) -> None:

@@ -82,7 +82,9 @@ def test_a_request_is_answered_with_its_own_number_and_sender(node: RosNode, att
         (KEY, EMPTY, None, "ROS requests malformed"),
         (KEY, EMPTY, GOOD[:-1], "ROS requests malformed"),
         (KEY, b"\0\1\0\0\1", GOOD, "ROS requests malformed"),
-        (KEY, bytes(LARGEST + 1), GOOD, "ROS requests malformed"),
+        (KEY, bytes(LARGEST + 1), GOOD, "ROS requests too large"),
+        (KEY, EMPTY, GOOD + bytes(1), "ROS requests malformed"),
+        (KEY, EMPTY, bytes(LARGEST + 1), "ROS requests too large"),
         ("0/paper/**", EMPTY, GOOD, "ROS requests of several services"),
         ("**", EMPTY, GOOD, "ROS requests of several services"),
         (KEY.replace("stop", "*"), EMPTY, GOOD, "ROS requests of several services"),
@@ -169,6 +171,28 @@ def test_the_ends_of_other_nodes_are_seen_in_all_domains(node: RosNode, port: in
         (end,) = node.publishers()
         assert (end.domain, end.node, end.name) == (5, "/driver", "/mocap/a/pose")
     wait_until(lambda: not node.publishers())
+
+
+def test_tokens_of_another_form_and_too_many_are_counted(
+    node: RosNode, attacker: zenoh.Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ros_node, "MOST_ENDS", 3)
+    tail = "MP/%/%/n/%t/geometry_msgs::msg::dds_::Pose_/RIHS01_0/::,:,:,:,,"
+    odd = (
+        "x",
+        "0/s/0/1/XX/%/%/n",
+        f"0/s/0/1/{tail.replace('%t', '%' + 't' * 2000)}",
+        f"0/s/0/1/{tail}".replace("/n/", "/\N{SNOWMAN}/"),
+    )
+    tokens = [attacker.liveliness().declare_token(f"@ros2_lv/{one}") for one in odd]
+    tokens += [attacker.liveliness().declare_token(f"@ros2_lv/0/s/0/{k}/{tail}") for k in range(5)]
+    node.watch()
+    wait_until(lambda: node.counts["ROS tokens not read"] >= 4 and node.counts["ROS tokens too many"] >= 2)
+    assert len(node.publishers()) == 3
+    for token in tokens:
+        token.undeclare()
+    wait_until(lambda: not node.publishers())
+    assert node.counts == {"ROS tokens not read": 4, "ROS tokens too many": 2}  # nodes' own tokens are none of both
 
 
 def test_without_a_router_there_is_no_node_and_a_second_router_has_no_place(

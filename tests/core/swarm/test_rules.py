@@ -56,6 +56,17 @@ WRONG = [
     # hosts
     ({"hosts": {}}, "hosts = {}: at least one host is needed"),
     ({"hosts.a.address": "nowhere"}, "hosts.a.address = 'nowhere': must be an IP address"),
+    # wind and places
+    ({"control.disturbance": 3.0}, "control.disturbance = 3: must be below limits.speed = 3"),
+    (
+        {"control.disturbance": 0.5, "limits.body_drift": 0.5},
+        "limits.body_drift = 0.5: must be above control.disturbance = 0.5",
+    ),
+    (
+        {"formation.places": "fixed", "formation.assignment": "free"},
+        "formation.assignment = 'free': excludes formation.places = 'fixed'",
+    ),
+    ({"wind.gust": -1.0}, "wind.gust = -1.0: must be a number of 0 or more"),
     # graph
     ({"graph.edges.1": [1, 7]}, "graph.edges.1 = [1, 7]: there is no drone 7"),
     ({"graph.edges.0": [0, 0]}, "graph.edges.0 = [0, 0]: the leader has no in-neighbours"),

@@ -36,7 +36,7 @@ WRONG = {
         (("rate = 0.3", "sides = 5"),),
         ("formation.sides = 5: unknown key; did you mean kind = 'polygon'?",),
     ),
-    "an invented key": ((("[limits]", "[limits]\nwind = 2"),), ("limits.wind = 2: unknown key; known here: speed, ",)),
+    "an invented key": ((("[limits]", "[limits]\nfuel = 2"),), ("limits.fuel = 2: unknown key; known here: speed, ",)),
     "a table is misspelt": ((("[limits]", "[limit]"), ("[limits.f", "[limit.f")), ("did you mean limits?",)),
     "a decimal comma": (
         (("radius = 1.5", "radius = 1,5"),),

@@ -2,7 +2,7 @@ import pytest
 from flockwire.domain.time import SECOND
 from flockwire_mocap.core import make_core
 from flockwire_mocap.replay.source import RecordedPose, read_poses
-from flockwire_sim.recording import TraceFile
+from flockwire_sim.flight import TraceFile
 from flockwire_sim.world import World
 
 NOW = 1_790_000_000 * SECOND

@@ -70,6 +70,9 @@ def test_a_body_that_the_file_does_not_name_is_seen_too_but_only_so_many(source:
     for k in range(MOST_BODIES):
         ros.message(f"/vrpn_mocap/b{k}/pose", pose(1000), NOW)
     assert ros.counts == {"poses of too many bodies": 6}  # five drones and the person came before
+    for name in ("x" * 256, "\x1b[2J", "a b", "a/b", ""):  # anybody can publish on any key
+        ros.message(f"/vrpn_mocap/{name}/pose", pose(1000), NOW)
+    assert ros.counts["poses of a name that ROS does not have"] == 5
 
 
 def test_an_array_has_all_bodies_in_the_order_of_the_file(source: Callable[..., RosSource]) -> None:

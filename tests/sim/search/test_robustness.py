@@ -162,6 +162,9 @@ def test_the_limit_of_a_driver_restarts_after_its_own_pause() -> None:
     assert driven(TIMES < 6.95) == pytest.approx(1.0 - 1.9 / 1.3)
     assert driven((TIMES < 5.25) | ((TIMES > 9.05) & (TIMES < 9.95))) == pytest.approx(1.0 - 0.8 / 1.3)
     assert driven((TIMES < 5.25) | (TIMES > 9.05)) < -1.0
+    ages[TIMES > 5.45] += 1.1  # its clock is set ahead, which it takes for a pause
+    assert driven(TIMES < 5.95) == pytest.approx(1.0 - 0.4 / 1.3)
+    assert driven(TIMES < 7.95) < -0.8
 
 
 def test_the_end_the_contact_and_orders_have_margins() -> None:
@@ -182,6 +185,23 @@ def test_who_falls_is_not_judged_but_struck() -> None:
     assert "distance" not in margins(near)
     assert closest(near, falls=True) == pytest.approx(0.1)
     assert margins(replace(near, fails={}))["distance"].value == pytest.approx(-0.5)
+
+
+def test_a_driver_that_is_frozen_owes_neither_fence_nor_clearance() -> None:
+    away = still(1.0, x=-2.0)
+    away[100:, :2] = (0.0, 6.0)  # through an obstacle, over the fence
+    away[95:100, :2] = (0.0, 2.0)
+    frozen = replace(smooth(0).states["uav0"], times=TIMES[:91])
+    states = {
+        "uav0": replace(frozen, states=frozen.states[:91], stopped=frozen.stopped[:91], command_ages=np.zeros(91))
+    }
+    places = {"uav0": away, "uav1": still(1.0)}
+    driven = margins(flew(places=places))
+    assert driven["fence"].violated
+    assert driven["clearance"].violated
+    owed_by_others = margins(flew(places=places, states=states))
+    assert not owed_by_others["fence"].violated
+    assert not owed_by_others["clearance"].violated
 
 
 def test_the_first_time_outside_the_fence() -> None:

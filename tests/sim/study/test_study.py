@@ -15,7 +15,7 @@ from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
 from flockwire_analysis.summary import summarise
 from flockwire_cli.main import app
-from flockwire_sim.recording import TraceInMemory
+from flockwire_sim.flight import TraceInMemory
 from flockwire_sim.study import workers
 from flockwire_sim.study.draws import random_edges, random_starts
 from flockwire_sim.study.file import RandomGraph, Starts, Study, StudyError, load_study

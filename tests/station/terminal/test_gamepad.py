@@ -4,15 +4,18 @@ import importlib
 from collections import namedtuple
 
 import pytest
-from flockwire_station.terminal.gamepad import MISSING, Gamepad, is_gamepad, plugged_in
-from flockwire_station.terminal.gamepad_axes import (
+from flockwire_station.terminal.gamepad import (
     DEAD_ZONE,
     EAST,
+    MISSING,
     OTHER_THROTTLE,
     SOUTH,
     THROTTLE,
     AxisRange,
+    Gamepad,
     GamepadAxes,
+    is_gamepad,
+    plugged_in,
 )
 from hypothesis import given
 from hypothesis import strategies as st

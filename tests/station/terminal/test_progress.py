@@ -63,7 +63,7 @@ class Recorded:
 
 def test_a_virtual_flight_shows_each_second(make_plan, monkeypatch, capsys):
     bar = Recorded(monkeypatch, sim)
-    sim.simulate_in_memory(Flight(make_plan().swarm, 1, 3.0))
+    sim.simulate(Flight(make_plan().swarm, 1, 3.0))
     assert bar.seen[:3] == [("1 s of flight", 1.0), ("2 s of flight", 2.0), ("3 s of flight", 3.0)]
 
 

@@ -2,7 +2,7 @@ from random import Random
 
 import pytest
 from flockwire_tello.client import TelloClient
-from flockwire_tello.simulated.quirks import USUAL, Quirk, switched
+from flockwire_tello.simulated.parameters import USUAL, Quirk, switched
 from flockwire_tello.simulated.tello import JUNK
 
 OTHER = ("127.0.0.9", 50000)

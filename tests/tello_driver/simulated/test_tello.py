@@ -3,8 +3,7 @@ from random import Random
 
 import pytest
 from flockwire.domain.time import SECOND
-from flockwire_tello.commands import RULES
-from flockwire_tello.replies import fits, split_replies
+from flockwire_tello.commands import RULES, fits, split_replies
 from flockwire_tello.simulated.parameters import TelloParameters
 from flockwire_tello.simulated.tello import SimulatedTello
 from hypothesis import given

@@ -1,0 +1,177 @@
+"""The replay page of a flight: one HTML file with the flight in it (view/replay.html, view/replay.js)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from html import escape
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from flockwire.domain.time import SECOND
+from flockwire.ground.fleet import STALE
+from flockwire.wire.keys import Key
+from flockwire.wire.phase import Phase
+
+from flockwire_analysis.events import Event, events
+from flockwire_analysis.observed import Shown
+from flockwire_analysis.recorded import Trace
+from flockwire_analysis.sampled import Sampled, sampled, worst_moments
+from flockwire_analysis.series import Floats
+from flockwire_analysis.summary import Summary
+from flockwire_analysis.view import FOLDER, filled, outline, scripts, style
+
+MOST = 1_200_000  # numbers in a page, about six characters each
+FOR_EACH = 8  # numbers of one drone at one step
+TOGETHER = SECOND // 2  # ns within which drones that change to the same phase make one mark
+SILENT = "silent"
+PHASE, RUNG = "phase", "rung"  # kinds of marks: a drone's phase changed, by an order or by the staleness ladder
+ORDERLY = (Phase.GROUNDED, Phase.READY, Phase.TAKEOFF, Phase.FORMATION)  # phases whose reasons are no rungs
+LISTED = '<h2>Events</h2><ul id="events"></ul>'
+NAME = "replay.html"
+
+
+def write_replay(trace: Trace, summary: Summary, path: Path) -> Path:
+    """Write the replay page of a flight to `path`, and return it. Raises OSError."""
+    path.write_text(replay(trace, summary), encoding="utf-8")
+    return path
+
+
+def replay(trace: Trace, summary: Summary) -> str:
+    """Return the replay page. It needs no other file and no network; all text of the trace is escaped."""
+    failures = len(summary.failures())
+    data = {
+        **flight_data(trace),
+        "verdict": f"{failures} of {len(summary.checks)} checks failed" if failures else "all checks passed",
+        "failed": bool(failures),
+    }
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    return filled(
+        FOLDER / "replay.html",
+        LISTED,
+        title=escape(trace.swarm.name.replace("_", " ")),
+        style=style(),
+        scripts=scripts(FOLDER / "replay.js"),
+        flight=text,
+    )
+
+
+def flight_data(trace: Trace) -> dict[str, Any]:
+    """Return what the page shows: times in s from the first formation's time 0, else from the trace's begin.
+
+    Positions, places and errors are in mm, one for each of `count` steps of `step` s from `begin` on, null where they
+    are unknown; `zero` is time 0 in ms of Unix time. Others are lists of changes with their times.
+    """
+    numbers = sorted(trace.plan.pilot)
+    flight = sampled(trace, MOST // (FOR_EACH * len(numbers)))
+    zero = flight.zero
+
+    def seconds(stamp: int) -> float:
+        return round((stamp - zero) / SECOND, 3)
+
+    pilots = trace.plan.pilot
+    return {
+        "outline": outline(trace.plan),
+        "zero": zero // 1_000_000,
+        "begin": (int(flight.stamps[0]) - zero) / SECOND,
+        "step": int(np.diff(flight.stamps[:2]).sum() or SECOND) / SECOND,
+        "count": len(flight.stamps),
+        "drones": {
+            i: {
+                "position": _millimetres(flight.positions[i]),
+                "place": _millimetres(flight.references[i]),
+                "error": _millimetres(flight.formation(i)[:, None])[0],
+                "observation": _millimetres(flight.observation[i][:, None])[0] if i in flight.observation else [],
+                "battery": [[seconds(stamp), share] for stamp, share in _battery(trace, i)],
+                "reports": _reports(trace, pilots[i], seconds),
+            }
+            for i in numbers
+        },
+        "others": {
+            identity: _reports(trace, identity, seconds)
+            for identity in trace.plan.started
+            if identity in trace.shown and identity not in pilots.values()
+        },
+        "marks": [{"t": seconds(mark.stamp), "kind": mark.kind, "text": mark.text} for mark in _marks(trace, flight)],
+        "moments": [
+            {"t": seconds(moment.stamp), "text": moment.text, "drones": moment.drones}
+            for moment in worst_moments(flight)
+        ],
+    }
+
+
+def _millimetres(values: Floats) -> list[list[int | None]]:
+    """Return the columns of `values` (m) in whole mm, None where one is unknown."""
+    known = np.isfinite(values)
+    whole = np.rint(1000.0 * np.where(known, values, 0.0)).astype(np.int64).T.tolist()
+    return [
+        [value if one else None for value, one in zip(column, is_known, strict=True)]
+        for column, is_known in zip(whole, known.T.tolist(), strict=True)
+    ]
+
+
+def _battery(trace: Trace, number: int) -> Iterator[tuple[int, int]]:
+    """Yield each change of a battery in whole percent, with its stamp."""
+    telemetry = trace.of("telemetry", number)
+    if not len(telemetry):
+        return
+    percent = np.rint(100.0 * telemetry.values[:, 1]).astype(int)
+    for k in np.flatnonzero(np.diff(percent, prepend=percent[0] - 1)).tolist():
+        yield int(telemetry.stamps[k]), int(percent[k])
+
+
+def _reports(trace: Trace, identity: str, seconds: Callable[[int], float]) -> list[list[Any]]:
+    """Return time, phase, reason and formation of each change of what a process reported."""
+    return [[seconds(one.stamp), one.phase, one.why, one.formation] for one in reports(trace, identity)]
+
+
+def reports(trace: Trace, identity: str) -> list[Shown]:
+    """Return the changes of what a process reported; it is silent where its status is older than STALE."""
+    found, series = list(trace.shown.get(identity, ())), trace.series.get(Key("status", identity))
+    if series is None or not found:
+        return found
+    stamps = np.append(series.stamps, trace.end)
+    for k in np.flatnonzero(np.diff(stamps) >= STALE).tolist():
+        last, following = int(stamps[k]), int(stamps[k + 1])
+        before = [one for one in found if one.stamp <= last]
+        found.append(Shown(last + STALE, SILENT))
+        if following < trace.end and not any(one.stamp == following for one in found):
+            found.append(before[-1]._replace(stamp=following))
+        found.sort(key=lambda one: one.stamp)
+    return found
+
+
+def _marks(trace: Trace, flight: Sampled) -> list[Event]:
+    """Return orders, stops, faults and changes of phases, by time, of the part that is shown."""
+    changes = [
+        (one.stamp, one.phase, pilot, one.why)
+        for pilot in trace.plan.pilot.values()
+        for before, one in pairwise([Shown(0, ""), *reports(trace, pilot)])
+        if one.phase != before.phase
+    ]
+    marks = [*events(trace), *_grouped(sorted(changes))]
+    begin, end = int(flight.stamps[0]), int(flight.stamps[-1])
+    inside = [mark for mark in marks if begin <= mark.stamp <= end]
+    return sorted(inside, key=lambda mark: (mark.stamp, mark.kind in (PHASE, RUNG)))
+
+
+def _grouped(changes: Sequence[tuple[int, str, str, str]]) -> Iterator[Event]:
+    """Yield a mark for the drones that changed to the same phase for the same reason at about the same time."""
+    open_groups: dict[tuple[str, str], tuple[int, list[str]]] = {}
+    for stamp, phase, pilot, why in changes:
+        group = open_groups.get((phase, why))
+        if group is not None and stamp - group[0] < TOGETHER:
+            group[1].append(pilot)
+            continue
+        if group is not None:
+            yield _mark(phase, why, *group)
+        open_groups[phase, why] = (stamp, [pilot])
+    for (phase, why), group in open_groups.items():
+        yield _mark(phase, why, *group)
+
+
+def _mark(phase: str, why: str, stamp: int, pilots: Sequence[str]) -> Event:
+    kind = RUNG if phase == SILENT or (why and phase not in ORDERLY) else PHASE
+    return Event(stamp, f"{', '.join(sorted(pilots))}: {phase}" + (f" ({why})" if why else ""), kind)

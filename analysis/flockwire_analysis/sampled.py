@@ -1,0 +1,121 @@
+"""A flight at equal steps: positions, places in the formation and errors of all drones, and its worst moments."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from flockwire.control.graph import LEADER
+from flockwire.domain.time import SECOND
+
+from flockwire_analysis.phases import airborne, formation_phases
+from flockwire_analysis.recorded import Trace
+from flockwire_analysis.separation import surface_distance
+from flockwire_analysis.series import Booleans, Floats, Integers
+from flockwire_analysis.tracking import interpolated, places, references
+
+MS = SECOND // 1000
+FINEST = SECOND // 50  # ns between two samples
+BEFORE = 2 * SECOND  # ns that are sampled before the first order
+
+Values = Mapping[tuple[int, ...], Floats]  # of one drone, or of a pair
+
+
+class Moment(NamedTuple):
+    """What was worst at `stamp` (Unix ns), as text, and whom it concerns."""
+
+    stamp: int
+    text: str
+    drones: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Sampled:
+    """The flight at `stamps` (Unix ns), equal steps before and after `zero`: a row for each, NaN where it is unknown.
+
+    `zero` is time 0 of the first formation, else the trace's begin.
+    `positions` and `references` (the place x_0 + h_i, while a formation is flown) are in m, shape n x 3, by drone;
+    `observation` is |eta_i - x_0| in m of each follower.
+    """
+
+    trace: Trace
+    zero: int
+    stamps: Integers
+    positions: Mapping[int, Floats]
+    references: Mapping[int, Floats]
+    observation: Mapping[int, Floats]
+
+    def formation(self, number: int) -> Floats:
+        """Return |x_i - h_i - x_0| of a drone, m; the leader has none."""
+        return _norms(self.positions[number] - self.references[number])
+
+
+def sampled(trace: Trace, most: int) -> Sampled:
+    """Return a flight from shortly before its first order to the trace's end, in at most `most` steps or so."""
+    begin = max(trace.begin, airborne(trace).begin - BEFORE)
+    phases = formation_phases(trace)
+    zero = phases[0].span.begin if phases else trace.begin
+    step = max(FINEST, -(-(trace.end - begin) // most // MS) * MS)
+    first = zero - (zero - begin) // step * step
+    stamps = np.arange(first, trace.end + 1, step, dtype=np.int64)
+    numbers = sorted(trace.plan.pilot)
+    leader = places(trace, LEADER, stamps)
+    return Sampled(
+        trace,
+        zero,
+        stamps,
+        {number: places(trace, number, stamps) for number in numbers},
+        {number: _reference(trace, number, stamps) for number in numbers},
+        {i: _norms(interpolated(trace.of("estimate", i), stamps) - leader) for i in trace.followers},
+    )
+
+
+def worst_moments(flight: Sampled) -> Iterator[Moment]:
+    """Yield when drones were nearest to each other and to obstacles, and the largest errors in the judged tails.
+
+    Only what is between the first order and a stop counts. The values are those of the samples.
+    """
+    trace, within = flight.trace, airborne(flight.trace).holds(flight.stamps)
+    apart: Values = {
+        pair: _norms(flight.positions[pair[0]] - flight.positions[pair[1]]) for pair in combinations(trace.flying, 2)
+    }
+    yield from _lowest(flight, apart, within, lambda metres: f"distance between drones: {metres:.2f} m")
+    if trace.swarm.obstacles:
+        surfaces: Values = {(i,): _to_obstacle(trace, flight.positions[i]) for i in trace.flying}
+        yield from _lowest(flight, surfaces, within, lambda metres: f"distance to an obstacle: {metres:.2f} m")
+    tails = np.zeros(len(flight.stamps), np.bool_)
+    for phase in formation_phases(trace):
+        tails |= phase.span.tail().holds(flight.stamps)
+    formation: Values = {(i,): -flight.formation(i) for i in trace.followers}
+    yield from _lowest(flight, formation, tails, lambda metres: f"formation error in a tail: {-1000 * metres:.1f} mm")
+    observation: Values = {(i,): -flight.observation[i] for i in trace.followers}
+    yield from _lowest(
+        flight, observation, tails, lambda metres: f"observation error in a tail: {-1000 * metres:.1f} mm"
+    )
+
+
+def _to_obstacle(trace: Trace, positions: Floats) -> Floats:
+    found: Floats = np.min([surface_distance(positions, each) for each in trace.swarm.obstacles], axis=0)
+    return found
+
+
+def _reference(trace: Trace, number: int, stamps: Integers) -> Floats:
+    known = number in trace.followers
+    return references(trace, number, stamps) if known else np.full((len(stamps), 3), np.nan)
+
+
+def _lowest(flight: Sampled, values: Values, within: Booleans, text: Callable[[float], str]) -> Iterator[Moment]:
+    """Yield the moment of the smallest of the known values `within`, if there is one."""
+    masked = {whom: np.where(within & np.isfinite(one), one, np.inf) for whom, one in values.items()}
+    whom = min(masked, key=lambda one: float(masked[one].min(initial=np.inf)), default=None)
+    if whom is not None and np.isfinite(masked[whom]).any():
+        at = int(np.argmin(masked[whom]))
+        names = " and ".join(flight.trace.plan.pilot[number] for number in whom)
+        yield Moment(int(flight.stamps[at]), f"{text(float(masked[whom][at]))}, {names}", whom)
+
+
+def _norms(vectors: Floats) -> Floats:
+    return np.asarray(np.sqrt(np.sum(vectors**2, axis=1)))

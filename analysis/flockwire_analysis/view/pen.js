@@ -1,0 +1,83 @@
+"use strict";
+// Strokes and colours that all drawings share.
+
+const NAMED = ["ink", "muted", "line", "card", "bad", "good", "accent", "warn", "c0", "c1", "c2", "c3", "c4", "c5"];
+
+// The page's colours, of the light or the dark scheme.
+const palette = {
+  followers: [],
+  read() {
+    const found = getComputedStyle(document.documentElement);
+    for (const name of NAMED) this[name] = found.getPropertyValue(`--${name}`).trim();
+    this.isDark = matchMedia("(prefers-color-scheme: dark)").matches;
+  },
+  // Return a drone's colour, the same as in the figures where they have a palette; the leader has the ink's.
+  drone(id) {
+    if (id === 0) return this.ink;
+    const place = this.followers.indexOf(id);
+    if (this.followers.length <= 6) return this[`c${place}`];
+    return `hsl(${(360 * place) / this.followers.length} 65% ${this.isDark ? 62 : 42}%)`;
+  },
+};
+
+function arrow(pen, [x0, y0], [x1, y1]) {
+  const length = Math.hypot(x1 - x0, y1 - y0) || 1;
+  const [ux, uy] = [(x1 - x0) / length, (y1 - y0) / length];
+  const [tipX, tipY] = [x1 - 10 * ux, y1 - 10 * uy];
+  pen.beginPath();
+  pen.moveTo(x0, y0);
+  pen.lineTo(tipX, tipY);
+  pen.stroke();
+  pen.beginPath();
+  pen.moveTo(tipX, tipY);
+  pen.lineTo(tipX - 7 * ux + 3.5 * uy, tipY - 7 * uy - 3.5 * ux);
+  pen.lineTo(tipX - 7 * ux - 3.5 * uy, tipY - 7 * uy + 3.5 * ux);
+  pen.fill();
+}
+
+// Draw a line through points in pixels; null interrupts it.
+function shape(pen, points, stroke, dash, closed, alpha = 1, width = 1.6) {
+  if (points.length < 2) return;
+  const before = pen.globalAlpha;
+  pen.beginPath();
+  points.forEach((point, k) => point && (points[k - 1] ? pen.lineTo(...point) : pen.moveTo(...point)));
+  if (closed) pen.closePath();
+  pen.globalAlpha = before * alpha;
+  pen.strokeStyle = stroke;
+  pen.lineWidth = width;
+  pen.setLineDash(dash);
+  pen.stroke();
+  pen.setLineDash([]);
+  pen.globalAlpha = before;
+}
+
+function polygon(pen, points, fill, alpha) {
+  pen.beginPath();
+  points.forEach((point, k) => (k ? pen.lineTo(...point) : pen.moveTo(...point)));
+  pen.closePath();
+  pen.globalAlpha = alpha;
+  pen.fillStyle = fill;
+  pen.fill();
+  pen.globalAlpha = 1;
+}
+
+function disc(pen, [x, y], radius, fill, edge = null) {
+  pen.beginPath();
+  pen.arc(x, y, radius, 0, 2 * Math.PI);
+  pen.fillStyle = fill;
+  pen.fill();
+  if (!edge) return;
+  pen.strokeStyle = edge;
+  pen.lineWidth = 1.5;
+  pen.stroke();
+}
+
+function ring(pen, [x, y], radius, stroke) {
+  pen.beginPath();
+  pen.arc(x, y, radius, 0, 2 * Math.PI);
+  pen.strokeStyle = stroke;
+  pen.lineWidth = 1.4;
+  pen.setLineDash([3, 3]);
+  pen.stroke();
+  pen.setLineDash([]);
+}

@@ -1,0 +1,92 @@
+"""An airframe that wind, or a wrong gain, moves beside its commands: the disturbance is estimated and compensated.
+
+    lag v' + v = u(t − D) + w,   x' = v
+
+Law and safety filter choose the velocity v_c that is to be flown; the command is u = v_c − d, d the estimate of w. The
+airframe is followed (airframe_state.py) in a frame that drifts as the estimate says, where it obeys its model with the
+rest w − d as its only disturbance, so the estimate does not wait for the command's way through the airframe:
+
+    lag s' + s = d,   S' = s,   x~ = x − S,   v~ = v − s   =>   lag v~' + v~ = u(t − D) + (w − d)
+    r = (x~ + lag v~ − ∫ u(t − D))' = w − d
+    d' = 2 r / T + p,   p' = r / T^2,   |d| <= most        (ours)
+    y = x + lag v + ∫_{t−D}^{now} (u + d)   =>   y' = v_c + (w − d) + O(d')
+
+So (T d/dt + 1)^2 (w − d) = T^2 w'': d follows a wind that is constant or changes evenly without error. While d = w, the
+stopping point y obeys y' = v_c as without wind: law and filter see no difference. With the wrong gain g, w contains
+(g − 1) u(t − D): at slow changes the loop through d has the gain |g − 1|.
+"""
+
+from __future__ import annotations
+
+from flockwire.control.airframe_state import AirframeState
+from flockwire.control.first_order_lag import lagged_motion
+from flockwire.domain.motion import Motion
+from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
+
+TIME_CONSTANT = 0.3  # s, T: below it, an airframe whose lag or dead time is wrong by 30 % begins to oscillate
+
+
+class DisturbedAirframe:
+    """As AirframeState, with the estimate of the disturbance, at most `most` > 0 m/s; at first there is none.
+
+    A position that jumps faster than `fastest`, m/s, changes no estimate.
+    """
+
+    def __init__(self, lag: float, dead_time: float, most: float, fastest: float) -> None:
+        self.disturbance: Vector = ZERO  # m/s, d
+        self.last_command: Vector = ZERO  # m/s, the newest v_c
+        self._lag, self._dead_time, self._most, self._fastest = lag, dead_time, most, fastest
+        self._state = AirframeState(lag, dead_time)
+        self._slope: Vector = ZERO  # m/s^2, p
+        self._drift, self._drifted = ZERO, ZERO  # m/s and m, s and S at the stamp
+        self._stamp = 0.0
+        self._rest: Vector | None = None  # m, x~ + lag v~ − ∫ u(t − D) at the stamp; None: not known or not free
+
+    def reset(self) -> None:
+        """Forget the estimate: the airframe does not fly."""
+        self.disturbance = self._slope = self._drift = ZERO
+        self._rest = None
+
+    def command(self, velocity: Vector, now: float) -> Vector:
+        """Return the command that makes the airframe fly `velocity`, m/s, from `now` (s) on, and record it."""
+        self.last_command, given = velocity, subtract(velocity, self.disturbance)
+        self._state.command(given, now)
+        return given
+
+    def measure(self, position: Vector, stamp: float, now: float, learns: bool = True, level: bool = False) -> Motion:
+        """Receive a position as AirframeState does; return the motion at `now`, before the next command.
+
+        Without `learns` the estimate is kept; `level`: its vertical part is, near the ground.
+        """
+        dt, self._stamp = stamp - self._stamp, stamp
+        if dt > 0.0:
+            moved, self._drift = lagged_motion(ZERO, self._drift, self.disturbance, self._lag, dt)
+            self._drifted = add(self._drifted, moved)
+        motion = self._state.measure(subtract(position, self._drifted), stamp, now)
+        if dt != 0.0:
+            self._learn(subtract(motion.stopping, self._state.travelled(now)), dt, learns, level)
+        waits = now - stamp + self._dead_time
+        ahead = add(scale(self._drift, self._lag), scale(self.disturbance, waits))
+        return Motion(position, add(motion.velocity, self._drift), add(add(motion.stopping, self._drifted), ahead))
+
+    def travelled(self, when: float) -> Vector:
+        """Return the integral of the commands up to `when`, m."""
+        return self._state.travelled(when)
+
+    def speed(self, most: float) -> float:
+        """Return the speed, m/s, of v_c that keeps every command within `most`."""
+        return max(0.0, most - norm(self.disturbance))
+
+    def _learn(self, rest: Vector, dt: float, learns: bool, level: bool) -> None:
+        """Update the estimate by the change of `rest`, m, in `dt` s."""
+        last, self._rest = self._rest, rest if learns else None
+        if last is None or not learns or dt <= 0.0:
+            self._slope = ZERO
+            return
+        x, y, z = subtract(rest, last)
+        if x * x + y * y + z * z > (self._fastest * dt) ** 2:
+            return
+        moved = (x, y, 0.0 if level else z)
+        found = add(self.disturbance, add(scale(moved, 2.0 / TIME_CONSTANT), scale(self._slope, dt)))
+        self.disturbance = limit(found, self._most)
+        self._slope = add(self._slope, scale(moved, TIME_CONSTANT**-2)) if self.disturbance is found else ZERO

@@ -1,0 +1,40 @@
+"""Who gets which place when a formation starts: by rank, or with `assignment = "free"` by the shortest paths."""
+
+from __future__ import annotations
+
+from flockwire.control.assignment import assignment
+from flockwire.domain.marks import sometimes
+from flockwire.domain.order import Change, Mission
+from flockwire.domain.time import SECOND
+from flockwire.ground.fleet import Fleet
+from flockwire.swarm.model import Swarm
+
+OVER = 1.0  # s, duration of the change that has ended at the formation's time 0
+
+
+def with_first_places(order: Mission, swarm: Swarm, fleet: Fleet) -> Mission:
+    """Return `order`, which starts a formation, with the places that the pilots of `fleet` get.
+
+    They get the places of their ranks, exchanged for the least sum of squared distances from where they are; the places
+    of drones that are left out stay empty. The order then has a change of the formation to itself, over at its time 0.
+    It is unchanged while a position is unknown, and if the ranks are best.
+    """
+    followers = swarm.followers
+    if swarm.formation_table(order.formation).assignment != "free":
+        return order
+    ranks = [rank for rank, drone in enumerate(followers) if drone not in order.without]
+    reports = [fleet.fresh[followers[rank]].report for rank in ranks if followers[rank] in fleet.fresh]
+    here = [report.position for report in reports if report.position is not None]
+    if len(here) < len(ranks):
+        sometimes("station: places by rank, a position is unknown")
+        return order
+    formation = swarm.build_formation(order.formation)
+    best = assignment(here, [formation.offset(rank, 0.0) for rank in ranks])
+    places = list(range(len(followers)))
+    for rank, chosen in zip(ranks, best, strict=True):
+        places[rank] = ranks[chosen]
+    if places == sorted(places):
+        return order
+    sometimes("station: free places at the start")
+    found = tuple(places)
+    return order._replace(change=Change(order.start - SECOND, OVER, order.formation, found, found))

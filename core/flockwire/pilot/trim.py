@@ -1,0 +1,43 @@
+"""When a pilot learns the disturbance of its airframe (control/disturbance.py): in free flight, as commanded."""
+
+from __future__ import annotations
+
+from flockwire.control.airframe_state import AirframeState
+from flockwire.control.disturbance import DisturbedAirframe
+from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.motion import Motion
+from flockwire.domain.vector import Vector
+from flockwire.parameters import PilotParameters
+from flockwire.pilot.phases import IN_FLIGHT
+from flockwire.pilot.tracked_body import FREE, JUMP
+from flockwire.wire.phase import Phase
+
+
+def make_airframe(parameters: PilotParameters) -> AirframeState | DisturbedAirframe:
+    """Return what follows the airframe; it estimates a disturbance only beside a safety filter, if there may be one."""
+    lag, dead_time, most = parameters.lag, parameters.dead_time, parameters.disturbance
+    if parameters.guard is None or not most:
+        return AirframeState(lag, dead_time)
+    return DisturbedAirframe(lag, dead_time, most, JUMP * parameters.limits.speed)
+
+
+def measured(
+    airframe: AirframeState | DisturbedAirframe,
+    position: Vector,
+    times: tuple[float, float],
+    phase: Phase,
+    telemetry: Telemetry | None,
+    zero: float,
+) -> Motion:
+    """Return the motion of `airframe`, seen at `position` (m); `times` are those of the pose and of now, s.
+
+    On the ground it has no disturbance. It is kept while the drone lands, or its driver has obeyed no command for
+    `zero` s; in a take-off only the horizontal part is learned.
+    """
+    if isinstance(airframe, AirframeState):
+        return airframe.measure(position, *times)
+    if phase not in IN_FLIGHT:
+        airframe.reset()
+    obeys = telemetry is not None and telemetry.command_age <= zero and telemetry.state is FlightState.FLYING
+    learns = obeys and (phase in FREE or phase is Phase.TAKEOFF)
+    return airframe.measure(position, *times, learns, phase not in FREE)

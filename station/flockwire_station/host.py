@@ -1,0 +1,133 @@
+"""One host of a swarm: the options of a flight, the command lines of its processes, its lock and ports."""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+import socket
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from flockwire.wire.plan import Plan
+
+from flockwire_station.flown import as_flown
+
+STILL_FLIES = (
+    "{file}: processes of this swarm still run on this host; after `up` was killed they land the drones and end by "
+    "themselves (`flockwire status` shows them)"
+)
+
+
+class PortInUseError(OSError):
+    """A process of the swarm cannot listen at its endpoint."""
+
+
+@dataclass(frozen=True, slots=True)
+class Host:
+    """One host: the swarm's plan and file, its name in [hosts], the folders of logs and of keys, the file of faults."""
+
+    plan: Plan
+    swarm_file: Path
+    name: str
+    out: Path
+    keys: Path
+    faults_file: Path | None = None
+
+    @property
+    def processes(self) -> tuple[str, ...]:
+        """The processes that run here."""
+        return self.plan.processes_on(self.name)
+
+    @property
+    def conducts(self) -> bool:
+        """Whether this host gives the orders, and gets the trace."""
+        return self.plan.conducts(self.name)
+
+    def command_line(self, identity: str, took_off: int | None = None) -> list[str]:
+        """Return the command line that runs `identity`.
+
+        The recorder, and processes that inject faults themselves, get the file of faults, with their time 0 (Unix ns)
+        if known.
+        """
+        row, paths = self.plan.rows[identity], FilePaths(str(self.swarm_file), str(self.keys), str(self.out))
+        line = [sys.executable, "-m", "flockwire_cli", *arguments(self.plan, identity, paths)]
+        if (row.faults or row.records) and self.faults_file is not None:
+            line += ["--faults", str(self.faults_file)]
+            if took_off is not None:
+                line += ["--took-off", str(took_off)]
+        return line
+
+
+class FilePaths(NamedTuple):
+    """The file paths of a process, on its machine or in its container."""
+
+    swarm_file: str
+    keys: str
+    out: str
+
+
+def arguments(plan: Plan, identity: str, paths: FilePaths, dated: bool = False) -> list[str]:
+    """Return the arguments of `flockwire` that run `identity`; `dated`: the recorder runs for several flights."""
+    row, member = plan.rows[identity], plan.members[identity]
+    line = [row.kind, paths.swarm_file]
+    if row.numbered:
+        line.append(str(member.drone))
+    line += ["--keys", paths.keys]
+    if row.records:
+        line += ["--out", paths.out, *(["--dated"] if dated else [])]
+    return line
+
+
+@contextmanager
+def alone(host: Host) -> Iterator[None]:
+    """Hold this host's lock of the swarm; raises PortInUseError where another `up` has it, or a port is in use.
+
+    The lock is on a key of a process of this host: makers of keys and other hosts use other locks.
+    """
+    held = host.keys / f"{next(iter(host.processes), '')}.key"
+    lock = os.open(held, os.O_RDONLY) if held.exists() else -1
+    try:
+        if lock >= 0:
+            _lock(lock, host.keys)
+        if busy := busy_endpoint(host.plan, host.processes):
+            flies = as_flown(host.swarm_file) is not None
+            raise PortInUseError(STILL_FLIES.format(file=host.swarm_file) if flies else busy)
+        yield
+    finally:
+        if lock >= 0:
+            os.close(lock)
+
+
+def _lock(lock: int, keys: Path) -> None:
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise PortInUseError(f"{keys}: another `flockwire up` flies with these keys; end it first") from None
+
+
+def busy_endpoint(plan: Plan, identities: Iterable[str]) -> str:
+    """Return a line about the first endpoint that is in use, empty if there is none."""
+    listening = [
+        (name, where[name]) for name in identities for where in (plan.endpoints, plan.reserved) if name in where
+    ]
+    kind = socket.SOCK_DGRAM if plan.over_quic else socket.SOCK_STREAM
+    for identity, endpoint in listening:
+        address, _, port = endpoint.rpartition(":")
+        family = socket.AF_INET6 if address.startswith("[") else socket.AF_INET
+        with socket.socket(family, kind) as probe:
+            if kind is socket.SOCK_STREAM:
+                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                probe.bind((address.strip("[]"), int(port)))
+            except OSError as error:
+                reason = "is in use" if error.errno == errno.EADDRINUSE else str(error.strerror).lower()
+                return (
+                    f"network.base_port = {plan.swarm.network.base_port}: {identity} listens at {address}:{port}, "
+                    f"which {reason}; end that process or choose another base_port"
+                )
+    return ""

@@ -1,0 +1,138 @@
+"""The replay page: the flight in it is that of the trace, in one file, within its size."""
+
+import json
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from command_line import refused
+from flockwire.domain.time import SECOND
+from flockwire.wire.plan import Plan
+from flockwire_analysis import replay as replaying
+from flockwire_analysis.checks import Check
+from flockwire_analysis.reading import read_trace
+from flockwire_analysis.replay import SILENT, flight_data, replay, reports
+from flockwire_analysis.sampled import sampled, worst_moments
+from flockwire_analysis.summary import summarise
+from flockwire_analysis.tracking import places, references
+from flockwire_analysis.view import FOLDER
+from page_reader import Hostile
+
+LARGEST = 10_000_000  # bytes: the bound of the issue for 60 s of five drones
+
+
+@pytest.fixture(scope="module")
+def trace(tmp_path_factory, write_flight):
+    path = tmp_path_factory.mktemp("replay") / "trace.mcap"
+    write_flight(path, begin=-2.0, end=8.0, holds_at=5.0, resumes_at=6.0, pilot_ends_at=5.0)
+    return read_trace(path)
+
+
+@pytest.fixture(scope="module")
+def data(trace):
+    return json.loads(json.dumps(flight_data(trace)))
+
+
+def stamps_of(data):
+    return data["zero"] * 10**6 + np.rint((data["begin"] + data["step"] * np.arange(data["count"])) * SECOND).astype(
+        np.int64
+    )
+
+
+def test_the_positions_in_the_page_are_those_of_the_trace_to_a_millimetre(trace, data):
+    stamps = stamps_of(data)
+    assert data["step"] == pytest.approx(0.02)
+    for number, drone in data["drones"].items():
+        for found, wanted in (("position", places), ("place", references)):
+            expected = 1000.0 * wanted(trace, int(number), stamps)
+            sent = np.array(drone[found], dtype=float).T  # null: NaN
+            assert (np.isnan(sent) == np.isnan(expected)).all()
+            assert np.nanmax(np.abs(sent - expected), initial=0.0) <= 0.51
+    assert np.isfinite(np.array(data["drones"]["1"]["place"], dtype=float)).any()
+
+
+def test_orders_and_phases_are_marked_at_their_times(data):
+    orders = [(mark["t"], mark["text"]) for mark in data["marks"] if mark["kind"] == "order"]
+    assert orders == [(-1.9, "takeoff"), (0.0, "start"), (5.0, "hold"), (6.0, "start"), (8.0, "land")]
+    phases = [mark["text"] for mark in data["marks"] if mark["kind"] == "phase"]
+    assert "leader, uav1, uav2, uav3, uav4: formation" in phases  # together, once
+    assert [mark["text"] for mark in data["marks"] if mark["kind"] == "rung"] == ["uav4: silent"]
+
+
+def test_a_process_that_reports_no_more_is_silent(trace, data):
+    assert [one.phase for one in reports(trace, "uav4")][-1] == SILENT
+    assert [one.phase for one in reports(trace, "uav1")][-1] != SILENT
+    silent = [change for change in data["drones"]["4"]["reports"] if change[1] == SILENT]
+    assert silent[0][0] == pytest.approx(7.0, abs=0.1)  # 2 s after its last status
+
+
+def test_a_status_that_comes_again_ends_the_silence(tmp_path, write_flight):
+    write_flight(tmp_path / "trace.mcap", begin=-1.0, end=5.0, unrecorded=(1.0, 4.0))
+    found = [one.phase for one in reports(read_trace(tmp_path / "trace.mcap"), "uav1")]
+    assert found[found.index(SILENT) - 1] == found[found.index(SILENT) + 1] == "formation"
+
+
+def test_the_worst_moments_are_those_of_the_samples(trace):
+    flight = sampled(trace, 10**6)
+    moments = list(worst_moments(flight))
+    kinds = [re.split(r":", moment.text)[0] for moment in moments]
+    assert kinds == [
+        "distance between drones",
+        "distance to an obstacle",
+        "formation error in a tail",
+        "observation error in a tail",
+    ]
+    one, other = moments[0].drones
+    apart = np.linalg.norm(flight.positions[one] - flight.positions[other], axis=1)
+    assert flight.stamps[np.nanargmin(apart)] == moments[0].stamp
+    assert f"{np.nanmin(apart):.2f} m" in moments[0].text
+
+
+def test_a_page_of_a_minute_is_within_its_size_and_a_longer_one_has_fewer_samples(trace, monkeypatch):
+    page = replay(trace, summarise(trace))
+    lasts = (trace.end - trace.begin) / SECOND
+    scripts = sum(path.stat().st_size for path in FOLDER.iterdir() if path.is_file())
+    assert scripts + (len(page) - scripts) * 60.0 / lasts < LARGEST
+    monkeypatch.setattr(replaying, "MOST", 4000)
+    short = flight_data(trace)
+    assert short["count"] == pytest.approx(4000 / 8 / 5, abs=2)
+    assert short["begin"] + short["count"] * short["step"] >= (trace.end - trace.begin) / SECOND - 2.1
+
+
+def test_the_page_needs_nothing_else_and_hostile_text_never_becomes_markup(trace):
+    hostile = Hostile()
+    named = replace(trace, plan=Plan(trace.swarm.model_copy(update={"name": hostile("swarm")})))
+    check = Check(hostile("check"), None, None, False, hostile("rule"), reason=hostile("reason"))
+    shown = {name: tuple(one._replace(why=hostile(name)) for one in all_) for name, all_ in trace.shown.items()}
+    page = replay(replace(named, shown=shown), replace(summarise(trace), checks=(check,)))
+    assert "://" not in page.replace("http://www.w3.org", "")
+    assert page.count("<script") == 2
+    assert "<script>alert" not in page
+    embedded = re.search(r'<script id="flight" type="application/json">(.*?)</script>', page, re.DOTALL)[1]
+    sent = json.loads(embedded)
+    assert sent["verdict"] == "1 of 1 checks failed"
+    assert sent["outline"]["name"] == hostile.texts[0]
+
+
+def test_a_trace_without_positions_or_orders_has_a_page(tmp_path, write_flight):
+    write_flight(tmp_path / "trace.mcap", begin=-0.3, end=0.1, started=False, lands=False)
+    trace = read_trace(tmp_path / "trace.mcap")
+    empty = replace(trace, series={})
+    assert flight_data(empty)["drones"][1]["position"][0][0] is None
+    assert "checks failed" in replay(empty, summarise(trace))
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="there is no node")
+@pytest.mark.parametrize("script", sorted(FOLDER.glob("*.js")), ids=lambda path: path.name)
+def test_the_scripts_are_javascript(script):
+    assert subprocess.run(["node", "--check", script], check=False).returncode == 0
+
+
+def test_the_command_writes_the_page_beside_the_trace(flockwire, tmp_path, write_flight):
+    write_flight(tmp_path / "trace.mcap", begin=-0.3, end=0.5)
+    assert flockwire("view", tmp_path / "trace.mcap").returncode == 0
+    assert (tmp_path / "replay.html").exists()
+    assert "must end with .html" in refused(flockwire("view", tmp_path / "trace.mcap", "--out", tmp_path / "page.txt"))

@@ -1,0 +1,104 @@
+from math import dist
+
+import pytest
+from flockwire.control.airframe_state import AirframeState
+from flockwire.control.disturbance import DisturbedAirframe
+from flockwire.control.first_order_lag import lagged_motion
+from flockwire.domain.vector import ZERO, add, scale, subtract
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+DT = 0.01  # s
+speeds = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
+lags, dead_steps = st.sampled_from((0.0, 0.1, 0.25, 0.4)), st.integers(0, 20)
+
+
+def flown(state, wind, wanted, lag, dead, gain=1.0, seconds=6.0, learns=True, level=False):
+    """Fly `wanted` (velocity at a time) in `wind` (likewise); yield time, true position and the motion at each step."""
+    x, v, given = ZERO, ZERO, [ZERO] * (dead + 1)
+    for k in range(round(seconds / DT)):
+        t = k * DT
+        yield t, x, state.measure(x, t, t, learns, level)
+        given.append(state.command(wanted(t), t))
+        x, v = lagged_motion(x, v, add(scale(given[-1 - dead], gain), wind(t)), lag, DT)
+
+
+@settings(max_examples=25)
+@given(speeds, speeds, lags, dead_steps)
+def test_a_constant_wind_is_found_and_the_drone_flies_as_wanted(wind, wanted, lag, dead):
+    state = DisturbedAirframe(lag, dead * DT, most=2.0, fastest=10.0)
+    places = [(t, x, motion.stopping) for t, x, motion in flown(state, lambda _: wind, lambda _: wanted, lag, dead)]
+    assert dist(state.disturbance, wind) < 1e-3
+    (t0, x0, y0), (t1, x1, y1) = places[-100], places[-1]
+    for begin, end in ((x0, x1), (y0, y1)):
+        assert dist(scale(subtract(end, begin), 1.0 / (t1 - t0)), wanted) < 5e-3
+
+
+def test_a_wind_that_changes_evenly_is_followed_without_error():
+    state = DisturbedAirframe(0.25, 0.1, most=9.0, fastest=10.0)
+    late = [
+        dist(state.disturbance, (0.2 * t, -0.1 * t, 0.0))
+        for t, _, _ in flown(state, lambda t: (0.2 * t, -0.1 * t, 0.0), lambda _: ZERO, 0.25, 10)
+    ]
+    assert max(late[400:]) < 5e-3
+
+
+@pytest.mark.parametrize("gain", [0.7, 1.3])
+@pytest.mark.parametrize("lag", [0.7, 1.3])
+@pytest.mark.parametrize("dead", [7, 13])
+def test_with_gain_lag_and_dead_time_wrong_by_30_percent_it_still_settles(gain, lag, dead):
+    state = DisturbedAirframe(0.25, 0.1, most=3.0, fastest=10.0)
+    flight = flown(state, lambda _: (1.0, 0.0, 0.0), lambda _: (0.5, 0.0, 0.0), 0.25 * lag, dead, gain, seconds=12.0)
+    found = [(t, abs(state.disturbance[0] - 0.5 - 0.5 / gain)) for t, _, _ in flight]  # gain (0.5 - d) + 1 = 0.5
+    early, late = (max(error for t, error in found if at <= t < at + 2.0) for at in (4.0, 10.0))
+    assert late < max(0.002, 0.4 * early)
+
+
+@settings(max_examples=20)
+@given(st.lists(speeds, min_size=1, max_size=40), lags, dead_steps)
+def test_without_a_disturbance_it_is_the_airframe_of_the_model(commands, lag, dead):
+    state, plain = DisturbedAirframe(lag, dead * DT, 2.0, 100.0), AirframeState(lag, dead * DT)
+    for t, x, motion in flown(
+        state, lambda _: ZERO, lambda t: commands[int(t * 7) % len(commands)], lag, dead, 1.0, 3.0
+    ):
+        other = plain.measure(x, t, t)
+        assert dist(motion.stopping, other.stopping) < 1e-9
+        assert dist(motion.velocity, other.velocity) < 1e-9
+        plain.command(commands[int(t * 7) % len(commands)], t)
+    assert dist(state.disturbance, ZERO) < 1e-9
+
+
+def test_it_compensates_no_more_than_it_may():
+    state = DisturbedAirframe(0.0, 0.0, most=0.5, fastest=10.0)
+    for _ in flown(state, lambda _: (1.0, 0.0, 0.0), lambda _: ZERO, 0.0, 0):
+        assert state.speed(2.0) >= 1.5 - 1e-12
+    assert state.disturbance == pytest.approx((0.5, 0.0, 0.0))
+    assert state.command(ZERO, 9.0) == pytest.approx((-0.5, 0.0, 0.0))
+    assert state.last_command == ZERO
+    assert state.speed(0.2) == 0.0
+
+
+def test_it_learns_only_when_it_may_and_near_the_ground_no_vertical_part():
+    wind = (0.4, 0.0, -0.4)
+    for learns, level, found in ((False, False, ZERO), (True, True, (0.4, 0.0, 0.0)), (True, False, wind)):
+        state = DisturbedAirframe(0.1, 0.0, 2.0, 10.0)
+        for _ in flown(state, lambda _: wind, lambda _: ZERO, 0.1, 0, learns=learns, level=level):
+            pass
+        assert state.disturbance == pytest.approx(found, abs=1e-3)
+
+
+def test_a_jump_of_the_measurement_is_no_wind():
+    state = DisturbedAirframe(0.0, 0.0, 2.0, fastest=6.0)
+    for k in range(10):
+        state.measure((0.0 if k < 5 else 1.0, 0.0, 0.0), k * DT, k * DT)
+        state.command(ZERO, k * DT)
+    assert state.disturbance == ZERO
+
+
+def test_a_reset_forgets_the_wind():
+    state = DisturbedAirframe(0.1, 0.0, 2.0, 10.0)
+    for _ in flown(state, lambda _: (1.0, 0.0, 0.0), lambda _: ZERO, 0.1, 0):
+        pass
+    state.reset()
+    assert state.disturbance == ZERO
+    assert state.command((0.1, 0.0, 0.0), 9.0) == (0.1, 0.0, 0.0)

@@ -1,0 +1,44 @@
+"""A doubt about a drone's body: it ends when poses go on without it, and remains if the poses end with it."""
+
+from __future__ import annotations
+
+from flockwire.domain.pose import IdentityDoubt
+from flockwire.domain.time import SECOND
+from flockwire.pilot.identity import LASTS, Identity
+
+FRAME = SECOND // 100
+BEGAN = 1_790_000_000 * SECOND
+
+
+def doubtful(frames: int = 100) -> tuple[Identity, int]:
+    """Return an identity after `frames` frames of a doubt, and the time."""
+    identity, now = Identity(), BEGAN
+    for _ in range(frames):
+        now += FRAME
+        identity.take_doubt(IdentityDoubt(now + FRAME // 2, "world", BEGAN))  # sent after the frame was seen
+        identity.take_pose(now)
+    return identity, now
+
+
+def test_a_doubt_lasts_for_a_while_after_its_last_message() -> None:
+    identity, now = doubtful()
+    assert identity.doubted(now) == 1.0
+    for at in range(now + FRAME, now + SECOND, FRAME):
+        identity.take_pose(at)
+    assert (identity.doubted(now + LASTS), identity.doubted(now + SECOND), identity.is_lost) == (1.3, 0.0, False)
+
+
+def test_a_pause_of_the_poses_after_a_doubt_that_ended_is_not_one() -> None:
+    identity, now = doubtful()
+    identity.take_pose(now + LASTS // 2)
+    identity.take_pose(now + LASTS + 2 * SECOND)
+    assert (identity.doubted(now + LASTS + 2 * SECOND), identity.is_lost) == (0.0, False)
+
+
+def test_a_doubt_remains_if_the_poses_ended_with_it() -> None:
+    identity, now = doubtful()
+    after = now + LASTS + 2 * FRAME
+    identity.take_pose(after)
+    assert (identity.is_lost, identity.doubted(after + 9 * SECOND)) == (True, 10.32)
+    identity.forget()
+    assert (identity.is_lost, identity.doubted(after)) == (False, 0.0)
