@@ -6,6 +6,7 @@ import pytest
 from flockwire.domain.airframe import FlightState
 from flockwire.domain.motion import Leading
 from flockwire.domain.pose import IdentityDoubt
+from flockwire.domain.time import SECOND
 from flockwire.pilot.phases import SHUTDOWN
 from flockwire.pilot.pilot import DRIVER_LOST
 from flockwire.wire.keys import MISSION, Key
@@ -65,6 +66,37 @@ def test_when_the_tracker_confuses_its_body_it_holds_at_once_then_lands(flyer):
     assert "confuses its body" in flyer.report.detail
     flyer.run(0.2)
     assert flyer.phase is Phase.LANDING
+
+
+def test_a_doubt_on_the_ground_that_the_gateway_forgot_does_not_ground_it_for_ever(cockpit):
+    agent = cockpit(TWO, number=2)
+    agent.run(0.1)
+    began = agent.now
+    for _ in range(50):
+        sent = agent.now + SECOND // 60  # after the frame was seen
+        agent.core.receive(Key("doubt", "uav2"), IdentityDoubt(sent, "world", began), agent.now)
+        agent.step()
+    assert agent.phase is Phase.GROUNDED
+    agent.silent = {"pose"}  # the gateway restarts
+    agent.run(0.5)
+    agent.silent.clear()
+    agent.run(0.1)
+    assert agent.phase is Phase.READY
+
+
+def test_a_landing_descends_though_the_wind_that_it_compensates_has_ended(cockpit):
+    agent = cockpit({"control.law": "extended", "control.disturbance": 2.0, "formation.rate": 0.001}).fly()
+    agent.holds_still = False
+    for _ in range(200):  # another drone's downwash, 1 m/s
+        x, y, z = agent.position
+        agent.position = (x, y, z - 0.01)
+        agent.step()
+    assert agent.velocity[2] > 0.9
+    agent.order("land")
+    agent.run(0.5)
+    assert agent.velocity[2] == pytest.approx(-0.35)  # half of limits.vertical_speed
+    agent.run(4.0)
+    assert agent.phase in (Phase.GROUNDED, Phase.READY)
 
 
 def test_a_body_that_moves_apart_from_its_commands_lands_straight_down(cockpit):

@@ -47,6 +47,11 @@ class DisturbedAirframe:
         self.disturbance = self._slope = self._drift = ZERO
         self._rest = None
 
+    def settle(self, most: float) -> None:
+        """Limit the vertical part of the estimate to `most`, m/s: a descent must not end with the wind it was for."""
+        x, y, z = self.disturbance
+        self.disturbance = (x, y, max(-most, min(z, most)))
+
     def command(self, velocity: Vector, now: float) -> Vector:
         """Return the command that makes the airframe fly `velocity`, m/s, from `now` (s) on, and record it."""
         self.last_command, given = velocity, subtract(velocity, self.disturbance)

@@ -37,7 +37,7 @@ from flockwire.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, ag
 from flockwire.pilot.place import Place
 from flockwire.pilot.surroundings import Surroundings
 from flockwire.pilot.tracked_body import PERIOD, WRONG, TrackedBody
-from flockwire.pilot.trim import make_airframe, measured
+from flockwire.pilot.trim import descends, make_airframe, measured
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import STOP, Key
@@ -241,8 +241,10 @@ class Pilot:
             self._mark(inputs, missing, unready, hold, land)
         if phase is not was:
             self._place.forget()
-            if phase not in IN_FLIGHT:
-                self._identity.forget()
+            if phase is Phase.LANDING:
+                descends(self._airframe, self._limits.vertical_speed)
+        if phase not in IN_FLIGHT and (phase is not was or self._identity.is_lost):
+            self._identity.forget()
         return phase
 
     def _mark(self, inputs: Inputs, missing: tuple[int, ...], unready: Reason, hold: Reason, land: Reason) -> None:

@@ -21,6 +21,12 @@ def make_airframe(parameters: PilotParameters) -> AirframeState | DisturbedAirfr
     return DisturbedAirframe(lag, dead_time, most, JUMP * parameters.limits.speed)
 
 
+def descends(airframe: AirframeState | DisturbedAirframe, vertical_speed: float) -> None:
+    """Begin a landing at `vertical_speed`, m/s: whatever the estimate is, commands descend at half of it or more."""
+    if isinstance(airframe, DisturbedAirframe):
+        airframe.settle(0.5 * vertical_speed)
+
+
 def measured(
     airframe: AirframeState | DisturbedAirframe,
     position: Vector,
@@ -31,7 +37,7 @@ def measured(
 ) -> Motion:
     """Return the motion of `airframe`, seen at `position` (m); `times` are those of the pose and of now, s.
 
-    On the ground it has no disturbance. It is kept while the drone lands, or its driver has obeyed no command for
+    On the ground it has no disturbance. It is kept, as `descends` limits it, while the drone lands, or its driver has obeyed no command for
     `zero` s; in a take-off only the horizontal part is learned.
     """
     if isinstance(airframe, AirframeState):
