@@ -37,8 +37,8 @@ def measured(
 ) -> Motion:
     """Return the motion of `airframe`, seen at `position` (m); `times` are those of the pose and of now, s.
 
-    On the ground it has no disturbance. It is kept, as `descends` limits it, while the drone lands, or its driver has obeyed no command for
-    `zero` s; in a take-off only the horizontal part is learned.
+    On the ground it has no disturbance. It is kept, as `descends` limits it, while the drone lands, or its driver has
+    obeyed no command for `zero` s; in a take-off only the horizontal part is learned.
     """
     if isinstance(airframe, AirframeState):
         return airframe.measure(position, *times)
