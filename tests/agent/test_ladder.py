@@ -84,7 +84,8 @@ def test_a_doubt_on_the_ground_that_the_gateway_forgot_does_not_ground_it_for_ev
     assert agent.phase is Phase.READY
 
 
-def test_a_landing_descends_though_the_wind_that_it_compensates_has_ended(cockpit):
+@pytest.mark.parametrize(("silent", "descent"), [(set(), 0.7), ({"pose"}, 0.35)])  # of limits.vertical_speed = 0.7
+def test_a_landing_descends_though_the_wind_that_it_compensates_has_ended(cockpit, silent, descent):
     agent = cockpit({"control.law": "extended", "control.disturbance": 2.0, "formation.rate": 0.001}).fly()
     agent.holds_still = False
     for _ in range(200):  # another drone's downwash, 1 m/s
@@ -93,10 +94,28 @@ def test_a_landing_descends_though_the_wind_that_it_compensates_has_ended(cockpi
         agent.step()
     assert agent.velocity[2] > 0.9
     agent.order("land")
-    agent.run(0.5)
-    assert agent.velocity[2] == pytest.approx(-0.35)  # half of limits.vertical_speed
-    agent.run(4.0)
+    agent.silent = silent
+    agent.run(1.2)
+    assert agent.velocity[2] == pytest.approx(-descent, abs=0.06)
+    agent.run(3.0)
     assert agent.phase in (Phase.GROUNDED, Phase.READY)
+
+
+@pytest.mark.parametrize("wind", [-0.6, 0.6])
+def test_a_landing_in_a_vertical_wind_touches_down_as_slowly_as_in_calm(cockpit, wind):
+    agent = cockpit({"control.law": "extended", "control.disturbance": 2.0, "formation.rate": 0.001}).fly()
+    agent.holds_still = False
+    heights = []
+    for k in range(400):
+        x, y, z = agent.position
+        agent.position = (x, y, z + 0.01 * wind)
+        agent.step()
+        if k == 200:
+            agent.order("land")
+        if agent.phase is Phase.LANDING:
+            heights.append(agent.position[2])
+    assert agent.phase in (Phase.GROUNDED, Phase.READY)
+    assert 100.0 * (heights[-2] - heights[-1]) == pytest.approx(0.7, abs=0.02)
 
 
 def test_a_body_that_moves_apart_from_its_commands_lands_straight_down(cockpit):

@@ -18,12 +18,15 @@ stopping point y obeys y' = v_c as without wind: law and filter see no differenc
 
 from __future__ import annotations
 
+from math import copysign
+
 from flockwire.control.airframe_state import AirframeState
 from flockwire.control.first_order_lag import lagged_motion
 from flockwire.domain.motion import Motion
 from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
 
 TIME_CONSTANT = 0.3  # s, T: below it, an airframe whose lag or dead time is wrong by 30 % begins to oscillate
+WHOLE, LEVEL, VERTICAL = (1.0, 1.0, 1.0), (1.0, 1.0, 0.0), (0.0, 0.0, 1.0)  # axes of an estimate
 
 
 class DisturbedAirframe:
@@ -47,10 +50,11 @@ class DisturbedAirframe:
         self.disturbance = self._slope = self._drift = ZERO
         self._rest = None
 
-    def settle(self, most: float) -> None:
-        """Limit the vertical part of the estimate to `most`, m/s: a descent must not end with the wind it was for."""
+    def limit_vertical(self, most: float) -> None:
+        """Limit the vertical part of the estimate to `most`, m/s."""
         x, y, z = self.disturbance
-        self.disturbance = (x, y, max(-most, min(z, most)))
+        if abs(z) > most:
+            self.disturbance, self._slope = (x, y, copysign(most, z)), _part(self._slope, LEVEL)
 
     def command(self, velocity: Vector, now: float) -> Vector:
         """Return the command that makes the airframe fly `velocity`, m/s, from `now` (s) on, and record it."""
@@ -58,10 +62,10 @@ class DisturbedAirframe:
         self._state.command(given, now)
         return given
 
-    def measure(self, position: Vector, stamp: float, now: float, learns: bool = True, level: bool = False) -> Motion:
+    def measure(self, position: Vector, stamp: float, now: float, learns: Vector | None = WHOLE) -> Motion:
         """Receive a position as AirframeState does; return the motion at `now`, before the next command.
 
-        Without `learns` the estimate is kept; `level`: its vertical part is, near the ground.
+        `learns` is 1 for each axis whose estimate changes, 0 for one that is kept; None: all are.
         """
         dt, self._stamp = stamp - self._stamp, stamp
         if dt > 0.0:
@@ -69,7 +73,7 @@ class DisturbedAirframe:
             self._drifted = add(self._drifted, moved)
         motion = self._state.measure(subtract(position, self._drifted), stamp, now)
         if dt != 0.0:
-            self._learn(subtract(motion.stopping, self._state.travelled(now)), dt, learns, level)
+            self._learn(subtract(motion.stopping, self._state.travelled(now)), dt, learns)
         waits = now - stamp + self._dead_time
         ahead = add(scale(self._drift, self._lag), scale(self.disturbance, waits))
         return Motion(position, add(motion.velocity, self._drift), add(add(motion.stopping, self._drifted), ahead))
@@ -82,16 +86,21 @@ class DisturbedAirframe:
         """Return the speed, m/s, of v_c that keeps every command within `most`."""
         return max(0.0, most - norm(self.disturbance))
 
-    def _learn(self, rest: Vector, dt: float, learns: bool, level: bool) -> None:
+    def _learn(self, rest: Vector, dt: float, learns: Vector | None) -> None:
         """Update the estimate by the change of `rest`, m, in `dt` s."""
-        last, self._rest = self._rest, rest if learns else None
-        if last is None or not learns or dt <= 0.0:
+        last, self._rest = self._rest, rest if learns is not None else None
+        if last is None or learns is None or dt <= 0.0:
             self._slope = ZERO
             return
-        x, y, z = subtract(rest, last)
+        x, y, z = change = subtract(rest, last)
         if x * x + y * y + z * z > (self._fastest * dt) ** 2:
             return
-        moved = (x, y, 0.0 if level else z)
-        found = add(self.disturbance, add(scale(moved, 2.0 / TIME_CONSTANT), scale(self._slope, dt)))
+        moved, slope = _part(change, learns), _part(self._slope, learns)
+        found = add(self.disturbance, add(scale(moved, 2.0 / TIME_CONSTANT), scale(slope, dt)))
         self.disturbance = limit(found, self._most)
-        self._slope = add(self._slope, scale(moved, TIME_CONSTANT**-2)) if self.disturbance is found else ZERO
+        self._slope = add(slope, scale(moved, TIME_CONSTANT**-2)) if self.disturbance is found else ZERO
+
+
+def _part(v: Vector, axes: Vector) -> Vector:
+    """Return `v` along the `axes` that are 1, 0 along the others."""
+    return (v[0] * axes[0], v[1] * axes[1], v[2] * axes[2])

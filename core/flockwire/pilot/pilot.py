@@ -37,7 +37,7 @@ from flockwire.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, ag
 from flockwire.pilot.place import Place
 from flockwire.pilot.surroundings import Surroundings
 from flockwire.pilot.tracked_body import PERIOD, WRONG, TrackedBody
-from flockwire.pilot.trim import descends, make_airframe, measured
+from flockwire.pilot.trim import limit_descent, make_airframe, measured
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import STOP, Key
@@ -142,6 +142,8 @@ class Pilot:
         motion = self.motion
         self._wanted = wanted
         velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity()
+        if self.flight.phase is Phase.LANDING:
+            limit_descent(self._airframe, self._limits.vertical_speed, motion is None)
         velocity = self._airframe.command(velocity, (now - self.born) / SECOND) or velocity
         return [(self._command_key, from_fields(Command, (self.stamp, self._frame, velocity, 0.0)))]
 
@@ -241,8 +243,6 @@ class Pilot:
             self._mark(inputs, missing, unready, hold, land)
         if phase is not was:
             self._place.forget()
-            if phase is Phase.LANDING:
-                descends(self._airframe, self._limits.vertical_speed)
         if phase not in IN_FLIGHT and (phase is not was or self._identity.is_lost):
             self._identity.forget()
         return phase

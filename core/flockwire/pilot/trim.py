@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from flockwire.control.airframe_state import AirframeState
-from flockwire.control.disturbance import DisturbedAirframe
+from flockwire.control.disturbance import LEVEL, VERTICAL, WHOLE, DisturbedAirframe
 from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.motion import Motion
 from flockwire.domain.vector import Vector
 from flockwire.parameters import PilotParameters
 from flockwire.pilot.phases import IN_FLIGHT
-from flockwire.pilot.tracked_body import FREE, JUMP
+from flockwire.pilot.tracked_body import JUMP
 from flockwire.wire.phase import Phase
+
+LEARNED = {Phase.TAKEOFF: LEVEL, Phase.HOLD: WHOLE, Phase.FORMATION: WHOLE, Phase.LANDING: VERTICAL}
 
 
 def make_airframe(parameters: PilotParameters) -> AirframeState | DisturbedAirframe:
@@ -21,10 +23,10 @@ def make_airframe(parameters: PilotParameters) -> AirframeState | DisturbedAirfr
     return DisturbedAirframe(lag, dead_time, most, JUMP * parameters.limits.speed)
 
 
-def descends(airframe: AirframeState | DisturbedAirframe, vertical_speed: float) -> None:
-    """Begin a landing at `vertical_speed`, m/s: whatever the estimate is, commands descend at half of it or more."""
+def limit_descent(airframe: AirframeState | DisturbedAirframe, vertical_speed: float, blind: bool) -> None:
+    """Limit what is compensated in a landing at `vertical_speed`, m/s: a `blind` one descends at half of it or more."""
     if isinstance(airframe, DisturbedAirframe):
-        airframe.settle(0.5 * vertical_speed)
+        airframe.limit_vertical((0.5 if blind else 1.0) * vertical_speed)
 
 
 def measured(
@@ -37,13 +39,13 @@ def measured(
 ) -> Motion:
     """Return the motion of `airframe`, seen at `position` (m); `times` are those of the pose and of now, s.
 
-    On the ground it has no disturbance. It is kept, as `descends` limits it, while the drone lands, or its driver has
-    obeyed no command for `zero` s; in a take-off only the horizontal part is learned.
+    On the ground it has no disturbance. It is kept while its driver has obeyed no command for `zero` s. In a take-off
+    only the horizontal part is learned; in a landing the vertical one, as the ground would hold the drone beside its
+    place.
     """
     if isinstance(airframe, AirframeState):
         return airframe.measure(position, *times)
     if phase not in IN_FLIGHT:
         airframe.reset()
     obeys = telemetry is not None and telemetry.command_age <= zero and telemetry.state is FlightState.FLYING
-    learns = obeys and (phase in FREE or phase is Phase.TAKEOFF)
-    return airframe.measure(position, *times, learns, phase not in FREE)
+    return airframe.measure(position, *times, LEARNED.get(phase) if obeys else None)

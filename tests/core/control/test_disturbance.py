@@ -2,7 +2,7 @@ from math import dist
 
 import pytest
 from flockwire.control.airframe_state import AirframeState
-from flockwire.control.disturbance import DisturbedAirframe
+from flockwire.control.disturbance import LEVEL, VERTICAL, WHOLE, DisturbedAirframe
 from flockwire.control.first_order_lag import lagged_motion
 from flockwire.domain.vector import ZERO, add, scale, subtract
 from hypothesis import given, settings
@@ -13,12 +13,12 @@ speeds = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
 lags, dead_steps = st.sampled_from((0.0, 0.1, 0.25, 0.4)), st.integers(0, 20)
 
 
-def flown(state, wind, wanted, lag, dead, gain=1.0, seconds=6.0, learns=True, level=False):
+def flown(state, wind, wanted, lag, dead, gain=1.0, seconds=6.0, learns=WHOLE):
     """Fly `wanted` (velocity at a time) in `wind` (likewise); yield time, true position and the motion at each step."""
     x, v, given = ZERO, ZERO, [ZERO] * (dead + 1)
     for k in range(round(seconds / DT)):
         t = k * DT
-        yield t, x, state.measure(x, t, t, learns, level)
+        yield t, x, state.measure(x, t, t, learns)
         given.append(state.command(wanted(t), t))
         x, v = lagged_motion(x, v, add(scale(given[-1 - dead], gain), wind(t)), lag, DT)
 
@@ -78,11 +78,11 @@ def test_it_compensates_no_more_than_it_may():
     assert state.speed(0.2) == 0.0
 
 
-def test_it_learns_only_when_it_may_and_near_the_ground_no_vertical_part():
+def test_it_learns_only_when_it_may_and_only_along_the_given_axes():
     wind = (0.4, 0.0, -0.4)
-    for learns, level, found in ((False, False, ZERO), (True, True, (0.4, 0.0, 0.0)), (True, False, wind)):
+    for learns, found in ((None, ZERO), (LEVEL, (0.4, 0.0, 0.0)), (VERTICAL, (0.0, 0.0, -0.4)), (WHOLE, wind)):
         state = DisturbedAirframe(0.1, 0.0, 2.0, 10.0)
-        for _ in flown(state, lambda _: wind, lambda _: ZERO, 0.1, 0, learns=learns, level=level):
+        for _ in flown(state, lambda _: wind, lambda _: ZERO, 0.1, 0, learns=learns):
             pass
         assert state.disturbance == pytest.approx(found, abs=1e-3)
 
@@ -102,3 +102,22 @@ def test_a_reset_forgets_the_wind():
     state.reset()
     assert state.disturbance == ZERO
     assert state.command((0.1, 0.0, 0.0), 9.0) == (0.1, 0.0, 0.0)
+
+
+def test_what_is_no_longer_learned_is_kept_though_it_was_changing():
+    state = DisturbedAirframe(0.0, 0.0, 2.0, 10.0)
+    for _ in flown(state, lambda t: (0.2 * t, 0.0, 0.0), lambda _: ZERO, 0.0, 0, seconds=3.0):
+        pass
+    x = state.disturbance[0]
+    for k in range(300, 500):
+        state.measure((9.0, 0.0, 0.0), k * DT, k * DT, VERTICAL)
+        state.command(ZERO, k * DT)
+    assert state.disturbance[0] == x > 0.5
+
+
+def test_its_vertical_part_can_be_limited():
+    state = DisturbedAirframe(0.1, 0.0, 2.0, 10.0)
+    for _ in flown(state, lambda _: (0.4, 0.0, -1.0), lambda _: ZERO, 0.1, 0):
+        pass
+    state.limit_vertical(0.3)
+    assert state.disturbance == pytest.approx((0.4, 0.0, -0.3), abs=1e-3)
