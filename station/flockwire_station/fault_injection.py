@@ -8,7 +8,20 @@ from collections.abc import Callable
 from functools import partial
 
 from flockwire.domain.time import SECOND
-from flockwire.process.faults import SIM_ONLY, AgentFault, Cut, Fault, Freeze, Kill, LinkChange, Partition, Restart
+from flockwire.process.faults import (
+    SIM_ONLY,
+    AgentFault,
+    AirframeFault,
+    Cut,
+    Fault,
+    Freeze,
+    Kill,
+    LinkChange,
+    Partition,
+    Restart,
+    WindChange,
+)
+from flockwire.swarm.model import uav
 from flockwire.wire.plan import Plan
 from flockwire_relay import links
 from flockwire_relay.links import LinkFault, Relays
@@ -24,8 +37,18 @@ def refusal(faults: tuple[Fault, ...], plan: Plan, host: str) -> str:
             return f"faults.{place}.kind = {fault.kind!r}: only `flockwire sim` can do this; a real flight cannot"
         if isinstance(fault, LinkFault) and (line := links.refusal(place, fault, plan, host)):
             return line
-        if line := _elsewhere(f"faults.{place}", fault, plan, host):
+        if line := _real(f"faults.{place}", fault, plan) or _elsewhere(f"faults.{place}", fault, plan, host):
             return line
+    return ""
+
+
+def _real(key: str, fault: Fault, plan: Plan) -> str:
+    """Return why no process can inject `fault` into real airframes, or empty."""
+    simulated = plan.swarm.simulated
+    if isinstance(fault, AirframeFault) and fault.drone not in simulated:
+        return f"{key}.drone = {fault.drone}: {uav(fault.drone)} is a real drone; must be a simulated one"
+    if isinstance(fault, WindChange) and not simulated:
+        return f"{key}.kind = {fault.kind!r}: the swarm has no simulated drone"
     return ""
 
 

@@ -15,6 +15,17 @@ PART = {"at": 3.0, "kind": "partition", "processes": ["uav3", "uav4"], "duration
 LIE = {"at": 1.0, "kind": "false_age", "drone": 2, "age": 0.0, "duration": 1.0}
 KILL = {"at": 1.0, "kind": "kill", "process": "uav2"}
 BLIND = {"at": 1.0, "kind": "tracker", "drone": 2, "duration": 0.5}
+FALL = {"at": 1.0, "kind": "failure", "drone": 2}
+WIND = {"at": 1.0, "kind": "wind", "velocity": [0.5, 0.0, 0.0], "duration": 1.0}
+REAL = {"drones.2.airframe": "tello", "drones.2.tello": {"address": "10.0.0.2"}, "gateway": {"source": "natnet"}}
+ALL_REAL = {
+    "gateway": {"source": "natnet"},
+    "drones": [
+        {"id": i, "start": [i, 0.0, 0.0], "airframe": "tello"}
+        | {"tello": {"address": f"10.0.0.{i + 2}", "local_ip": f"10.0.1.{i + 2}"}}
+        for i in range(5)
+    ],
+}
 TWO_HOSTS = {"hosts": {"ground": {}, "air": {"address": "10.0.0.2"}}, "drones.2.host": "air"}
 
 
@@ -25,6 +36,8 @@ def read(plan, *tables):
 def test_a_flight_takes_what_tcp_can_do(make_plan):
     plan = make_plan()
     assert refusal(read(plan, CUT, SLOW, PART), plan, "local") == ""
+    plan = make_plan(REAL)
+    assert refusal(read(plan, FALL | {"drone": 1}, WIND), plan, "local") == ""
 
 
 @pytest.mark.parametrize(
@@ -40,6 +53,8 @@ def test_a_flight_takes_what_tcp_can_do(make_plan):
             "faults.0.kind = 'cut': links are QUIC; a real flight needs network.link = 'tls'",
         ),
         (TWO_HOSTS, CUT, "faults.0.kind = 'cut': uav2, which dials uav1, must run on this host, 'ground', in a real"),
+        (REAL, FALL, "faults.0.drone = 2: uav2 is a real drone; must be a simulated one"),
+        (ALL_REAL, WIND, "faults.0.kind = 'wind': the swarm has no simulated drone"),
         (None, {"at": 1, "kind": "clock", "process": "uav1", "step": 1.0}, "faults.0.kind = 'clock': only `flockwire"),
     ],
 )
