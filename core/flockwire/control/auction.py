@@ -21,6 +21,7 @@ times `least`: each follower chooses its own epsilon, and nobody needs to know t
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import inf
 from typing import NamedTuple
 
 NOBODY = -1
@@ -37,21 +38,25 @@ class Bid(NamedTuple):
 class Auction:
     """The part of follower `number` >= 0, which pays `costs[j]` >= 0 for place j.
 
-    `least` > 0 is the smallest step of a price, in the unit of the costs. Raises ValueError outside those ranges.
+    Costs are finite; `least` > 0 is the smallest step of a price, in their unit. Raises ValueError otherwise.
     """
 
     def __init__(self, number: int, costs: Sequence[float], least: float) -> None:
-        if not costs or not all(cost >= 0.0 for cost in costs):
-            raise ValueError(f"costs = {list(costs)}: must be one or more, none negative")
-        if not least > 0.0:
-            raise ValueError(f"least = {least}: must be positive")
+        if number < 0:
+            raise ValueError(f"number = {number}: must be 0 or more")
+        if not costs or not all(0.0 <= cost < inf for cost in costs):
+            raise ValueError(f"costs = {list(costs)}: must be one or more, finite, none negative")
+        if not 0.0 < least < inf:
+            raise ValueError(f"least = {least}: must be positive and finite")
         self._number, self._costs = number, tuple(costs)
         self._step = max(TOLERANCE * min(costs), least)
         self.bids = [Bid(0.0, NOBODY)] * len(costs)  # to publish
         self.place: int | None = None  # the place that it holds, as far as it knows
 
     def take(self, bids: Sequence[Bid]) -> None:
-        """Receive a neighbour's bids, one for each place."""
+        """Receive a neighbour's bids, one for each place; raises ValueError for others: all of them are dropped."""
+        if len(bids) != len(self.bids) or not all(0.0 <= bid.price < inf and bid.bidder >= NOBODY for bid in bids):
+            raise ValueError(f"bids = {list(bids)}: must be one for each of {len(self.bids)} places, at a finite price")
         for j, bid in enumerate(bids):
             self.bids[j] = max(self.bids[j], bid)
         if self.place is not None and self.bids[self.place].bidder != self._number:

@@ -36,8 +36,14 @@ class Identity:
         self.doubt, self.is_lost = None, False
 
     def doubted(self, now: int) -> float:
-        """Return the time, s, since the tracker gave the drone's name to another body; 0 without a doubt."""
+        """Return the time, s, since the tracker gave the drone's name to another body; 0 without a doubt.
+
+        One from the future is of a clock that was set back since: the gateway repeats it if it lasts.
+        """
         doubt = self.doubt
         if doubt is None or (now - doubt.stamp > LASTS and not self.is_lost):
+            return 0.0
+        if doubt.stamp - now > LASTS and not self.is_lost:
+            self.doubt = None
             return 0.0
         return max((now - doubt.since) / SECOND, 1e-9)

@@ -1,4 +1,5 @@
 from itertools import permutations
+from math import inf, nan
 from random import Random
 
 import pytest
@@ -78,13 +79,28 @@ def test_a_price_never_falls_and_a_repeated_bid_changes_nothing():
 
 
 @pytest.mark.parametrize(
-    ("costs", "least", "rule"), [((), 0.1, "costs"), ((1.0, -1.0), 0.1, "none negative"), ((1.0,), 0.0, "least = 0.0")]
+    ("number", "costs", "least", "rule"),
+    [
+        (0, (), 0.1, "costs"),
+        (0, (1.0, -1.0), 0.1, "none negative"),
+        (0, (1.0, inf), 0.1, "finite"),
+        (0, (1.0, nan), 0.1, "costs"),
+        (0, (1.0,), 0.0, "least = 0.0"),
+        (0, (1.0,), inf, "least = inf"),
+        (NOBODY, (1.0,), 0.1, "number = -1"),
+    ],
 )
-def test_numbers_out_of_range_are_refused(costs, least, rule):
+def test_numbers_out_of_range_are_refused(number, costs, least, rule):
     with pytest.raises(ValueError, match=rule):
-        Auction(0, costs, least)
+        Auction(number, costs, least)
 
 
-def test_nan_costs_are_refused():
-    with pytest.raises(ValueError, match="costs"):
-        Auction(0, (1.0, float("nan")), 0.1)
+@pytest.mark.parametrize(
+    "bids",
+    [[Bid(1.0, 2)], [Bid(1.0, 2)] * 3, [Bid(1.0, 2), Bid(nan, 2)], [Bid(1.0, 2), Bid(inf, 2)], [Bid(1.0, -2)] * 2],
+)
+def test_malformed_bids_are_dropped_whole(bids):
+    agent = Auction(1, (1.0, 2.0), LEAST)
+    with pytest.raises(ValueError, match="bids"):
+        agent.take(bids)
+    assert agent.bids == [Bid(0.0, NOBODY)] * 2

@@ -42,3 +42,8 @@ def test_a_doubt_remains_if_the_poses_ended_with_it() -> None:
     assert (identity.is_lost, identity.doubted(after + 9 * SECOND)) == (True, 10.32)
     identity.forget()
     assert (identity.is_lost, identity.doubted(after)) == (False, 0.0)
+
+
+def test_a_doubt_that_ended_does_not_begin_again_when_the_clock_is_set_back():
+    identity, now = doubtful()
+    assert [identity.doubted(at) for at in (now, now - 5 * SECOND, now)] == [1.0, 0.0, 0.0]
