@@ -29,7 +29,8 @@ SECOND_FLIGHT = "second flight"  # the station conducts a new flight of drones t
 ORPHAN = "orphan"  # a pilot that restarts in flight when nobody knows its order any more
 CLOCK = "station's clock"  # the second station's is ahead
 HASTY = "hasty"  # to the other formation, too fast
-WORLD_KINDS = ("swap", "visitor")  # which the simulated world injects
+APART = "false_pose"  # the tracker moves one body away, where pilots watch for it (limits.body_drift)
+WORLD_KINDS = ("swap", "visitor", APART)  # which the simulated world injects
 _SHARES = {
     ORDERS: 4.0, EARLY: 0.7, HAND: 3.0, STATION_KILLED: 0.3, AT_TAKE_OFF: 4.0, PREPARING: 4.0, CROSSING: 4.0, DEAF: 3.0,
     SECOND_FLIGHT: 2.0, UPLINK: 3.0, OTHER_FLIES: 3.0, ORPHAN: 0.9, CLOCK: 1.0, "swap": 2.0, "visitor": 1.0,
@@ -48,11 +49,8 @@ LANDED = 25.0  # s after the take-off, when the second station lands those whose
 def alter(table: dict[str, Any], chance: Random) -> None:
     """Change the swarm file: a small swarm, other formations, and limits that are reached at once."""
     limits = table.setdefault("limits", {})
-    if (
-        table["formation"]["kind"] == "circle"
-        and "airframe" not in table["drones"][0]
-        and chance.random() < SMALL_SHARE
-    ):
+    simple = table["formation"]["kind"] == "circle" and "airframe" not in table["drones"][0]
+    if simple and chance.random() < SMALL_SHARE:
         table["drones"] = table["drones"][:SMALL]
         table["graph"] = {"edges": [[i, i + 1] for i in range(SMALL - 1)]}
         table["control"]["rate_hz"] = SLOW
@@ -61,7 +59,7 @@ def alter(table: dict[str, Any], chance: Random) -> None:
             _cramp(table)
             return
     table["formations"] = {"wide": {"kind": "circle", "radius": 1.5, "rate": 0.2}}
-    match chance.choice(("", "", "", "", "", "fence", "start", "battery", "blind")):
+    match chance.choice(("", "", "", "", "", "fence", "start", "battery", "blind", "free", "apart")):
         case "fence" if "airframe" not in table["drones"][0] and table["control"]["law"] != "paper":
             limits["fence"] = {"min": [-3.05, -3.05, -0.5], "max": [3.05, 3.05, 3.0], "margin": 0.02}
             table["leader"] |= {"trajectory": {"kind": "constant", "velocity": [0.3, 0.2, 0.0]}, "input_bound": 0.4}
@@ -74,6 +72,10 @@ def alter(table: dict[str, Any], chance: Random) -> None:
             table.setdefault("airframes", {}).setdefault("kinematics", {})["endurance"] = chance.uniform(20.0, 60.0)
         case "blind":
             limits["blind_speed"] = chance.uniform(0.1, 0.2)
+        case "free":
+            table["formation"]["assignment"] = table["formations"]["wide"]["assignment"] = "free"
+        case "apart" if table["control"]["law"] != "paper":
+            limits["body_drift"] = 0.2
 
 
 def _cramp(table: dict[str, Any]) -> None:
@@ -95,9 +97,15 @@ def rare_faults(plan: Plan, without: Without, chance: Random) -> Faults:
     found: Faults = []
     driven = len(_drivers(plan)) > 1  # each by its own driver
     barred = (*(() if driven else (HAND, UPLINK)), *((OTHER_FLIES,) if plan.swarm.control.law == "paper" else ()))
+    barred += ("swap",) if plan.swarm.limits.body_drift else ()  # a tracker that lies in two ways cannot be answered
     shares = {kind: share for kind, share in _SHARES.items() if kind not in barred}
     for kind in chance.choices(tuple(shares), tuple(shares.values()), k=chance.choice((1, 1, 2, 3))):
         found += [{"kind": kind} | fault for fault in _DRAWN[kind](plan, without, chance)]
+    if plan.swarm.limits.body_drift:
+        at, velocity = chance.uniform(2.0, 6.0), [0.0, 0.0, 0.0]
+        velocity[chance.randrange(2)] = chance.choice((-0.6, 0.6))
+        moved = {"drone": chance.choice(plan.swarm.flying), "velocity": velocity, "duration": 6.0}
+        found.append({"kind": APART, "at": round(at, 3)} | moved)
     if any(fault["kind"] in (STATION_KILLED, OTHER_FLIES) for fault in found):
         found.append(_asked(LANDED, "land"))
     return found
@@ -153,11 +161,8 @@ def _at_take_off(plan: Plan, _: Without, chance: Random) -> Faults:
 
 
 def _preparing(plan: Plan, without: Without, chance: Random) -> Faults:
-    waits = {
-        "kind": EARLY,
-        "process": chance.choice(list(plan.pilots.values())),
-        "duration": chance.choice((1.0, 4.0, 7.0)),
-    }
+    process, lasts = chance.choice(list(plan.pilots.values())), chance.choice((1.0, 4.0, 7.0))
+    waits = {"kind": EARLY, "process": process, "duration": lasts}
     asked = [_asked(chance.uniform(0.1, 4.0), *chance.choice(ORDERED), on="") for _ in range(chance.choice((1, 1, 2)))]
     if without:  # the others fly without the one that waits
         waits |= {"process": plan.pilots[without[0] - 1], "duration": 7.0}
@@ -168,11 +173,8 @@ def _preparing(plan: Plan, without: Without, chance: Random) -> Faults:
 def _crossing(_: Plan, __: Without, chance: Random) -> Faults:
     at, on = chance.uniform(0.0, 7.0), chance.choice(("takeoff", "start", "start"))
     if chance.random() < 0.5:  # two pages of one station, or of two
-        other = chance.choice(("operator", "console"))
-        pages = [
-            _asked(at, "formation", other, on),
-            _asked(at, chance.choice(("start", "formation")), "console", on),
-        ]
+        first = _asked(at, "formation", chance.choice(("operator", "console")), on)
+        pages = [first, _asked(at, chance.choice(("start", "formation")), "console", on)]
         pages[1]["orders"] = [(0.0, pages[1]["orders"][0][1], "", ())]
         return chance.sample(pages, 2)
     held = [_asked(at - 1.0, "hold", chance.choice(("operator", "console")), on)] if at > 1.0 else []
@@ -182,10 +184,7 @@ def _crossing(_: Plan, __: Without, chance: Random) -> Faults:
 
 
 def _deaf(plan: Plan, _: Without, chance: Random) -> Faults:
-    at, processes = (
-        chance.uniform(0.0, 8.0),
-        [*plan.pilots.values(), *_drivers(plan)],
-    )
+    at, processes = chance.uniform(0.0, 8.0), [*plan.pilots.values(), *_drivers(plan)]
     frozen = {"kind": "freeze", "process": chance.choice(processes), "duration": chance.choice((0.8, 2.0, 6.0))}
     if len(_drivers(plan)) > 1 and chance.random() < 0.4:  # it lands without its driver
         frozen |= {"process": chance.choice(_drivers(plan)), "duration": LONG}
