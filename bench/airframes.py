@@ -23,13 +23,14 @@ from typing import Any, NamedTuple
 
 from around_cases import merged
 from flockwire_analysis.summary import summarise
-from flockwire_sim.recording import TraceInMemory
+from flockwire_sim.flight import TraceInMemory
 from flockwire_sim.study.file import RandomFault, Starts, Study
 from flockwire_sim.study.variation import swarm_table, vary
 from flockwire_sim.world import World
 
 SWARM = Path(__file__).parent / "separation" / "five_tello.toml"
 DURATION, TAIL = 30.0, 0.03  # s, m
+LEADER_GAIN = 1.0  # 1/s: the leader's loop is closed on its position, and the lag that is wrong is in it
 WIND = {"velocity": [0.8, 0.6, 0.0], "gust": 0.5}  # 1 m/s, gusting 0.5
 
 
@@ -84,7 +85,8 @@ def fly(case: Case, disturbance: float, law: str, number: int) -> Result:
         import rotor_airframe  # noqa: PLC0415  (needs rotorpy, which the other cases do not)
 
         rotor_airframe.replace_kinematics()
-    table = merged(swarm_table(SWARM), {"limits": {"speed": 3.0}, "control": {"law": law}})
+    changes = {"limits": {"speed": 3.0}, "control": {"law": law}, "leader": {"tracking_gain": LEADER_GAIN}}
+    table = merged(swarm_table(SWARM), changes)
     if case.rotors:
         table["airframes"]["kinematics"]["dead_time"] = rotor_airframe.OWN_DELAY
     if disturbance:

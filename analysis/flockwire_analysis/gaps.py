@@ -54,8 +54,10 @@ def beside(trace: Trace) -> str:
     gap = longest_gap(trace, judged=False)
     if not gap.length and not trace.lost_beside:
         return ""
-    longest = f", for {gap.length:.1f} s {where(trace, gap)}" if gap.length else ""
-    return f"{trace.lost_beside} messages that a flight can do without were not recorded{longest}; no check counts them"
+    longest = f", up to {gap.length:.1f} s {where(trace, gap)}" if gap.length else ""
+    return (
+        f"messages that a flight can do without were not recorded: {trace.lost_beside}{longest}; no check counts them"
+    )
 
 
 def _longest(key: Key, series: Series) -> Gap:

@@ -74,8 +74,8 @@ def test_what_a_dispensable_process_lost_is_said_and_not_judged(tmp_path, swarm_
         said[identity] = (trace.lost, trace.lost_beside, longest_gap(trace).length, beside(trace))
     assert said == {
         "ros": (
-            0, 10, 0.0, "10 messages that a flight can do without were not recorded, "
-            "for 1.1 s in /paper/ros/status, 0.1 s after its start; no check counts them",
+            0, 10, 0.0, "messages that a flight can do without were not recorded: 10, "
+            "up to 1.1 s in /paper/ros/status, 0.1 s after its start; no check counts them",
         ),
         "uav1": (10, 0, 1.1, ""),
     }  # fmt: skip

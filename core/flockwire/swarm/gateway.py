@@ -101,7 +101,7 @@ class RosPoses(Axes):
         None  # PoseArray with all bodies, instead of `topic`
     )
     bodies: tuple[str, ...] = ()  # the bodies' names in the order of `array`; default: the drones', by id
-    latency: NotNegative = 0.0  # s, from exposure to the stamp, if known
+    latency: NotNegative = 0.0  # s, from exposure to arrival, if known
 
     @property
     def server(self) -> str:

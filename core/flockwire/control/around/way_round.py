@@ -19,7 +19,7 @@ TOGETHER = (0.2, 0.4)  # m/s, relative speed below which a drone stands in the f
 SHORTER = 0.6  # rad by which the other side's turn must be smaller
 TIE = 0.1  # rad within which two turns count as equal: then all drones take the right one
 CLOSED = 0.95 * pi  # rad: a turn that leads back
-WAITS = 0.5 * pi  # rad: likewise behind a drone, until its patience ends; it may be the other one that gives way
+WAITS = 0.5 * pi  # rad: likewise in a gap behind a drone, until its patience ends: the other one may give way
 ADVANCE = 0.6  # m of motion that count as progress
 APPROACH = 0.1  # m, likewise, nearer to the place
 ROUND = 4.0  # times the patience for a way that leads no nearer
@@ -87,6 +87,7 @@ class WayRound:
         self._anchor, self._nearest = (0.0, 0.0), 0.0  # m to go at the last progress, seen from the formation
         self._moved = self._neared = self._kept_until = self._back_until = 0.0  # s
         self._given_way = self._changes = 0
+        self._in_gap = False  # whether it is behind a drone, with obstacles in sight
 
     def turned(
         self, correction: Vector, motion: Motion, velocity: Vector, to_go: Corner, bodies: Sequence[Body], now: float
@@ -104,7 +105,7 @@ class WayRound:
             return correction, bodies
         discs, others, behind_drone = self._standing(motion, velocity, to_go, bodies)
         if now >= self._back_until and (not discs or is_straight(to_go, discs)):
-            if behind_drone:
+            if self._in_gap:
                 self._side = 0.0
                 self._progress(to_go, now)
             else:
@@ -117,7 +118,7 @@ class WayRound:
         turn = self._side * (left if self._side > 0.0 else right)
         if now < self._back_until:
             turn = self._side * BACK
-        elif abs(turn) > (WAITS if behind_drone and not self._given_way else CLOSED):
+        elif abs(turn) > CLOSED or (self._in_gap and not self._given_way and min(left, right) > WAITS):
             return correction, others
         c, s = cos(turn), sin(turn)
         x, y, z = correction
@@ -134,12 +135,13 @@ class WayRound:
         origin = subtract(motion.position, motion.stopping)
         discs: list[Disc] = []
         others: list[Body] = []
-        drones = False
-        together = TOGETHER[self._side != 0.0]
+        drones = walled = False
+        together = TOGETHER[self._in_gap and self._side != 0.0]
         for body in bodies:
             x, y, r = disc = self._parameters.disc(body, origin, SPARE)
             if stands(body):
                 discs.append(disc)
+                walled = True
                 continue
             if body.kind is BodyKind.MOVER or hypot(to_go[0] - x, to_go[1] - y) < r:
                 others.append(body)
@@ -150,6 +152,7 @@ class WayRound:
                 others.append(body)
             else:
                 discs.append(disc)
+        self._in_gap = drones and walled
         return discs, others, drones
 
     def _progress(self, to_go: Corner, now: float) -> None:
