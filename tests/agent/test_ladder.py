@@ -57,6 +57,15 @@ def test_without_its_pose_it_stops_at_once_and_lands_after_a_second(flyer):
     assert flyer.report.detail.startswith("own pose lost")
 
 
+def test_when_its_clock_is_set_back_what_came_before_does_not_stay_fresh(flyer):
+    flyer.now -= 5 * SECOND
+    flyer.silent = {"pose", "telemetry", "nearby", "uav1", "uav0"}  # all that comes is from its future
+    flyer.run(0.12)
+    assert (flyer.phase, flyer.velocity) == (Phase.HOLD, STILL)
+    flyer.run(1.0)
+    assert (flyer.phase, flyer.velocity) == (Phase.LANDING, (0.0, 0.0, -0.7))
+
+
 def test_when_the_tracker_confuses_its_body_it_holds_at_once_then_lands(flyer):
     doubt, began = Key("doubt", "uav2"), flyer.now
     for _ in range(490):

@@ -32,6 +32,7 @@ from flockwire.pilot.ladder import (
     speed_limit,
     unready_reason,
 )
+from flockwire.pilot.neighbourhood import AHEAD
 from flockwire.pilot.off_place import OffPlace, no_place
 from flockwire.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, age, command_stamp
 from flockwire.pilot.place import Place
@@ -111,7 +112,9 @@ class Pilot:
         (empty: none); `neighbours` returns the positions known without a sensor (m, world frame); `leader_down`: the
         leader does not lead.
         """
-        self.dt = max(0.0, min((now - self._stepped) / SECOND, LONGEST_STEP))  # a clock may be set back
+        self.dt = max(0.0, min((now - self._stepped) / SECOND, LONGEST_STEP))
+        if now < self._stepped:
+            self._set_back(now)
         self._stepped = now
         pose, inputs = self._pose, self._read(now, silence, self._leaderless(now, leader_down))
         self._inputs = inputs
@@ -273,6 +276,15 @@ class Pilot:
         """Return the velocity command without a fresh pose: straight down when landing, else zero."""
         landing = self.flight.phase is Phase.LANDING
         return (0.0, 0.0, -self._limits.vertical_speed) if landing else ZERO
+
+    def _set_back(self, now: int) -> None:
+        """Count the ages of what came before from `now` (Unix ns) on: the own clock was set back."""
+        if self._pose is not None and self._pose.stamp > now + AHEAD:
+            self._pose = self._pose._replace(stamp=now)
+        if self._telemetry is not None and self._telemetry.stamp > now + AHEAD:
+            self._telemetry = self._telemetry._replace(stamp=now)
+        if self._surroundings.stamp > now + AHEAD:
+            self._surroundings.set_back(now)
 
     def _take_pose(self, pose: Pose) -> None:
         if self._identity.doubt is not None:
