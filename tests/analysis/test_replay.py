@@ -125,6 +125,52 @@ def test_a_trace_without_positions_or_orders_has_a_page(tmp_path, write_flight):
     assert "checks failed" in replay(empty, summarise(trace))
 
 
+@pytest.mark.parametrize("late", [-0.01, 1.99, 2.0, 60.0])
+def test_orders_later_than_the_last_message_show_the_end_of_the_trace(trace, late):
+    shift = trace.end + round(late * SECOND) - trace.missions[0].stamp
+    later = [mission._replace(stamp=mission.stamp + shift) for mission in trace.missions]
+    data = flight_data(replace(trace, missions=tuple(later)))
+    assert data["count"] == pytest.approx(2.0 / data["step"], abs=1 if late >= 0.0 else 2)
+    end = data["begin"] + (data["count"] - 1) * data["step"]
+    assert data["zero"] / 1000 + end == pytest.approx(trace.end / SECOND, abs=0.03)
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="there is no node")
+def test_the_grid_has_few_lines_however_far_away_a_drone_reports_to_be():
+    scripts = "".join((FOLDER / name).read_text() for name in ("camera.js", "scene.js", "chart.js"))
+    lines = """
+        Camera.prototype.listen = () => {};
+        const scene = new Scene({}, () => {});
+        scene.begin({ heights: [0, 3], fence: [[0, 0], [9, 0], [9, 9], [0, 9]] });
+        const palette = { line: "", muted: "" };
+        let lines = 0;
+        shape = scene.rule = () => { lines += 1; };
+        const pen = new Proxy({}, { get: () => () => {}, set: () => true });
+        const found = [];
+        for (const view of ["above", "side", "3-D"]) {
+          for (const far of [4, 300, 1e4, 1e9, 1e300]) {
+            for (const scale of [null, 1, 4000]) {
+              scene.camera.look(view);
+              Object.assign(scene.camera, { width: 1200, height: 800 });
+              [scene.camera.right, scene.camera.up, scene.camera.near] = scene.camera.axes();
+              scene.camera.frame([[0, 0, 1], [far, 1, 1]]);
+              if (scale) scene.camera.scale = scale;
+              lines = 0;
+              scene.grid(pen);
+              found.push(lines);
+            }
+          }
+        }
+        console.log(JSON.stringify(found));
+    """
+    run = subprocess.run(
+        ["node", "-e", scripts + "let shape;" + lines], check=True, capture_output=True, text=True, timeout=60
+    )
+    counts = json.loads(run.stdout)
+    assert max(counts) < 500
+    assert counts[0] > 5
+
+
 @pytest.mark.skipif(shutil.which("node") is None, reason="there is no node")
 @pytest.mark.parametrize("script", sorted(FOLDER.glob("*.js")), ids=lambda path: path.name)
 def test_the_scripts_are_javascript(script):
