@@ -22,9 +22,10 @@ from flockwire_sim.search.flight import FALL, judge
 from flockwire_sim.search.record import Recorder
 from flockwire_sim.search.robustness import BOUNDS, Bounds, closest
 from flockwire_sim.world import EPOCH, World
-from rare_draws import ORDERS
+from rare_draws import HAND, ORDERS, UPLINK
 
 NO_PLACE = "landing place: none is free"
+UNOWED = {HAND: "down:", UPLINK: ("fence:", "clearance:")}  # a hand still holds it; it obeys its last command
 
 
 @dataclass
@@ -93,6 +94,9 @@ class Judge:
         contact, bad = judged.margins.get("contact"), judged.violations
         if NO_PLACE in marks:  # a drone without a place to land hovers, and the director says so
             bad = [what for what in bad if not what.startswith(("down:", "over:"))]
+        for kind, owed in UNOWED.items():
+            if kind in {fault["kind"] for fault in flight.faults}:
+                bad = [what for what in bad if not what.startswith(owed)]
         fastest = flight.swarm.limits.vertical_speed + self._bounds.hard
         return Result(
             flight.seed, flight.variant, flight.usual, list(flight.faults), outcome.failure, outcome.seconds,

@@ -187,7 +187,8 @@ def _deaf(plan: Plan, _: Without, chance: Random) -> Faults:
     at, processes = chance.uniform(0.0, 8.0), [*plan.pilots.values(), *_drivers(plan)]
     frozen = {"kind": "freeze", "process": chance.choice(processes), "duration": chance.choice((0.8, 2.0, 6.0))}
     if len(_drivers(plan)) > 1 and chance.random() < 0.4:  # it lands without its driver
-        frozen |= {"process": chance.choice(_drivers(plan)), "duration": LONG}
+        own = [driver for driver in _drivers(plan) if driver != "kinematics"]  # with which the world stands still
+        frozen |= {"process": chance.choice(own), "duration": LONG}
     return [{"at": round(at, 3)} | frozen, _asked(at + chance.uniform(0.0, 0.5), *chance.choice(ORDERED))]
 
 

