@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 from command_line import refused
 from flockwire.domain.time import SECOND
+from flockwire.wire.keys import Key
 from flockwire.wire.plan import Plan
+from flockwire.wire.status import Reason
 from flockwire_analysis import replay as replaying
 from flockwire_analysis.checks import Check
+from flockwire_analysis.observed import MOST_REASONED, TOO_MANY, Shown, append_change, shown
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.replay import SILENT, flight_data, replay, reports
 from flockwire_analysis.sampled import sampled, worst_moments
@@ -73,6 +76,31 @@ def test_a_status_that_comes_again_ends_the_silence(tmp_path, write_flight):
     write_flight(tmp_path / "trace.mcap", begin=-1.0, end=5.0, unrecorded=(1.0, 4.0))
     found = [one.phase for one in reports(read_trace(tmp_path / "trace.mcap"), "uav1")]
     assert found[found.index(SILENT) - 1] == found[found.index(SILENT) + 1] == "formation"
+
+
+def test_a_process_whose_stamps_go_back_has_its_changes_in_order(trace):
+    key, (begin, end) = Key("status", "uav1"), (trace.begin, trace.begin + 90 * SECOND)
+    stamps = begin + SECOND * np.array([10, 50, 80])
+    columns = dict.fromkeys(("stamps", "published", "logged", "sequences"), stamps)
+    series = replace(trace.series[key], **columns, values=np.empty((3, 0)))
+    told = (Shown(int(stamps[2]), "hold"), Shown(int(stamps[1]), "landing"))  # as they arrived
+    odd = replace(trace, series={**trace.series, key: series}, shown={"uav1": told}, end=end)
+    found = [((one.stamp - begin) // SECOND, one.phase) for one in reports(odd, "uav1")]
+    assert found == [(12, SILENT), (50, "landing"), (52, SILENT), (80, "hold"), (82, SILENT)]
+    forged = replace(odd, shown={"uav1": told[:1]})
+    found = [((one.stamp - begin) // SECOND, one.phase) for one in reports(forged, "uav1")]
+    assert found == [(12, SILENT), (50, "hold"), (52, SILENT), (80, "hold"), (82, SILENT)]
+
+
+def test_a_process_that_changes_its_reasons_at_each_status_does_not_fill_the_page(trace):
+    history, status = [], next(one.last for one in trace.vitals if one.last.identity == "uav1")
+    for k in range(2 * MOST_REASONED):
+        report = status.report._replace(detail=f"{k} ".ljust(256, "x"), reasons=8 * (Reason("code", 256 * "y"),))
+        append_change(history, shown(status._replace(stamp=k, report=report)))
+    assert len(history) == MOST_REASONED + 1
+    assert history[-2].why.startswith(f"{MOST_REASONED - 1} x")
+    assert history[-1][1:3] == (status.report.phase, TOO_MANY)
+    assert sum(len(one.why) for one in history) < LARGEST / 4
 
 
 def test_the_worst_moments_are_those_of_the_samples(trace):
