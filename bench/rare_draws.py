@@ -32,8 +32,8 @@ HASTY = "hasty"  # to the other formation, too fast
 APART = "false_pose"  # the tracker moves one body away, where pilots watch for it (limits.body_drift)
 WORLD_KINDS = ("swap", "visitor", APART)  # which the simulated world injects
 _SHARES = {
-    ORDERS: 4.0, EARLY: 0.7, HAND: 3.0, STATION_KILLED: 0.3, AT_TAKE_OFF: 4.0, PREPARING: 4.0, CROSSING: 4.0, DEAF: 3.0,
-    SECOND_FLIGHT: 2.0, UPLINK: 3.0, OTHER_FLIES: 3.0, ORPHAN: 0.9, CLOCK: 1.0, "swap": 2.0, "visitor": 1.0,
+    ORDERS: 4.0, EARLY: 0.7, HAND: 3.0, STATION_KILLED: 0.3, AT_TAKE_OFF: 4.0, PREPARING: 4.0, CROSSING: 7.0, DEAF: 3.0,
+    SECOND_FLIGHT: 2.0, UPLINK: 4.0, OTHER_FLIES: 5.0, ORPHAN: 0.9, CLOCK: 1.0, "swap": 2.0, "visitor": 1.0,
 }  # fmt: skip
 RARE_KINDS = (ORDERS, EARLY, HAND, UPLINK, STATION_KILLED, OTHER_FLIES, CLOCK, *WORLD_KINDS)
 CONDUCTED = ("hold", "hold", "resume", "resume", "land", "stop", "conduct")  # by the station that conducts the flight
@@ -209,7 +209,7 @@ def _other_flies(plan: Plan, without: Without, chance: Random) -> Faults:
     asked = [_asked(chance.uniform(0.0, 9.0), *chance.choice(ORDERED)) for _ in range(chance.choice((0, 1, 2)))]
     last, before = plan.pilots[plan.swarm.flying[-1]], plan.pilots[plan.swarm.flying[-2]]
     cut = {"at": _moment(chance, 3.0), "kind": "cut", "from": before, "to": last, "duration": 6.0}
-    return [{"at": 0.0}, started, *asked, *([cut] if chance.random() < 0.4 else [])]
+    return [{"at": 0.0}, started, *asked, *([cut] if chance.random() < 0.7 else [])]
 
 
 def _orphan(plan: Plan, _: Without, chance: Random) -> Faults:

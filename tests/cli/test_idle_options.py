@@ -20,6 +20,9 @@ VALUES = {  # of options whose default does not stand for itself, or that is a t
 TELEOPERATED, UNFILTERED = {"leader.kind": "teleoperated"}, {"control.safety_filter": False}
 CARRIED, EXTENDED = {"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2]}, {"control.law": "extended"}
 FROM_ROS = {"gateway.source": "ros"}
+REAL = {f"drones.{i}.airframe": "tello" for i in range(5)} | {
+    f"drones.{i}.tello": {"address": f"192.0.2.{i}", "local_ip": f"192.0.2.{100 + i}"} for i in range(5)
+}
 CASES = {  # by what the file has: where the options of that row do nothing, and where each does something
     "control.law = 'extended'": (EXTENDED, {"control.law": "paper"}),
     "control.law = 'extended' with its safety filter": (EXTENDED, EXTENDED | UNFILTERED),
@@ -31,6 +34,7 @@ CASES = {  # by what the file has: where the options of that row do nothing, and
         {"avoidance.sensing": "neighbours"},
         {"avoidance.sensing": "neighbours", "drones.2.airframe": "tello"},
     ),
+    "no simulated drone": (REAL | {"gateway.source": "natnet"}, {"drones.2.airframe": "tello"}),
     "network.security = 'none'": ({"network.security": "none"}, {}),
     "a leader that is not steered": ({}, TELEOPERATED),
     "a leader that is not steered or carried": ({}, CARRIED),

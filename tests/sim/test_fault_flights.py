@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from random import Random
 
 import pytest
 from fault_draws import KINDS, drawn
 from fault_judge import Result, fly, fly_rare
+from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
 from flockwire_sim.coverage import Coverage
 from flockwire_sim.search.robustness import BOUNDS
@@ -48,8 +50,9 @@ def test_they_reach_no_mark_that_is_not_declared(flown: list[Result]) -> None:
     assert {"director: takes off", "rung: own pose, land", "phase: take-off to hold"} <= coverage.reached.keys()
 
 
-def test_rare_draws_add_every_kind() -> None:
-    plans = [Plan(drawn(seed).swarm) for seed in (RARE, TELLO)]
+def test_rare_draws_add_every_kind(make_swarm: Callable[..., Swarm]) -> None:
+    watching = make_swarm({"control.law": "extended", "limits.body_drift": 0.2})
+    plans = [*(Plan(drawn(seed).swarm) for seed in (RARE, TELLO)), Plan(watching)]
     kinds = {f["kind"] for plan in plans for seed in range(200) for f in rare_faults(plan, (), Random(seed))}
     assert set(RARE_KINDS) <= kinds
 
