@@ -22,10 +22,12 @@ from flockwire_sim.search.flight import FALL, judge
 from flockwire_sim.search.record import Recorder
 from flockwire_sim.search.robustness import BOUNDS, Bounds, closest
 from flockwire_sim.world import EPOCH, World
-from rare_draws import HAND, ORDERS, UPLINK
+from rare_draws import APART, HAND, ORDERS, UPLINK
 
 NO_PLACE = "landing place: none is free"
-UNOWED = {HAND: "down:", UPLINK: ("fence:", "clearance:")}  # a hand still holds it; it obeys its last command
+UNOWED = {  # a hand still holds it; it obeys its last command; it is elsewhere until its pilot knows (docs/safety.md)
+    HAND: "down:", UPLINK: ("fence:", "clearance:"), APART: ("distance:", "clearance:", "fence:"),
+}  # fmt: skip
 
 
 @dataclass

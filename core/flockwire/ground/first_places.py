@@ -26,7 +26,6 @@ def with_first_places(order: Mission, swarm: Swarm, fleet: Fleet) -> Mission:
     reports = [fleet.fresh[followers[rank]].report for rank in ranks if followers[rank] in fleet.fresh]
     here = [report.position for report in reports if report.position is not None]
     if len(here) < len(ranks):
-        sometimes("station: places by rank, a position is unknown")
         return order
     formation = swarm.build_formation(order.formation)
     best = assignment(here, [formation.offset(rank, 0.0) for rank in ranks])
