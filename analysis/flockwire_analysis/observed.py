@@ -10,6 +10,10 @@ from flockwire.domain.time import SECOND
 from flockwire.pilot.off_place import shown_phase
 from flockwire.wire.status import LAW_FAILED, Status
 
+MOST_REASONED = 5000  # changes of one process that keep their reasons: a hostile one changes its own at each status
+LONGEST_REASON = 400  # characters
+TOO_MANY = "too many reasons to show; the trace has them"
+
 
 class Observed(NamedTuple):
     """What a pilot reported at `stamp` (Unix ns), after as many `steps`; `publisher` is another after a restart.
@@ -57,11 +61,13 @@ def shown(status: Status) -> Shown:
     """Return what pages show of a status."""
     report, mission = status.report, status.report.mission
     formation = mission.formation if mission is not None and mission.in_formation else None
-    return Shown(status.stamp, shown_phase(report), report.line, formation)
+    return Shown(status.stamp, shown_phase(report), report.line[:LONGEST_REASON], formation)
 
 
 def append_change(history: list[Shown], new: Shown) -> None:
-    """Append `new` if it differs from the last one by more than its stamp."""
+    """Append `new` if it differs from the last one by more than its stamp; after MOST_REASONED without its reason."""
+    if len(history) >= MOST_REASONED and new.why:
+        new = new._replace(why=TOO_MANY)
     if not history or history[-1][1:] != new[1:]:
         history.append(new)
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from html import escape
 from itertools import pairwise
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +33,8 @@ PHASE, RUNG = "phase", "rung"  # kinds of marks: a drone's phase changed, by an 
 ORDERLY = (Phase.GROUNDED, Phase.READY, Phase.TAKEOFF, Phase.FORMATION)  # phases whose reasons are no rungs
 LISTED = '<h2>Events</h2><ul id="events"></ul>'
 NAME = "replay.html"
+
+_stamp = attrgetter("stamp")
 
 
 def write_replay(trace: Trace, summary: Summary, path: Path) -> Path:
@@ -128,19 +132,19 @@ def _reports(trace: Trace, identity: str, seconds: Callable[[int], float]) -> li
 
 
 def reports(trace: Trace, identity: str) -> list[Shown]:
-    """Return the changes of what a process reported; it is silent where its status is older than STALE."""
-    found, series = list(trace.shown.get(identity, ())), trace.series.get(Key("status", identity))
+    """Return the changes of what a process reported, by stamp; it is silent where its status is older than STALE."""
+    found, series = sorted(trace.shown.get(identity, ()), key=_stamp), trace.series.get(Key("status", identity))
     if series is None or not found:
         return found
-    stamps = np.append(series.stamps, trace.end)
-    for k in np.flatnonzero(np.diff(stamps) >= STALE).tolist():
+    stamps, changed = np.append(series.stamps, trace.end), [one.stamp for one in found]
+    silences = []
+    for k in np.flatnonzero(np.diff(stamps) > STALE).tolist():
         last, following = int(stamps[k]), int(stamps[k + 1])
-        before = [one for one in found if one.stamp <= last]
-        found.append(Shown(last + STALE, SILENT))
-        if following < trace.end and not any(one.stamp == following for one in found):
-            found.append(before[-1]._replace(stamp=following))
-        found.sort(key=lambda one: one.stamp)
-    return found
+        after = bisect_right(changed, last)
+        silences.append(Shown(last + STALE, SILENT))
+        if following < trace.end and following not in changed[after : after + 1]:
+            silences.append(found[max(after - 1, 0)]._replace(stamp=following))
+    return sorted([*found, *silences], key=_stamp)
 
 
 def _marks(trace: Trace, flight: Sampled) -> list[Event]:

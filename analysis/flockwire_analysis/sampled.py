@@ -55,12 +55,12 @@ class Sampled:
 
 def sampled(trace: Trace, most: int) -> Sampled:
     """Return a flight from shortly before its first order to the trace's end, in at most `most` steps or so."""
-    begin = max(trace.begin, airborne(trace).begin - BEFORE)
+    begin = max(trace.begin, min(trace.end, airborne(trace).begin) - BEFORE)  # an order's stamp may be later than all
     phases = formation_phases(trace)
     zero = phases[0].span.begin if phases else trace.begin
     step = max(FINEST, -(-(trace.end - begin) // most // MS) * MS)
     first = zero - (zero - begin) // step * step
-    stamps = np.arange(first, trace.end + 1, step, dtype=np.int64)
+    stamps = np.arange(first, max(first, trace.end) + 1, step, dtype=np.int64)
     numbers = sorted(trace.plan.pilot)
     leader = places(trace, LEADER, stamps)
     return Sampled(

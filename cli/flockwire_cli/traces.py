@@ -122,7 +122,7 @@ def compare(
     out: Annotated[Path, typer.Option(help="Folder for tables and figures.")] = Path("runs/comparison"),
 ) -> None:
     """Compare flights, or groups of flights: key figures, means with 95 % intervals, paired tests against the first."""
-    from flockwire_analysis.comparison import Group, as_csv, as_latex, as_text, comparison  # noqa: PLC0415  (scipy)  # noqa: PLC0415
+    from flockwire_analysis.comparison import Group, as_csv, as_latex, as_text, comparison  # noqa: PLC0415  (scipy)
     from flockwire_analysis.figures.comparison import MOST  # noqa: PLC0415  (matplotlib)
     from flockwire_analysis.figures.comparison import compare as draw  # noqa: PLC0415
     from flockwire_analysis.reading import read_trace  # noqa: PLC0415
@@ -176,8 +176,10 @@ def _names(paths: list[Path]) -> list[str]:
 
 
 def _trace(work: Any) -> Any:  # noqa: ANN401  (it passes through whatever `work` returns)
-    """Do `work` on a trace; a bad trace ends the program."""
+    """Do `work` on a trace; a bad trace, or a file that cannot be read or written, ends the program."""
     try:
         return work()
-    except (OSError, ValueError) as error:
+    except OSError as error:
+        refuse(f"{error.filename}: {error.strerror}" if error.filename and error.strerror else str(error))
+    except ValueError as error:
         refuse(str(error))

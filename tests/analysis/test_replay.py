@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 from command_line import refused
 from flockwire.domain.time import SECOND
+from flockwire.wire.keys import Key
 from flockwire.wire.plan import Plan
+from flockwire.wire.status import Reason
 from flockwire_analysis import replay as replaying
 from flockwire_analysis.checks import Check
+from flockwire_analysis.observed import MOST_REASONED, TOO_MANY, Shown, append_change, shown
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.replay import SILENT, flight_data, replay, reports
 from flockwire_analysis.sampled import sampled, worst_moments
@@ -75,6 +78,31 @@ def test_a_status_that_comes_again_ends_the_silence(tmp_path, write_flight):
     assert found[found.index(SILENT) - 1] == found[found.index(SILENT) + 1] == "formation"
 
 
+def test_a_process_whose_stamps_go_back_has_its_changes_in_order(trace):
+    key, (begin, end) = Key("status", "uav1"), (trace.begin, trace.begin + 90 * SECOND)
+    stamps = begin + SECOND * np.array([10, 50, 80])
+    columns = dict.fromkeys(("stamps", "published", "logged", "sequences"), stamps)
+    series = replace(trace.series[key], **columns, values=np.empty((3, 0)))
+    told = (Shown(int(stamps[2]), "hold"), Shown(int(stamps[1]), "landing"))  # as they arrived
+    odd = replace(trace, series={**trace.series, key: series}, shown={"uav1": told}, end=end)
+    found = [((one.stamp - begin) // SECOND, one.phase) for one in reports(odd, "uav1")]
+    assert found == [(12, SILENT), (50, "landing"), (52, SILENT), (80, "hold"), (82, SILENT)]
+    forged = replace(odd, shown={"uav1": told[:1]})
+    found = [((one.stamp - begin) // SECOND, one.phase) for one in reports(forged, "uav1")]
+    assert found == [(12, SILENT), (50, "hold"), (52, SILENT), (80, "hold"), (82, SILENT)]
+
+
+def test_a_process_that_changes_its_reasons_at_each_status_does_not_fill_the_page(trace):
+    history, status = [], next(one.last for one in trace.vitals if one.last.identity == "uav1")
+    for k in range(2 * MOST_REASONED):
+        report = status.report._replace(detail=f"{k} ".ljust(256, "x"), reasons=8 * (Reason("code", 256 * "y"),))
+        append_change(history, shown(status._replace(stamp=k, report=report)))
+    assert len(history) == MOST_REASONED + 1
+    assert history[-2].why.startswith(f"{MOST_REASONED - 1} x")
+    assert history[-1][1:3] == (status.report.phase, TOO_MANY)
+    assert sum(len(one.why) for one in history) < LARGEST / 4
+
+
 def test_the_worst_moments_are_those_of_the_samples(trace):
     flight = sampled(trace, 10**6)
     moments = list(worst_moments(flight))
@@ -123,6 +151,52 @@ def test_a_trace_without_positions_or_orders_has_a_page(tmp_path, write_flight):
     empty = replace(trace, series={})
     assert flight_data(empty)["drones"][1]["position"][0][0] is None
     assert "checks failed" in replay(empty, summarise(trace))
+
+
+@pytest.mark.parametrize("late", [-0.01, 1.99, 2.0, 60.0])
+def test_orders_later_than_the_last_message_show_the_end_of_the_trace(trace, late):
+    shift = trace.end + round(late * SECOND) - trace.missions[0].stamp
+    later = [mission._replace(stamp=mission.stamp + shift) for mission in trace.missions]
+    data = flight_data(replace(trace, missions=tuple(later)))
+    assert data["count"] == pytest.approx(2.0 / data["step"], abs=1 if late >= 0.0 else 2)
+    end = data["begin"] + (data["count"] - 1) * data["step"]
+    assert data["zero"] / 1000 + end == pytest.approx(trace.end / SECOND, abs=0.03)
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="there is no node")
+def test_the_grid_has_few_lines_however_far_away_a_drone_reports_to_be():
+    scripts = "".join((FOLDER / name).read_text() for name in ("camera.js", "scene.js", "chart.js"))
+    lines = """
+        Camera.prototype.listen = () => {};
+        const scene = new Scene({}, () => {});
+        scene.begin({ heights: [0, 3], fence: [[0, 0], [9, 0], [9, 9], [0, 9]] });
+        const palette = { line: "", muted: "" };
+        let lines = 0;
+        shape = scene.rule = () => { lines += 1; };
+        const pen = new Proxy({}, { get: () => () => {}, set: () => true });
+        const found = [];
+        for (const view of ["above", "side", "3-D"]) {
+          for (const far of [4, 300, 1e4, 1e9, 1e300]) {
+            for (const scale of [null, 1, 4000]) {
+              scene.camera.look(view);
+              Object.assign(scene.camera, { width: 1200, height: 800 });
+              [scene.camera.right, scene.camera.up, scene.camera.near] = scene.camera.axes();
+              scene.camera.frame([[0, 0, 1], [far, 1, 1]]);
+              if (scale) scene.camera.scale = scale;
+              lines = 0;
+              scene.grid(pen);
+              found.push(lines);
+            }
+          }
+        }
+        console.log(JSON.stringify(found));
+    """
+    run = subprocess.run(
+        ["node", "-e", scripts + "let shape;" + lines], check=True, capture_output=True, text=True, timeout=60
+    )
+    counts = json.loads(run.stdout)
+    assert max(counts) < 500
+    assert counts[0] > 5
 
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="there is no node")

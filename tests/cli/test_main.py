@@ -51,8 +51,9 @@ def test_a_bad_swarm_file_is_refused_in_one_line(flockwire, broken, old, new, li
         (("router", PAPER), "flockwire: paper has no router: only a swarm with network.mode = 'router' has one"),
         (("start", PAPER, "--formation", "x"), "flockwire: --formation = 'x': the swarm file has no [formations]"),
         (("up", PAPER, "--host", "mars"), "flockwire: --host = 'mars': must be one of ['local'] ([hosts])"),
-        (("report", "nowhere.mcap"), "flockwire: "),
-        (("recover", "nowhere.mcap"), "flockwire: "),
+        (("report", "nowhere.mcap"), "flockwire: nowhere.mcap: No such file or directory"),
+        (("recover", "nowhere.mcap"), "flockwire: nowhere.mcap: No such file or directory"),
+        (("view", PAPER.parent), f"flockwire: {PAPER.parent}: Is a directory"),
     ],
     ids=lambda value: value[0] if isinstance(value, tuple) else "",
 )

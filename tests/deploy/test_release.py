@@ -3,19 +3,22 @@
 import hashlib
 import json
 import os
+import re
 import subprocess
+import tomllib
 from pathlib import Path
 
 import pytest
 
 pytestmark = pytest.mark.long
 ROOT = Path(__file__).parents[2]
+VERSION = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
 
 
 @pytest.fixture
 def clone(tmp_path):
     """Return a function that runs a program in a clone of the repository."""
-    subprocess.run(["git", "clone", "--quiet", ROOT, tmp_path / "tree"], check=True)
+    subprocess.run(["git", "clone", "--quiet", "--no-tags", ROOT, tmp_path / "tree"], check=True)
     paths = os.pathsep.join([str(ROOT / ".uv/bin"), os.environ["PATH"]])
     named = {f"GIT_{who}_{what}": "a@b" for who in ("AUTHOR", "COMMITTER") for what in ("NAME", "EMAIL")}
 
@@ -31,12 +34,12 @@ def test_a_tag_becomes_a_release_with_its_sums_and_its_dependencies(clone):
     (tree / "scripts/release").write_text((ROOT / "scripts/release").read_text())
     assert "HEAD has no tag" in run("scripts/release").stderr
     changes = tree / "CHANGELOG.md"
-    changes.write_text(changes.read_text().replace("## 0.1.0, unreleased", "## 0.1.0, 2026-12-01"))
-    assert run("git", "commit", "--quiet", "--all", "--message", "0.1.0", "--allow-empty").returncode == 0
-    run("git", "tag", "v0.2.0")
-    assert "tag = v0.2.0: must be v0.1.0" in run("scripts/release").stderr
-    run("git", "tag", "--delete", "v0.2.0")
-    run("git", "tag", "v0.1.0")
+    changes.write_text(re.sub("^## .*$", f"## {VERSION}, 2026-12-01", changes.read_text(), count=1, flags=re.MULTILINE))
+    assert run("git", "commit", "--quiet", "--all", "--message", VERSION, "--allow-empty").returncode == 0
+    run("git", "tag", "v0.0.0")
+    assert f"tag = v0.0.0: must be v{VERSION}" in run("scripts/release").stderr
+    run("git", "tag", "--delete", "v0.0.0")
+    run("git", "tag", f"v{VERSION}")
     (tree / "note").write_text("")
     assert "not committed" in run("scripts/release").stderr
     (tree / "note").unlink()
@@ -44,9 +47,9 @@ def test_a_tag_becomes_a_release_with_its_sums_and_its_dependencies(clone):
     assert done.returncode == 0, done.stderr
     out = tree / "dist/release"
     listed = dict(reversed(line.split()) for line in (out / "SHA256SUMS").read_text().splitlines())
-    assert set(listed) == {"flockwire-0.1.0.tar.gz", "flockwire-0.1.0-py3-none-any.whl", "flockwire-0.1.0.cdx.json"}
+    assert set(listed) == {f"flockwire-{VERSION}{end}" for end in (".tar.gz", "-py3-none-any.whl", ".cdx.json")}
     assert all(hashlib.sha256((out / name).read_bytes()).hexdigest() == digest for name, digest in listed.items())
-    sbom = json.loads((out / "flockwire-0.1.0.cdx.json").read_text())
+    sbom = json.loads((out / f"flockwire-{VERSION}.cdx.json").read_text())
     assert sbom["bomFormat"] == "CycloneDX"
     assert {"eclipse-zenoh", "pydantic", "matplotlib"} <= {one["name"] for one in sbom["components"]}
     assert "pytest" not in {one["name"] for one in sbom["components"]}

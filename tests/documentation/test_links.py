@@ -8,6 +8,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 PAGES = [*ROOT.glob("*.md"), *ROOT.glob("examples/**/*.md"), ROOT / "deploy/README.md"]
 LINK = re.compile(r"\]\(([^)\s]+)\)")
+NAMED = re.compile(r"`((?:bench|docs|examples|scripts|swarms|tests)/[\w/.]+\.\w+)`")
 
 
 def anchors(page):
@@ -25,6 +26,12 @@ def test_every_link_leads_to_a_file_and_a_heading(page):
         target = (page.parent / file).resolve() if file else page
         assert target.exists(), link
         assert not anchor or anchor in anchors(target), link
+
+
+@pytest.mark.parametrize("page", [*PAGES, *ROOT.glob("docs/**/*.md")], ids=lambda page: str(page.relative_to(ROOT)))
+def test_every_file_that_a_page_names_exists(page):
+    named = NAMED.findall(page.read_text(encoding="utf-8"))
+    assert not [name for name in named if not (ROOT / name).exists()]
 
 
 def test_a_page_that_is_not_there_would_be_noticed():

@@ -3,6 +3,9 @@
 
 const ROUND = 40; // corners of a drawn circle
 const ENDLESS = 0.5; // m that an endless obstacle rises above the fence
+const FINEST = 0.1; // m between two lines of the grid
+const APART = 55; // pixels between two lines of the grid
+const MOST_LINES = 200; // of the grid, each way: a drone may report any place, and the page must go on
 const LABEL = "600 12px system-ui, sans-serif";
 
 class Scene {
@@ -54,16 +57,13 @@ class Scene {
   grid(pen) {
     const { camera } = this;
     const half = Math.max(camera.width, camera.height) / camera.scale / 2;
-    const step = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100].find((one) => one * camera.scale > 55) ?? 200;
+    const apart = Math.max(FINEST, APART / camera.scale);
     const text = (value) => `${Number(value.toFixed(1))}`;
     pen.strokeStyle = palette.line;
     pen.fillStyle = palette.muted;
     pen.font = "11px system-ui, sans-serif";
     pen.lineWidth = 1;
-    const ticks = (low, high) => {
-      const first = Math.ceil(low / step);
-      return Array.from({ length: Math.max(0, Math.floor(high / step) - first + 1) }, (_, k) => (first + k) * step);
-    };
+    const ticks = (low, high) => spaced(low, high, Math.min(MOST_LINES, (high - low) / apart));
     const round = (k) => ticks(camera.target[k] - half, camera.target[k] + half);
     if (!this.isSide() && !this.isFlat()) {
       this.ground(pen, ticks, text);
