@@ -194,5 +194,11 @@ def _number(value: float) -> str:
     return f"{value:.4g}"
 
 
+_IN_LATEX = str.maketrans(
+    {sign: f"\\{sign}" for sign in "_%&#${}"}
+    | {"\\": r"\textbackslash{}", "^": r"\textasciicircum{}", "~": r"\textasciitilde{}"}
+)
+
+
 def _escaped(text: str) -> str:
-    return "".join(f"\\{sign}" if sign in "_%&#$" else sign for sign in text)
+    return text.translate(_IN_LATEX)

@@ -93,6 +93,12 @@ def test_csv_and_latex_have_the_same_numbers(groups):
     assert latex.count("\\\\") == len(QUANTITIES) + 1
 
 
+def test_a_name_of_any_signs_is_text_in_latex(groups):
+    (odd, other) = (replace(groups[0], name="a{b}^c~d\\e_f"), groups[1])
+    latex = as_latex([odd, other], comparison([odd, other]))
+    assert " & a\\{b\\}\\textasciicircum{}c\\textasciitilde{}d\\textbackslash{}e\\_f & " in latex
+
+
 def test_a_folder_is_a_group_and_flights_in_equal_places_are_pairs(flockwire, summary, tmp_path, monkeypatch):
     drawn = []
     monkeypatch.setattr("flockwire_analysis.reading.read_trace", lambda path: path)
