@@ -81,6 +81,7 @@ class SimulatedBlimp:
         self.position, self._yaw = swarm.drone(number).start, swarm.drone(number).heading
         self._ground, self._lag, self._now, self._due = self.position[2], swarm.airframe(number).lag, now, now
         self._wanted, self._forward, self._up, self._stopped = (0.0, 0.0, 0.0), 0.0, 0.0, False
+        self._wind = None
 
     @property
     def orientation(self):
@@ -100,7 +101,9 @@ class SimulatedBlimp:
         if self.in_the_air or up > 0.0:
             self._yaw += turn * dt
             x, y = x + self._forward * cos(self._yaw) * dt, y + self._forward * sin(self._yaw) * dt
-            z = max(self._ground, z + self._up * dt)
+            drift = self._wind.at(now)
+            x, y = x + drift[0] * dt, y + drift[1] * dt
+            z = max(self._ground, z + (self._up + drift[2]) * dt)
         self.position = (x, y, z)
 
     def datagram(self, data, sender, now):
@@ -117,6 +120,9 @@ class SimulatedBlimp:
 
     def respond(self, lag, dead_time):
         self._lag = lag
+
+    def blow(self, wind):
+        self._wind = wind
 '''
 DRIVER = '''
 """The driver of one blimp: it turns towards where it is to go."""

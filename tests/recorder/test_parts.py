@@ -129,5 +129,6 @@ def test_a_recorder_killed_and_restarted_continues_in_its_folder(tmp_path):
     logged = trace.of("truth", 1).logged
     assert len(logged) > 100
     recording = next(check for check in summarise(trace).checks if check.name == "recording")
-    assert not recording.ok
+    assert recording.value > 0.2  # s: the recorder's start takes longer than any pause of its messages
+    assert recording.ok == (recording.value <= recording.limit)
     json.dumps(recording.as_json())
