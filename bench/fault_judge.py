@@ -26,7 +26,7 @@ from rare_draws import APART, HAND, ORDERS, UPLINK
 
 NO_PLACE = "landing place: none is free"
 UNOWED = {  # a hand still holds it; it obeys its last command; it is elsewhere until its pilot knows (docs/safety.md)
-    HAND: "down:", UPLINK: ("fence:", "clearance:"), APART: ("distance:", "clearance:", "fence:"),
+    HAND: ("down",), UPLINK: ("fence", "clearance"), APART: ("distance", "clearance", "fence"),
 }  # fmt: skip
 
 
@@ -96,9 +96,12 @@ class Judge:
         contact, bad = judged.margins.get("contact"), judged.violations
         if NO_PLACE in marks:  # a drone without a place to land hovers, and the director says so
             bad = [what for what in bad if not what.startswith(("down:", "over:"))]
-        for kind, owed in UNOWED.items():
-            if kind in {fault["kind"] for fault in flight.faults}:
-                bad = [what for what in bad if not what.startswith(owed)]
+        for fault in flight.faults:  # each excuses its own drone, not the others
+            for name in UNOWED.get(fault["kind"], ()):
+                if name in judged.margins and uav(fault["drone"]) in (
+                    judged.margins[name].who, *judged.margins[name].what.split(),
+                ):  # fmt: skip
+                    bad = [what for what in bad if not what.startswith(f"{name}:")]
         fastest = flight.swarm.limits.vertical_speed + self._bounds.hard
         return Result(
             flight.seed, flight.variant, flight.usual, list(flight.faults), outcome.failure, outcome.seconds,
