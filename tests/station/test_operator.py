@@ -48,7 +48,7 @@ class Source:
         newest = None
         while self._waiting:
             newest = self.inbox.accept(*self._waiting.popleft(), now) or newest
-        return newest.message if newest is not None else None
+        return newest
 
 
 @pytest.fixture

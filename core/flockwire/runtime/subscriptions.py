@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Protocol
 import zenoh
 
 from flockwire import clock
-from flockwire.wire.inbox import Inbox, Received
+from flockwire.wire.inbox import Inbox
 
 if TYPE_CHECKING:
     from flockwire.wire.codec import Message
@@ -52,13 +52,8 @@ class Subscription(ABC):
         self.inbox = inbox
 
     @abstractmethod
-    def take(self, now: int) -> Received | None:
-        """Return the newest message that came since the last call and was accepted, None when there is none."""
-
     def message(self, now: int) -> Message | None:
-        """Return only the message of `take`."""
-        received = self.take(now)
-        return None if received is None else received.message
+        """Return the newest message that came since the last call and was accepted, None when there is none."""
 
     def _count(self, samples: int) -> None:
         if samples >= BACKLOG:
@@ -72,7 +67,7 @@ class Newest(Subscription):
         super().__init__(inbox)
         self._ring = ring
 
-    def take(self, now: int) -> Received | None:
+    def message(self, now: int) -> Message | None:
         """Return the newest message that came since the last call and was accepted, None when there is none."""
         newest, count = None, 0
         while (sample := self._ring.try_recv()) is not None:
@@ -92,9 +87,9 @@ class Every:
         """Return the messages that came since the last call and were accepted."""
         found, count = [], 0
         while (sample := self._ring.try_recv()) is not None:
-            received, count = self.inbox.accept(*_bytes(sample), now), count + 1
-            if received is not None:
-                found.append(received.message)
+            message, count = self.inbox.accept(*_bytes(sample), now), count + 1
+            if message is not None:
+                found.append(message)
         if count >= self._capacity:
             self.inbox.rejected["overflow"] += 1
         return found
@@ -118,7 +113,7 @@ class Prompt(Subscription):
             self._announced = True
             self._wakeup.announce(self)
 
-    def take(self, now: int) -> Received | None:
+    def message(self, now: int) -> Message | None:
         """Return the newest message that came since the last call and was accepted, None when there is none."""
         self._announced = False
         newest, count = None, len(self._waiting)

@@ -94,14 +94,6 @@ class Quota:
         return False
 
 
-class Received(NamedTuple):
-    """An accepted message."""
-
-    message: Message
-    origin: Origin
-    missed: int  # messages of the same publisher between the last one and this
-
-
 class Inbox:
     """Receives one key.
 
@@ -122,41 +114,31 @@ class Inbox:
         self._quota, self._largest = Quota(row.rate), row.largest
         self.each = row.each
 
-    def accept(self, payload: bytes, attached: bytes, now: int) -> Received | None:
+    def accept(self, payload: bytes, attached: bytes, now: int) -> Message | None:
         """Return the message, or None if it is malformed, not newer than the last accepted, too old or ahead.
 
         A message over the key's quota (KeyRow) is not decoded.
         """
         if len(payload) > self._largest or self._quota.exceeded(now):
-            self.rejected[OVER_QUOTA] += 1
-            return None
+            return self._reject(OVER_QUOTA)
         if payload.startswith(CANARY):
-            self.rejected["canary"] += 1
-            return None
-        opened = open_sample(self._row, payload, attached)
-        message = self.admit(opened, now)
-        if message is None or opened is None:
-            return None
-        _, sequence, sent, publisher = opened
-        return Received(message, Origin(sequence, sent, publisher), self.missed)
+            return self._reject("canary")
+        return self.admit(open_sample(self._row, payload, attached), now)
 
     def admit(self, opened: Opened | None, now: int) -> Message | None:
         """Judge what `open_sample` returned, as `accept` does; return its message when it passes."""
         if opened is None:
             return self._reject("malformed")
         message, sequence, sent, publisher = opened
-        stamp, missed = message.stamp, 0
+        stamp, same = message.stamp, publisher == self._publisher
         if self._newest > now + self._ahead:  # this machine's clock was set back
             self._newest = 0
+        missed = sequence - self._sequence - 1 if same else 0
         reason = ""
-        if publisher == self._publisher:
-            missed = sequence - self._sequence - 1
-            if missed < 0:
-                reason = "repeated"
-        elif not publisher.endswith(self._mark):
+        if missed < 0:
+            reason = "repeated"
+        elif not same and not publisher.endswith(self._mark):
             reason = MISDIRECTED
-        if reason:
-            pass
         elif stamp < self._newest and not self._any_time:  # its sequence number shows repetitions
             reason = "older than the last"
         elif stamp > now + self._ahead:
