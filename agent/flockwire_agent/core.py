@@ -164,10 +164,10 @@ class AgentCore:
 
 def make_core(start: Start) -> Core:
     """Return the core of one follower's agent, which lies if a fault says so."""
-    core = AgentCore(agent_parameters(start.plan.swarm, start.drone), start.now)
+    parameters = agent_parameters(start.plan.swarm, start.drone)
     lies = tuple(fault for fault in start.faults if isinstance(fault, AgentFault) and fault.drone == start.drone)
     if not lies:
-        return core
+        return AgentCore(parameters, start.now)
     from flockwire_agent.lying import LyingAgent  # noqa: PLC0415  (few flights have such a fault)
 
-    return LyingAgent(core, lies, start.took_off)
+    return LyingAgent(parameters, start.now, lies, start.took_off)

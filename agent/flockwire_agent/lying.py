@@ -6,51 +6,38 @@ from flockwire.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import add, scale
-from flockwire.process.cores import Core
+from flockwire.parameters import AgentParameters
 from flockwire.process.faults import AgentFault, FalseEstimate
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.status import Report
+
+from flockwire_agent.core import AgentCore
 
 
-class LyingAgent:
-    """Publishes what `core` decides, with the estimates changed by `faults`.
+class LyingAgent(AgentCore):
+    """Publishes what an agent decides, with the estimates changed by `faults`.
 
     Their times count from `took_off` (Unix ns), or without it from the order to take off.
     """
 
-    def __init__(self, core: Core, faults: tuple[AgentFault, ...], took_off: int | None) -> None:
-        self.triggers, self.prompt, self.period = core.triggers, core.prompt, core.period
-        self._core, self._faults, self._took_off = core, faults, took_off
+    def __init__(
+        self, parameters: AgentParameters, now: int, faults: tuple[AgentFault, ...], took_off: int | None
+    ) -> None:
+        super().__init__(parameters, now)
+        self._faults, self._took_off = faults, took_off
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Receive a message."""
         if isinstance(message, Mission) and message.verb == "takeoff" and self._took_off is None:
             self._took_off = message.stamp
-        self._core.receive(key, message, now)
-
-    def due(self, key: Key) -> bool:
-        """Return whether the last message of `key` causes a step."""
-        return self._core.due(key)
+        super().receive(key, message, now)
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
-        """Return the messages of the core, with false estimates."""
+        """Return the messages of the agent, with false estimates."""
         return [
             (key, self._changed(message, now) if isinstance(message, Estimate) else message)
-            for key, message in self._core.step(now)
+            for key, message in super().step(now)
         ]
-
-    def report(self, now: int) -> Report:
-        """Return the status of the core."""
-        return self._core.report(now)
-
-    def retire(self, now: int) -> None:
-        """Hold, then land, because the process must end."""
-        self._core.retire(now)
-
-    def may_end(self, now: int) -> bool:
-        """Return whether the drone is down."""
-        return self._core.may_end(now)
 
     def _changed(self, estimate: Estimate, now: int) -> Estimate:
         if self._took_off is None:

@@ -82,7 +82,7 @@ def up(
     """Start all processes of this host, fly, land, report."""
     from flockwire_station.fault_injection import refusal  # noqa: PLC0415
     from flockwire_station.host import Host  # noqa: PLC0415
-    from flockwire_station.up import UpOptions, fly  # noqa: PLC0415
+    from flockwire_station.up import fly  # noqa: PLC0415
 
     from flockwire_cli.verdict import conclude  # noqa: PLC0415
 
@@ -98,12 +98,11 @@ def up(
     absent = left_out(plan, without)
     folder = out or Path("runs") / f"{loaded.name}-{clock.local():%Y%m%d-%H%M%S}"
     refuse_a_second_trace(folder)
-    credentials = made_keys(swarm, plan, keys, here)
-    flight = UpOptions(Host(plan, swarm, here, folder, credentials, faults), duration, headless, wrong, absent)
+    flying = Host(plan, swarm, here, folder, made_keys(swarm, plan, keys, here), faults)
     _predict(loaded, duration)
     with refused(folder), unblocked():
-        failure = asyncio.run(fly(flight))
-    raise typer.Exit(conclude(failure, folder, flight.host.conducts))
+        failure = asyncio.run(fly(flying, duration, headless, wrong, absent))
+    raise typer.Exit(conclude(failure, folder, flying.conducts))
 
 
 @app.command()

@@ -15,7 +15,7 @@ from flockwire.wire.plan import Plan
 from flockwire_analysis.report import write_report
 from flockwire_station.folders import complete_keys
 from flockwire_station.host import Host
-from flockwire_station.hosting import UnansweredError, running
+from flockwire_station.processes import UnansweredError, running
 from flockwire_station.restarts import Restarts
 from flockwire_station.terminal.interrupts import Interrupts
 

@@ -6,44 +6,32 @@ and their processes end when the drones are down.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from flockwire.process.faults import Fault
 from flockwire_relay.links import Relays
 
 from flockwire_station.conduct import serve
 from flockwire_station.fault_injection import FaultInjector
 from flockwire_station.host import Host
-from flockwire_station.hosting import UnansweredError, running
+from flockwire_station.processes import UnansweredError, running
 from flockwire_station.terminal.interrupts import interrupts
 
 
-@dataclass(frozen=True, slots=True)
-class UpOptions:
-    """What to fly: this host, s of flight, whether there is a table, the faults to inject, who stays down."""
-
-    host: Host
-    duration: float
-    headless: bool
-    faults: tuple[Fault, ...] = ()
-    without: tuple[int, ...] = ()
-
-
-async def fly(flight: UpOptions) -> str:
-    """Fly; returns why the flight failed, empty if it did not.
+async def fly(
+    host: Host, duration: float, headless: bool, faults: tuple[Fault, ...] = (), without: tuple[int, ...] = ()
+) -> str:
+    """Fly `duration` s without the drones `without`; returns why the flight failed, empty if it did not.
 
     Raises PortInUseError and OtherFlightError before any process starts.
     """
-    host = flight.host
     with interrupts() as interrupted:
         try:
             async with (
-                Relays(flight.faults if host.conducts else (), host.plan) as relays,
+                Relays(faults if host.conducts else (), host.plan) as relays,
                 running(host, interrupted, relays.environments) as (children, operator),
             ):
                 if host.conducts:
-                    operator.conduct(flight.duration, flight.without)
-                injector = FaultInjector(flight.faults, host, children, relays)
-                return await serve(host, children, operator, injector, interrupted, flight.headless)
+                    operator.conduct(duration, without)
+                injector = FaultInjector(faults, host, children, relays)
+                return await serve(host, children, operator, injector, interrupted, headless)
         except UnansweredError as error:
             return str(error)

@@ -113,7 +113,7 @@ def test_a_folder_that_cannot_be_looked_at_is_refused_in_one_line(flockwire, tmp
 
 
 def test_an_endpoint_in_use_is_no_folder_that_cannot_be_written(flockwire, tmp_path, monkeypatch):
-    async def fly(_):
+    async def fly(*_):
         raise EndpointInUseError("operator cannot listen at 127.0.0.1:7447")
 
     monkeypatch.setattr("flockwire_station.up.fly", fly)

@@ -10,7 +10,7 @@ from flockwire.ground import director
 from flockwire.security.files import CredentialsError
 from flockwire_scripting import FlightError, open_swarm, real
 from flockwire_station import host as hosts
-from flockwire_station import hosting, planning
+from flockwire_station import planning, processes
 from simulated_children import Processes
 from simulated_pilots import SimulatedSwarm
 
@@ -121,10 +121,10 @@ def opened_without_trace(make_plan, children, tmp_path, monkeypatch):
         """All run."""
 
     monkeypatch.setattr(director, "LEAD_TIME", SECOND // 50)
-    monkeypatch.setattr(hosting, "Children", lambda *_: children)
+    monkeypatch.setattr(processes, "Children", lambda *_: children)
     monkeypatch.setattr(hosts, "busy_endpoint", lambda *_: "")
-    monkeypatch.setattr(hosting, "connected", connected)
-    monkeypatch.setattr(hosting, "start_processes", start_processes)
+    monkeypatch.setattr(processes, "connected", connected)
+    monkeypatch.setattr(processes, "start_processes", start_processes)
     (tmp_path / "mine.toml").touch()
     return lambda: real.RealFlight(plan, tmp_path / "mine.toml", tmp_path)
 

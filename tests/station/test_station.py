@@ -16,13 +16,13 @@ from flockwire.runtime import session as sessions
 from flockwire.runtime.session import RouterAbsentError
 from flockwire.wire.phase import Phase
 from flockwire_station import host as hosts
-from flockwire_station import hosting, operator, processes
+from flockwire_station import operator, processes
 from flockwire_station.conduct import LEFT_TO_THEMSELVES, serve
 from flockwire_station.connecting import UNANSWERED
 from flockwire_station.flown import flown, flown_by
 from flockwire_station.host import Host, PortInUseError, alone
-from flockwire_station.hosting import UnansweredError
 from flockwire_station.operator import Operator
+from flockwire_station.processes import UnansweredError
 from flockwire_station.restarts import MOST_AT_ONCE
 from flockwire_station.terminal.display import Display
 from flockwire_station.terminal.interrupts import Interrupts, interrupts
@@ -307,14 +307,14 @@ def starting(make_plan, monkeypatch):
             return swarm
 
         async def run():
-            async with hosting.running(host, interrupted):
+            async with processes.running(host, interrupted):
                 pass
 
-        monkeypatch.setattr(hosting, "connected", connected)
-        monkeypatch.setattr(hosting, "Children", lambda *_: children)
+        monkeypatch.setattr(processes, "connected", connected)
+        monkeypatch.setattr(processes, "Children", lambda *_: children)
         monkeypatch.setattr(hosts, "busy_endpoint", lambda *_: "")
-        monkeypatch.setattr(hosting, "flown_by", lambda *_: None)
-        monkeypatch.setattr(hosting, "flown", lambda *_: nullcontext())
+        monkeypatch.setattr(processes, "flown_by", lambda *_: None)
+        monkeypatch.setattr(processes, "flown", lambda *_: nullcontext())
         host = Host(plan, None, plan.hosts["recorder"], None, Path("none"))
         asyncio.run(run())
         return children.started
@@ -352,14 +352,14 @@ def without_router(make_plan, monkeypatch):
         async def run():
             host = Host(plan, None, plan.hosts["recorder"], None, Path("none"))
             with interrupts() as interrupted, pytest.raises(UnansweredError) as error:
-                async with asyncio.timeout(10), hosting.running(host, interrupted):
+                async with asyncio.timeout(10), processes.running(host, interrupted):
                     pass
             return str(error.value)
 
-        monkeypatch.setattr(hosting, "Children", lambda *_: children)
+        monkeypatch.setattr(processes, "Children", lambda *_: children)
         monkeypatch.setattr(hosts, "busy_endpoint", lambda *_: "")
-        monkeypatch.setattr(hosting, "flown_by", lambda *_: None)
-        monkeypatch.setattr(hosting, "flown", lambda *_: nullcontext())
+        monkeypatch.setattr(processes, "flown_by", lambda *_: None)
+        monkeypatch.setattr(processes, "flown", lambda *_: nullcontext())
         monkeypatch.setattr(sessions, "Session", unanswered)
         return asyncio.run(run()), children.started
 

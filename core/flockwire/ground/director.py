@@ -15,7 +15,7 @@ from flockwire.ground.first_places import with_first_places
 from flockwire.ground.fleet import STALE, Fleet
 from flockwire.ground.lost import FLYING, Lost, how
 from flockwire.ground.order import Order
-from flockwire.ground.preflight import Preflight
+from flockwire.ground.preflight import problems
 from flockwire.ground.standing import Standing
 from flockwire.pilot.orders import rank
 from flockwire.wire.phase import Phase
@@ -57,7 +57,7 @@ class Director:
         self.failure = ""
         self.took_off: int | None = None  # time of the take-off order, Unix ns
         self._swarm, self._formation, self._without = plan.swarm, order.formation, order.without
-        self._preflight, self._lost = Preflight.of(plan.swarm), Lost(grace)
+        self._lost = Lost(grace)
         self._duration = nanoseconds(duration)
         self._since = self._took_off = now
         self._fleet = Fleet({}, {}, {}, now)  # at the last step
@@ -119,7 +119,7 @@ class Director:
 
     def unready(self, fleet: Fleet) -> tuple[str, ...]:
         """Return a sentence for each pilot that is not ready, and for each failed pre-flight check."""
-        return (*fleet.others_than(Phase.READY, *FLYING), *self._preflight.reasons(fleet))
+        return (*fleet.others_than(Phase.READY, *FLYING), *problems(self._swarm, fleet))
 
     def stop(self, now: int) -> None:
         """Record an emergency stop: the flight has failed, and ends when no drone flies."""
@@ -200,7 +200,7 @@ class Director:
             return self._go(self.stage, self._mission(now, "prepare"))
         if not fleet.all_in(Phase.READY, Phase.HOLD, Phase.FORMATION):
             return None
-        if self._preflight.reasons(fleet):
+        if problems(self._swarm, fleet):
             sometimes("director: a pre-flight check fails")
             return None
         self._took_off = self.took_off = now

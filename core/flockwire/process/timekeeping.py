@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from math import inf
-from typing import Protocol
 
 from flockwire.control.clock_offset import DRIFT, Offset, OffsetEstimator
 from flockwire.domain.time import SECOND, TimeReply, TimeRequest
@@ -32,19 +31,25 @@ PATIENCE = 3.0  # s, longest wait of a process for swarm time; a pilot waits lon
 Outgoing = tuple[tuple[Key, Message], ...]
 
 
-class Timekeeping(Protocol):
-    """A process's timekeeping."""
+class Timekeeping:
+    """The timekeeping of a process that has the swarm's clock; it answers time requests. It receives `keys`."""
 
-    keys: frozenset[Key]
+    def __init__(self, plan: Plan, identity: str) -> None:
+        answered = [key.owner for key in plan.publishes[identity] if key.kind == TIME_REPLY]
+        self.keys = frozenset(Key(TIME_REQUEST, owner) for owner in answered)
+        self._frame = plan.swarm.frame
 
     def receive(self, key: Key, message: Message, now: int) -> Outgoing:
         """Receive a message of `keys` at `now`, swarm time in ns; returns messages to publish at once."""
+        return ((Key(TIME_REPLY, key.owner), TimeReply(now, self._frame, message.stamp, now)),)
 
     def step(self, now: int) -> Outgoing:
         """Return the messages to publish at `now`; call it at least ten times a second."""
+        return ()
 
     def figures(self, now: int) -> tuple[float, float]:
         """Return the offset that is corrected and its bound, s; the bound is UNKNOWN before the first replies."""
+        return 0.0, 0.0
 
     def follow(self, corrected: Callable[[int], None]) -> None:
         """Call `corrected` with the ns of each correction from now on."""
@@ -66,42 +71,19 @@ def patience(plan: Plan, identity: str) -> float:
     return 0.0 if plan.rows[identity].untimed else PATIENCE
 
 
-class SharedClock:
-    """Has the swarm's clock; answers time requests."""
-
-    def __init__(self, plan: Plan, identity: str) -> None:
-        answered = [key.owner for key in plan.publishes[identity] if key.kind == TIME_REPLY]
-        self.keys = frozenset(Key(TIME_REQUEST, owner) for owner in answered)
-        self._frame = plan.swarm.frame
-
-    def receive(self, key: Key, message: Message, now: int) -> Outgoing:
-        """Answer a request received at `now`."""
-        return ((Key(TIME_REPLY, key.owner), TimeReply(now, self._frame, message.stamp, now)),)
-
-    def step(self, now: int) -> Outgoing:
-        """Publish nothing."""
-        return ()
-
-    def figures(self, now: int) -> tuple[float, float]:
-        """Return a zero offset and bound."""
-        return 0.0, 0.0
-
-    def follow(self, corrected: Callable[[int], None]) -> None:
-        """Do nothing: nothing is corrected."""
-
-
-class CorrectedClock:
+class CorrectedClock(Timekeeping):
     """Requests swarm time and corrects the own clock by `correct(ns to add)`."""
 
     def __init__(self, plan: Plan, identity: str, correct: Callable[[int], None]) -> None:
+        super().__init__(plan, identity)
         self.keys = frozenset({Key(TIME_REPLY, identity)})
-        self._request, self._frame, self._correct = Key(TIME_REQUEST, identity), plan.swarm.frame, correct
+        self._request, self._correct = Key(TIME_REQUEST, identity), correct
         self._estimator = OffsetEstimator()
         self._offset: Offset | None = None
         self._correction, self._corrected = 0, False
         self._asked: deque[int] = deque(maxlen=OUTSTANDING)
         self._replies = 0
-        self._corrected_by: Callable[[int], None] = _nothing
+        self._corrected_by: Callable[[int], None] = lambda _: None
         self._sent = self._next = self._estimated = self._stepped = 0
 
     def receive(self, key: Key, message: Message, now: int) -> Outgoing:
@@ -168,12 +150,8 @@ class CorrectedClock:
         self._corrected_by(change)
 
 
-def _nothing(_: int) -> None:
-    pass
-
-
 def timekeeping(plan: Plan, identity: str, correct: Callable[[int], None]) -> Timekeeping:
     """Return the timekeeping of `identity`."""
     if Key(TIME_REQUEST, identity) in plan.publishes[identity]:
         return CorrectedClock(plan, identity, correct)
-    return SharedClock(plan, identity)
+    return Timekeeping(plan, identity)

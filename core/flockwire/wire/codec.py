@@ -19,7 +19,7 @@ from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND, TimeReply, TimeRequest
 from flockwire.wire.batch import Batch, decode_batch, encode_batch
 from flockwire.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer
-from flockwire.wire.orders import read_mission, read_stop, write_mission, write_stop
+from flockwire.wire.orders import read_mission, write_mission
 from flockwire.wire.stamped import Layout, peek_length, unpack
 from flockwire.wire.status import Status, read_status, write_status
 
@@ -56,10 +56,6 @@ _POSE: Final = Layout("ddddddd")
 _ESTIMATE: Final = Layout("dddddddddiIBB")
 _COMMAND: Final = Layout("dddddd")
 _NEARBY: Final = _Layouts()
-_DOUBT: Final = Layout("iI")
-_TELEMETRY: Final = Layout("BdddB")
-_TIME_REQUEST: Final = Layout("")
-_TIME_REPLY: Final = Layout("iIiI")
 _KINDS: Final[dict[object, BodyKind]] = {int(kind): kind for kind in BodyKind}
 _LEADING: Final[dict[object, Leading]] = {int(state): state for state in Leading}
 _STATES: Final[dict[object, FlightState]] = {int(state): state for state in FlightState}
@@ -133,29 +129,13 @@ def _decode_nearby(data: bytes) -> Nearby:
     return from_fields(Nearby, (stamp, frame, tuple(bodies)))
 
 
-def _decode_telemetry(data: bytes) -> Telemetry:
-    stamp, frame, v = unpack(data, _TELEMETRY)
+def _telemetry(stamp: int, frame: str, v: tuple[Any, ...]) -> Telemetry:
     state = _STATES.get(v[0])
     if state is None:
         raise MessageError(f"there is no flight state {v[0]}")
     if v[4] not in (0, 1):
         raise MessageError(f"stop_received = {v[4]}: must be 0 or 1")
     return Telemetry(stamp, frame, state, v[1], v[2], v[3], bool(v[4]))
-
-
-def _decode_doubt(data: bytes) -> IdentityDoubt:
-    stamp, frame, v = unpack(data, _DOUBT)
-    return IdentityDoubt(stamp, frame, *_times(v))
-
-
-def _decode_time_request(data: bytes) -> TimeRequest:
-    stamp, frame, _ = unpack(data, _TIME_REQUEST)
-    return TimeRequest(stamp, frame)
-
-
-def _decode_time_reply(data: bytes) -> TimeReply:
-    stamp, frame, v = unpack(data, _TIME_REPLY)
-    return TimeReply(stamp, frame, *_times(v))
 
 
 def _times(v: tuple[int, ...]) -> list[int]:
@@ -172,14 +152,17 @@ class Codec(NamedTuple):
     decode: Callable[[bytes], Any]
 
 
-def _numbers(layout: Layout, numbers: Callable[[M], tuple[object, ...]], decode: Callable[[bytes], M]) -> Codec:
-    """Return the codec of a message that is not of the 100 Hz path: `numbers` are its, of `layout`."""
+def _numbers(
+    body: str, numbers: Callable[[M], tuple[object, ...]], make: Callable[[int, str, tuple[Any, ...]], M]
+) -> Codec:
+    """Return the codec of a message that is not of the 100 Hz path: `numbers` are its, `body` their struct codes."""
+    layout = Layout(body)
 
     def encode(message: M) -> bytes:
         pack, length, raw = layout.heads[message.frame]
         return pack(HEADER, *divmod(message.stamp, SECOND), length, raw, *numbers(message))
 
-    return Codec(encode, decode)
+    return Codec(encode, lambda data: make(*unpack(data, layout)))
 
 
 def _texts(write: Callable[[Writer, M], None], read: Callable[[int, str, Reader], M]) -> Codec:
@@ -206,16 +189,23 @@ CODECS: Final[dict[type[Any], Codec]] = {
     Estimate: Codec(_encode_estimate, _decode_estimate),
     Command: Codec(_encode_command, _decode_command),
     Nearby: Codec(_encode_nearby, _decode_nearby),
-    Telemetry: _numbers(_TELEMETRY, lambda telemetry: telemetry[2:], _decode_telemetry),
-    IdentityDoubt: _numbers(_DOUBT, lambda doubt: divmod(doubt.since, SECOND), _decode_doubt),
-    TimeRequest: _numbers(_TIME_REQUEST, lambda _: (), _decode_time_request),
+    Telemetry: _numbers("BdddB", lambda telemetry: telemetry[2:], _telemetry),
+    IdentityDoubt: _numbers(
+        "iI",
+        lambda doubt: divmod(doubt.since, SECOND),
+        lambda stamp, frame, v: IdentityDoubt(stamp, frame, *_times(v)),
+    ),
+    TimeRequest: _numbers("", lambda _: (), lambda stamp, frame, _: TimeRequest(stamp, frame)),
     TimeReply: _numbers(
-        _TIME_REPLY,
+        "iIiI",
         lambda reply: (*divmod(reply.requested, SECOND), *divmod(reply.received, SECOND)),
-        _decode_time_reply,
+        lambda stamp, frame, v: TimeReply(stamp, frame, *_times(v)),
     ),
     Mission: _texts(write_mission, read_mission),
-    Stop: _texts(write_stop, read_stop),
+    Stop: _texts(
+        lambda writer, stop: writer.text(stop.reason),
+        lambda stamp, frame, reader: Stop(stamp, frame, reader.text()),
+    ),
     Status: _texts(write_status, read_status),
     Batch: Codec(encode_batch, decode_batch),
 }

@@ -62,7 +62,7 @@ class Delivery(Enum):
 
 
 class Owner(NamedTuple):
-    """The owner of a key: a drone, a process, or (both empty) the swarm."""
+    """The owner of a key: a drone, a process (as Member), or (both empty) the swarm."""
 
     name: str = ""
     drone: int | None = None
@@ -104,32 +104,8 @@ def _everybody(_: Roster) -> tuple[Owner, ...]:
     return (Owner(),)
 
 
-def _processes(roster: Roster) -> tuple[Owner, ...]:
-    return tuple(Owner(member.identity, member.drone) for member in roster.members.values() if roster.started(member))
-
-
-def _batching(roster: Roster) -> tuple[Owner, ...]:
-    return tuple(
-        Owner(member.identity, member.drone)
-        for member in roster.members.values()
-        if roster.rows[member.identity].batches
-    )
-
-
-def _simulated(swarm: Swarm) -> tuple[int, ...]:
-    return (*swarm.walking, *swarm.simulated)
-
-
-def _tracked(swarm: Swarm) -> tuple[int, ...]:
-    return swarm.tracked
-
-
-def _flying(swarm: Swarm) -> tuple[int, ...]:
-    return swarm.flying
-
-
-def _posed(swarm: Swarm) -> tuple[int, ...]:
-    return tuple(sorted({LEADER, *swarm.tracked}))
+def _processes(which: Callable[[Process], bool]) -> Owners:
+    return lambda roster: tuple(Owner(*member) for one, member in roster.members.items() if which(roster.rows[one]))
 
 
 def _steered(roster: Roster) -> tuple[Owner, ...]:
@@ -150,14 +126,6 @@ def _ros_orders(*verbs: str) -> Who:
     return who
 
 
-def _followers(swarm: Swarm) -> tuple[int, ...]:
-    return swarm.followers
-
-
-def _sensing(swarm: Swarm) -> tuple[int, ...]:
-    return swarm.flying if swarm.avoidance.sensing == "nearby" else ()
-
-
 def _all(*rows: Process) -> Who:
     return lambda roster, _: roster.of(*rows)
 
@@ -168,10 +136,6 @@ def _any_of(*parts: Who) -> Who:
 
 def _itself(_: Roster, owner: Owner) -> tuple[str, ...]:
     return (owner.name,)
-
-
-def _nobody(_: Roster, __: Owner) -> tuple[str, ...]:
-    return ()
 
 
 def _pilot(roster: Roster, owner: Owner) -> tuple[str, ...]:
@@ -236,23 +200,29 @@ def _other_hosts(roster: Roster) -> tuple[Owner, ...]:
         return ()
     here = roster.host(gateway)
     return tuple(
-        Owner(member.identity, member.drone)
-        for member in roster.members.values()
-        if member.identity in operators or (roster.started(member) and roster.host(member.identity) != here)
+        Owner(*member)
+        for one, member in roster.members.items()
+        if one in operators or (roster.rows[one].started and roster.host(one) != here)
     )
 
 
+_FLYING = _drones(lambda swarm: swarm.flying)
+_FOLLOWERS = _drones(lambda swarm: swarm.followers)
+_POSED = _drones(lambda swarm: tuple(sorted({LEADER, *swarm.tracked})))
+_SENSED = _drones(lambda swarm: swarm.flying if swarm.avoidance.sensing == "nearby" else ())
+_SIMULATED = _drones(lambda swarm: (*swarm.walking, *swarm.simulated))
+_TRACKED = _drones(lambda swarm: swarm.tracked)
+_STARTED, _BATCHING = _processes(lambda row: row.started), _processes(lambda row: row.batches)
+
 TABLE = (
-    KeyRow("truth", Pose, _drones(_simulated), _all(KINEMATICS), _cameras, 1000, 512),
-    KeyRow("nearby", Nearby, _drones(_sensing), _all(GATEWAY), _pilot, 1000, 16384),
-    KeyRow("doubt", IdentityDoubt, _drones(_tracked), _all(GATEWAY), _pilot, 1000, 512, occasional=True),
-    KeyRow(
-        "pose", Pose, _drones(_posed), _pose_source, _any_of(_pose_readers, _turning_driver, _all(ROS)), 1000, 512
-    ),
-    KeyRow("estimate", Estimate, _drones(_followers), _pilot, _any_of(_neighbours, _all(ROS)), 1000, 512),
-    KeyRow("command", Command, _drones(_flying), _pilot, _any_of(_driver, _all(ROS)), 1000, 512),
-    KeyRow("telemetry", Telemetry, _drones(_flying), _driver, _any_of(_pilot, _all(*ORDERING, ROS)), 40, 512),
-    KeyRow("status", Status, _processes, _itself, _any_of(_led, _all(*ORDERING, ROS)), 40, 16384, Delivery.BACKGROUND),
+    KeyRow("truth", Pose, _SIMULATED, _all(KINEMATICS), _cameras, 1000, 512),
+    KeyRow("nearby", Nearby, _SENSED, _all(GATEWAY), _pilot, 1000, 16384),
+    KeyRow("doubt", IdentityDoubt, _TRACKED, _all(GATEWAY), _pilot, 1000, 512, occasional=True),
+    KeyRow("pose", Pose, _POSED, _pose_source, _any_of(_pose_readers, _turning_driver, _all(ROS)), 1000, 512),
+    KeyRow("estimate", Estimate, _FOLLOWERS, _pilot, _any_of(_neighbours, _all(ROS)), 1000, 512),
+    KeyRow("command", Command, _FLYING, _pilot, _any_of(_driver, _all(ROS)), 1000, 512),
+    KeyRow("telemetry", Telemetry, _FLYING, _driver, _any_of(_pilot, _all(*ORDERING, ROS)), 40, 512),
+    KeyRow("status", Status, _STARTED, _itself, _any_of(_led, _all(*ORDERING, ROS)), 40, 16384, Delivery.BACKGROUND),
     KeyRow(
         # The gateway repeats the newest mission, stamp unchanged, for those who join late.
         "mission", Mission, _everybody,
@@ -265,7 +235,7 @@ TABLE = (
         "stop", Stop, _everybody, _any_of(_all(*ORDERING), _ros_orders("stop")),
         _all(KINEMATICS, DRIVER, LEADING, AGENT), 400, 1024, Delivery.EVENT, maximum_age=120.0, ahead=120.0,
     ),
-    KeyRow(BATCH, Batch, _batching, _itself, _nobody, 2 * SECOND // PERIOD, LARGEST, Delivery.BACKGROUND),
+    KeyRow(BATCH, Batch, _BATCHING, _itself, _all(), 2 * SECOND // PERIOD, LARGEST, Delivery.BACKGROUND),
     KeyRow(STEERING, Command, _steered, _any_of(_all(TELEOP), _ros_steers), _pilot, 200, 512),
     KeyRow(  # between clocks with any offset
         TIME_REQUEST, TimeRequest, _other_hosts, _itself, _all(GATEWAY), 40, 512, maximum_age=None, ahead=ANY_TIME
@@ -283,8 +253,3 @@ STOP = Key("stop")
 def key_text(swarm_name: str, key: Key) -> str:
     """Return the key on the wire; with a leading `/` it is the ROS 2 topic."""
     return f"{swarm_name}/{key.owner}/{key.kind}" if key.owner else f"{swarm_name}/{key.kind}"
-
-
-def all_keys(roster: Roster) -> tuple[Key, ...]:
-    """Return every key of the swarm, in the table's order."""
-    return tuple(Key(row.kind, owner.name) for row in TABLE for owner in row.owners(roster))

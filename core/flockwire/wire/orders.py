@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flockwire.domain.order import LONGEST_CHANGE, MISSION_VERBS, MOST_VERSIONS, Change, Mission, Stop, Version
+from flockwire.domain.order import LONGEST_CHANGE, MISSION_VERBS, MOST_VERSIONS, Change, Mission, Version
 from flockwire.wire.cdr import MessageError, Reader, Writer
 
 NO_CHANGE = Change(0, 0.0, "", (), ())
@@ -44,16 +44,6 @@ def read_mission(stamp: int, frame: str, reader: Reader) -> Mission:
     if mission.verb not in MISSION_VERBS:
         raise MessageError(f"there is no mission {mission.verb!r}")
     return mission
-
-
-def write_stop(writer: Writer, stop: Stop) -> None:
-    """Append the reason of a stop."""
-    writer.text(stop.reason)
-
-
-def read_stop(stamp: int, frame: str, reader: Reader) -> Stop:
-    """Read the output of `write_stop`; raises MessageError."""
-    return Stop(stamp, frame, reader.text())
 
 
 def write_versions(writer: Writer, versions: tuple[Version, ...]) -> None:

@@ -38,6 +38,7 @@ class Plan:
         self.rows: Mapping[str, Process] = roster.rows
         self.members: Mapping[str, Member] = roster.members
         self.identities = tuple(roster.rows)
+        self._order = {identity: rank for rank, identity in enumerate(self.identities)}
         self.started = tuple(identity for identity, row in roster.rows.items() if row.started)
         self.certified = tuple(identity for identity, row in roster.rows.items() if row.certified)
         self.pilot: Mapping[int, str] = roster.pilots  # by drone, a virtual or tracked leader's included
@@ -63,9 +64,9 @@ class Plan:
         self.to_operators = frozenset(key for operator in self.operators for key in self.subscribes[operator])
         self.partners = self._partners()
         self.links = self._links()
-        place = {identity: rank for rank, identity in enumerate(self.identities)}
         self.dials = {
-            one: tuple(other for other in linked if place[other] < place[one]) for one, linked in self.links.items()
+            one: tuple(other for other in linked if self._order[other] < self._order[one])
+            for one, linked in self.links.items()
         }
         self.hosts = {identity: roster.host(identity) for identity in self.identities}
         self.endpoints = {identity: self._endpoint(identity) for identity in self.identities if self._listens(identity)}
@@ -184,8 +185,7 @@ class Plan:
                     found[receiver].add(sender)
         for identity, others in found.items():
             others.discard(identity)
-        place = {identity: rank for rank, identity in enumerate(self.identities)}
-        return {one: tuple(sorted(others, key=place.__getitem__)) for one, others in found.items()}
+        return {one: tuple(sorted(others, key=self._order.__getitem__)) for one, others in found.items()}
 
     def _links(self) -> dict[str, tuple[str, ...]]:
         """Return the identities to which each is linked: its partners, or the router, which is linked to all."""

@@ -10,7 +10,7 @@ dials the other.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import NamedTuple
 
@@ -200,28 +200,14 @@ OPERATOR = Process(
     rank=6,
     witness=True,
 )
-TELEOP = Process(
-    "teleop",
-    "Steer the leader.",
-    lambda swarm: (Member("teleop"),) if swarm.leader.kind == "teleoperated" else (),
-    "",
-    port=0,
-    link=Link.DIALS,
-    rank=6,
-    witness=True,
+TELEOP = replace(
+    OPERATOR,
+    kind="teleop",
+    help="Steer the leader.",
+    members=lambda swarm: (Member("teleop"),) if swarm.leader.kind == "teleoperated" else (),
     only_if="leader.kind = 'teleoperated'",
 )
-
-CONSOLE = Process(
-    "console",
-    "Serve a live page with orders.",
-    _one("console"),
-    "",
-    port=0,
-    link=Link.DIALS,
-    rank=6,
-    witness=True,
-)
+CONSOLE = replace(OPERATOR, kind="console", help="Serve a live page with orders.", members=_one("console"))
 
 PROCESSES = (ROUTER, GATEWAY, TRACKER, KINEMATICS, LEADING, AGENT, DRIVER, RECORDER, ROS, OPERATOR, TELEOP, CONSOLE)
 ORDERING = (OPERATOR, CONSOLE)  # operators, by the same rules
@@ -252,10 +238,6 @@ class Roster:
                 return name
         named = swarm.drone(drone).host if drone in swarm.tracked and drone is not None else None
         return named if named is not None else next(iter(swarm.hosts))
-
-    def started(self, member: Member) -> bool:
-        """Return whether `up` starts `member`."""
-        return self.rows[member.identity].started
 
     def of(self, *rows: Process) -> tuple[str, ...]:
         """Return the identities of all members of `rows`."""

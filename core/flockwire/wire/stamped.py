@@ -36,26 +36,18 @@ class Heads(dict[str, Head]):
         return head
 
 
-class Form:
-    """The form of messages with one length of the frame id."""
-
-    def __init__(self, struct: Struct) -> None:
-        self.size = struct.size  # bytes
-        self.unpack: Callable[[bytes], tuple[Any, ...]] = struct.unpack_from
-
-
-class Forms(dict[bytes, Form]):
+class Forms(dict[bytes, Struct]):
     """The forms of messages with the numbers `body`, by the frame id's length in the message."""
 
     def __init__(self, body: str) -> None:
         super().__init__()
         self._body = body
 
-    def __missing__(self, length: bytes) -> Form:
+    def __missing__(self, length: bytes) -> Struct:
         """Return the form for another length."""
         if len(self) >= MOST_FRAMES:
             self.clear()
-        form = self[length] = Form(layout(min(int.from_bytes(length, "little"), LONGEST_FRAME), self._body))
+        form = self[length] = layout(min(int.from_bytes(length, "little"), LONGEST_FRAME), self._body)
         return form
 
 
@@ -93,7 +85,7 @@ def unpack(data: bytes, expected: Layout) -> tuple[int, str, tuple[Any, ...]]:
     """
     form = expected.forms[data[12:16]]
     try:
-        found = form.unpack(data)
+        found = form.unpack_from(data)
     except error:
         raise _too_short(data) from None
     seconds: int = found[1]
@@ -112,7 +104,7 @@ def unpack(data: bytes, expected: Layout) -> tuple[int, str, tuple[Any, ...]]:
 def peek_length(data: bytes) -> int:
     """Return the length of the first sequence of a stamped message; raises MessageError."""
     try:
-        return int(_FIRST.forms[data[12:16]].unpack(data)[5])
+        return int(_FIRST.forms[data[12:16]].unpack_from(data)[5])
     except error:
         raise _too_short(data) from None
 

@@ -4,8 +4,8 @@ from itertools import product
 
 import zenoh
 from flockwire.wire.access import access_control
-from flockwire.wire.keys import all_keys, key_text
-from flockwire.wire.processes import Roster
+from flockwire.wire.keys import key_text
+from flockwire.wire.plan import Plan
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from table_rows import table_rows
@@ -22,9 +22,9 @@ HARMLESS = "put", "declare_subscriber"
 
 def candidates(swarm):
     """Return all keys of the swarm as they stand on the wire, and what an attacker might ask for instead."""
-    name = swarm.name
+    name, plan = swarm.name, Plan(swarm)
     return [
-        *(key_text(swarm.name, key) for key in all_keys(Roster(swarm))),
+        *map(plan.text, plan.keys),
         "**", f"{name}/**", f"{name}/*/estimate", f"{name}/*/*", "*/uav1/*", f"{name}/uav1/*", f"{name}/uav$*/pose",
         f"{name}/uav1", f"{name}/uav1/estimate/more", f"{name}/uav99/pose", f"{name}/uav0/estimate", "other/uav1/pose",
         "uav1/pose", f"{name}/uav1/secret", f"{name}/stop/more", "@/**",

@@ -1,6 +1,7 @@
 import pytest
 from flockwire.swarm.model import uav
-from flockwire.wire.keys import MISSION, ROWS, STOP, TABLE, TIME_REPLY, TIME_REQUEST, Delivery, Key, all_keys, key_text
+from flockwire.wire.keys import MISSION, ROWS, STOP, TABLE, TIME_REPLY, TIME_REQUEST, Delivery, Key, key_text
+from flockwire.wire.plan import Plan
 from flockwire.wire.processes import PROCESSES, Roster
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -35,7 +36,7 @@ def both(swarm, key):
 
 
 def test_the_papers_chain_has_exactly_these_keys(make_swarm):
-    keys = all_keys(Roster(make_swarm()))
+    keys = Plan(make_swarm()).keys
     assert set(keys) == set(CHAIN)
     assert len(keys) == len(set(keys))
 
@@ -47,7 +48,7 @@ def test_the_papers_chain_publishes_and_subscribes_as_the_paper_has_it(make_swar
 
 def test_with_neighbours_sensing_there_is_no_nearby_and_listeners_subscribe_to_poses(make_swarm):
     swarm = make_swarm({"avoidance.sensing": "neighbours"})
-    assert not [key for key in all_keys(Roster(swarm)) if key.kind == "nearby"]
+    assert not [key for key in Plan(swarm).keys if key.kind == "nearby"]
     for i in range(1, 4):
         assert both(swarm, Key("pose", uav(i))) == ({"gateway"}, {uav(i), uav(i + 1)})
     assert both(swarm, Key("pose", "uav4")) == ({"gateway"}, {"uav4"})
@@ -69,13 +70,13 @@ def test_the_truth_is_for_who_simulates_the_cameras_alone(make_swarm, gateway, c
     for i in range(5):
         assert both(swarm, Key("truth", uav(i))) == ({"kinematics"}, cameras)
         assert both(swarm, Key("pose", uav(i)))[0] == {"gateway"}
-    assert not [key for key in all_keys(Roster(swarm)) if "tracker-sim" in both(swarm, key)[1] and key.kind != "truth"]
+    assert not [key for key in Plan(swarm).keys if "tracker-sim" in both(swarm, key)[1] and key.kind != "truth"]
 
 
 def test_a_virtual_leader_publishes_its_pose_itself_and_has_no_airframe(make_swarm):
     swarm = make_swarm({"leader.kind": "virtual", "drones.0": None})
     assert both(swarm, Key("pose", "uav0")) == ({"leader"}, {"uav1"})
-    assert {key.kind for key in all_keys(Roster(swarm)) if key.owner == "uav0"} == {"pose"}
+    assert {key.kind for key in Plan(swarm).keys if key.owner == "uav0"} == {"pose"}
     assert "leader" in both(swarm, MISSION)[1]
 
 
@@ -84,11 +85,11 @@ def test_a_tracked_leader_is_seen_by_the_gateway_and_never_commanded(make_swarm)
     swarm = make_swarm(tracked)
     assert both(swarm, Key("truth", "uav0")) == ({"kinematics"}, {"gateway"})
     assert both(swarm, Key("pose", "uav0")) == ({"gateway"}, {"leader", "uav1"})
-    assert {key.kind for key in all_keys(Roster(swarm)) if key.owner == "uav0"} == {"truth", "pose", "doubt"}
+    assert {key.kind for key in Plan(swarm).keys if key.owner == "uav0"} == {"truth", "pose", "doubt"}
     assert "uav1" not in both(swarm, Key("status", "leader"))[1]
     assert "kinematics" in both(swarm, MISSION)[1]
     real = make_swarm({**tracked, "gateway.source": "natnet"})
-    assert Key("truth", "uav0") not in all_keys(Roster(real))
+    assert Key("truth", "uav0") not in Plan(real).keys
     assert "kinematics" not in both(real, MISSION)[1]
 
 
@@ -128,5 +129,5 @@ def test_a_keys_text_is_a_topic_below_the_swarms_name(make_swarm):
     swarm = make_swarm()
     assert key_text(swarm.name, Key("pose", "uav3")) == "flock/uav3/pose"
     assert key_text(swarm.name, MISSION) == "flock/mission"
-    texts = [key_text(swarm.name, key) for key in all_keys(Roster(swarm))]
+    texts = [key_text(swarm.name, key) for key in Plan(swarm).keys]
     assert len(texts) == len(set(texts))
