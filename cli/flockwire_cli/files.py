@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import sys
+from enum import StrEnum
 from ipaddress import IPv4Network
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from flockwire import clock
-from flockwire_deploy.targets import Target
-from flockwire_station.folders import keys_folder
+from flockwire_station.folders import keys_folder, renew_keys
 from flockwire_station.initial import write_swarm
 
 from flockwire_cli.arguments import Keys, SwarmFile
-from flockwire_cli.inputs import load, refuse, written
+from flockwire_cli.inputs import load, refuse, refused
 
 app = typer.Typer()
+
+
+class Target(StrEnum):
+    """Where a swarm is deployed to."""
+
+    COMPOSE = "compose"
+    SYSTEMD = "systemd"
+    ANSIBLE = "ansible"
 
 
 @app.command()
@@ -50,9 +57,8 @@ def deploy(
     ] = "",
 ) -> None:
     """Write containers or services of a swarm, with the keys of each process."""
-    from flockwire.security.pki import make_keys  # noqa: PLC0415
-    from flockwire_deploy import targets  # noqa: PLC0415  (jinja2)
-    from flockwire_deploy.compose import RangeError, obstacle  # noqa: PLC0415
+    from flockwire_deploy.bundle import write_bundles  # noqa: PLC0415  (jinja2)
+    from flockwire_deploy.compose import RangeError, obstacle, write_compose  # noqa: PLC0415
     from flockwire_deploy.files import DeployError, refuse_other_keys  # noqa: PLC0415
 
     plan = load(swarm)
@@ -62,12 +68,13 @@ def deploy(
     try:
         within = _range(subnets)
         refuse_other_keys(plan, held)
-        written(held, lambda: make_keys(plan, held, clock.utc()))
+        with refused():
+            renew_keys(plan, held)
         places = (plan, swarm, held, folder)
         if target is Target.COMPOSE:
-            step = targets.write_compose(*places, within)
+            step = write_compose(*places, within)
         else:
-            step = targets.write_bundles(*places, wheels, playbook=target is Target.ANSIBLE)
+            step = write_bundles(*places, wheels, playbook=target is Target.ANSIBLE)
     except (DeployError, RangeError) as error:
         refuse(str(error))
     except OSError as error:

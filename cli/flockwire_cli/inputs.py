@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from flockwire import clock
 from flockwire.loading import SwarmFileError, load_swarm, read_swarm
@@ -17,7 +17,7 @@ from flockwire.swarm.model import Swarm
 from flockwire.swarm.wording import meant
 from flockwire.wire.plan import Plan
 from flockwire_station.flown import Flown, as_flown
-from flockwire_station.folders import check_no_trace, complete_keys, keys_folder, write_keys
+from flockwire_station.folders import check_no_trace, complete_keys, keys_folder
 
 if TYPE_CHECKING:
     from flockwire.process.faults import Fault
@@ -122,9 +122,3 @@ def made_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
     """Return the folder of the certificates as `complete_keys` does, or refuse them."""
     with refused():
         return complete_keys(file, plan, keys, host)
-
-
-def written(folder: Path, work: Any) -> Any:  # noqa: ANN401  (it passes through whatever `work` returns)
-    """Do `work` on the keys in `folder`; refuse if it fails."""
-    with refused():
-        return write_keys(folder, work)

@@ -12,6 +12,7 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 
 from flockwire import clock
+from flockwire.objects import load_object
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import PROCESSES, Process
 from flockwire_station.flown import OtherFlightError, as_flown, flown, flown_by
@@ -111,8 +112,6 @@ def _dated(out: Path, plan: Plan) -> Path:
 
 def _alone(row: Process, plan: Plan, protocol: str) -> int:
     """Run a process without its swarm."""
-    from flockwire.objects import load_object  # noqa: PLC0415
-
     if protocol not in plan.swarm.gateway.twins:
         refuse(f"--protocol = {protocol!r}: must be one of {', '.join(plan.swarm.gateway.twins)}")
     try:
@@ -136,8 +135,6 @@ def _pace(text: str) -> float:
 
 def _replayed(row: Process, plan: Plan, trace: Path, pace: float) -> int:
     """Show a trace, until it is interrupted."""
-    from flockwire.objects import load_object  # noqa: PLC0415
-
     _identity(plan, row, None)
     try:
         load_object(row.replays)(plan, trace, pace)

@@ -8,16 +8,15 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from flockwire import clock
 from flockwire.ground.order import Order
 from flockwire.security.files import CredentialsError
 from flockwire.swarm.wording import meant
 from flockwire.wire.plan import Plan
-from flockwire_station.folders import keys_folder, warn_of
+from flockwire_station.folders import keys_folder, renew_keys, warn_of
 from flockwire_station.terminal.standard_streams import unblocked
 
 from flockwire_cli.arguments import Keys, SwarmFile, Without, application, left_out
-from flockwire_cli.inputs import load, load_flying, refuse, refused, written
+from flockwire_cli.inputs import load, load_flying, refuse, refused
 
 app = application()
 
@@ -150,13 +149,12 @@ def keys(
     ] = False,
 ) -> None:
     """Make the swarm's certificates, and renew those that expire soon."""
-    from flockwire.security.pki import make_keys  # noqa: PLC0415
-
     plan = load(swarm)
     folder = keys_folder(swarm, plan, out)
     if rotate and plan.swarm.network.security == "mtls":
         _refuse_in_flight(plan, folder)
-    made = written(folder, lambda: make_keys(plan, folder, clock.utc(), rotate))
+    with refused():
+        made = renew_keys(plan, folder, rotate)
     print(f"flockwire: {folder}: {', '.join(made) + ' made' if made else 'all good, nothing to do'}")
 
 

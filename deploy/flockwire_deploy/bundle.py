@@ -6,7 +6,6 @@ import os
 import shutil
 import tarfile
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 from flockwire.swarm.rules import BUILT_IN
@@ -14,68 +13,54 @@ from flockwire.wire.plan import Plan
 
 from flockwire_deploy.files import DeployError, template, write, write_keys, write_swarm
 from flockwire_deploy.units import folders, target_name, units
-from flockwire_deploy.wheels import Wheels, sums
+from flockwire_deploy.wheels import Wheels, read_wheels, sums
 
 SUMS = "SHA256SUMS"
 
 
-@dataclass(frozen=True, slots=True)
-class Bundler:
-    """Writes the bundles of a swarm's hosts, from its plan, file, keys and wheels."""
-
-    plan: Plan
-    swarm_file: Path
-    keys: Path
-    wheels: Wheels
-
-    def write(self, out: Path) -> tuple[str, ...]:
-        """Write `out`/HOST for each host; returns the hosts. Raises DeployError, OSError."""
-        law, hosts = self.plan.swarm.control.law, tuple(self.plan.swarm.hosts)
-        if law not in BUILT_IN and not self.wheels.install(law.partition(":")[0]):
-            raise DeployError(f"control.law = {law!r}: no wheel in --wheels contains it; build one into that folder")
-        for host in hosts:
-            if not self.plan.processes_on(host):
-                raise DeployError(
-                    f"hosts.{host}: runs nothing; name it as a drone's host, give it processes, or remove it"
-                )
-        for host in hosts:
-            self._write_host(host, out / host)
-        self._remove_others(hosts, out)
-        return hosts
-
-    def _remove_others(self, hosts: tuple[str, ...], out: Path) -> None:
-        """Remove the bundles, with their keys, of hosts that the swarm no longer has."""
-        for unit in list(out.glob(f"*/units/{target_name(self.plan)}")):
-            folder = unit.parents[1]
-            copied = f" on {folder.name}\n" not in unit.read_text(
-                encoding="utf-8"
-            )  # made by the user under another name
-            if folder.name not in hosts and not copied:
-                shutil.rmtree(folder)
-                packed(folder).unlink(missing_ok=True)
-
-    def _write_host(self, host: str, folder: Path) -> None:
-        plan = self.plan
-        for part in ("units", "swarm"):
-            shutil.rmtree(folder / part, ignore_errors=True)
-        write_swarm(plan.swarm, self.swarm_file, folder / "swarm")
-        for name, text in units(plan, host).items():
-            write(folder / "units" / name, text)
-        write_keys(plan, self.keys, [i for i in plan.processes_on(host) if i in plan.certified], folder / "keys")
-        self.wheels.copy(folder / "wheels")
-        write(folder / "requirements.txt", self.wheels.requirements())
-        script = template("install.sh.j2").render(
-            host=host,
-            swarm=plan.swarm.name,
-            folders=folders(plan),
-            target=target_name(plan),
-            wheels=self.wheels,
-        )
-        write(folder / "install.sh", script, 0o755)
-        write(folder / SUMS, sums(folder, _files(folder)))
+def write_bundles(plan: Plan, swarm_file: Path, keys: Path, out: Path, wheels: Path, playbook: bool) -> str:
+    """Write a folder for each host, and what brings them there; returns the next step. Raises DeployError, OSError."""
+    held, law, hosts = read_wheels(wheels), plan.swarm.control.law, tuple(plan.swarm.hosts)
+    if law not in BUILT_IN and not held.install(law.partition(":")[0]):
+        raise DeployError(f"control.law = {law!r}: no wheel in --wheels contains it; build one into that folder")
+    if idle := next((host for host in hosts if not plan.processes_on(host)), None):
+        raise DeployError(f"hosts.{idle}: runs nothing; name it as a drone's host, give it processes, or remove it")
+    for host in hosts:
+        _write_host(plan, host, out / host, swarm_file, keys, held)
+    _remove_others(plan, out)
+    if not playbook:
+        return f"copy each of {', '.join(hosts)} to its host, and there: sudo ./install.sh"
+    _write_playbook(plan, out)
+    return f"ansible-playbook -i {out / 'inventory.yaml'} {out / 'playbook.yaml'}"
 
 
-def write_playbook(plan: Plan, out: Path) -> None:
+def _remove_others(plan: Plan, out: Path) -> None:
+    """Remove the bundles, with their keys, of hosts that the swarm no longer has."""
+    for unit in list(out.glob(f"*/units/{target_name(plan)}")):
+        folder = unit.parents[1]
+        copied = f" on {folder.name}\n" not in unit.read_text(encoding="utf-8")  # made by the user under another name
+        if folder.name not in plan.swarm.hosts and not copied:
+            shutil.rmtree(folder)
+            packed(folder).unlink(missing_ok=True)
+
+
+def _write_host(plan: Plan, host: str, folder: Path, swarm_file: Path, keys: Path, wheels: Wheels) -> None:
+    for part in ("units", "swarm"):
+        shutil.rmtree(folder / part, ignore_errors=True)
+    write_swarm(plan.swarm, swarm_file, folder / "swarm")
+    for name, text in units(plan, host).items():
+        write(folder / "units" / name, text)
+    write_keys(plan, keys, [i for i in plan.processes_on(host) if i in plan.certified], folder / "keys")
+    wheels.copy(folder / "wheels")
+    write(folder / "requirements.txt", wheels.requirements())
+    script = template("install.sh.j2").render(
+        host=host, swarm=plan.swarm.name, folders=folders(plan), target=target_name(plan), wheels=wheels
+    )
+    write(folder / "install.sh", script, 0o755)
+    write(folder / SUMS, sums(folder, _files(folder)))
+
+
+def _write_playbook(plan: Plan, out: Path) -> None:
     """Write the files of `--target ansible`: inventory.yaml and playbook.yaml.
 
     They are beside the bundles in `out`, each of which becomes one file to copy.

@@ -6,9 +6,11 @@ drone's agent and driver) share their own. Every other process has one network w
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 from ipaddress import IPv4Network
+from pathlib import Path
 from typing import NamedTuple
 
 from flockwire.swarm.model import Swarm
@@ -17,12 +19,21 @@ from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 from flockwire_station.host import FilePaths, arguments
 
-from flockwire_deploy.files import template
+from flockwire_deploy.files import (
+    DeployError,
+    refuse_keys_in_use,
+    remove_other_keys,
+    template,
+    write,
+    write_keys,
+    write_swarm,
+)
 
 PATHS = FilePaths("/swarm/swarm.toml", "/keys", "/runs")
 CONDUCTED = ("--duration", "${DURATION:-40}", "--out", PATHS.out)
 POOL = 30  # networks that fit in an engine's default address pools
 RANGE = IPv4Network("10.224.0.0/12")  # subnets of more networks, unless the user names another range
+NOT_ROOT = (10001, 10001)  # the user of root's containers: the image's own
 SPARE = 4  # reserved addresses of a network: its own, broadcast, the engine's, one for a restarted container
 
 
@@ -127,6 +138,28 @@ def compose_file(plan: Plan, within: IPv4Network | None = None) -> str:
         operator=OPERATOR.kind,
         paths=PATHS,
     )
+
+
+def write_compose(plan: Plan, swarm_file: Path, keys: Path, out: Path, within: IPv4Network | None) -> str:
+    """Write the folder of a swarm of containers on one machine; returns the next step. Raises DeployError, OSError."""
+    if line := outside(plan.swarm):
+        raise DeployError(line)
+    text = compose_file(plan, within)
+    for identity in aboard(plan):
+        refuse_keys_in_use(keys, out / "keys" / identity)
+    write(out / "compose.yaml", text)
+    write_swarm(plan.swarm, swarm_file, out / "swarm")
+    caller = (os.getuid(), os.getgid())
+    owner = caller if caller[0] else NOT_ROOT
+    for identity in aboard(plan):
+        write_keys(plan, keys, [identity], out / "keys" / identity, None if owner == caller else owner)
+    remove_other_keys(out / "keys", aboard(plan))
+    (out / "runs").mkdir(exist_ok=True)
+    if owner != caller:
+        os.chown(out / "runs", *owner)
+    # A project's name may not have capitals, and both compose versions read it only from this file.
+    write(out / ".env", f"COMPOSE_PROJECT_NAME={plan.swarm.name.lower()}\nFLOCKWIRE_USER={owner[0]}:{owner[1]}\n")
+    return f"docker compose -f {out / 'compose.yaml'} up"
 
 
 def _command(plan: Plan, identity: str) -> tuple[str, ...]:

@@ -31,19 +31,9 @@ DEEP = 6  # hops beyond which noise and delay add up
 def describe(plan: Plan, duration: float = 40.0) -> str:
     """Return the description for `check`; `duration` is the flight's, s."""
     swarm = plan.swarm
-    parts = (
-        _graph(plan),
-        ("",),
-        _lemma(swarm),
-        _depth(swarm),
-        ("",),
-        _formations(swarm),
-        ("",),
-        _airframes(plan),
-        ("",),
-        _links(plan),
-    )
-    return "\n".join(line for part in (*parts, _warned(swarm, duration)) for line in part)
+    lines = [*_graph(plan), "", *_lemma(swarm), *_depth(swarm), "", *_formations(swarm), "", *_airframes(plan), ""]
+    warned = [f"warning: {line}" for line in (*warnings(swarm), *predicted(swarm, duration))]
+    return "\n".join([*lines, *_links(plan), *([""] if warned else []), *warned])
 
 
 def _graph(plan: Plan) -> Iterator[str]:
@@ -134,13 +124,6 @@ def _links(plan: Plan) -> Iterator[str]:
     if plan.reserved:
         ports = [int(endpoint.rpartition(":")[2]) for endpoint in plan.reserved.values()]
         yield f"  operators dial ports of their own: {min(ports)} to {max(ports)}"
-
-
-def _warned(swarm: Swarm, duration: float) -> Iterator[str]:
-    found = [*warnings(swarm), *predicted(swarm, duration)]
-    if found:
-        yield ""
-    yield from (f"warning: {line}" for line in found)
 
 
 def warnings(swarm: Swarm) -> Iterator[str]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
-from typing import Any
 
 from flockwire import clock
 from flockwire.security.files import CredentialsError, default_folder
@@ -40,7 +39,6 @@ def complete_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
     Raises CredentialsError.
     """
     from flockwire.security.credentials import load_credentials  # noqa: PLC0415
-    from flockwire.security.pki import make_keys  # noqa: PLC0415
 
     swarm = plan.swarm
     folder = keys_folder(file, plan, keys)
@@ -50,17 +48,19 @@ def complete_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
     here = (first and not made) or authority
     if swarm.network.security == "mtls":
         if here:
-            write_keys(folder, lambda: make_keys(plan, folder, clock.utc()))
+            renew_keys(plan, folder)
         for identity in (*plan.processes_on(host), OPERATOR.kind):
             if identity in plan.certified:
                 load_credentials(folder, identity, clock.utc(), plan.issuer(identity), plan.authorities)
     return folder
 
 
-def write_keys(folder: Path, work: Any) -> Any:  # noqa: ANN401
-    """Do `work` on the keys in `folder`; raises CredentialsError if it fails."""
+def renew_keys(plan: Plan, folder: Path, rotate: bool = False) -> tuple[str, ...]:
+    """Make the certificates in `folder` as `make_keys` does; raises CredentialsError if it fails."""
+    from flockwire.security.pki import make_keys  # noqa: PLC0415
+
     try:
-        return work()
+        return make_keys(plan, folder, clock.utc(), rotate)
     except OSError as error:
         raise CredentialsError(f"{folder}: cannot write keys there: {error.strerror or error}") from None
     except ValueError as error:

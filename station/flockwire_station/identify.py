@@ -22,7 +22,7 @@ from matplotlib.figure import Figure
 from flockwire_station.connecting import UNANSWERED, connected
 from flockwire_station.excitation import Axis, ExcitationCore, ExcitationStage
 from flockwire_station.host import Host, PortInUseError, busy_endpoint
-from flockwire_station.identification import AxisFit, StepResponse, combined, fit_axis
+from flockwire_station.identification import AxisFit, StepResponse, combined
 from flockwire_station.processes import Children
 from flockwire_station.terminal.interrupts import interrupts
 
@@ -95,11 +95,6 @@ def _needed(plan: Plan, identity: str, number: int) -> bool:
     return not row.pilot and not row.records and drone in (None, number)
 
 
-def fits(responses: dict[Axis, StepResponse]) -> Fits:
-    """Return the fit of each axis; raises IdentificationError."""
-    return {axis: fit_axis(response) for axis, response in responses.items()}
-
-
 def described(found: Fits) -> Iterator[str]:
     """Yield the table of the fits with their intervals."""
     yield f"{'axis':<10} {'gain':<24} {'lag, s':<24} {'dead time, s':<24} residual"
@@ -107,8 +102,7 @@ def described(found: Fits) -> Iterator[str]:
         numbers = "".join(
             f" {x.value:6.3f} [{x.low:6.3f}, {x.high:6.3f}]  " for x in (fit.gain, fit.lag, fit.dead_time)
         )
-        unit, scale = ("mrad", 1e3) if axis is Axis.CLOCKWISE else ("mm", 1e3)
-        yield f"{axis:<10}{numbers} {scale * fit.residual:.1f} {unit}"
+        yield f"{axis:<10}{numbers} {1e3 * fit.residual:.1f} m{UNITS.get(axis, 'm')}"
     yield "(with 95 % confidence; gain: flown over commanded velocity)"
 
 

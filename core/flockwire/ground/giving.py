@@ -98,13 +98,7 @@ class StopGiving(Giving):
         missing = tuple(uav(i) for i in drones if not fleet.received_stop(i))
         if self.answer is None and (not (missing or unknown) or since >= (ANSWER_TIME if missing else DOWN_TIME)):
             late = f"sent, but not confirmed by {', '.join(missing)}" if missing else ""
-            heard = (
-                "confirmed"
-                if not (missing or unknown)
-                else "not received by all"
-                if missing
-                else "not known to be down"
-            )
+            heard = "not received by all" if missing else "not known to be down" if unknown else "confirmed"
             sometimes(f"answer: stop, {heard}")
             turning = f"received by {unknown}, not known to be down yet" if unknown else ""
             self.answer = Answer(received, missing, "; ".join(filter(None, (late, turning))) if turning else "")
@@ -144,7 +138,7 @@ class ChangeGiving(Giving):
             self.answer = overtaken(own.verb)
         elif self._planned is not None:
             return self._standing.give(self._planned)
-        elif self._from is None and has_looked(fleet, since):
+        elif self._from is None and (since >= LOOK_TIME or len(fleet.fresh) == len(fleet.pilots)):
             self._begin(fleet, self._standing.holding)
         return None
 
@@ -173,8 +167,3 @@ class ChangeGiving(Giving):
             self.answer = Answer(refusal=refusal)
         elif mission.change is not None and self._from is not None and mission.change != self._from.change:
             self._note = f"the change takes {mission.change.duration:.1f} s"
-
-
-def has_looked(fleet: Fleet, since: int) -> bool:
-    """Return whether the swarm was observed long enough, `since` ns after the order's first step."""
-    return since >= LOOK_TIME or len(fleet.fresh) == len(fleet.pilots)

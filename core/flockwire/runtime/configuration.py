@@ -51,7 +51,7 @@ def reserved_configuration(plan: Plan, identity: str, credentials: Credentials) 
 def _configuration(
     plan: Plan, identity: str, listening: tuple[str, ...], dialled: list[str] | tuple[()], tls: dict[str, object] | None
 ) -> dict[str, object]:
-    mode = _mode(plan, identity)
+    mode = "router" if identity in plan.routers else "client" if plan.routers else "peer"
     link: dict[str, object] = {
         "tx": {
             "lease": 1000,
@@ -85,12 +85,6 @@ def _configuration(
         link["tls"] = tls
         config["access_control"] = access_control(plan, identity)
     return config
-
-
-def _mode(plan: Plan, identity: str) -> str:
-    if not plan.routers:
-        return "peer"
-    return "router" if identity in plan.routers else "client"
 
 
 def _tls(credentials: Credentials) -> dict[str, object]:

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import errno
 from collections.abc import AsyncIterator
+from functools import partial
 
 from flockwire import clock
 from flockwire.process.cores import Address, Core, Networked
@@ -21,8 +22,13 @@ class Sockets:
 
     async def open(self) -> None:
         """Bind all; raises EndpointInUseError."""
+        loop = asyncio.get_running_loop()
         for address in self._core.sockets:
-            await self._bind(address)
+            try:
+                transport, _ = await loop.create_datagram_endpoint(partial(_Socket, self, self._core, address), address)
+            except OSError as error:
+                raise EndpointInUseError(_reason(address, error)) from None
+            self._transports[address] = transport
 
     def close(self) -> None:
         """Close all."""
@@ -36,14 +42,6 @@ class Sockets:
             transport = self._transports.get(source)
             if transport is not None:
                 transport.sendto(data, target)
-
-    async def _bind(self, address: Address) -> None:
-        loop = asyncio.get_running_loop()
-        try:
-            transport, _ = await loop.create_datagram_endpoint(lambda: _Socket(self, self._core, address), address)
-        except OSError as error:
-            raise EndpointInUseError(_reason(address, error)) from None
-        self._transports[address] = transport
 
 
 class _Socket(asyncio.DatagramProtocol):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import zenoh
@@ -16,6 +16,7 @@ import zenoh.ext
 from flockwire import clock
 from flockwire.ros.graph import topic_of
 from flockwire.ros.messages import check_empty, trigger_response
+from flockwire.runtime.subscriptions import call_soon
 from flockwire.wire.cdr import MessageError
 from flockwire.wire.inbox import ATTACHMENT, Origin, read_attachment
 
@@ -51,7 +52,7 @@ class RosInput:
         self._waiting.append(sample)
         if self._wake is not None and not self._announced:
             self._announced = True
-            _soon(self._loop, self._wake)
+            call_soon(self._loop, self._wake)
 
     def take(self) -> list[Arrived]:
         """Return the messages since the last call, the oldest first."""
@@ -95,15 +96,11 @@ class Request:
 
 
 class RosServices:
-    """The requests of all services that the node serves."""
+    """The requests of the services `names` that the node serves."""
 
-    def __init__(self, counts: Counter[str]) -> None:
-        self._counts = counts
-        self._waiting: dict[str, deque[zenoh.Query]] = {}  # by name: a flood of one service blocks no other
-
-    def add(self, name: str) -> None:
-        """Add the service `name`."""
-        self._waiting[name] = deque()
+    def __init__(self, names: Iterable[str], counts: Counter[str]) -> None:
+        self._counts = counts  # of dropped requests
+        self._waiting = {name: deque[zenoh.Query]() for name in names}  # a flood of one service blocks no other
 
     def arrived(self, name: str, key: str, query: zenoh.Query) -> None:
         """Buffer a request of the service `name`, whose key is `key`. Called by Zenoh, in its thread."""
@@ -148,10 +145,3 @@ def _is_large(*parts: zenoh.ZBytes | None) -> bool:
 def _refuse(query: zenoh.Query, why: str) -> None:
     with query:
         query.reply_err(why.encode())
-
-
-def _soon(loop: asyncio.AbstractEventLoop, function: Callable[[], None]) -> None:
-    try:
-        loop.call_soon_threadsafe(function)
-    except RuntimeError:  # the loop is closed: the process is ending
-        return

@@ -115,9 +115,8 @@ class RosNode:
 
     def serve(self, names: tuple[str, ...]) -> RosServices:
         """Serve a std_srvs/Trigger at each of these absolute names."""
-        services = RosServices(self.counts)
+        services = RosServices(names, self.counts)
         for name in names:
-            services.add(name)
             self._end(EndKind.SERVER, name, TRIGGER, DEFAULT)
             key = data_key(self.place.domain, name, TRIGGER)
             callback = zenoh.handlers.Callback(partial(services.arrived, name, key), indirect=False)

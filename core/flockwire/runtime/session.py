@@ -17,7 +17,6 @@ import os
 import uuid
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from flockwire import clock
 from flockwire.runtime.configuration import NO_DETOURS, ONE_THREAD, ROUTING, configuration, reserved_configuration
@@ -35,9 +34,6 @@ import zenoh
 
 from flockwire.runtime.publishing import Publishing
 from flockwire.runtime.subscriptions import BACKLOG, Newest, Prompt, Ring, Rings, Wakeup
-
-if TYPE_CHECKING:
-    pass
 
 _PRIORITIES = {
     Delivery.EVENT: zenoh.Priority.REAL_TIME,  # Zenoh's highest priority

@@ -144,7 +144,7 @@ class Wakeup:
             try:
                 self._handle(prompt)
             except Exception as error:  # the loop reports it, as any other
-                self._call(_raise, error)
+                call_soon(self._loop, _raise, error)
             finally:
                 self._lock.release()
                 prompt.handled = clock.monotonic()
@@ -152,7 +152,7 @@ class Wakeup:
         self._ready.append(prompt)
         if not self._called:
             self._called = True
-            self._call(self._wake)
+            call_soon(self._loop, self._wake)
 
     def _wake(self) -> None:
         self._called = False
@@ -162,13 +162,15 @@ class Wakeup:
                 with self._lock:
                     self._handle(prompt)
             except Exception as error:  # the keys behind it are handled all the same
-                self._call(_raise, error)
+                call_soon(self._loop, _raise, error)
 
-    def _call(self, function: Callable[..., None], *arguments: object) -> None:
-        try:
-            self._loop.call_soon_threadsafe(function, *arguments)
-        except RuntimeError:  # the loop is closed: the process is ending
-            return
+
+def call_soon(loop: asyncio.AbstractEventLoop, function: Callable[..., None], *arguments: object) -> None:
+    """Call `function` in `loop`, from another thread."""
+    try:
+        loop.call_soon_threadsafe(function, *arguments)
+    except RuntimeError:  # the loop is closed: the process is ending
+        return
 
 
 def _raise(error: Exception) -> None:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import os
 import stat
+from collections.abc import Callable
 from datetime import datetime
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 from cryptography import x509
 from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives import serialization
-from cryptography.hazmat.primitives.asymmetric.types import PrivateKeyTypes
 from cryptography.x509.oid import NameOID
 
 from flockwire.security.files import Credentials, CredentialsError, files_of
@@ -20,6 +22,7 @@ MAKE = "`flockwire keys SWARM` makes it"
 NO_FOLDER = f"there is no such keys folder; {MAKE}"
 CHOWN = "`chown -R` the keys folder to the user who runs this"
 SYSTEMD = "CREDENTIALS_DIRECTORY"  # names the folder of a service's own keys
+Loaded = TypeVar("Loaded")
 FORMAT = "%Y-%m-%d %H:%M UTC"
 
 
@@ -34,7 +37,8 @@ def load_credentials(
     _check_folder(folder)
     trusted = {name: _certificate(files.signed_by(name)) for name in authorities}
     certificate = _certificate(files.certificate)
-    key = _key(files.key)
+    load_key = partial(serialization.load_pem_private_key, password=None)
+    key = _loaded(files.key, load_key, "a private key in PEM form, without a password")
     _check_private(files.key)
     if certificate.public_key() != key.public_key():
         raise CredentialsError(f"{files.certificate}: does not belong to the key {files.key.name} beside it")
@@ -94,25 +98,15 @@ def _check_dates(path: Path, certificate: x509.Certificate, now: datetime) -> No
         )
 
 
-def _read(path: Path) -> bytes:
+def _loaded(path: Path, load: Callable[[bytes], Loaded], form: str) -> Loaded:
     try:
-        return path.read_bytes()
+        return load(path.read_bytes())
     except OSError as error:
         remedy = CHOWN if isinstance(error, PermissionError) else MAKE
         raise CredentialsError(f"{path}: cannot read it: {error.strerror}; {remedy}") from None
+    except (ValueError, TypeError):
+        raise CredentialsError(f"{path}: is not {form}") from None
 
 
 def _certificate(path: Path) -> x509.Certificate:
-    data = _read(path)
-    try:
-        return x509.load_pem_x509_certificate(data)
-    except ValueError:
-        raise CredentialsError(f"{path}: is not a certificate in PEM form") from None
-
-
-def _key(path: Path) -> PrivateKeyTypes:
-    data = _read(path)
-    try:
-        return serialization.load_pem_private_key(data, None)
-    except (ValueError, TypeError):
-        raise CredentialsError(f"{path}: is not a private key in PEM form, without a password") from None
+    return _loaded(path, x509.load_pem_x509_certificate, "a certificate in PEM form")

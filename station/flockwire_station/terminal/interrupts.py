@@ -15,12 +15,10 @@ class Interrupts:
 
     def __init__(self) -> None:
         self.count = 0
-        self.hung_up = False  # the terminal is gone
 
     def take(self, number: signal.Signals) -> None:
         """Count one signal; a closing terminal counts once for all its signals."""
         if number is signal.SIGHUP:
-            self.hung_up = True
             self.count = max(self.count, 1)
         else:
             self.count += 1
