@@ -49,16 +49,14 @@ def _run() -> int:
         if isinstance(error, RuntimeError) and "thread" not in str(error):  # "can't start new thread": a limit too
             raise
         last = str(error).strip().rpartition("\n")[2]  # numpy's explanation is a page long
-        needed = _needed(error) if isinstance(error, ModuleNotFoundError) else ""
+        needed = ""
+        if isinstance(error, ModuleNotFoundError):
+            from flockwire.extras import lacking  # noqa: PLC0415
+
+            needed = lacking(error)
         print(f"flockwire: cannot run: {needed or last or 'not enough memory'}", file=sys.stderr)
         return 1
     return 0
-
-
-def _needed(error: ModuleNotFoundError) -> str:
-    from flockwire.extras import lacking  # noqa: PLC0415
-
-    return lacking(error)
 
 
 def spare_openssl(*names: str) -> None:

@@ -58,7 +58,8 @@ def replay(swarm: Path, faults: Path, seed: int, duration: float, mode: str) -> 
     judged = fly(read_case(table, faults, seed, duration, "liveness" if mode == "liveness" else "safety"), print)
     if judged.refused:
         raise StudyError(f"{faults}: {judged.refused}")
-    _print_margins(judged)
+    for name, margin in sorted(judged.margins.items(), key=lambda item: item[1].value):
+        print(f"  {name:12}{margin.value:8.3f}  {margin.what} at {margin.at:.2f} s")
     for violation in judged.violations:
         print(f"flockwire: violated: {violation}", file=sys.stderr)
     return bool(judged.violations)
@@ -111,8 +112,3 @@ def _conclude(space: Space, entries: dict[int, Entry], out: Path, stopped: str) 
         return 1
     print(f"flockwire: no violation in {len(found)} flights")
     return 0
-
-
-def _print_margins(judged: Judged) -> None:
-    for name, margin in sorted(judged.margins.items(), key=lambda item: item[1].value):
-        print(f"  {name:12}{margin.value:8.3f}  {margin.what} at {margin.at:.2f} s")

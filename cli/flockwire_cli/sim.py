@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from flockwire import clock
 from flockwire_analysis.summary import summarise
-from flockwire_sim.flight import Flight, Show, fly_in_memory, fly_recorded
-from flockwire_sim.world import Outcome
+from flockwire_sim.flight import Flight, fly_in_memory, fly_recorded
 from flockwire_station.terminal.progress import progress
 
 from flockwire_cli.verdict import conclude, print_figures, verdict
@@ -26,27 +23,19 @@ def simulate(flight: Flight, out: Path | None = None, toml: str = "") -> int:
     into = "" if out is None else f", into {out}"
     print(f"flockwire: {flight.swarm.name} in virtual time, seed {flight.seed}{into}", flush=True)
     began = clock.cpu_time()
-    with _shown(flight) as show:
+    with progress("flight in virtual time", flight.duration) as show:
+
+        def shown(flown: float) -> None:
+            show(f"{flown:.0f} s of flight", flown)
+
         if out is not None:
-            outcome = fly_recorded(flight, toml, out / "trace.mcap", show)
+            outcome = fly_recorded(flight, toml, out / "trace.mcap", shown)
         else:
-            outcome, trace = fly_in_memory(flight, show)
-    _print_speed(outcome, began)
+            outcome, trace = fly_in_memory(flight, shown)
+    used = max(clock.cpu_time() - began, 1e-9)
+    faster = outcome.seconds / used
+    print(f"flockwire: {outcome.seconds:.1f} s of flight in {used:.1f} s of processor time, {faster:.0f} x real time")
     if out is not None:
         return conclude(outcome.failure, out)
     failures = print_figures(summarise(trace))
     return verdict(filter(None, (outcome.failure, *failures)))
-
-
-@contextmanager
-def _shown(flight: Flight) -> Iterator[Show]:
-    """Show how far the flight is."""
-    with progress("flight in virtual time", flight.duration) as show:
-        yield lambda flown: show(f"{flown:.0f} s of flight", flown)
-
-
-def _print_speed(outcome: Outcome, began: float) -> None:
-    """Print how fast the flight was that began at `began` s of processor time."""
-    used = max(clock.cpu_time() - began, 1e-9)
-    faster = outcome.seconds / used
-    print(f"flockwire: {outcome.seconds:.1f} s of flight in {used:.1f} s of processor time, {faster:.0f} x real time")

@@ -6,6 +6,7 @@ import os
 import shutil
 import tarfile
 from collections.abc import Iterator
+from hashlib import sha256
 from pathlib import Path
 
 from flockwire.swarm.rules import BUILT_IN
@@ -13,7 +14,7 @@ from flockwire.wire.plan import Plan
 
 from flockwire_deploy.files import DeployError, template, write, write_keys, write_swarm
 from flockwire_deploy.units import folders, target_name, units
-from flockwire_deploy.wheels import Wheels, read_wheels, sums
+from flockwire_deploy.wheels import Wheels, read_wheels
 
 SUMS = "SHA256SUMS"
 
@@ -57,7 +58,8 @@ def _write_host(plan: Plan, host: str, folder: Path, swarm_file: Path, keys: Pat
         host=host, swarm=plan.swarm.name, folders=folders(plan), target=target_name(plan), wheels=wheels
     )
     write(folder / "install.sh", script, 0o755)
-    write(folder / SUMS, sums(folder, _files(folder)))
+    sums = (f"{sha256((folder / name).read_bytes()).hexdigest()}  {name}\n" for name in sorted(_files(folder)))
+    write(folder / SUMS, "".join(sums))
 
 
 def _write_playbook(plan: Plan, out: Path) -> None:

@@ -32,11 +32,6 @@ def folders(plan: Plan) -> Folders:
     )
 
 
-def unit_name(plan: Plan, identity: str) -> str:
-    """Return the name of the unit that runs `identity`."""
-    return f"flockwire-{plan.swarm.name}-{identity}.service"
-
-
 def target_name(plan: Plan) -> str:
     """Return the name of the unit that starts and ends all processes of a host."""
     return f"flockwire-{plan.swarm.name}.target"
@@ -45,7 +40,7 @@ def target_name(plan: Plan) -> str:
 def units(plan: Plan, host: str, program: str = "") -> dict[str, str]:
     """Return the text of each unit of `host`, by its name; `program` is the folder of another installation."""
     here, where = plan.processes_on(host), folders(plan)
-    names = {identity: unit_name(plan, identity) for identity in here}
+    names = {identity: f"flockwire-{plan.swarm.name}-{identity}.service" for identity in here}
     service, target = template("process.service.j2"), template("swarm.target.j2")
     found = {
         names[identity]: service.render(

@@ -6,7 +6,6 @@ import hashlib
 import re
 import shutil
 import zipfile
-from collections.abc import Iterable
 from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
@@ -106,11 +105,6 @@ def read_wheels(folder: Path) -> Wheels:
     if not found.machines:
         raise DeployError(f"--wheels = {folder}: no machine matches all of them; {MAKE_THEM}")
     return found
-
-
-def sums(folder: Path, names: Iterable[str]) -> str:
-    """Return the lines of SHA256SUMS for the files `names` in `folder`."""
-    return "".join(f"{hashlib.sha256((folder / name).read_bytes()).hexdigest()}  {name}\n" for name in sorted(names))
 
 
 def _differing(wheel: Path) -> str:

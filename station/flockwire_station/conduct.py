@@ -110,5 +110,5 @@ async def at_terminal(
             operator.core.order("land", now)
         return None
 
-    with display.shown(), keys_pressed(Keyboard(lambda verb: operator.order(verb, display.note))):
+    with display.shown(), keys_pressed(Keyboard(lambda verb: operator.order(verb, display.note)).press):
         return await operator.run(turn)

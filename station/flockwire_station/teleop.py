@@ -72,7 +72,7 @@ async def steer(plan: Plan, keys: Path, gamepad: Gamepad | None = None) -> bool:
         if session is None:
             return False
         followed = gamepad.followed() if gamepad is not None else contextlib.nullcontext()
-        with session, keys_pressed(pressed), followed:
+        with session, keys_pressed(pressed.press), followed:
             swarm_clock = SwarmClock(plan, TELEOP.kind, session)
             if gamepad is not None:
                 print(f"flockwire: {gamepad.name}: {STICKS}", flush=True)

@@ -70,11 +70,6 @@ async def flying(plan: Plan, keys: Path) -> tuple[str, ...]:
         await operator.watch(LOOK_TIME)
         states = operator.fleet().states
         airborne = [uav(drone) for drone, state in states.items() if state in IN_THE_AIR]
-        return (*airborne, *_silent(plan, operator, session))
-
-
-def _silent(plan: Plan, operator: Operator, session: Session) -> list[str]:
-    """Return the linked processes of drones without a fresh status."""
-    now, linked = operator.poll(), set(session.linked())
-    fresh = {identity for identity, status in operator.statuses.items() if now - status.stamp < STALE}
-    return [identity for identity, row in plan.rows.items() if row.flies and identity in linked - fresh]
+        now, linked = operator.poll(), set(session.linked())
+        fresh = {identity for identity, status in operator.statuses.items() if now - status.stamp < STALE}
+        return (*airborne, *(one for one, row in plan.rows.items() if row.flies and one in linked - fresh))

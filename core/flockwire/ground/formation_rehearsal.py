@@ -140,7 +140,8 @@ class Rehearsal:
         room = self._swarm.limits.fence.room()
         looks = zip(way.seconds[::FENCE_STEPS].tolist(), way.offsets[::FENCE_STEPS].tolist(), strict=True)
         for second, places in looks:
-            centre = self._leader_at(self._leader, self._begin + second)
+            moved = subtract(self._course.position(self._begin + second), self._course.position(self._now))
+            centre = add(self._leader, moved)
             for i, (x, y, z) in enumerate(places):
                 if (far := room.outside(add(centre, (x, y, z)))) > 0.0:
                     yield (
@@ -168,9 +169,6 @@ class Rehearsal:
         ways = (places[times, other] - places[times, one]) / way.gaps[times, pairs][:, None]
         nearing = np.maximum(np.sum(ways * rates[times, one], axis=1), -np.sum(ways * rates[times, other], axis=1))
         return max(excess, float((nearing + leader - allowed[times, pairs]).max(initial=0.0)))
-
-    def _leader_at(self, leader: Vector, t: float) -> Vector:
-        return add(leader, subtract(self._course.position(t), self._course.position(self._now)))
 
     def _name(self, index: int | np.intp) -> str:
         return uav(self._swarm.followers[index])

@@ -77,8 +77,7 @@ def _make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool) -> tuple[s
         )
     for name in made:
         signers[name] = new = new_authority(plan.swarm.name, now)
-        _write(folder / "authority" / f"{name}.key", _pem(new.key), private=True)
-        _write(folder / f"{name}.crt", new.certificate.public_bytes(serialization.Encoding.PEM))
+        save(new, folder, name, folder / "authority")
     for identity in plan.certified:
         names, signer = alternative_names(plan, identity), signers[plan.issuer(identity)]
         if not _good(folder, identity, names, signer.certificate, now):
@@ -146,9 +145,10 @@ def expiring(plan: Plan, folder: Path, now: datetime) -> Iterator[str]:
                 yield f"{path}: ends on {end:%Y-%m-%d}; `flockwire keys` renews it"
 
 
-def save(signer: Signer, folder: Path, name: str) -> None:
-    """Write a certificate and its key as `name`.crt and `name`.key."""
-    _write(folder / f"{name}.key", _pem(signer.key), private=True)
+def save(signer: Signer, folder: Path, name: str, secret: Path | None = None) -> None:
+    """Write a certificate and its key as `name`.crt and `name`.key, the key into the folder `secret` if given."""
+    pem = serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
+    _write((secret or folder) / f"{name}.key", signer.key.private_bytes(*pem), private=True)
     _write(folder / f"{name}.crt", signer.certificate.public_bytes(serialization.Encoding.PEM))
 
 
@@ -238,12 +238,6 @@ def _good(folder: Path, identity: str, names: tuple[str, ...], authority: x509.C
 
 def _lasts(certificate: x509.Certificate, now: datetime) -> bool:
     return certificate.not_valid_after_utc - now > RENEW
-
-
-def _pem(key: ec.EllipticCurvePrivateKey) -> bytes:
-    return key.private_bytes(
-        serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
-    )
 
 
 def _write(path: Path, data: bytes, private: bool = False) -> None:

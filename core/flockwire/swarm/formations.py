@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import isfinite
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, field_validator
 
@@ -21,55 +22,53 @@ class FormationModel(Model):
     assignment: Literal["rank", "free"] = "rank"  # assignment when a flight starts with it: by rank, or shortest paths
 
 
-class CircleFormation(FormationModel):
+class ShapeModel(FormationModel):
+    """A formation whose other keys are the parameters of its `shape`."""
+
+    shape: ClassVar[Callable[..., shapes.Formation]]
+
+    def build(self, count: int) -> shapes.Formation:
+        """Return the formation of `count` followers."""
+        return self.shape(count, **self.model_dump(exclude={"kind", "places", "assignment"}))
+
+
+class CircleFormation(ShapeModel):
     """Followers evenly spread on a circle round the leader."""
 
+    shape: ClassVar = shapes.Circle
     kind: Literal["circle"]  # evenly spread on a circle round the leader
     radius: Positive = 2.0  # m, of the circle
     rate: Finite = 0.0  # rad/s, about Z
 
-    def build(self, count: int) -> shapes.Formation:
-        """Return the formation of `count` followers."""
-        return shapes.Circle(count, self.radius, self.rate)
 
-
-class LineFormation(FormationModel):
+class LineFormation(ShapeModel):
     """Followers on a line through the leader, alternately before and behind it."""
 
+    shape: ClassVar = shapes.Line
     kind: Literal["line"]  # on a line through the leader
     spacing: Positive = 1.0  # m, between neighbours
     heading: Finite = 0.0  # rad, of the line, from X
     rate: Finite = 0.0  # rad/s, about Z
 
-    def build(self, count: int) -> shapes.Formation:
-        """Return the formation of `count` followers."""
-        return shapes.Line(count, self.spacing, self.heading, self.rate)
 
-
-class GridFormation(FormationModel):
+class GridFormation(ShapeModel):
     """Followers on a rectangular grid with the leader in one of its cells."""
 
+    shape: ClassVar = shapes.Grid
     kind: Literal["grid"]  # on a rectangular grid
     spacing: Positive = 1.0  # m, between neighbours
     columns: Annotated[int, Field(ge=1)] = 3  # of the grid
     rate: Finite = 0.0  # rad/s, about Z
 
-    def build(self, count: int) -> shapes.Formation:
-        """Return the formation of `count` followers."""
-        return shapes.Grid(count, self.spacing, self.columns, self.rate)
 
-
-class PolygonFormation(FormationModel):
+class PolygonFormation(ShapeModel):
     """Followers evenly spread along the perimeter of a regular polygon round the leader."""
 
+    shape: ClassVar = shapes.Polygon
     kind: Literal["polygon"]  # along the sides of a regular polygon
     sides: Annotated[int, Field(ge=3)] = 4  # of the polygon
     radius: Positive = 2.0  # m, of its corners
     rate: Finite = 0.0  # rad/s, about Z
-
-    def build(self, count: int) -> shapes.Formation:
-        """Return the formation of `count` followers."""
-        return shapes.Polygon(count, self.sides, self.radius, self.rate)
 
 
 class KeyFramesFormation(FormationModel):

@@ -168,10 +168,8 @@ class Gateway(Model):
     @property
     def table(self) -> Axes:
         """The axes and unit of the source in use."""
-        axes = {
-            "natnet": self.natnet, "vrpn": self.vrpn, "qualisys": self.qualisys, "vicon": self.vicon, "ros": self.ros,
-        }  # fmt: skip
-        return axes.get(self.source, Axes())
+        table = getattr(self, self.source)
+        return table if isinstance(table, Axes) else Axes()
 
     def simulated(self) -> Gateway:
         """Return the table for virtual time: simulated cameras replace any other source."""

@@ -139,12 +139,12 @@ def _itself(_: Roster, owner: Owner) -> tuple[str, ...]:
 
 
 def _pilot(roster: Roster, owner: Owner) -> tuple[str, ...]:
-    return (roster.pilots[owner.drone],) if owner.drone is not None else ()
+    return (roster.pilot[owner.drone],) if owner.drone is not None else ()
 
 
 def _neighbours(roster: Roster, owner: Owner) -> tuple[str, ...]:
     """Name the pilots of those with an edge from the owner."""
-    return tuple(roster.pilots[i] for i in roster.swarm.topology.out_neighbours(owner.drone or 0))
+    return tuple(roster.pilot[i] for i in roster.swarm.topology.out_neighbours(owner.drone or 0))
 
 
 def _led(roster: Roster, owner: Owner) -> tuple[str, ...]:
@@ -152,7 +152,7 @@ def _led(roster: Roster, owner: Owner) -> tuple[str, ...]:
 
     A tracked leader leads while its pose arrives, so its status is not needed.
     """
-    leads = owner.name == roster.pilots[LEADER] and roster.swarm.leader.kind != "tracked"
+    leads = owner.name == roster.pilot[LEADER] and roster.swarm.leader.kind != "tracked"
     return _neighbours(roster, owner) if leads else ()
 
 

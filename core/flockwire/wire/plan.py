@@ -5,14 +5,14 @@ Session, access control, certificates, child processes, the virtual world and th
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from math import ceil
 from typing import NamedTuple
 
 from flockwire.swarm.model import Swarm
 from flockwire.wire.batch import FULL
 from flockwire.wire.keys import BATCH, ROWS, TABLE, Delivery, Key, key_text
-from flockwire.wire.processes import DRONE_PORTS, SINGLE_PORTS, Link, Member, Process, Roster
+from flockwire.wire.processes import DRONE_PORTS, SINGLE_PORTS, Link, Roster
 
 AUTHORITY = "ca"  # signs the certificates of processes
 OPERATORS = "operators"  # signs those of operators
@@ -26,49 +26,41 @@ class Flow(NamedTuple):
     subscribers: tuple[str, ...]
 
 
-class Plan:
+class Plan(Roster):
     """The plan of `swarm`. Mappings are by identity; identities are in the order of the process table.
 
     `by_name`: each process has its own host of its name (a container), and is dialled by that name.
     """
 
     def __init__(self, swarm: Swarm, by_name: bool = False) -> None:
-        self.swarm, self.by_name = swarm, by_name
-        roster = Roster(swarm)
-        self.rows: Mapping[str, Process] = roster.rows
-        self.members: Mapping[str, Member] = roster.members
-        self.identities = tuple(roster.rows)
+        super().__init__(swarm)
+        self.by_name = by_name
+        self.identities = tuple(self.rows)
         self._order = {identity: rank for rank, identity in enumerate(self.identities)}
-        self.started = tuple(identity for identity, row in roster.rows.items() if row.started)
-        self.certified = tuple(identity for identity, row in roster.rows.items() if row.certified)
-        self.pilot: Mapping[int, str] = roster.pilots  # by drone, a virtual or tracked leader's included
-        self.pilots: Mapping[int, str] = {
-            i: roster.pilots[i] for i in swarm.flying
-        }  # the processes that a flight waits for
-        self.routers = tuple(identity for identity, row in roster.rows.items() if row.link is Link.ROUTER)
-        self.recorders = tuple(identity for identity, row in roster.rows.items() if row.records)
-        self.witnesses = tuple(identity for identity, row in roster.rows.items() if row.witness)
-        self.operators = tuple(identity for identity, row in roster.rows.items() if row.link is Link.DIALS)
-        self.flows = tuple(_flows(roster, self.recorders))
+        self.started = tuple(identity for identity, row in self.rows.items() if row.started)
+        self.certified = tuple(identity for identity, row in self.rows.items() if row.certified)
+        self.pilots: Mapping[int, str] = {i: self.pilot[i] for i in swarm.flying}  # those that a flight waits for
+        self.routers = tuple(identity for identity, row in self.rows.items() if row.link is Link.ROUTER)
+        self.recorders = tuple(identity for identity, row in self.rows.items() if row.records)
+        self.witnesses = tuple(identity for identity, row in self.rows.items() if row.witness)
+        self.operators = tuple(identity for identity, row in self.rows.items() if row.link is Link.DIALS)
+        self.flows = tuple(self._all_flows())
         self.batched = frozenset(  # keys that reach the recorders in batches of their publisher
             flow.key for flow in self.flows if not set(self.recorders).issubset(flow.subscribers)
         )
         self.judged = frozenset(  # keys without which a flight cannot be judged
-            flow.key for flow in self.flows if not all(roster.rows[one].dispensable for one in flow.publishers)
+            flow.key for flow in self.flows if not all(self.rows[one].dispensable for one in flow.publishers)
         )
-        self.publishes: dict[str, tuple[Key, ...]] = {}
-        self.subscribes: dict[str, tuple[Key, ...]] = {}
         self._flows = {flow.key: flow for flow in self.flows}
         self._collect()
         self.from_operators = frozenset(key for operator in self.operators for key in self.publishes[operator])
         self.to_operators = frozenset(key for operator in self.operators for key in self.subscribes[operator])
-        self.partners = self._partners()
         self.links = self._links()
         self.dials = {
             one: tuple(other for other in linked if self._order[other] < self._order[one])
             for one, linked in self.links.items()
         }
-        self.hosts = {identity: roster.host(identity) for identity in self.identities}
+        self.hosts = {identity: self.host(identity) for identity in self.identities}
         self.endpoints = {identity: self._endpoint(identity) for identity in self.identities if self._listens(identity)}
         self.reserved = {identity: self._reserved(identity) for identity in self.endpoints if self._reserves(identity)}
 
@@ -97,10 +89,6 @@ class Plan:
             largest = sum(ROWS[one.kind].largest for one in self.publishes[key.owner] if one in self.batched)
             rate += ceil(2 * self.swarm.gateway.rate_hz * largest / FULL)
         return rate
-
-    def of_kind(self, kind: str) -> tuple[str, ...]:
-        """Return the identities of the processes of one kind, possibly none."""
-        return tuple(identity for identity, row in self.rows.items() if row.kind == kind)
 
     def processes_on(self, host: str) -> tuple[str, ...]:
         """Return the identities that host `host` runs."""
@@ -157,16 +145,31 @@ class Plan:
         """The names of the authorities that the swarm's certificates are signed by."""
         return (AUTHORITY, OPERATORS) if self.reserved else (AUTHORITY,)
 
+    def _all_flows(self) -> Iterator[Flow]:
+        for row in TABLE:
+            for owner in row.owners(self):
+                publishers, subscribers = row.publishers(self, owner), row.subscribers(self, owner)
+                direct = row.delivery is not Delivery.STATE or not all(self.rows[one].batches for one in publishers)
+                recorders = self.recorders if direct else ()
+                yield Flow(Key(row.kind, owner.name), publishers, (*subscribers, *recorders))
+
     def _collect(self) -> None:
+        """Find the keys of each identity, and its partners, with which it exchanges a key, in the order of dialling."""
         publishes: dict[str, list[Key]] = {identity: [] for identity in self.identities}
         subscribes: dict[str, list[Key]] = {identity: [] for identity in self.identities}
+        partners: dict[str, set[str]] = {identity: set() for identity in self.identities}
         for key, publishers, subscribers in self.flows:
             for sender in publishers:
                 publishes[sender].append(key)
+                partners[sender].update(subscribers)
             for receiver in subscribers:
                 subscribes[receiver].append(key)
+                partners[receiver].update(publishers)
         self.publishes = {identity: tuple(keys) for identity, keys in publishes.items()}
         self.subscribes = {identity: tuple(keys) for identity, keys in subscribes.items()}
+        self.partners = {
+            one: tuple(sorted(others - {one}, key=self._order.__getitem__)) for one, others in partners.items()
+        }
 
     def _between(self, sender: str, receiver: str) -> tuple[Key, ...]:
         """Return the keys that `sender` publishes and `receiver` subscribes to, computed on demand."""
@@ -174,18 +177,6 @@ class Plan:
         if len(sent) <= len(received):
             return tuple(key for key in sent if receiver in self._flows[key].subscribers)
         return tuple(key for key in received if sender in self._flows[key].publishers)
-
-    def _partners(self) -> dict[str, tuple[str, ...]]:
-        """Return the identities with which each exchanges at least one key, in the order of dialling."""
-        found: dict[str, set[str]] = {identity: set() for identity in self.identities}
-        for _, publishers, subscribers in self.flows:
-            for sender in publishers:
-                found[sender].update(subscribers)
-                for receiver in subscribers:
-                    found[receiver].add(sender)
-        for identity, others in found.items():
-            others.discard(identity)
-        return {one: tuple(sorted(others, key=self._order.__getitem__)) for one, others in found.items()}
 
     def _links(self) -> dict[str, tuple[str, ...]]:
         """Return the identities to which each is linked: its partners, or the router, which is linked to all."""
@@ -226,13 +217,3 @@ class Plan:
     def _place(self, identity: str) -> int:
         row, drone = self.rows[identity], self.members[identity].drone
         return row.port if drone is None else SINGLE_PORTS + DRONE_PORTS * drone + row.port
-
-
-def _flows(roster: Roster, recorders: tuple[str, ...]) -> list[Flow]:
-    found = []
-    for row in TABLE:
-        for owner in row.owners(roster):
-            publishers, subscribers = row.publishers(roster, owner), row.subscribers(roster, owner)
-            direct = row.delivery is not Delivery.STATE or not all(roster.rows[one].batches for one in publishers)
-            found.append(Flow(Key(row.kind, owner.name), publishers, (*subscribers, *(recorders if direct else ()))))
-    return found

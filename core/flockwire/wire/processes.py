@@ -220,7 +220,7 @@ class Roster:
         self.swarm = swarm
         self.rows: dict[str, Process] = {}  # by identity
         self.members: dict[str, Member] = {}  # by identity
-        self.pilots: dict[int, str] = {}  # the pilot's identity of a drone
+        self.pilot: dict[int, str] = {}  # the pilot's identity of a drone, a virtual or tracked leader's included
         self._identities: dict[str, tuple[str, ...]] = {}  # by kind
         for row in PROCESSES:
             members = row.members(swarm)
@@ -228,7 +228,7 @@ class Roster:
             for member in members:
                 self.rows[member.identity], self.members[member.identity] = row, member
                 if row.pilot and member.drone is not None:
-                    self.pilots[member.drone] = member.identity
+                    self.pilot[member.drone] = member.identity
 
     def host(self, identity: str) -> str:
         """Return the name of its host: the one that names it, its drone's, else the first."""
@@ -238,6 +238,10 @@ class Roster:
                 return name
         named = swarm.drone(drone).host if drone in swarm.tracked and drone is not None else None
         return named if named is not None else next(iter(swarm.hosts))
+
+    def of_kind(self, kind: str) -> tuple[str, ...]:
+        """Return the identities of the processes of one kind, possibly none."""
+        return self._identities.get(kind, ())
 
     def of(self, *rows: Process) -> tuple[str, ...]:
         """Return the identities of all members of `rows`."""

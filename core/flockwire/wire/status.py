@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import isfinite
+from operator import itemgetter
 from typing import NamedTuple
 
 from flockwire.domain.order import Mission, Version
@@ -104,7 +105,7 @@ class Status(NamedTuple):
         if not any(lists) and len(report.detail) <= SURELY_SHORT:  # the usual case
             return self
         if len(rejected) > MOST_REJECTIONS:
-            by_count = sorted(rejected, key=_count, reverse=True)
+            by_count = sorted(rejected, key=itemgetter(1), reverse=True)
             rest = sum([count for _, count in by_count[MOST_REJECTIONS - 1 :]])
             rejected = (*by_count[: MOST_REJECTIONS - 1], (OTHERS, rest))
         counts = _short_names(report.counts[:MOST_REJECTIONS])
@@ -181,10 +182,6 @@ def write_counts(writer: Writer, counts: Counts) -> None:
     """Append the names of `counts`, then the numbers."""
     writer.texts(tuple([name for name, _ in counts]))
     writer.numbers("Q", tuple([count for _, count in counts]))
-
-
-def _count(rejection: tuple[str, int]) -> int:
-    return rejection[1]
 
 
 def _short_names(counts: Counts) -> Counts:

@@ -9,7 +9,6 @@ import sys
 import termios
 import tty
 from collections.abc import Callable, Iterator
-from typing import Protocol
 
 from flockwire import clock
 from flockwire.domain.time import SECOND
@@ -37,13 +36,6 @@ class Keyboard:
             self._order(VERBS[key])
 
 
-class Keys(Protocol):
-    """Handles pressed keys."""
-
-    def press(self, key: str, now: int) -> None:
-        """Take one key that was pressed at `now` (ns of a clock that does not go back)."""
-
-
 def attached() -> bool:
     """Return whether there is a terminal to read keys from."""
     return sys.stdin is not None and sys.stdin.isatty()
@@ -55,8 +47,8 @@ def hint() -> str:
 
 
 @contextlib.contextmanager
-def keys_pressed(keyboard: Keys) -> Iterator[None]:
-    """Read keys from the terminal in the running loop during the context; without a terminal do nothing."""
+def keys_pressed(press: Callable[[str, int], None]) -> Iterator[None]:
+    """Call `press` as Keyboard has it for the terminal's keys, in the running loop; without a terminal do nothing."""
     if not attached():
         yield
         return
@@ -71,7 +63,7 @@ def keys_pressed(keyboard: Keys) -> Iterator[None]:
         if not data:  # the terminal is gone
             loop.remove_reader(fd)
         for key in data.decode(errors="replace"):
-            keyboard.press(key, clock.monotonic())
+            press(key, clock.monotonic())
 
     tty.setcbreak(fd, termios.TCSANOW)  # another `when` waits for a paused terminal
     loop.add_reader(fd, readable)

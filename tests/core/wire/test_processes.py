@@ -37,7 +37,7 @@ def test_a_router_stands_first_where_the_swarm_has_one_and_nowhere_else(make_swa
 
 @pytest.mark.parametrize("changes", [None, VIRTUAL], ids=["flying", "virtual"])
 def test_drone_zero_is_flown_by_the_leader_and_every_other_by_its_agent(make_swarm, changes):
-    assert Roster(make_swarm(changes)).pilots == {0: "leader", 1: "uav1", 2: "uav2", 3: "uav3", 4: "uav4"}
+    assert Roster(make_swarm(changes)).pilot == {0: "leader", 1: "uav1", 2: "uav2", 3: "uav3", 4: "uav4"}
 
 
 def test_members_are_found_by_their_rows_in_the_order_asked_for(make_swarm):

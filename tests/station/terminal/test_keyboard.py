@@ -46,7 +46,7 @@ def test_keys_come_from_the_terminal_and_it_is_left_as_it_was(orders, terminal):
     before = termios.tcgetattr(theirs)
 
     async def run():
-        with keys_pressed(Keyboard(orders.append)):
+        with keys_pressed(Keyboard(orders.append).press):
             os.write(ours, b"hl")
             await until(lambda: len(orders) == 2)
 
@@ -58,7 +58,7 @@ def test_keys_come_from_the_terminal_and_it_is_left_as_it_was(orders, terminal):
 
 def test_a_terminal_that_goes_away_is_not_an_error(orders, terminal):
     async def run():
-        with keys_pressed(Keyboard(orders.append)):
+        with keys_pressed(Keyboard(orders.append).press):
             os.close(terminal[0])
             await asyncio.sleep(0.05)
 
@@ -69,7 +69,7 @@ def test_a_terminal_that_goes_away_is_not_an_error(orders, terminal):
 def test_without_a_terminal_nothing_is_read(orders, monkeypatch):
     with Path(os.devnull).open() as stdin:
         monkeypatch.setattr("sys.stdin", stdin)
-        with keys_pressed(Keyboard(orders.append)):
+        with keys_pressed(Keyboard(orders.append).press):
             pass
     assert orders == []
 
