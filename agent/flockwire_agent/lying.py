@@ -34,10 +34,8 @@ class LyingAgent(AgentCore):
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Return the messages of the agent, with false estimates."""
-        return [
-            (key, self._changed(message, now) if isinstance(message, Estimate) else message)
-            for key, message in super().step(now)
-        ]
+        messages = super().step(now)
+        return [(key, self._changed(one, now) if isinstance(one, Estimate) else one) for key, one in messages]
 
     def _changed(self, estimate: Estimate, now: int) -> Estimate:
         if self._took_off is None:

@@ -55,8 +55,10 @@ def identify(
         print("\n".join(identifying.described(found)), end="\n\n")
         figure = folder / "identification.png"
         identifying.draw(core.responses, found, figure)
-        for line in identifying.conclusion(loaded, number, found, body, core.failure):
-            print(line)
+        if body:
+            print(f"the body {loaded.body(number)!r} climbed and turned as commanded: it belongs to {uav(number)}")
+        elif not core.failure:
+            print("\n".join(identifying.airframe_table(loaded, number, found)))
         print(f"\nflockwire: {figure}")
     if core.failure:
         _fail(core.failure)

@@ -31,13 +31,13 @@ def report(
     """Draw the figures of a trace; write report.html and summary.json."""
     from flockwire_analysis.report import write_report  # noqa: PLC0415
 
-    from flockwire_cli.verdict import print_figures, print_place  # noqa: PLC0415
+    from flockwire_cli.verdict import print_figures  # noqa: PLC0415
 
     folder = out or trace.parent
     with progress("reads the trace, draws its figures"):
         summary = _trace(lambda: write_report(trace, folder, pdf))
     failures = print_figures(summary)
-    print_place(folder)
+    print(f"  report: {folder / 'report.html'}")
     if failures:
         print(f"flockwire: {'; '.join(failures)}", file=sys.stderr)
         raise typer.Exit(1)

@@ -66,7 +66,7 @@ def _report(trace: Path, out: Path) -> Iterable[str]:
         else:
             yield f"the report cannot be written: {str(error) or 'not enough memory'}"
     else:
-        print_place(out)
+        print(f"  report: {out / 'report.html'}")
 
 
 def print_figures(summary: Summary) -> tuple[str, ...]:
@@ -95,8 +95,3 @@ def key_figures(summary: Summary) -> Iterator[str]:
 
 def _millimetres(metres: float | None) -> str:
     return "unknown" if metres is None else f"{metres * 1000:.1f} mm"
-
-
-def print_place(out: Path) -> None:
-    """Print where the report is."""
-    print(f"  report: {out / 'report.html'}")

@@ -26,11 +26,11 @@ SIDE_SWITCH_TIME = 10.0  # s without progress: half around an obstacle takes lon
 
 
 class Course:
-    """The leader's trajectory, from where it is when it begins."""
+    """The leader's trajectory, from where it is when it begins; `time` is the trajectory's own, with its waits."""
 
     def __init__(self, parameters: CourseParameters) -> None:
         self._trajectory, self._gain, self._filtered = parameters.trajectory, parameters.gain, parameters.filtered
-        self._time = TrajectoryTime(LONGEST_STEP if self._filtered else inf)
+        self.time = TrajectoryTime(LONGEST_STEP if self._filtered else inf)
         self._delay, self._braking, self._separation = parameters.delay, parameters.braking, parameters.separation
         self._sidestep = Sidestep(parameters.sidestep, SIDE_SWITCH_TIME)
         self._detour = parameters.detour
@@ -40,35 +40,25 @@ class Course:
         self._s = 0.0  # the trajectory's own time
         self._fastest = 0.0  # m/s, the highest rate so far
 
-    @property
-    def pace(self) -> float:
-        """The rate of the trajectory's own time, from 0 (it waits) to 1."""
-        return self._time.pace
-
-    @property
-    def waited(self) -> float:
-        """The total wait of the trajectory, s."""
-        return self._time.waited
-
     def restart(self, position: Vector, t: float) -> None:
         """Fly the trajectory from mission time `t`, s, shifted so that it starts at `position`, m."""
-        self._time.restart(t)
+        self.time.restart(t)
         self._straighten()
         self._place(position, t)
 
     def resume(self, position: Vector, t: float) -> None:
         """Continue the interrupted trajectory at mission time `t`, shifted so that it starts at `position`."""
-        self._time.resume(t)
-        self._place(position, self._time.at(t))
+        self.time.resume(t)
+        self._place(position, self.time.at(t))
 
     def velocity(self, position: Vector, bodies: Sequence[Body], t: float, now: float) -> Vector:
         """Return the desired velocity, m/s, at `position` (m) and mission time `t`; `now` has any origin (s)."""
-        s = self._time.at(t)
+        s = self.time.at(t)
         error, rate = self._seen_from(position, s)
-        s = self._time.advance(t, self._wanted_pace(error, norm(rate), bodies) if self._filtered else 1.0)
-        if self._time.pace < 1.0:
+        s = self.time.advance(t, self._wanted_pace(error, norm(rate), bodies) if self._filtered else 1.0)
+        if self.time.pace < 1.0:
             error, rate = self._seen_from(position, s)
-        speed, rate = norm(rate), scale(rate, self._time.pace)
+        speed, rate = norm(rate), scale(rate, self.time.pace)
         if self._filtered:
             offset, sideways = self._around(error, rate, position, bodies, now)
             if offset is not ZERO:

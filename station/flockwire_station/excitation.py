@@ -117,11 +117,8 @@ class ExcitationCore:
 
     def report(self, now: int) -> Report:
         """Return its status."""
-        axis = (
-            f" {self._left[0]}"
-            if self._left and self.stage in (ExcitationStage.RESTING, ExcitationStage.EXCITING)
-            else ""
-        )
+        moves = self.stage in (ExcitationStage.RESTING, ExcitationStage.EXCITING)
+        axis = f" {self._left[0]}" if self._left and moves else ""
         waits = f": {self._pilot.flight.reason}" if self._pilot.flight.reason else ""
         return self._pilot.report(now)._replace(phase=self.stage, detail=f"{self._pilot.flight.phase}{axis}{waits}")
 

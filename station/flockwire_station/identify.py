@@ -120,14 +120,6 @@ def airframe_table(swarm: Swarm, number: int, found: Fits) -> Iterator[str]:
         yield f"gain = {combined([fit.gain for fit in straight]):.3f}"
 
 
-def conclusion(swarm: Swarm, number: int, found: Fits, body: bool, failure: str) -> Iterator[str]:
-    """Yield the result of the fits: the owner of the `body`, if only that was requested, or the swarm file's table."""
-    if body:
-        yield f"the body {swarm.body(number)!r} climbed and turned as commanded: it belongs to {uav(number)}"
-    elif not failure:
-        yield from airframe_table(swarm, number, found)
-
-
 def draw(responses: dict[Axis, StepResponse], found: Fits, path: Path) -> None:
     """Draw the measured and the fitted response of each axis."""
     figure = Figure(figsize=(7.0, 1.8 * len(found)), layout="constrained")

@@ -104,7 +104,8 @@ class Children:
         with self.log(identity).open("rb") as log:  # only its end: the caller conducts a flight
             log.seek(max(0, log.seek(0, os.SEEK_END) - LONGEST_LAST_LINE))
             lines = log.read().decode(errors="replace").strip().splitlines()
-        how = _how(self._running[identity].poll() or 0)
+        status = self._running[identity].poll() or 0
+        how = f"signal {signal.Signals(-status).name}" if status < 0 else f"exit status {status}"
         return f"{identity} ended unexpectedly ({how}){': ' + lines[-1] if lines else ''}"
 
     async def end(self, interrupted: Interrupts | None = None) -> None:
@@ -146,10 +147,6 @@ async def _exited(process: subprocess.Popen[bytes]) -> None:
     """Wait until a process has ended."""
     while process.poll() is None:  # noqa: ASYNC110  (nobody sets an event at a child's end)
         await asyncio.sleep(POLL)
-
-
-def _how(status: int) -> str:
-    return f"signal {signal.Signals(-status).name}" if status < 0 else f"exit status {status}"
 
 
 async def start_processes(host: Host, children: Children, operator: Operator, interrupted: Interrupts) -> None:

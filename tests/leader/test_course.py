@@ -61,7 +61,7 @@ def fly(make_swarm: Callable[..., Any]) -> Callable[..., dict[float, float]]:
             delayed = sent[-1 - round(100 * frame.dead_time)]
             velocity = add(delayed, scale(subtract(velocity, delayed), exp(-0.01 / frame.lag) if frame.lag else 0.0))
             position = add(position, scale(velocity, 0.01))
-        assert course.waited == 0.0
+        assert course.time.waited == 0.0
         return reached
 
     return run
@@ -89,11 +89,11 @@ def test_the_goal_stops_within_reach_of_a_leader_that_is_stuck(make_swarm: Calla
     steps, pace = [], 1.0
     for k in range(1, 1000):
         course.velocity((0.0, 0.0, 1.0), (), k / 100, k / 100)
-        steps.append(abs(course.pace - pace))
-        pace = course.pace
+        steps.append(abs(course.time.pace - pace))
+        pace = course.time.pace
     assert pace < 0.01
     assert max(steps) <= 0.01 / 0.25 + 1e-12
-    assert 0.3 * (10.0 - course.waited) < 0.15 + SLACK
+    assert 0.3 * (10.0 - course.time.waited) < 0.15 + SLACK
 
 
 def test_a_goal_that_lies_in_an_obstacle_continues_and_waits_behind_it(make_swarm: Callable[..., Any]) -> None:
@@ -102,7 +102,7 @@ def test_a_goal_that_lies_in_an_obstacle_continues_and_waits_behind_it(make_swar
     ahead = Body(BodyKind.OBSTACLE, (0.7, 0.0, 0.0), 0.3)  # 0.33 m round it nobody may be
     for k in range(1, 2000):
         course.velocity((0.0, 0.0, 1.0), (ahead,), k / 100, k / 100)
-    assert 1.33 < 0.3 * (20.0 - course.waited) < 1.6
+    assert 1.33 < 0.3 * (20.0 - course.time.waited) < 1.6
 
 
 @pytest.mark.parametrize("aside", [-0.2, 0.0, 0.2])

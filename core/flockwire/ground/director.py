@@ -13,7 +13,7 @@ from flockwire.domain.order import IN_FORMATION, Mission
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground.first_places import with_first_places
 from flockwire.ground.fleet import STALE, Fleet
-from flockwire.ground.lost import FLYING, Lost, how
+from flockwire.ground.lost import FLYING, Lost
 from flockwire.ground.order import Order
 from flockwire.ground.preflight import problems
 from flockwire.ground.standing import Standing
@@ -176,19 +176,18 @@ class Director:
             if lost is not None:
                 what = "left the formation" if self.stage is Stage.FLYING else "did not take off"
                 sometimes(f"director: a drone {what}")
-                return self.abort(f"{fleet.pilots[lost]} {what}: {how(fleet, lost)}", now)
+                stopped = lost in fleet.fresh and fleet.has_stopped(lost)
+                how = "its motors stopped" if stopped else fleet.why(lost)
+                return self.abort(f"{fleet.pilots[lost]} {what}: {how}", now)
         if self.stage is Stage.FLYING and self._duration and now - self._took_off >= self._duration:
             sometimes("director: its time is over")
             return self.land(now)
-        if self.stage is Stage.LANDING and not fleet.not_down(self._since) and self._settled(fleet):
+        if self.stage is Stage.LANDING and not fleet.not_down(self._since):
             all_confirmed = self.order is None or not fleet.unconfirmed(self.order)
-            sometimes("director: over" if all_confirmed else "director: over, though a pilot is silent")
-            self.stage = Stage.OVER
+            if all_confirmed or now - self._since >= STALE:  # no pilot obeys an earlier order
+                sometimes("director: over" if all_confirmed else "director: over, though a pilot is silent")
+                self.stage = Stage.OVER
         return None
-
-    def _settled(self, fleet: Fleet) -> bool:
-        """Return whether no pilot obeys an earlier order: all confirmed the landing, or have been silent for long."""
-        return self.order is None or not fleet.unconfirmed(self.order) or fleet.now - self._since >= STALE
 
     def _take_off(self, fleet: Fleet) -> Mission | None:
         """Return the order that takes all off; a drone that joins a flying formation gets its restart."""

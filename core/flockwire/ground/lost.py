@@ -34,10 +34,3 @@ class Lost:
             return False
         since = self._since.setdefault(drone, fleet.now)
         return phase in (Phase.LANDING, Phase.STOPPED) or fleet.now - since >= self._grace
-
-
-def how(fleet: Fleet, drone: int) -> str:
-    """Return the known reason of a loss."""
-    if drone in fleet.fresh and fleet.states.get(drone) is FlightState.STOPPED:
-        return "its motors stopped"
-    return fleet.why(drone)

@@ -11,22 +11,13 @@ ENDING = ("hold", "land", "stop")  # orders that end a pending start or change
 
 
 class Order(NamedTuple):
-    """One order of an operator.
+    """One order of an operator."""
 
-    Args:
-        verb: "start", "formation", "hold", "land" or "stop".
-        formation: what a start or a change flies: a name from [formations], empty: the first formation.
-        duration: s that a change takes, None: the shortest that keeps to all limits.
-        without: the drones that a start leaves on the ground.
-        reason: why the motors are to stop.
-
-    """
-
-    verb: str
-    formation: str = ""
-    duration: float | None = None
-    without: tuple[int, ...] = ()
-    reason: str = "the operator's order"
+    verb: str  # "start", "formation", "hold", "land" or "stop"
+    formation: str = ""  # what a start or a change flies: a name from [formations], empty: the first formation
+    duration: float | None = None  # s that a change takes, None: the shortest that keeps to all limits
+    without: tuple[int, ...] = ()  # the drones that a start leaves on the ground
+    reason: str = "the operator's order"  # why the motors are to stop
 
 
 class Answer(NamedTuple):

@@ -83,14 +83,14 @@ def last_resort(identity: str, done: bool) -> None:
 
     The exit status is then 0 for one that is `done`: a supervisor need not start it again.
     """
-    timer = threading.Timer(LAST_RESORT, _give_up, (identity, done))
+
+    def give_up() -> None:
+        logging.getLogger(identity).warning(
+            f"the session did not close in {LAST_RESORT} s: its peers have vanished; the process ends, "
+            f"its work is {'' if done else 'not '}done"
+        )
+        os._exit(0 if done else UNDONE)
+
+    timer = threading.Timer(LAST_RESORT, give_up)
     timer.daemon = True
     timer.start()
-
-
-def _give_up(identity: str, done: bool) -> None:
-    logging.getLogger(identity).warning(
-        f"the session did not close in {LAST_RESORT} s: its peers have vanished; the process ends, "
-        + ("its work is done" if done else "its work is not done")
-    )
-    os._exit(0 if done else UNDONE)

@@ -57,16 +57,8 @@ class Shell:
         prompts = [session.prompt(key, wakeup) for key in keys if key in prompt_keys]
         self._wakeup = wakeup
         flush = None if sockets is None else sockets.flush
-        self._stepper = Stepper(
-            core,
-            plan.swarm.name,
-            buffered,
-            [*buffered, *prompts, *swarm_clock.prompts],
-            session.publish,
-            timed,
-            status,
-            flush,
-        )
+        inputs = [*buffered, *prompts, *swarm_clock.prompts]
+        self._stepper = Stepper(core, plan.swarm.name, buffered, inputs, session.publish, timed, status, flush)
         self._ticker = Ticker(tick_period(core), self._tick)
 
     def start(self, direct: bool = False) -> None:

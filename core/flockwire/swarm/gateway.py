@@ -133,12 +133,7 @@ class Gateway(Model):
         "simulated"  # the tracking system; its table is below
     )
     rate_hz: Annotated[int, Field(ge=10, le=500)] = 100  # Hz, of the cameras
-    rotation: Rotation = (
-        0.0,
-        0.0,
-        0.0,
-        1.0,
-    )  # quaternion x, y, z, w: from the tracker's axes, with z up, to the field's
+    rotation: Rotation = (0.0, 0.0, 0.0, 1.0)  # quaternion x, y, z, w: from the tracker's axes, z up, to the field's
     offset: Point = (0.0, 0.0, 0.0)  # m, of the tracker's origin on the field
     person_radius: Positive = 0.4  # m, round a body that this file does not name: a person with markers
     natnet: NatNet = NatNet()  # the table of source = "natnet"

@@ -150,7 +150,7 @@ class Staleness(Model):
     estimates_hold: Positive = 1.0  # s, time without any neighbour's estimate: hold
     estimates_land: Positive = 5.0  # s, time without any neighbour's estimate: land
     leader_silent: Positive = (
-        1.0  # s, time without the leader's status (tracked leader: pose) after which it counts as down
+        1.0  # s, without the leader's status (tracked leader: pose), after which it counts as down
     )
     leader_land: Positive = 5.0  # s, after the leader is down, its followers land
     steering_stop: Positive = 0.3  # s, age of the steering command at which a teleoperated leader stops

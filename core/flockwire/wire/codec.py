@@ -20,7 +20,7 @@ from flockwire.domain.time import SECOND, TimeReply, TimeRequest
 from flockwire.wire.batch import Batch, decode_batch, encode_batch
 from flockwire.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer
 from flockwire.wire.orders import read_mission, write_mission
-from flockwire.wire.stamped import Layout, peek_length, unpack
+from flockwire.wire.stamped import Kept, Layout, peek_length, unpack
 from flockwire.wire.status import Status, read_status, write_status
 
 
@@ -41,21 +41,10 @@ MOST_LAYOUTS = 256  # of messages of nearby bodies, that are kept
 SMALLEST_BODY = 57  # least bytes of a nearby body
 
 
-class _Layouts(dict[int, Layout]):
-    """The layouts of messages of nearby bodies, by the number of bodies."""
-
-    def __missing__(self, count: int) -> Layout:
-        """Return the layout for another number."""
-        if len(self) >= MOST_LAYOUTS:
-            self.clear()
-        found = self[count] = Layout("I" + "Bddddddd" * count)
-        return found
-
-
 _POSE: Final = Layout("ddddddd")
 _ESTIMATE: Final = Layout("dddddddddiIBB")
 _COMMAND: Final = Layout("dddddd")
-_NEARBY: Final = _Layouts()
+_NEARBY: Final[Kept[int, Layout]] = Kept(lambda count: Layout("I" + "Bddddddd" * count), MOST_LAYOUTS)
 _KINDS: Final[dict[object, BodyKind]] = {int(kind): kind for kind in BodyKind}
 _LEADING: Final[dict[object, Leading]] = {int(state): state for state in Leading}
 _STATES: Final[dict[object, FlightState]] = {int(state): state for state in FlightState}

@@ -91,9 +91,7 @@ class KeyRow:
     maximum_age: float | None = 1.0  # s; None: a message is valid until a newer one arrives
     ahead: float = 0.1  # s by which a stamp may be in the future: a bound on the offset between two machines' clocks
     occasional: bool = False  # published only when there is something to report
-    each: bool = (
-        False  # every message is read, not only the newest: it has several publishers, whose clocks do not decide
-    )
+    each: bool = False  # every message is read, not only the newest: of several publishers, no clock decides
 
 
 def _drones(which: Callable[[Swarm], tuple[int, ...]]) -> Owners:

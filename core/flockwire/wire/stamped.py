@@ -8,73 +8,63 @@ stamp, frame, numbers = unpack(data, LAYOUT)
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from math import inf
 from struct import Struct, error
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from flockwire.domain.time import SECOND
 from flockwire.wire.cdr import HEADER, MessageError, layout
 
 MOST_FRAMES = 64  # frame ids with kept structs: a swarm has one
 LONGEST_FRAME = 1 << 16  # bytes, more than any message has
+K = TypeVar("K")
+V = TypeVar("V")
 Head = tuple[Callable[..., bytes], int, bytes]  # packs a message; the frame id's length with its NUL; the frame id
 
 
-class Heads(dict[str, Head]):
-    """The heads of messages with the numbers `body` (struct codes), by frame id."""
+class Kept(dict[K, V]):
+    """What `make` returns, by its argument; all are forgotten where there would be more than `most`."""
 
-    def __init__(self, body: str) -> None:
+    def __init__(self, make: Callable[[K], V], most: int = MOST_FRAMES) -> None:
         super().__init__()
-        self._body = body
+        self._make, self._most = make, most
 
-    def __missing__(self, frame: str) -> Head:
-        """Return the head for another frame id."""
-        if len(self) >= MOST_FRAMES:
+    def __missing__(self, key: K) -> V:
+        """Return the value for another key."""
+        if len(self) >= self._most:
             self.clear()
-        raw = frame.encode() + b"\0"
-        head = self[frame] = (layout(len(raw), self._body).pack, len(raw), raw)
-        return head
-
-
-class Forms(dict[bytes, Struct]):
-    """The forms of messages with the numbers `body`, by the frame id's length in the message."""
-
-    def __init__(self, body: str) -> None:
-        super().__init__()
-        self._body = body
-
-    def __missing__(self, length: bytes) -> Struct:
-        """Return the form for another length."""
-        if len(self) >= MOST_FRAMES:
-            self.clear()
-        form = self[length] = layout(min(int.from_bytes(length, "little"), LONGEST_FRAME), self._body)
-        return form
-
-
-class Frames(dict[bytes, str]):
-    """Frame ids by their bytes."""
-
-    def __missing__(self, raw: bytes) -> str:
-        """Return another frame id; raises MessageError."""
-        if not raw.endswith(b"\0"):
-            raise MessageError("the frame id does not end with NUL")
-        if len(self) >= MOST_FRAMES:
-            self.clear()
-        try:
-            frame = self[raw] = raw[:-1].decode()
-        except UnicodeDecodeError:
-            raise MessageError("the frame id is not UTF-8") from None
-        return frame
+        value = self[key] = self._make(key)
+        return value
 
 
 class Layout:
-    """The layout of a message with the numbers `body` (struct codes)."""
+    """The layout of a message with the numbers `body` (struct codes): heads by frame id, structs by its length."""
 
     def __init__(self, body: str) -> None:
-        self.heads, self.forms = Heads(body), Forms(body)
+        self.heads, self.forms = Kept(partial(_head, body)), Kept(partial(_form, body))
 
 
-_FRAMES: Final = Frames()
+def _head(body: str, frame: str) -> Head:
+    raw = frame.encode() + b"\0"
+    return layout(len(raw), body).pack, len(raw), raw
+
+
+def _form(body: str, length: bytes) -> Struct:
+    return layout(min(int.from_bytes(length, "little"), LONGEST_FRAME), body)
+
+
+def _frame(raw: bytes) -> str:
+    """Return a frame id; raises MessageError."""
+    if not raw.endswith(b"\0"):
+        raise MessageError("the frame id does not end with NUL")
+    try:
+        return raw[:-1].decode()
+    except UnicodeDecodeError:
+        raise MessageError("the frame id is not UTF-8") from None
+
+
+_FRAMES: Final = Kept(_frame)
 _FIRST: Final = Layout("I")
 
 
