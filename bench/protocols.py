@@ -75,8 +75,7 @@ def vrpn(source: VrpnSource, twin: TwinCore) -> Carry:
         for body in frame.bodies:
             if body.tracked:
                 server.send_pose(body.name or "", frame.captured, PoseBody(0, body.position, body.orientation))
-        for arrived in source.session.receive(server.outgoing()):
-            source.arrived(arrived, now)
+        source.read(server.outgoing(), now)
 
     return carry
 

@@ -9,7 +9,6 @@ has a folder of `flockwire study`, with the commands that fly the worst again. E
 from __future__ import annotations
 
 import argparse
-import json
 import subprocess
 import sys
 import tomllib
@@ -22,6 +21,7 @@ import tomli_w
 from fault_draws import SWARMS, stacked, tighten_fence
 from flockwire_sim.search.campaign import Entry
 from flockwire_sim.search.seeking import worst_of
+from pydantic import TypeAdapter
 
 METHODS = ("search", "draws")
 Table = dict[str, Any]
@@ -64,7 +64,7 @@ FAMILIES: dict[str, tuple[Callable[[], Table], Table]] = {
 def flown(folder: Path) -> Iterator[Entry]:
     """Yield the flights of a search in a folder."""
     for line in (folder / "runs.jsonl").read_text().splitlines():
-        yield Entry.from_json(json.loads(line))
+        yield TypeAdapter(Entry).validate_json(line)
 
 
 def fly(name: str, method: str, options: argparse.Namespace) -> int:

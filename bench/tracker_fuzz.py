@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from random import Random
@@ -42,8 +43,9 @@ from flockwire_mocap.natnet.packets import (
 from flockwire_mocap.natnet.session import NatNetSession, Options
 from flockwire_mocap.natnet.twin import NatNetTwin, TwinOptions
 from flockwire_mocap.vrpn.connection import VrpnConnection
-from flockwire_mocap.vrpn.session import Reports
-from flockwire_mocap.vrpn.wire import PoseBody
+from flockwire_mocap.vrpn.reports import Reports
+from flockwire_mocap.vrpn.wire import PoseBody, VrpnMessage
+from flockwire_mocap.vrpn.wire import encode as encode_vrpn
 
 VERSIONS: tuple[Version, ...] = ((3, 0), (3, 1), (4, 0), (4, 1), (4, 2), (4, 5))
 GROWTH = 16 << 20  # bytes
@@ -140,6 +142,9 @@ def natnet_server(dice: Random) -> Step:
     return step
 
 
+PING_NUMBER = 1  # the second type that a side describes
+
+
 def vrpn(dice: Random) -> Step:
     """Return a step of a connection whose other side is mad."""
     source = VrpnConnection()
@@ -147,13 +152,13 @@ def vrpn(dice: Random) -> Step:
     corpus = []
     for k in range(3):
         source.send_pose(f"body{k}", 1_700_000_000_000_000_000, PoseBody(0, (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0)))
-        source.ping(f"body{k}")
-        corpus.append(source.outgoing())
+        ping = encode_vrpn(VrpnMessage(0, source.describe(f"body{k}"), PING_NUMBER, b""))
+        corpus.append(source.outgoing() + ping)
     state: list[tuple[VrpnConnection, Reports]] = []
 
     def step(count: int) -> None:
         if count % FRESH == 0 or state[0][0].failed is not None:
-            state[:] = [(VrpnConnection(), state[0][1] if count % FRESH else Reports())]
+            state[:] = [(VrpnConnection(), state[0][1] if count % FRESH else Reports(Counter()))]
             state[0][0].receive(greeting)
         connection, reports = state[0]
         for pose in connection.receive(mutated(dice.choice(corpus), corpus, dice)):

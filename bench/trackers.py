@@ -17,11 +17,16 @@ import sys
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
-from types import SimpleNamespace
+from pathlib import Path
+from random import Random
 from typing import NamedTuple
 
 from flockwire import clock
-from flockwire.swarm.gateway import Vrpn
+from flockwire.loading import load_swarm
+from flockwire.process.cores import Start
+from flockwire.swarm.gateway import Gateway, Vrpn
+from flockwire.wire.plan import Plan
+from flockwire.wire.processes import GATEWAY
 from flockwire_mocap.natnet.client import NatNetClient
 from flockwire_mocap.natnet.packets import Version
 from flockwire_mocap.natnet.server import NatNetServer
@@ -30,7 +35,7 @@ from flockwire_mocap.natnet.twin import TwinOptions
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 from flockwire_mocap.vrpn.client import VrpnClient
 from flockwire_mocap.vrpn.server import VrpnServer
-from flockwire_mocap.vrpn.session import VrpnSession
+from flockwire_mocap.vrpn.source import VrpnSource
 from streaming import stream
 
 HOME = "127.0.0.1"
@@ -125,11 +130,13 @@ async def natnet(case: Case, port: int, seen: Seen, bodies: int) -> AsyncIterato
 @asynccontextmanager
 async def vrpn(case: Case, port: int, seen: Seen, bodies: int) -> AsyncIterator[Callable[[], bool]]:
     """Connect a VRPN client; yields whether it is ready."""
-    table = Vrpn(server=HOME, port=port)
-    source = SimpleNamespace(table=table, session=VrpnSession(), arrived=seen.deliver)
+    gateway = Gateway(source="vrpn", vrpn=Vrpn(server=HOME, port=port))
+    plan = Plan(load_swarm(Path("swarms/paper_simulation.toml")).tracked_by(gateway))
+    source = VrpnSource(Start(plan, GATEWAY.kind, clock.now(), Random(0)))
+    source.arrived = seen.deliver
     client = VrpnClient(source, lambda: None)
     client.open()
-    yield lambda: len(client.session.connection.senders) == bodies
+    yield lambda: len(source.connection.senders) == bodies
     await client.close()
 
 

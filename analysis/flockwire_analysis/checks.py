@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from flockwire.swarm.model import Swarm
+import numpy as np
+from flockwire.swarm.model import Swarm, uav
 
-from flockwire_analysis.gaps import Gap
-from flockwire_analysis.outcomes import LandingFigures
-from flockwire_analysis.tracking import SETTLED_BELOW
+from flockwire_analysis import gaps, outcomes
+from flockwire_analysis.conformance import deviations
+from flockwire_analysis.phases import formation_phases
+from flockwire_analysis.recorded import Trace
+from flockwire_analysis.separation import place_outside
+from flockwire_analysis.tracking import SETTLED_BELOW, largest
+
+if TYPE_CHECKING:
+    from flockwire_analysis.summary import PhaseFigures, Summary
 
 SPEED_TOLERANCE = 0.02  # share by which a speed from noisy positions may exceed its limit
 MOST_NAMED = 4  # drones that the sentence of a check names
@@ -43,106 +52,101 @@ class Check:
         return f"{self.name}: {self.found()}" + (f", must be {self.rule}" if self.value is not None else "")
 
 
-@dataclass(frozen=True, slots=True)
-class Measured:
-    """The values to check: lengths in m, speed in m/s, times in s, share of the steps by agent, sentences on drones.
-
-    `no_places` and `no_formation` are why there are no distances, or no formation; else empty.
-    """
-
-    no_places: str
-    no_formation: str
-    drones: int
-    min_distance_uav: float | None
-    min_distance_obstacle: float | None
-    max_speed: float | None
-    max_outside: float | None
-    stops: tuple[str, ...]
-    settled: float | None
-    failed_laws: tuple[str, ...]
-    contradictions: tuple[str, ...]
-    unsettled: str  # the phase that did not settle
-    longest_off: float | None
-    outside: tuple[str, ...]  # places that leave the fence
-    formation_tail: float | None
-    observation_tail: float | None
-    grounded: tuple[str, ...]
-    lost_drones: tuple[str, ...]
-    deviations: tuple[str, ...]
-    landing: LandingFigures
-    rate: dict[str, float | None]
-    gap: Gap
-    gap_place: str
-    lost: int
-
-
 def kept_within(swarm: Swarm) -> float:
     """Return the largest distance, m, of a follower that counts as at its place."""
     return max(swarm.checks.formation_tail, SETTLED_BELOW)
 
 
-def checks(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
-    """Judge the measured values."""
-    found = [*_in_flight(swarm, measured), *_formation(swarm, measured), *_drones(swarm, measured)]
-    alone = not swarm.obstacles and measured.min_distance_obstacle is None
+def checks(trace: Trace, figures: Summary, no_places: str, no_formation: str) -> tuple[Check, ...]:
+    """Judge a flight by its `figures`; `no_places` and `no_formation`: why there are no distances, or no formation."""
+    longest_off = largest([phase.longest_off_s for phase in figures.judged])
     idle = {
-        "formation kept": measured.longest_off is None,  # no follower settled: judged by another check
-        "contradictions": not measured.contradictions,
-        "laws that failed": not measured.failed_laws,
-        "obstacle clearance": alone,
-        "separation": measured.drones < 2,
+        "formation kept": longest_off is None,  # no follower settled: judged by another check
+        "contradictions": not trace.contradictions,
+        "laws that failed": not trace.failed_laws,
+        "obstacle clearance": not trace.swarm.obstacles and figures.min_distance_obstacle_m is None,
+        "separation": figures.drones < 2,
     }
-    return tuple(check for check in (*found, *_record(swarm, measured)) if not idle.get(check.name))
+    found = (
+        *_in_flight(trace, figures, no_places),
+        *_formation(trace, figures, longest_off, no_formation),
+        *_drones(trace),
+        *_record(trace, figures, no_formation),
+    )
+    return tuple(check for check in found if not idle.get(check.name))
 
 
-def _in_flight(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
-    safe, speed = swarm.avoidance, swarm.limits.speed
-    nowhere = measured.no_places or "no two drones had poses at the same time"
-    fast_enough = measured.max_speed is not None and measured.max_speed <= speed * (1.0 + SPEED_TOLERANCE)
+def _in_flight(trace: Trace, figures: Summary, no_places: str) -> tuple[Check, ...]:
+    safe, speed = trace.swarm.avoidance, trace.swarm.limits.speed
+    nowhere = no_places or "no two drones had poses at the same time"
+    fast_enough = figures.max_speed_m_s is not None and figures.max_speed_m_s <= speed * (1.0 + SPEED_TOLERANCE)
     return (
-        _at_least("separation", measured.min_distance_uav, safe.drone_safety_distance, "m", nowhere),
-        _at_least("obstacle clearance", measured.min_distance_obstacle, safe.obstacle_safety_distance, "m", nowhere),
+        _at_least("separation", figures.min_distance_uav_m, safe.drone_safety_distance, "m", nowhere),
+        _at_least("obstacle clearance", figures.min_distance_obstacle_m, safe.obstacle_safety_distance, "m", nowhere),
         Check(
-            "speed", measured.max_speed, speed, fast_enough, f"at most {speed:g} m/s (2 % measuring tolerance)", "m/s",
-            "" if measured.max_speed is not None else nowhere,
+            "speed", figures.max_speed_m_s, speed, fast_enough, f"at most {speed:g} m/s (2 % measuring tolerance)",
+            "m/s", "" if figures.max_speed_m_s is not None else nowhere,
         ),
-        _at_most("fence", measured.max_outside, swarm.checks.fence, "m", nowhere, "outside limits.fence"),
-        _none("emergency stop", measured.stops),
-        _none("laws that failed", measured.failed_laws),
-        _none("contradictions", measured.contradictions),
+        _at_most("fence", figures.max_outside_m, trace.swarm.checks.fence, "m", nowhere, "outside limits.fence"),
+        _none("emergency stop", tuple(dict.fromkeys(stop.reason for stop in trace.stops))),
+        _none("laws that failed", trace.failed_laws),
+        _none("contradictions", trace.contradictions),
     )  # fmt: skip
 
 
-def _formation(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
-    bounds, missing = swarm.checks, measured.no_formation
-    unsettled = missing or measured.unsettled
-    settled = None if unsettled else measured.settled
+def _formation(trace: Trace, figures: Summary, longest_off: float | None, missing: str) -> tuple[Check, ...]:
+    bounds = trace.swarm.checks
+    unsettled = missing or _unsettled(figures.judged)
+    settled = None if unsettled else figures.formation_error_m.settled_s
     unknown = missing or "some followers have no errors in this period"
     return (
         _at_most("formation settled", settled, bounds.settle_within, "s", unsettled, "after the start of each"),
         _at_most(
-            "formation kept", measured.longest_off, bounds.off_place, "s", "",
-            f"more than {kept_within(swarm):g} m off its place after all had settled, except near obstacles",
+            "formation kept", longest_off, bounds.off_place, "s", "",
+            f"more than {kept_within(trace.swarm):g} m off its place after all had settled, except near obstacles",
         ),
-        _none("places", measured.outside),
+        _none("places", _places_outside(trace)),
         _at_most(
-            "formation tail", measured.formation_tail, bounds.formation_tail, "m", unknown,
-            "in the last 30 % of each phase, except near obstacles",
+            "formation tail", largest([phase.judged_tail_m for phase in figures.judged]), bounds.formation_tail, "m",
+            unknown, "in the last 30 % of each phase, except near obstacles",
         ),
         _at_most(
-            "observation tail", measured.observation_tail, bounds.observation_tail, "m", unknown,
+            "observation tail", figures.observation_error_m.max_tail, bounds.observation_tail, "m", unknown,
             "in the last 30 % of each phase",
         ),
     )  # fmt: skip
 
 
-def _drones(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
-    landing, radius = measured.landing, swarm.checks.landing_radius
-    grounded = _none("on the ground in formation", measured.grounded)
-    lost = _none("lost drones", measured.lost_drones)
-    found = (grounded, lost, _none("conformance", measured.deviations))
-    if measured.stops:  # no landing to judge
+def _unsettled(phases: Sequence[PhaseFigures]) -> str:
+    """Return the phase that did not settle, empty if all did."""
+    for phase in phases:
+        if phase.formation_error_m.settled_s is None:
+            name = f"formation {phase.formation!r}" if phase.formation else "the formation"
+            when = f"{name}, from {phase.begin_s:.1f} s on, {phase.length_s:.1f} s long"
+            return f"the followers did not stay within {SETTLED_BELOW:g} m of their places for 2 s ({when})"
+    return ""
+
+
+def _places_outside(trace: Trace) -> tuple[str, ...]:
+    """Return a sentence for each follower whose place leaves the fence in a formation phase."""
+    spans = [phase.span for phase in formation_phases(trace)]
+    stamps = np.concatenate([span.instants(max(2, round(10.0 * span.length))) for span in spans] or [np.empty(0, int)])
+    return tuple(
+        f"the place of {uav(number)} leaves limits.fence"
+        for number in trace.followers
+        if place_outside(trace, number, stamps).any()
+    )
+
+
+def _drones(trace: Trace) -> tuple[Check, ...]:
+    found = (
+        _none("on the ground in formation", outcomes.grounded(trace, formation_phases(trace))),
+        _none("lost drones", outcomes.lost(trace)),
+        _none("conformance", deviations(trace)),
+    )
+    if trace.stops:  # no landing to judge
         return found
+    landing, radius = outcomes.landing(trace), trace.swarm.checks.landing_radius
     if landing.not_down or landing.distance is None:
         ok, reason = not landing.not_down, _listed(landing.not_down) or "no landing was recorded"
         return *found, Check("landed", None, radius, ok, "", "m", reason)
@@ -150,14 +154,14 @@ def _drones(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
     return *found, _at_most("landed", landing.distance, radius, "m", "", rule, landing.drone)
 
 
-def _record(swarm: Swarm, measured: Measured) -> tuple[Check, ...]:
-    slowest = min((share for share in measured.rate.values() if share is not None), default=None)
-    gap, longest = measured.gap, swarm.checks.recording_gap
-    where = measured.gap_place if gap.length > longest else ""
+def _record(trace: Trace, figures: Summary, no_formation: str) -> tuple[Check, ...]:
+    bounds, gap = trace.swarm.checks, gaps.longest_gap(trace)
+    slowest = min((share for share in figures.rate.values() if share is not None), default=None)
+    where = gaps.where(trace, gap) if gap.length > bounds.recording_gap else ""
     return (
-        _at_least("control rate", slowest, swarm.checks.control_rate, "of the steps", measured.no_formation),
-        _at_most("recording", gap.length, longest, "s", "", "without recorded messages", where),
-        Check("lost messages", float(measured.lost), 0.0, measured.lost == 0, "none"),
+        _at_least("control rate", slowest, bounds.control_rate, "of the steps", no_formation),
+        _at_most("recording", gap.length, bounds.recording_gap, "s", "", "without recorded messages", where),
+        Check("lost messages", float(trace.lost), 0.0, trace.lost == 0, "none"),
     )
 
 

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.swarm.model import uav
 
-from flockwire_analysis import gaps, outcomes, separation, tracking
-from flockwire_analysis.checks import Check, Measured, checks, kept_within
-from flockwire_analysis.conformance import deviations
+from flockwire_analysis import gaps, separation, tracking
+from flockwire_analysis.checks import Check, checks, kept_within
 from flockwire_analysis.latency import HOPS, Percentiles, latencies, percentiles
 from flockwire_analysis.phases import FormationPhase, Span, airborne, formation_of, formation_phases
 from flockwire_analysis.recorded import Trace
-from flockwire_analysis.separation import excused, place_outside, undisturbed, without_place
+from flockwire_analysis.separation import excused, undisturbed, without_place
 from flockwire_analysis.tracking import ErrorFigures
 
 LONG_ENOUGH = 5.0  # s, shortest formation phase in which followers can settle for 2 s
@@ -87,7 +85,12 @@ class Summary:
     rate: dict[str, float | None]
     missing: tuple[str, ...]
     phases: tuple[PhaseFigures, ...]
-    checks: tuple[Check, ...]
+    checks: tuple[Check, ...] = ()
+
+    @property
+    def judged(self) -> tuple[PhaseFigures, ...]:
+        """The phases in which followers can settle; all if none is long enough."""
+        return _judged(self.phases)
 
     @property
     def ok(self) -> bool:
@@ -109,25 +112,13 @@ def summarise(trace: Trace) -> Summary:
     phases = formation_phases(trace)
     lacking = _Lacking(trace, phases)
     figures = _figures(trace, phases)
-    judged = [phase for phase in figures if phase.length_s >= LONG_ENOUGH] or figures
+    judged = _judged(figures)
     observation = tracking.worst([phase.observation_error_m for phase in judged])
     formation = tracking.worst([phase.formation_error_m for phase in judged])
     apart, clear, speed, outside = _distances(trace) if not lacking.placeless else (None, None, None, None)
     spans = [phase.span for phase in phases]
     rate = {trace.plan.pilot[i]: gaps.control_rate(trace, i, spans) for i in trace.followers}
-    gap = gaps.longest_gap(trace)
-    measured = Measured(
-        lacking.places, lacking.formation, len(trace.flying),
-        apart, clear, speed, outside,
-        tuple(dict.fromkeys(stop.reason for stop in trace.stops)), formation.settled_s,
-        trace.failed_laws, trace.contradictions, _unsettled(judged),
-        tracking.largest([phase.longest_off_s for phase in judged]),
-        _places_outside(trace, spans),
-        tracking.largest([phase.judged_tail_m for phase in judged]), observation.max_tail,
-        outcomes.grounded(trace, phases), outcomes.lost(trace), deviations(trace), outcomes.landing(trace),
-        rate, gap, gaps.where(trace, gap), trace.lost,
-    )  # fmt: skip
-    return Summary(
+    summary = Summary(
         duration_s=(trace.end - trace.begin) / 1e9,
         mission_start_ns=spans[0].begin if spans else None,
         drones=len(trace.flying),
@@ -145,8 +136,12 @@ def summarise(trace: Trace) -> Summary:
         rate=rate,
         missing=tuple(lacking.sentences),
         phases=figures,
-        checks=checks(trace.swarm, measured),
     )
+    return replace(summary, checks=checks(trace, summary, lacking.places, lacking.formation))
+
+
+def _judged(phases: tuple[PhaseFigures, ...]) -> tuple[PhaseFigures, ...]:
+    return tuple(phase for phase in phases if phase.length_s >= LONG_ENOUGH) or phases
 
 
 def _figures(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[PhaseFigures, ...]:
@@ -180,26 +175,6 @@ def _without_places(trace: Trace, errors: dict[int, tracking.Errors], span: Span
         if seconds > 0.0:
             found[uav(number)] = seconds
     return found
-
-
-def _places_outside(trace: Trace, spans: Sequence[Span]) -> tuple[str, ...]:
-    """Return a sentence for each follower whose place leaves the fence in a formation phase."""
-    stamps = np.concatenate([span.instants(max(2, round(10.0 * span.length))) for span in spans] or [np.empty(0, int)])
-    return tuple(
-        f"the place of {uav(number)} leaves limits.fence"
-        for number in trace.followers
-        if place_outside(trace, number, stamps).any()
-    )
-
-
-def _unsettled(phases: Sequence[PhaseFigures]) -> str:
-    """Return the phase that did not settle, empty if all did."""
-    for phase in phases:
-        if phase.formation_error_m.settled_s is None:
-            name = f"formation {phase.formation!r}" if phase.formation else "the formation"
-            when = f"{name}, from {phase.begin_s:.1f} s on, {phase.length_s:.1f} s long"
-            return f"the followers did not stay within {tracking.SETTLED_BELOW:g} m of their places for 2 s ({when})"
-    return ""
 
 
 def _distances(trace: Trace) -> tuple[float | None, float | None, float | None, float | None]:

@@ -42,7 +42,7 @@ def search(
     except StudyError as error:
         raise StudyError("\n".join(f"{file or swarm}: {line}" for line in str(error).split("\n"))) from None
     place: AbstractContextManager[Workers] = cluster(scheduler) if scheduler else local(jobs)
-    with place as workers, Ledger(out, plan, table, Entry.from_json) as ledger:
+    with place as workers, Ledger(out, plan, table, Entry) as ledger:
         stopped = _fly(plan, space, ledger, workers, first)
         entries = {entry.number: entry for entry in ledger.results if entry.number < plan.runs}
     return _conclude(space, entries, out, stopped)

@@ -52,7 +52,7 @@ def study(swarm: Path, file: Path | None, options: dict[str, object], out: Path,
     except StudyError as error:
         raise StudyError("\n".join(f"{file or swarm}: {line}" for line in str(error).split("\n"))) from None
     place: AbstractContextManager[Workers] = cluster(scheduler) if scheduler else local(jobs)
-    with place as workers, Ledger(out, plan, table, Result.from_json) as ledger:
+    with place as workers, Ledger(out, plan, table, Result) as ledger:
         if plan.runs > 1 and plan.equal_runs(checked):
             print(f"flockwire: warning: runs = {plan.runs}: {NO_CHANCE}", file=sys.stderr)
         stopped = _fly(plan, table, ledger, workers)

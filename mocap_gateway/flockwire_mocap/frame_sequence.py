@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from enum import Enum, auto
 
-from flockwire.wire.status import Counts
-
 WINDOW = 32  # frames that one may be late: networks reorder by few; a recording played in a loop jumps by more
+MISSING, LATE = "frames missing", "frames late"
 
 
 class Arrival(Enum):
@@ -19,41 +18,31 @@ class Arrival(Enum):
 
 
 class FrameSequence:
-    """Counts `missing`, `repeated`, `late` frames and `restarts` of a stream whose numbers count up by one.
+    """Counts in `counts` missing, repeated and late frames and restarts of a stream whose numbers count up by one.
 
     A late frame was counted as missing before and no longer is. A number further behind than WINDOW is late; if a
     second one follows it, the stream has restarted.
     """
 
-    def __init__(self) -> None:
-        self.missing = self.repeated = self.late = self.restarts = 0
+    def __init__(self, counts: Counter[str]) -> None:
+        self._counts = counts
         self._last: int | None = None
         self._restart: int | None = None  # the newest number far behind, with which a stream may have restarted
         self._recent: deque[int] = deque(maxlen=2 * WINDOW)
 
-    @property
-    def counts(self) -> Counts:
-        """The counts, by name."""
-        return (
-            ("frames missing", self.missing),
-            ("frames repeated", self.repeated),
-            ("frames late", self.late),
-            ("stream restarts", self.restarts),
-        )
-
     def arrived(self, number: int) -> Arrival:
         """Count the frame `number`; only one that is NEXT is newer than all before."""
         if self._last is None or number > self._last:
-            self.missing += 0 if self._last is None else number - self._last - 1
+            self._counts[MISSING] += 0 if self._last is None else number - self._last - 1
             return self._next(number)
         if self._last - number < WINDOW:
             return self._behind(number)
         if self._restart is not None and 0 < number - self._restart <= WINDOW:
-            self.restarts += 1
+            self._counts["stream restarts"] += 1
             self._recent.clear()
             return self._next(number)
         self._restart = number
-        self.late += 1
+        self._counts[LATE] += 1
         return Arrival.LATE
 
     def _next(self, number: int) -> Arrival:
@@ -63,9 +52,9 @@ class FrameSequence:
 
     def _behind(self, number: int) -> Arrival:
         if number in self._recent:
-            self.repeated += 1
+            self._counts["frames repeated"] += 1
             return Arrival.REPEATED
         self._recent.append(number)
-        self.late += 1
-        self.missing = max(0, self.missing - 1)
+        self._counts[LATE] += 1
+        self._counts[MISSING] = max(0, self._counts[MISSING] - 1)
         return Arrival.LATE

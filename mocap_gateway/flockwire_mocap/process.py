@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 from flockwire.process.cores import Core
 from flockwire.runtime.job import Job
@@ -21,13 +21,18 @@ from flockwire_mocap.qualisys.source import QualisysSource
 from flockwire_mocap.replay.source import ReplaySource, read_poses
 from flockwire_mocap.ros.client import RosClient
 from flockwire_mocap.ros.source import RosSource
-from flockwire_mocap.tracking import Source
 from flockwire_mocap.vicon.client import ViconClient
 from flockwire_mocap.vicon.source import ViconSource
 from flockwire_mocap.vrpn.client import VrpnClient
 from flockwire_mocap.vrpn.source import VrpnSource
 
 Drained = Callable[[], None]
+CLIENTS: Mapping[type, Callable[[Any, Drained], PersistentConnection | RosClient]] = {
+    VrpnSource: VrpnClient,
+    QualisysSource: QualisysClient,
+    ViconSource: ViconClient,
+    RosSource: RosClient,
+}
 
 
 @asynccontextmanager
@@ -84,22 +89,8 @@ def feed(core: Core, step: Callable[[], None]) -> AbstractAsyncContextManager[No
             return _natnet(source, drained)
         case ReplaySource():
             return _replay(source)
-    client = _client(source, drained)
-    return None if client is None else _kept(client)
-
-
-def _client(source: Source, drained: Drained) -> PersistentConnection | RosClient | None:
-    """Return the client of a source that keeps a connection."""
-    match source:
-        case VrpnSource():
-            return VrpnClient(source, drained)
-        case QualisysSource():
-            return QualisysClient(source, drained)
-        case ViconSource():
-            return ViconClient(source, drained)
-        case RosSource():
-            return RosClient(source, drained)
-    return None
+    client = CLIENTS.get(type(source))
+    return None if client is None else _kept(client(source, drained))
 
 
 async def run(job: Job) -> None:

@@ -26,7 +26,8 @@ class StreamedSource:
 
     Args:
         coordinates: the map from the tracker's axes to the field.
-        state: returns the state of the connection at a time, Unix ns.
+        trouble: returns why there are no frames, and the remedy, at a time, Unix ns; empty while they arrive.
+        counts: of bad frames and packets, by kind.
         latency: ns from exposure to the stamp, if the tracker's stamps do not include it.
         awaited: the drones by body, if the protocol reports single bodies; None if frames are whole.
         period: s between two frames of such a protocol.
@@ -38,12 +39,13 @@ class StreamedSource:
     def __init__(
         self,
         coordinates: Coordinates,
-        state: Callable[[int], SourceState],
+        trouble: Callable[[int], str],
+        counts: Counter[str],
         latency: int = 0,
         awaited: Mapping[str | int, int] | None = None,
         period: float = 0.01,
     ) -> None:
-        self._coordinates, self._state, self._latency = coordinates, state, latency
+        self._coordinates, self._trouble, self._counts, self._latency = coordinates, trouble, counts, latency
         self._awaited = awaited
         self._completeness = None if awaited is None else Completeness(tuple(awaited.values()), period)
         self._twice: Counter[str] = Counter()
@@ -99,10 +101,9 @@ class StreamedSource:
 
     def state(self, now: int) -> SourceState:
         """Return its state at `now` (Unix ns)."""
-        found = self._state(now)
         twice = [(f"{who} twice in a frame", count) for who, count in self._twice.items()]
-        own = counted(("steps of its clock", self._clock.steps), *twice)
-        return found._replace(counts=(*found.counts, *own))
+        counts = counted(*self._counts.items(), ("steps of its clock", self._clock.steps), *twice)
+        return SourceState(self._trouble(now), counts)
 
 
 def coordinates_of(gateway: Gateway) -> Coordinates:

@@ -10,25 +10,20 @@ import contextlib
 import json
 import platform
 from collections import Counter
+from collections.abc import Collection
 from datetime import UTC, datetime
 from importlib.metadata import version
+from itertools import pairwise
 from pathlib import Path
 from tempfile import SpooledTemporaryFile
-from typing import TYPE_CHECKING
 
 from flockwire.domain.time import SECOND
-from flockwire.process.faults import told
+from flockwire.process.faults import Fault, told
+from flockwire.swarm.model import Swarm
+from flockwire.wire.inbox import BURST
 from flockwire.wire.schemas import schema_text
 
 from flockwire_recorder.chunked import ChunkedWriter
-
-if TYPE_CHECKING:
-    from flockwire.process.faults import Fault
-    from flockwire.swarm.model import Swarm
-from collections.abc import Collection
-from itertools import pairwise
-
-from flockwire.wire.inbox import BURST
 
 FAULTS = "faults"  # of the metadata
 METADATA = "flockwire"

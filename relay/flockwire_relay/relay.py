@@ -28,8 +28,7 @@ class Relay:
 
     async def start(self) -> str:
         """Listen; returns the `IP:PORT` to dial."""
-        loop = asyncio.get_running_loop()
-        self._server = await loop.create_server(lambda: self._connection().near, HERE, 0)
+        self._server = await asyncio.start_server(self._accept, HERE, 0)
         return f"{HERE}:{self._server.sockets[0].getsockname()[1]}"
 
     @property
@@ -40,25 +39,25 @@ class Relay:
     @property
     def held(self) -> int:
         """The held bytes of all connections, in both directions."""
-        return sum(side.held for connection in self._connections for side in (connection.near, connection.far))
+        return sum(pipe.held for connection in self._connections for pipe in connection.pipes)
 
     def end(self) -> None:
         """Close everything at once."""
         if self._server is not None:
             self._server.close()
-        for connection in list(self._connections):
+        for connection in self._connections:
             connection.abort()
 
-    def _connection(self) -> Connection:
+    async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         if len(self._connections) >= MOST_CONNECTIONS:
             self._connections.pop(0).abort()
-        connection = Connection(self.there, self.back, self._address, self._passable, self._over)
+        connection = Connection(self.there, self.back)
         self._connections.append(connection)
-        return connection
-
-    def _over(self, connection: Connection) -> None:
-        if connection in self._connections:
-            self._connections.remove(connection)
+        try:
+            await connection.run(reader, writer, self._address, self._passable)
+        finally:
+            if connection in self._connections:
+                self._connections.remove(connection)
 
     def _changed(self) -> None:
         """Pass on due bytes; a new connection needs both directions, as in TCP."""
@@ -66,5 +65,6 @@ class Relay:
             self._passable.set()
         else:
             self._passable.clear()
-        for connection in list(self._connections):
-            connection.pass_on()
+        for connection in self._connections:
+            for pipe in connection.pipes:
+                pipe.check()

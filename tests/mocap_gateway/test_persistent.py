@@ -68,7 +68,7 @@ def vrpn(start, server):
     client = VrpnClient(
         make_core(start(source="vrpn", vrpn={"server": HOME, "port": server.port})).source, lambda: None
     )
-    return client, lambda: client.session.trouble is None and len(client.session.connection.senders) == len(NAMES)
+    return client, lambda: not client.source.failure and len(client.source.connection.senders) == len(NAMES)
 
 
 def qualisys(start, server):

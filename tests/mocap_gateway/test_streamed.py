@@ -1,3 +1,5 @@
+from collections import Counter
+
 import pytest
 from flockwire.domain.time import SECOND
 from flockwire.wire.keys import MISSION
@@ -18,8 +20,8 @@ def frame(number, captured, *bodies, transmitted=None):
     return TrackerFrame(number, captured, captured if transmitted is None else transmitted, bodies)
 
 
-def streamed(state=lambda now: SourceState(), **options):
-    return StreamedSource(Coordinates("y"), state, **options)
+def streamed(trouble="", missing=0, **options):
+    return StreamedSource(Coordinates("y"), lambda now: trouble, Counter({"frames missing": missing}), **options)
 
 
 def test_the_stamp_is_the_exposure_on_the_gateways_clock():
@@ -77,7 +79,7 @@ def test_whole_frames_are_complete_and_single_reports_with_the_last(awaited):
 
 
 def test_it_reports_what_the_connection_lacks_and_restarts_of_the_trackers_clock():
-    source = streamed(lambda now: SourceState("no answer", (("frames missing", 3),)))
+    source = streamed("no answer", missing=3)
     source.arrived(frame(1, 5 * SECOND, body(1)), NOW)
     source.arrived(frame(2, 900 * SECOND, body(1)), NOW + MS)
     assert source.state(NOW) == SourceState("no answer", (("frames missing", 3), ("steps of its clock", 1)))

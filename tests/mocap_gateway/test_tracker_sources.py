@@ -12,7 +12,7 @@ from flockwire_mocap.natnet.twin import NatNetTwin, TwinOptions
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 from flockwire_mocap.twin.core import TwinCore
 from flockwire_mocap.vrpn.connection import VrpnConnection
-from flockwire_mocap.vrpn.session import SET_BACK
+from flockwire_mocap.vrpn.reports import SET_BACK
 from flockwire_mocap.vrpn.wire import PoseBody
 
 NOW = 1_790_000_000 * SECOND
@@ -106,12 +106,10 @@ def test_a_stream_that_ends_is_reported(start):
 
 def test_vrpn_reports_complete_a_frame_with_the_last_drone(start):
     core, server = make_core(start(source="vrpn", **ALIGNED)), VrpnConnection()
-    session = core.source.session
-    session.trouble = None
+    core.source.failure = ""
     for i, place in PLACES.items():
         server.send_pose(uav(i), NOW, PoseBody(0, place, LEVEL))
-        for frame in session.receive(server.outgoing()):
-            core.source.arrived(frame, NOW + 1)
+        core.source.read(server.outgoing(), NOW + 1)
         assert core.source.complete() == (i == 4)
     published = core.step(NOW + 1)
     assert [key.owner for key, _ in published if key.kind == "pose"] == [uav(i) for i in PLACES]
@@ -120,14 +118,13 @@ def test_vrpn_reports_complete_a_frame_with_the_last_drone(start):
 @pytest.mark.parametrize("back", [0.05, 0.3, 0.9, 5.0])
 def test_a_vrpn_servers_clock_that_is_set_back_keeps_all_poses(start, back):
     core, server = make_core(start(source="vrpn")), VrpnConnection()
-    session, ages = core.source.session, []
+    ages = []
     for k in range(400):
         now = NOW + k * FRAME
         for i, place in PLACES.items():
             stamp = now - (nanoseconds(back) if k >= 200 else 0)
             server.send_pose(uav(i), stamp, PoseBody(0, (place[0] + k * 1e-3, *place[1:]), LEVEL))
-            for frame in session.receive(server.outgoing()):
-                core.source.arrived(frame, now)
+            core.source.read(server.outgoing(), now)
         ages += [now - message.stamp for key, message in core.step(now) if key.kind == "pose"]
     assert len(ages) == len(PLACES) * (400 - SET_BACK + 1)
     assert max(ages) == 0
@@ -144,8 +141,8 @@ def test_a_vrpn_server_without_poses_is_a_line(start, described, line):
     core, server = make_core(start(source="vrpn")), VrpnConnection()
     for name in described:
         server.describe(name)
-    core.source.session.trouble = None
-    core.source.session.receive(server.outgoing())
+    core.source.failure = ""
+    core.source.read(server.outgoing(), NOW)
     assert line in core.report(NOW + 2 * SECOND).detail
 
 

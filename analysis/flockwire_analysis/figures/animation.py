@@ -9,11 +9,12 @@ from pathlib import Path
 from shutil import which
 from subprocess import PIPE, Popen
 from tempfile import TemporaryFile
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from flockwire.control.graph import LEADER
 from matplotlib import rc_context
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
@@ -26,9 +27,6 @@ from flockwire_analysis.phases import Span
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Floats
 from flockwire_analysis.tracking import interpolated
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 RATE = 12  # frames per second of a GIF
 FILM_RATE = 25  # of an MP4

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 
 from flockwire_analysis import separation, tracking
 from flockwire_analysis.figures.drawing import INK, MUTED, OKABE_ITO, STYLE, Canvas, thinned
@@ -17,10 +19,6 @@ from flockwire_analysis.phases import airborne
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Floats
 from flockwire_analysis.tracking import Errors, in_formation, places
-
-if TYPE_CHECKING:
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
 
 LOOKS: tuple[tuple[str, Any], ...] = tuple(
     zip(OKABE_ITO, ("-", (0, (3, 1.5)), (0, (1, 1)), (0, (4, 1, 1, 1)), "-", (0, (3, 1.5))), strict=True)

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from flockwire_analysis import separation
 from flockwire_analysis.figures.drawing import DANGER, OKABE_ITO, Canvas, Picture, thinned
 from flockwire_analysis.figures.legends import MARK, dot, legend, line
 from flockwire_analysis.series import Floats
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 GREY = "#9aa3b2"
 

@@ -9,12 +9,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from flockwire.control.graph import LEADER
 from flockwire.domain.time import SECOND
 from matplotlib import colormaps, rc_context
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -24,10 +26,6 @@ from flockwire_analysis.phases import Span, airborne, formation_phases
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Floats, Integers
 from flockwire_analysis.tracking import Errors, formation_errors, observation_errors
-
-if TYPE_CHECKING:
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
 
 INK, MUTED, GRID, DANGER = "#1b1f27", "#69707d", "#e6e8ec", "#b3261e"
 OKABE_ITO = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from flockwire.domain.time import SECOND
+from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 
 from flockwire_analysis.figures.drawing import DANGER, MUTED, Canvas, Picture, envelope
@@ -13,9 +12,6 @@ from flockwire_analysis.figures.legends import area, legend, line
 from flockwire_analysis.phases import Span
 from flockwire_analysis.series import Floats
 from flockwire_analysis.tracking import SETTLED_BELOW, Errors, in_formation, settling_time
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 FLOOR = 1e-4  # m: the lower end of the axes: smaller errors are not drawn
 DASHED = (0, (4, 3))

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullLocator
 
 from flockwire_analysis.figures.drawing import INK, OKABE_ITO, Canvas, Picture
 from flockwire_analysis.latency import HOPS, latencies, percentiles
 from flockwire_analysis.series import Floats
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 
 def latency(canvas: Canvas) -> Picture | None:

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.transforms import ScaledTranslation
 
 from flockwire_analysis.figures.drawing import AXES_WIDTH, COLUMN, INK, MUTED, NAME_SIZE, OKABE_ITO, STYLE
-
-if TYPE_CHECKING:
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
 
 FIGURE_WIDTH = 0.97 * COLUMN * 72  # points
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from flockwire.control.graph import LEADER
 from flockwire.domain.time import SECOND
+from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgba
 from matplotlib.patches import Circle, Polygon
@@ -16,9 +15,6 @@ from flockwire_analysis.figures.legends import legend, line
 from flockwire_analysis.phases import Span
 from flockwire_analysis.series import Floats, Integers
 from flockwire_analysis.tracking import interpolated, settling_time
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 SNAPSHOTS = 3
 FENCE = (0, (6, 2, 1, 2))

@@ -42,7 +42,6 @@ class Kind(IntEnum):
     RESPONSE = 3
     REQUEST_MODEL = 4
     MODEL = 5
-    REQUEST_FRAME = 6
     FRAME = 7
     TEXT = 8
     DISCONNECT = 9

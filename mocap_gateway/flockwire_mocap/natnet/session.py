@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -51,26 +52,6 @@ class Options(NamedTuple):
 
 
 @dataclass(slots=True)
-class PacketCounts:
-    """Counts of packets, besides those of `FrameSequence`.
-
-    Attributes:
-        frames: frames passed on.
-        empty: those among them without a rigid body.
-        malformed: packets that could not be read.
-        foreign: packets from other addresses than the server's.
-        poses_rejected: poses marked as tracked that are invalid: not finite, or not a unit quaternion.
-
-    """
-
-    frames: int = 0
-    empty: int = 0
-    malformed: int = 0
-    foreign: int = 0
-    poses_rejected: int = 0
-
-
-@dataclass(slots=True)
 class _Request:
     """A request that is repeated until it is answered: its next time (ns), and its count."""
 
@@ -92,7 +73,9 @@ class NatNetSession:
     Attributes:
         info: the server's answer to the greeting, None before it.
         names: of rigid bodies by number, once a model definition has come.
-        counts, sequence: received and missing packets.
+        frames: how many were passed on; `empty`: how many of them were without a rigid body.
+        counts: of bad frames and packets: missing or late, unreadable, from other addresses than the server's; and of
+            poses marked as tracked that are invalid: not finite, or not a unit quaternion.
         foreign: the newest other address that sent a packet.
         rejected: reason of the newest malformed packet.
         failure: why the sockets do not receive, None if they do.
@@ -103,7 +86,9 @@ class NatNetSession:
         self.options = options
         self.info: ServerInfo | None = None
         self.names: dict[int, str] = {}
-        self.counts, self.sequence = PacketCounts(), FrameSequence()
+        self.frames = self.empty = 0
+        self.counts: Counter[str] = Counter()
+        self._sequence = FrameSequence(self.counts)
         self.foreign: str | None = None
         self.rejected: str | None = None
         self.failure: str | None = None
@@ -143,7 +128,7 @@ class NatNetSession:
         Any port is accepted: unicast frames arrive at the command socket, from either port of the server.
         """
         if source != self.options.server:
-            self.counts.foreign += 1
+            self.counts["packets of others"] += 1
             self.foreign = source
             return None
         self._received_at = now
@@ -161,7 +146,7 @@ class NatNetSession:
             case Response():
                 self._response(packet)
             case Rejected():
-                self.counts.malformed += 1
+                self.counts["packets malformed"] += 1
                 self.rejected = packet.reason
         return None
 
@@ -172,10 +157,10 @@ class NatNetSession:
             self.adjusted |= response.code == 0 or (response.text or "").replace(" ", "").startswith(confirmed)
 
     def _frame(self, frame: MocapFrame) -> TrackerFrame | None:
-        if self.sequence.arrived(frame.number) is not Arrival.NEXT:
+        if self._sequence.arrived(frame.number) is not Arrival.NEXT:
             return None
-        self.counts.frames += 1
-        self.counts.empty += not frame.bodies
+        self.frames += 1
+        self.empty += not frame.bodies
         if frame.parameters & MODELS_CHANGED and self.options.request_model and not self._model.wanted:
             self._model = _Request(due=self._model.due + MODEL_PAUSE)
         captured, transmitted = self._times(frame.stamps)
@@ -184,7 +169,7 @@ class NatNetSession:
     def _body(self, body: RigidBody) -> ReportedBody:
         tracked = body.tracked
         if tracked and not is_pose(body.position, body.orientation):
-            self.counts.poses_rejected += 1
+            self.counts["poses rejected"] += 1
             tracked = False
         return ReportedBody(body.identity, self.names.get(body.identity), body.position, body.orientation, tracked)
 

@@ -5,13 +5,11 @@ from __future__ import annotations
 from flockwire.domain.time import SECOND
 from flockwire.process.cores import Start
 from flockwire.swarm.gateway import NatNet
-from flockwire.wire.status import Counts, counted
 
 from flockwire_mocap.natnet.packets import Version
 from flockwire_mocap.natnet.session import NatNetSession, Options
 from flockwire_mocap.natnet.trouble import trouble
 from flockwire_mocap.streamed import StreamedSource, coordinates_of
-from flockwire_mocap.tracking import SourceState
 
 FIRST_ANSWER = SECOND  # ns without an answer after which a server is reported as silent
 
@@ -24,22 +22,12 @@ class NatNetSource(StreamedSource):
         self.table = gateway.natnet
         self.session = NatNetSession(_options(self.table))
         self._began = start.now
-        super().__init__(coordinates_of(gateway), self._state)
+        super().__init__(coordinates_of(gateway), self._missing, self.session.counts)
 
-    def _state(self, now: int) -> SourceState:
-        waiting = now - self._began < FIRST_ANSWER and not self.session.counts.frames
-        found = f"waits for {self.table.server}" if waiting else trouble(self.session, self.table.command_port)
-        return SourceState(found or "", _counts(self.session))
-
-
-def _counts(session: NatNetSession) -> Counts:
-    packets = session.counts
-    return counted(
-        *session.sequence.counts,
-        ("packets malformed", packets.malformed),
-        ("packets of others", packets.foreign),
-        ("poses rejected", packets.poses_rejected),
-    )
+    def _missing(self, now: int) -> str:
+        if now - self._began < FIRST_ANSWER and not self.session.frames:
+            return f"waits for {self.table.server}"
+        return trouble(self.session, self.table.command_port) or ""
 
 
 def _options(table: NatNet) -> Options:

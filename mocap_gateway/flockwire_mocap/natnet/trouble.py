@@ -8,12 +8,11 @@ from flockwire_mocap.natnet.session import NatNetSession
 
 def trouble(session: NatNetSession, command_port: int = COMMAND_PORT) -> str | None:
     """Return the problem of a session after its first second; None if frames with rigid bodies arrive."""
-    counts = session.counts
     if session.failure is not None:
         return f"{session.failure}: set the address of the interface that leads to the server"
-    if counts.frames:
-        return None if counts.empty < counts.frames else _no_bodies(session)
-    if counts.malformed:
+    if session.frames:
+        return None if session.empty < session.frames else _no_bodies(session)
+    if session.counts["packets malformed"]:
         return _not_understood(session)
     if session.info is not None:
         return _no_frames(session, session.info)
@@ -34,16 +33,16 @@ def _no_frames(session: NatNetSession, info: ServerInfo) -> str:
 
 
 def _foreign(session: NatNetSession) -> str | None:
-    if not session.counts.foreign:
+    if session.foreign is None:
         return None
     return f"packets come from {session.foreign}, not from {session.options.server}: set the server's address to it"
 
 
 def _not_understood(session: NatNetSession) -> str:
-    version = session.version
+    version, malformed = session.version, session.counts["packets malformed"]
     read_as = "before its version was known" if version is None else f"as NatNet {_text(version)}"
     return (
-        f"{session.options.server}: {session.counts.malformed} packets not understood {read_as} ({session.rejected}): "
+        f"{session.options.server}: {malformed} packets not understood {read_as} ({session.rejected}): "
         "set the bitstream version to the one that Motive streams"
     )
 

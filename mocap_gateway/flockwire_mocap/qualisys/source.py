@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from math import isfinite
 from xml.etree import ElementTree as Xml
@@ -9,12 +10,11 @@ from xml.etree import ElementTree as Xml
 from flockwire.domain.time import MICROSECOND, nanoseconds
 from flockwire.domain.vector import Vector
 from flockwire.process.cores import Start
-from flockwire.wire.status import counted
 
 from flockwire_mocap.frame_sequence import Arrival, FrameSequence
 from flockwire_mocap.qualisys.rotation import from_columns
 from flockwire_mocap.streamed import StreamedSource, coordinates_of
-from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, is_pose, unseen
+from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose, unseen
 
 Measured = tuple[Vector, Sequence[float]]  # mm, rotation matrix column by column; NaN if the body is lost
 
@@ -33,8 +33,10 @@ class QualisysSource(StreamedSource):
         self.table = gateway.qualisys
         self.names: tuple[str, ...] = ()
         self.failure = f"waits for {self.table.server}:{self.table.port}"
-        self._sequence, self._rejected = FrameSequence(), 0
-        super().__init__(coordinates_of(gateway), self._state, nanoseconds(self.table.latency))
+        self._counts = Counter[str]()
+        self._sequence = FrameSequence(self._counts)
+        latency = nanoseconds(self.table.latency)
+        super().__init__(coordinates_of(gateway), lambda _: self.failure, self._counts, latency)
 
     def measured(self, number: int, microseconds: int, bodies: Iterable[Measured], now: int) -> None:
         """Receive a frame that arrived at `now` (Unix ns)."""
@@ -49,11 +51,8 @@ class QualisysSource(StreamedSource):
             return unseen(number, name)
         orientation = from_columns(columns)
         tracked = is_pose(position, orientation)
-        self._rejected += not tracked
+        self._counts["poses rejected"] += not tracked
         return ReportedBody(number, name, position, orientation, tracked)
-
-    def _state(self, now: int) -> SourceState:
-        return SourceState(self.failure, counted(*self._sequence.counts, ("poses rejected", self._rejected)))
 
 
 def names_in(parameters: bytes) -> tuple[str, ...]:

@@ -12,10 +12,9 @@ from flockwire.ros.definitions import POSE, POSES
 from flockwire.ros.messages import read_poses
 from flockwire.wire.cdr import MessageError
 from flockwire.wire.codec import decode
-from flockwire.wire.status import counted
 
 from flockwire_mocap.streamed import StreamedSource, coordinates_of
-from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, is_pose, unseen
+from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose, unseen
 
 MOST_BODIES = 256  # named by topics
 _NAME = r"(\w{1,255})"  # a part of a topic in ROS
@@ -42,7 +41,8 @@ class RosSource(StreamedSource):
         awaited = None if table.array is not None else {swarm.body(i): i for i in swarm.tracked}
         super().__init__(
             coordinates_of(swarm.gateway),
-            self._state,
+            lambda _: self.trouble or self.advice,
+            self.counts,
             nanoseconds(table.latency),
             awaited,
             1.0 / swarm.gateway.rate_hz,
@@ -105,9 +105,6 @@ class RosSource(StreamedSource):
         if body not in self._numbers and len(self._numbers) < MOST_BODIES:
             self._numbers[body] = len(self._numbers)
         return self._numbers.get(body)
-
-    def _state(self, now: int) -> SourceState:
-        return SourceState(self.trouble or self.advice, counted(*self.counts.items()))
 
 
 def _any(topic: str) -> str:

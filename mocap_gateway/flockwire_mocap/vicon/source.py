@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from math import isfinite
 
 from flockwire.domain.time import nanoseconds
 from flockwire.process.cores import Start
-from flockwire.wire.status import counted
 
 from flockwire_mocap.streamed import StreamedSource, coordinates_of
-from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, is_pose
+from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose
 
 MOST_BODIES = 1000
 LATEST = 1 << 62  # ns of a monotonic clock: 146 years
@@ -31,8 +31,9 @@ class ViconSource(StreamedSource):
         self.failure = f"waits for {self.table.server}"
         self.child = ""
         self._numbers: dict[str, int] = {}
-        self._lines = self._malformed = self._rejected = 0
-        super().__init__(coordinates_of(gateway), self._state, nanoseconds(self.table.latency))
+        self._lines, self._counts = 0, Counter[str]()
+        latency = nanoseconds(self.table.latency)
+        super().__init__(coordinates_of(gateway), lambda _: self.failure, self._counts, latency)
 
     def line(self, line: bytes, now: int) -> None:
         """Receive a line of the child, read at `now` (Unix ns): a frame or a text."""
@@ -46,7 +47,7 @@ class ViconSource(StreamedSource):
                 raise ValueError(came)
             bodies = tuple(self._body(str(name), [float(v) for v in row]) for name, row in rows.items())
         except (ValueError, AttributeError, TypeError):
-            self._malformed += 1
+            self._counts["lines malformed"] += 1
             return
         self._lines += 1
         self.failure = ""
@@ -58,10 +59,5 @@ class ViconSource(StreamedSource):
             raise ValueError(name)
         number = self._numbers.setdefault(name, len(self._numbers))
         tracked = is_pose((x, y, z), (qx, qy, qz, qw))
-        self._rejected += not tracked and isfinite(x)  # a body that is not seen has no numbers
+        self._counts["poses rejected"] += not tracked and isfinite(x)  # a body that is not seen has no numbers
         return ReportedBody(number, name, (x, y, z), (qx, qy, qz, qw), tracked)
-
-    def _state(self, now: int) -> SourceState:
-        return SourceState(
-            self.failure, counted(("lines malformed", self._malformed), ("poses rejected", self._rejected))
-        )

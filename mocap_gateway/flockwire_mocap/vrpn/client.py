@@ -19,39 +19,37 @@ class VrpnClient(PersistentConnection):
 
     def __init__(self, source: VrpnSource, drained: Callable[[], None]) -> None:
         super().__init__()
-        self.session, self._source, self._drained = source.session, source, drained
+        self.source, self._drained = source, drained
 
     def receive(self, data: bytes) -> bytes:
         """Receive bytes of the connection; returns those to be sent."""
-        now = clock.now()
-        for frame in self.session.receive(data):
-            self._source.arrived(frame, now)
+        self.source.read(data, clock.now())
         self._drained()
-        return self.session.connection.outgoing()
+        return self.source.connection.outgoing()
 
     def failed(self, why: str) -> None:
         """Record the reason of the failure."""
-        self.session.trouble = why
+        self.source.failure = why
 
     async def connected(self) -> str:
         """Connect, and return the reason when the connection fails or is lost."""
-        session, where = self.session, f"{self._source.table.server}:{self._source.table.port}"
+        source, where = self.source, f"{self.source.table.server}:{self.source.table.port}"
         try:
             async with asyncio.timeout(ACCEPT_TIMEOUT):
                 transport, link = await self._connect()
         except OSError as error:  # a time-out is one too
             return f"{where} cannot be reached ({str(error) or 'no answer'}): check address, port, firewall"
-        session.trouble = None
+        source.failure = ""
         try:
             await link.lost.wait()
         finally:
             transport.close()
-        return f"{where} closed: {session.connection.failed or 'the server has ended it, or is gone'}"
+        return f"{where} closed: {source.connection.failed or 'the server has ended it, or is gone'}"
 
     async def _connect(self) -> tuple[asyncio.Transport, _Link]:
-        self.session.reconnect()
+        self.source.reconnect()
         link = _Link(self)
-        table, loop = self._source.table, asyncio.get_running_loop()
+        table, loop = self.source.table, asyncio.get_running_loop()
         transport, _ = await loop.create_connection(lambda: link, table.server, table.port)
         return transport, link
 
@@ -67,7 +65,7 @@ class _Link(asyncio.Protocol):
         self._transport = transport
         transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         keep_alive(transport)
-        transport.write(self._client.session.connection.outgoing())
+        transport.write(self._client.source.connection.outgoing())
 
     def data_received(self, data: bytes) -> None:
         answer = self._client.receive(data)
@@ -75,7 +73,7 @@ class _Link(asyncio.Protocol):
             return
         if answer:
             self._transport.write(answer)
-        if self._client.session.connection.failed is not None:
+        if self._client.source.connection.failed is not None:
             self._transport.close()
 
     def connection_lost(self, exc: Exception | None) -> None:

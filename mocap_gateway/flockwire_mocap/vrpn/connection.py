@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -28,9 +29,8 @@ MOST_NAMES = 2000  # senders, and types, that one side may describe; the referen
 
 
 class PoseReport(NamedTuple):
-    """A pose report: `number` and `name` of the sender, which is the body; stamp in ns of the server's Unix time."""
+    """A pose report: `name` of the sender, which is the body; stamp in ns of the server's Unix time."""
 
-    number: int
     name: str
     stamp: int
     pose: PoseBody
@@ -42,16 +42,15 @@ class VrpnConnection:
     Attributes:
         failed: why nothing more can be read, and the connection should be closed; None otherwise.
         senders: names by the other side's numbers.
-        malformed: messages of a known type that could not be read.
-        undescribed: messages whose sender or type was never described.
-        poses_rejected: invalid poses: not finite, or not a unit quaternion.
+        counts: of messages of a known type that could not be read, of those whose sender or type was never described,
+            and of invalid poses: not finite, or not a unit quaternion.
 
     """
 
-    def __init__(self) -> None:
+    def __init__(self, counts: Counter[str] | None = None) -> None:
+        self.counts: Counter[str] = Counter() if counts is None else counts
         self.failed: str | None = None
         self.senders: dict[int, str] = {}
-        self.malformed = self.undescribed = self.poses_rejected = 0
         self._types: dict[int, str] = {}
         self._own_senders: dict[str, int] = {}
         self._own_types: dict[str, int] = {}
@@ -91,10 +90,6 @@ class VrpnConnection:
         """Report a pose of the body `sender`; `stamp` in ns of Unix time."""
         self._send(stamp, sender, POSE, encode_pose(pose))
 
-    def ping(self, sender: str) -> None:
-        """Send a ping for `sender`; the other side answers with a pong."""
-        self._send(0, sender, PING, b"")
-
     def _send(self, stamp: int, sender: str, kind: str, body: bytes) -> None:
         number = self.describe(sender)  # its description is sent first
         self._outgoing += encode(VrpnMessage(stamp, number, self._own_types[kind], body))
@@ -130,7 +125,7 @@ class VrpnConnection:
             return None
         kind, sender = self._types.get(message.kind), self.senders.get(message.sender)
         if kind is None or sender is None:
-            self.undescribed += 1
+            self.counts["messages undescribed"] += 1
         elif kind == PING and (sender in self._own_senders or len(self._own_senders) < MOST_NAMES):
             self._send(message.stamp, sender, PONG, b"")
         elif kind == POSE:
@@ -141,16 +136,16 @@ class VrpnConnection:
         names = self.senders if message.kind == SENDER else self._types
         name = decode_name(message.body)
         if name is None or (message.sender not in names and len(names) >= MOST_NAMES):
-            self.malformed += 1
+            self.counts["messages malformed"] += 1
         else:
             names[message.sender] = name
 
     def _pose(self, message: VrpnMessage, sender: str) -> PoseReport | None:
         pose = decode_pose(message.body)
         if pose is None:
-            self.malformed += 1
+            self.counts["messages malformed"] += 1
         elif not is_pose(pose.position, pose.orientation):
-            self.poses_rejected += 1
+            self.counts["poses rejected"] += 1
         else:
-            return PoseReport(message.sender, sender, message.stamp, pose)
+            return PoseReport(sender, message.stamp, pose)
         return None

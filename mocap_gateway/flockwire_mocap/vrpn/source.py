@@ -2,45 +2,56 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 from flockwire.domain.time import nanoseconds
 from flockwire.process.cores import Start
-from flockwire.wire.status import counted
 
 from flockwire_mocap.streamed import StreamedSource, coordinates_of
-from flockwire_mocap.tracking import SourceState
-from flockwire_mocap.vrpn.session import VrpnSession
+from flockwire_mocap.vrpn.connection import VrpnConnection
+from flockwire_mocap.vrpn.reports import Reports
 
 
 class VrpnSource(StreamedSource):
-    """The bodies that a VRPN server reports. `session` takes the server's bytes in, `arrived` the frames."""
+    """The bodies that a VRPN server reports.
+
+    Attributes:
+        connection: the newest one.
+        failure: the problem and its remedy in one line; empty while connected.
+
+    """
 
     def __init__(self, start: Start) -> None:
         swarm = start.plan.swarm
         self.table = swarm.gateway.vrpn
-        self.session = VrpnSession(f"waits for {self.table.server}:{self.table.port}")
+        self.failure = f"waits for {self.table.server}:{self.table.port}"
+        self._counts = Counter[str]()
+        self._reports = Reports(self._counts)
+        self.reconnect()
         super().__init__(
             coordinates_of(swarm.gateway),
-            self._state,
+            lambda _: self.failure or self._silence(),
+            self._counts,
             nanoseconds(self.table.latency),
             {swarm.body(i): i for i in swarm.tracked},
             1.0 / swarm.gateway.rate_hz,
         )
 
-    def _state(self, now: int) -> SourceState:
-        reports, link = self.session.reports, self.session.connection
-        counts = counted(
-            ("reports repeated", reports.repeated),
-            ("reports late", reports.late),
-            ("messages malformed", link.malformed),
-            ("messages undescribed", link.undescribed),
-            ("poses rejected", link.poses_rejected),
-        )
-        return SourceState(self.session.trouble or self._silence(), counts)
+    def reconnect(self) -> None:
+        """Start another connection."""
+        self.connection = VrpnConnection(self._counts)
+
+    def read(self, data: bytes, now: int) -> None:
+        """Receive bytes of the connection that arrived at `now` (Unix ns)."""
+        for report in self.connection.receive(data):
+            frame = self._reports.frame(report)
+            if frame is not None:
+                self.arrived(frame, now)
 
     def _silence(self) -> str:
-        if self.session.reports.frames:
+        if self._reports.frames:
             return ""
-        where = f"{self.table.server}:{self.table.port}"
-        if not self.session.connection.senders:
+        where, senders = f"{self.table.server}:{self.table.port}", self.connection.senders
+        if not senders:
             return f"{where} answers, but describes no tracker: enable VRPN streaming and bodies in its settings"
-        return f"{where} describes {', '.join(sorted(self.session.connection.senders.values()))}, but reports no pose"
+        return f"{where} describes {', '.join(sorted(senders.values()))}, but reports no pose"

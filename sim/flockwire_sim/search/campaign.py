@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 from flockwire_sim.search.flight import Judged, Order
 from flockwire_sim.search.seeking import Candidate, Chooser, Draws, Search
@@ -20,20 +19,6 @@ class Entry:
     number: int
     asked: Candidate
     judged: Judged
-
-    def as_json(self) -> dict[str, Any]:
-        """Return its line in runs.jsonl."""
-        return {"number": self.number, "asked": asdict(self.asked), "judged": self.judged.as_json()}
-
-    @classmethod
-    def from_json(cls, table: dict[str, Any]) -> Entry:
-        """Return the flight of a line; raises TypeError, KeyError for a bad one."""
-        asked = table["asked"]
-        return cls(
-            table["number"],
-            Candidate(tuple(asked["point"]), asked["seed"], asked["focus"]),
-            Judged.from_json(table["judged"]),
-        )
 
 
 Fly = Callable[[Iterable[Order]], Iterator[tuple[int, Judged]]]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from math import inf
-from typing import Any, Literal
+from typing import Literal
 
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.loading import SwarmFileError, parse_swarm
@@ -67,16 +67,6 @@ class Judged:
         return [
             f"{name}: {margin.what} at {margin.at:.2f} s" for name, margin in self.margins.items() if margin.violated
         ]
-
-    def as_json(self) -> dict[str, Any]:
-        """Return it as a line of a file of flights."""
-        return asdict(self)
-
-    @classmethod
-    def from_json(cls, table: dict[str, Any]) -> Judged:
-        """Return it from a line; raises TypeError, KeyError for a bad one."""
-        found = {name: Margin(**margin) for name, margin in table["margins"].items()}
-        return cls(**{**table, "margins": found, "cell": tuple(table["cell"])})
 
 
 class Flight:

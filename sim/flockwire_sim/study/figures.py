@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from flockwire.swarm.model import Swarm
 from flockwire_analysis.figures.drawing import DANGER, INK, OKABE_ITO, STYLE
 from matplotlib import rc_context
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from flockwire_sim.study.findings import QUANTITIES, Findings, Quantity, label
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 WIDE = {**STYLE, "font.size": 10.5, "xtick.labelsize": 9.5, "ytick.labelsize": 9.5, "legend.fontsize": 9.5}
 MOST_CURVES = len(OKABE_ITO)

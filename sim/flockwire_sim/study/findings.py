@@ -79,7 +79,7 @@ class Findings:
             "failures": self.failures,
             "confidence": 0.95,
             "points": [asdict(row) for row in self.rows],
-            "worst": [result.as_json() | self.again(result) for result in self.worst],
+            "worst": [asdict(result) | self.again(result) for result in self.worst],
         }
 
     def again(self, result: Result) -> dict[str, str]:

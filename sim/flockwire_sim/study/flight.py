@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 from flockwire.domain.marks import marked
@@ -40,15 +40,6 @@ class Result:
     drawn: dict[str, Any]
     figures: dict[str, float | None]
     marks: dict[str, int] = field(default_factory=dict)  # times that each was reached
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the run's line in runs.jsonl."""
-        return asdict(self)
-
-    @classmethod
-    def from_json(cls, table: dict[str, Any]) -> Result:
-        """Return the run of a line; raises TypeError, KeyError for a bad line."""
-        return cls(**{**table, "failed": tuple(table["failed"])})
 
 
 def fly(task: Task) -> Result:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import fcntl
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Generic, Protocol, Self, TypeVar
+from typing import Generic, Self, TypeVar
+
+from pydantic import TypeAdapter, ValidationError
 
 from flockwire_sim.study.file import Study, StudyError
 from flockwire_sim.study.flight import Result, Task
@@ -17,24 +19,17 @@ from flockwire_sim.study.variation import Table
 PLAN, RUNS = "plan.json", "runs.jsonl"
 
 
-class Line(Protocol):
-    """What a line of a ledger holds."""
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the line's content."""
-
-
-Entry = TypeVar("Entry", bound=Line)
+Entry = TypeVar("Entry")
 
 
 class Ledger(Generic[Entry]):
-    """Opens the folder `out` for a plan: a new one, or one with earlier runs (`results`), which `read` reads.
+    """Opens the folder `out` for a plan: a new one, or one with earlier runs (`results`), each a dataclass `kind`.
 
     Raises StudyError, without changes, if the folder has other content; OSError if it cannot be written.
     """
 
-    def __init__(self, out: Path, plan: Study, table: Table, read: Callable[[dict[str, Any]], Entry]) -> None:
-        self._entry = read
+    def __init__(self, out: Path, plan: Study, table: Table, kind: type[Entry]) -> None:
+        self._lines = TypeAdapter(kind)
         identity = _identity(plan, table)
         there = _read(out / PLAN)
         if there is None and out.exists() and (not out.is_dir() or any(out.iterdir())):
@@ -68,7 +63,7 @@ class Ledger(Generic[Entry]):
     def add(self, result: Entry) -> None:
         """Add a run, on the disk too."""
         self.results.append(result)
-        self._file.write(json.dumps(result.as_json()).encode() + b"\n")
+        self._file.write(json.dumps(self._lines.dump_python(result)).encode() + b"\n")
         self._file.flush()
 
     def _flown(self, out: Path) -> list[Entry]:
@@ -79,8 +74,8 @@ class Ledger(Generic[Entry]):
         found = []
         for place, line in enumerate(content[:whole].splitlines(), start=1):
             try:
-                found.append(self._entry(json.loads(line)))
-            except (ValueError, TypeError, KeyError):
+                found.append(self._lines.validate_json(line))
+            except ValidationError:
                 raise StudyError(f"{out / RUNS}: line {place} is not a run of a study") from None
         self._file.truncate(whole)
         return found

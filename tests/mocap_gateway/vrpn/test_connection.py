@@ -1,11 +1,13 @@
+from collections import Counter
 from random import Random
 from struct import pack
 
 import pytest
 from flockwire_mocap.vrpn.connection import MOST_NAMES, VrpnConnection
-from flockwire_mocap.vrpn.session import SET_BACK, Reports
+from flockwire_mocap.vrpn.reports import SET_BACK, Reports
 from flockwire_mocap.vrpn.wire import (
     COOKIE,
+    PING,
     SENDER,
     TYPE,
     PoseBody,
@@ -50,26 +52,23 @@ def test_numbers_are_those_of_the_other_side():
     connection.receive(COOKIE + encode_description(TYPE, 40, "vrpn_Tracker Pos_Quat"))
     connection.receive(encode_description(SENDER, 17, "wand"))
     (pose,) = connection.receive(encode(VrpnMessage(STAMP, 17, 40, encode_pose(POSE))))
-    assert (pose.number, pose.name, pose.pose) == (17, "wand", POSE)
+    assert (pose.name, pose.pose) == ("wand", POSE)
 
 
 def test_what_was_never_described_is_counted():
     connection = VrpnConnection()
     connection.receive(COOKIE + encode(VrpnMessage(STAMP, 17, 40, encode_pose(POSE))))
-    assert connection.undescribed == 1
+    assert connection.counts == {"messages undescribed": 1}
 
 
 def test_a_ping_is_answered_with_a_pong_of_the_same_sender():
-    client, server = VrpnConnection(), VrpnConnection()
-    server.receive(client.outgoing())
-    client.receive(server.outgoing())
-    client.ping("uav1")
-    server.receive(client.outgoing())
-    answer = server.outgoing()
+    asked = VrpnConnection()
+    named = encode_description(SENDER, 3, "uav1") + encode_description(TYPE, 5, PING)
+    asked.receive(COOKIE + named + encode(VrpnMessage(STAMP, 3, 5, b"")))
+    answer = asked.outgoing()
     assert encode_description(SENDER, 0, "uav1") in answer
-    assert answer.endswith(encode(VrpnMessage(0, 0, 2, b"")))  # 2: the third type that a side describes, the pong
-    client.receive(answer)
-    assert (client.undescribed, client.failed) == (0, None)
+    assert answer.endswith(encode(VrpnMessage(STAMP, 0, 2, b"")))  # 2: the third type that a side describes, the pong
+    assert (asked.counts, asked.failed) == ({}, None)
 
 
 @pytest.mark.parametrize("greeting", [b"HTTP/1.1 400 Bad Request", b"vrpn: ver. 06.10  0".ljust(24, b"\0")])
@@ -96,24 +95,24 @@ def test_what_cannot_be_a_pose_is_counted(orientation):
     server, client = VrpnConnection(), VrpnConnection()
     server.send_pose("uav1", STAMP, PoseBody(0, (1.0, 2.0, 3.0), orientation))
     assert client.receive(server.outgoing()) == []
-    assert client.poses_rejected == 1
+    assert client.counts == {"poses rejected": 1}
 
 
 def test_names_are_limited():
     connection = VrpnConnection()
     connection.receive(COOKIE + b"".join(encode_description(SENDER, k, f"s{k}") for k in range(MOST_NAMES + 5)))
-    assert (len(connection.senders), connection.malformed) == (MOST_NAMES, 5)
+    assert (len(connection.senders), connection.counts["messages malformed"]) == (MOST_NAMES, 5)
 
 
 def test_short_bodies_are_counted():
     connection = VrpnConnection()
     connection.receive(reports(1))
     connection.receive(encode(VrpnMessage(STAMP, 0, 0, pack(">i", 1))) + encode(VrpnMessage(0, 9, SENDER, b"")))
-    assert connection.malformed == 2
+    assert connection.counts == {"messages malformed": 2}
 
 
 def test_reports_become_frames_of_one_body():
-    gathered = Reports()
+    gathered = Reports(Counter())
     frames = [gathered.frame(pose) for pose in VrpnConnection().receive(reports(4))]
     assert [(frame.number, frame.captured, frame.bodies[0].identity, frame.bodies[0].name) for frame in frames] == [
         (k + 1, STAMP + k * 1000, k % 2, f"uav{k % 2}") for k in range(4)
@@ -121,15 +120,15 @@ def test_reports_become_frames_of_one_body():
 
 
 def test_repeated_and_late_reports_are_dropped_and_counted():
-    gathered = Reports()
+    gathered = Reports(counts := Counter())
     first, second, third, fourth = VrpnConnection().receive(reports(4))
     order = [third, third, first, fourth, second, fourth]
     assert [gathered.frame(pose) is not None for pose in order] == [True, False, False, True, False, False]
-    assert (gathered.frames, gathered.repeated, gathered.late) == (2, 2, 2)
+    assert (gathered.frames, counts) == (2, {"reports repeated": 2, "reports late": 2})
 
 
 def test_a_clock_set_back_restarts_and_sensors_are_bodies_of_their_own():
-    gathered = Reports()
+    gathered = Reports(Counter())
     pose = VrpnConnection().receive(reports(1))[0]
     assert gathered.frame(pose) is not None
     assert gathered.frame(pose._replace(stamp=STAMP - 11_000_000_000)) is not None
@@ -139,17 +138,17 @@ def test_a_clock_set_back_restarts_and_sensors_are_bodies_of_their_own():
 
 @pytest.mark.parametrize("back", [1_000_000, 300_000_000, 9_000_000_000])
 def test_several_older_reports_in_a_row_come_from_a_clock_set_back(back):
-    gathered = Reports()
+    gathered = Reports(counts := Counter())
     first, *rest = [pose for pose in VrpnConnection().receive(reports(40)) if pose.name == "uav0"]
     assert not gathered.frame(first).set_back
     frames = [gathered.frame(pose._replace(stamp=pose.stamp - back)) for pose in rest[: SET_BACK + 2]]
     assert [frame is not None and frame.set_back for frame in frames] == [False] * (SET_BACK - 1) + [True, False, False]
     assert [frame is None for frame in frames] == [True] * (SET_BACK - 1) + [False] * 3
-    assert gathered.late == SET_BACK - 1
+    assert counts["reports late"] == SET_BACK - 1
 
 
 def test_older_reports_between_newer_ones_stay_late():
-    gathered = Reports()
+    gathered = Reports(Counter())
     new = VrpnConnection().receive(reports(40))[::2]
     frames = [gathered.frame(pose._replace(stamp=at)) for pose in new for at in (pose.stamp, pose.stamp - 500)]
     assert [frame is not None for frame in frames] == [True, False] * len(new)

@@ -35,7 +35,7 @@ def test_every_report_arrives_once_and_lost_bodies_say_nothing(start):
         await server.open()
         client = client_of(start, server.port, lambda frame, now: delivered.append((frame, now)))
         client.open()
-        await until(lambda: len(client.session.connection.senders) == len(NAMES))
+        await until(lambda: len(client.source.connection.senders) == len(NAMES))
         await stream(frames(), 240.0, server.publish)
         await until(lambda: len(delivered) == 9 * FRAMES)
         await client.close()
@@ -43,7 +43,7 @@ def test_every_report_arrives_once_and_lost_bodies_say_nothing(start):
         return client, delivered
 
     client, delivered = asyncio.run(fly())
-    assert (client.session.trouble, client.session.reports.repeated, client.session.reports.late) == (None, 0, 0)
+    assert client.source.state(clock.now()) == ("", ())
     heights = {}
     for frame, now in delivered:
         (body,) = frame.bodies
@@ -64,21 +64,21 @@ def test_a_server_that_comes_later_or_comes_back_is_found(start, monkeypatch):
         first.close()
         client = client_of(start, port, lambda frame, now: delivered.append(frame))
         client.open()
-        await until(lambda: "cannot be reached" in (client.session.trouble or ""))
+        await until(lambda: "cannot be reached" in (client.source.failure))
         for _ in range(2):
             server = VrpnServer(NAMES, port=port)
             await server.open()
-            await until(lambda: client.session.trouble is None and len(client.session.connection.senders) == len(NAMES))
+            await until(lambda: not client.source.failure and len(client.source.connection.senders) == len(NAMES))
             before = len(delivered)
             server.publish(next(frames()))
             await until(lambda before=before: len(delivered) == before + 9)
             server.close()
-            await until(lambda: client.session.trouble is not None)
+            await until(lambda: client.source.failure)
         await client.close()
         return client, delivered
 
     client, delivered = asyncio.run(fly())
-    assert "closed" in client.session.trouble
+    assert "closed" in client.source.failure
     assert {frame.bodies[0].identity for frame in delivered} == set(range(9))  # the same numbers both times
 
 
@@ -90,9 +90,9 @@ def test_a_server_of_another_protocol_is_left(start):
         server = await asyncio.start_server(greet, HOME, 0)
         client = client_of(start, server.sockets[0].getsockname()[1])
         client.open()
-        await until(lambda: "not VRPN 7" in (client.session.trouble or ""))
+        await until(lambda: "not VRPN 7" in (client.source.failure))
         await client.close()
         server.close()
-        return client.session.trouble
+        return client.source.failure
 
     assert "not VRPN 7" in asyncio.run(fly())

@@ -22,6 +22,7 @@ from flockwire_sim.study.file import RandomGraph, Starts, Study, StudyError, loa
 from flockwire_sim.study.flight import Result
 from flockwire_sim.study.variation import rehearse
 from flockwire_sim.world import World
+from pydantic import TypeAdapter
 from typer.testing import CliRunner
 from typer.testing import Result as Ended
 
@@ -66,7 +67,7 @@ def flockwire(*arguments: object) -> Ended:
 
 
 def lines(out: Path) -> list[Result]:
-    return [Result.from_json(json.loads(line)) for line in (out / "runs.jsonl").read_text().splitlines()]
+    return [TypeAdapter(Result).validate_json(line) for line in (out / "runs.jsonl").read_text().splitlines()]
 
 
 def test_random_starts_keep_their_distances(make_swarm: Callable[..., Swarm]) -> None:
@@ -224,7 +225,7 @@ def test_a_folder_with_another_study_or_something_else_is_left_alone(files: tupl
 
     out = tmp_path / "out"
     table = load_table(files[0])
-    with Ledger(out, load_study(files[1], {}, Study), table, Result.from_json):
+    with Ledger(out, load_study(files[1], {}, Study), table, Result):
         busy = flockwire(*files, "--out", out)
         assert (busy.exit_code, "another command works" in busy.stderr) == (2, True)
     content = {path.name: path.read_bytes() for path in out.iterdir()}

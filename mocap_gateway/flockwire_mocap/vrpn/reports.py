@@ -1,4 +1,4 @@
-"""The state of a VRPN client over all its connections, without a socket: bytes in, frames and answers out."""
+"""The pose reports of a VRPN server as frames, over all connections to it."""
 
 from __future__ import annotations
 
@@ -7,20 +7,21 @@ from collections import Counter
 from flockwire.domain.time import SECOND
 
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
-from flockwire_mocap.vrpn.connection import MOST_NAMES, PoseReport, VrpnConnection
+from flockwire_mocap.vrpn.connection import MOST_NAMES, PoseReport
 
 RESTART = 10 * SECOND  # ns; a report with an older stamp comes from a clock that was set back
 SET_BACK = 3  # older reports of a body in a row that show the same
 
 
 class Reports:
-    """Counts reports: `frames` passed on, `repeated` and `late` ones dropped. VRPN has no numbers to count gaps with.
+    """Counts reports: `frames` passed on, in `counts` those dropped. VRPN has no numbers to count gaps with.
 
     A body has its sender's name; other sensors than 0 of a sender are separate bodies, named sender/sensor.
     """
 
-    def __init__(self) -> None:
-        self.frames = self.repeated = self.late = 0
+    def __init__(self, counts: Counter[str]) -> None:
+        self.frames = 0
+        self._counts = counts
         self._identities: dict[str, int] = {}
         self._newest: dict[int, PoseReport] = {}
         self._behind: Counter[int] = Counter()  # reports of a body in a row that are older than its newest
@@ -49,32 +50,6 @@ class Reports:
         self._behind[identity] = self._behind[identity] + 1 if behind > 0 else 0
         if behind < 0 or behind > RESTART or self._behind[identity] >= SET_BACK:
             return True
-        if (report.stamp, report.pose) == (newest.stamp, newest.pose):
-            self.repeated += 1
-        else:
-            self.late += 1
+        repeated = (report.stamp, report.pose) == (newest.stamp, newest.pose)
+        self._counts["reports repeated" if repeated else "reports late"] += 1
         return False
-
-
-class VrpnSession:
-    """The state of a server.
-
-    Attributes:
-        connection: the newest connection, with what it has counted.
-        reports: of all connections.
-        trouble: the problem and its remedy in one line; None while connected.
-
-    """
-
-    def __init__(self, trouble: str | None = None) -> None:
-        self.connection, self.reports = VrpnConnection(), Reports()
-        self.trouble = trouble
-
-    def reconnect(self) -> None:
-        """Start another connection."""
-        self.connection = VrpnConnection()
-
-    def receive(self, data: bytes) -> list[TrackerFrame]:
-        """Receive bytes of the connection; returns the frames newer than all before, of one body each."""
-        frames = [self.reports.frame(pose) for pose in self.connection.receive(data)]
-        return [frame for frame in frames if frame is not None]
