@@ -37,7 +37,7 @@ from flockwire.pilot.off_place import OffPlace, no_place
 from flockwire.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, age, command_stamp
 from flockwire.pilot.place import Place
 from flockwire.pilot.surroundings import Surroundings
-from flockwire.pilot.tracked_body import PERIOD, WRONG, TrackedBody
+from flockwire.pilot.tracked_body import ABSENCE, PERIOD, WRONG, TrackedBody
 from flockwire.pilot.trim import limit_descent, make_airframe, measured
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
@@ -78,8 +78,7 @@ class Pilot:
         self._off_place = OffPlace(parameters.room, parameters.checks)
         self._wanted = ZERO  # m/s, by the law, at the last command
         self._airframe = make_airframe(parameters)
-        watched = parameters.guard is not None and parameters.limits.body_drift > 0.0
-        self._body = TrackedBody(parameters.limits, self._airframe) if watched else None
+        self._body = TrackedBody(parameters, self._airframe)
         self._surroundings = Surroundings(parameters.sensing, parameters.obstacles)
         self._pose: Pose | None = None
         self._telemetry: Telemetry | None = None
@@ -127,10 +126,10 @@ class Pilot:
                 seen = (pose.stamp - self.born) / SECOND  # small enough for a float with nanoseconds
                 times, zero = (seen, (now - self.born) / SECOND), self._limits.staleness.command_zero
                 motion = measured(self._airframe, pose.position, times, phase, self._telemetry, zero)
-                self.motion = motion
+                self.motion = self._body.seen = motion
                 if self._guard is not None and phase in IN_FLIGHT:
                     self.bodies = self._guard.tracked(motion, self.bodies, self._surroundings.stamp or self.stamp)
-        if self._body is not None and not 0 < self._body.due - now <= PERIOD:  # a clock may be set back
+        if self._body.watched and not 0 < self._body.due - now <= PERIOD:  # a clock may be set back
             self._body.look(self.motion, self._telemetry, phase, now, self.born)
         return phase
 
@@ -208,7 +207,7 @@ class Pilot:
             self._room.outside(pose.position) if pose is not None else 0.0,
             leader_down,
             self._identity.doubted(now),
-            self._body.apart if self._body is not None else 0.0,
+            self._body.apart,
         )
         return from_fields(Inputs, ages)
 
@@ -246,6 +245,8 @@ class Pilot:
             self._mark(inputs, missing, unready, hold, land)
         if phase is not was:
             self._place.forget()
+            if phase in IN_FLIGHT and was not in IN_FLIGHT and airborne:  # this process was started in flight
+                self._body.examine()
         if phase not in IN_FLIGHT and (phase is not was or self._identity.is_lost):
             self._identity.forget()
         return phase
@@ -289,6 +290,10 @@ class Pilot:
     def _take_pose(self, pose: Pose) -> None:
         if self._identity.doubt is not None:
             self._identity.take_pose(pose.stamp)
+        last = self._pose
+        absence = pose.stamp - last.stamp if last is not None else 0
+        if absence > ABSENCE and self.flight.phase in IN_FLIGHT and not self._body.reaches(pose, absence):
+            self._identity.take_foreign(pose)
         self._pose = pose
 
     def _take_telemetry(self, telemetry: Telemetry) -> None:
