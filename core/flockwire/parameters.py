@@ -42,6 +42,7 @@ class PilotParameters(NamedTuple):
     limits: Limits
     checks: Checks
     room: Room
+    ground: float  # m, world z of the ground
     separation: Separation  # m, safety distances at landing
     disturbance: float  # m/s, most that is compensated
     guard: GuardParameters | None  # None without a safety filter
@@ -125,6 +126,7 @@ def pilot_parameters(swarm: Swarm, number: int) -> PilotParameters:
         limits=swarm.limits,
         checks=swarm.checks,
         room=swarm.limits.fence.room(),
+        ground=swarm.ground,
         separation=avoidance.kept,
         disturbance=swarm.control.disturbance,
         guard=guard_parameters(swarm, number) if swarm.control.filtered else None,

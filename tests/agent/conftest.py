@@ -44,6 +44,7 @@ class Cockpit:
         self.silent: set[str] = set()
         self.beside: dict[int, Vector] = {}  # m: how far a neighbour's estimate is from the truth
         self.command_age = 0.0  # s, as its driver reports
+        self.height: float | None = None  # m, likewise; None: that of its position
         self.holds_still = False  # the airframe stays where it is, whatever is commanded
         self.command: Command | None = None
         self.estimate: Estimate | None = None
@@ -64,7 +65,8 @@ class Cockpit:
     def tell(self) -> None:
         """Tell the agent all that is not silent, true for now."""
         own, now = uav(self.number), self.now
-        telemetry = Telemetry(now, "world", self.state, self.battery, self.position[2], self.command_age)
+        height = self.position[2] if self.height is None else self.height
+        telemetry = Telemetry(now, "world", self.state, self.battery, height, self.command_age)
         told = {
             Key("nearby", own): Nearby(now, "world", self.bodies),
             Key("telemetry", own): telemetry,

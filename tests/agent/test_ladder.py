@@ -1,12 +1,14 @@
 """Every rung of the staleness ladder, flown."""
 
-from math import hypot
+from math import dist, hypot
 
 import pytest
 from flockwire.domain.airframe import FlightState
+from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.motion import Leading
 from flockwire.domain.pose import IdentityDoubt
 from flockwire.domain.time import SECOND
+from flockwire.domain.vector import add
 from flockwire.pilot.phases import SHUTDOWN
 from flockwire.pilot.pilot import DRIVER_LOST
 from flockwire.wire.keys import MISSION, Key
@@ -110,6 +112,43 @@ def test_a_landing_descends_though_the_wind_that_it_compensates_has_ended(cockpi
     assert agent.phase in (Phase.GROUNDED, Phase.READY)
 
 
+@pytest.mark.parametrize("law", ["extended", "paper"])
+def test_on_the_ground_it_is_not_pushed_along_though_no_telemetry_tells_that_it_is_down(cockpit, law):
+    agent = cockpit({"control.law": law, "control.disturbance": 0.0}).fly()
+    agent.holds_still = False
+    agent.order("land")
+    agent.step()
+    while agent.position[2] > 0.15:
+        agent.step()
+    agent.silent = {"telemetry"}
+    x, y, _ = agent.position
+    agent.bodies = (Body(BodyKind.DRONE, (0.1, 0.0, 0.0), 0.0),)  # no place beside it
+    agent.holds_still = True
+    agent.position = (x + 0.2, y, 0.01)
+    agent.run(0.35)
+    for _ in range(200):
+        agent.step()
+        assert (agent.phase, agent.velocity) == (Phase.LANDING, (0.0, 0.0, -0.7))
+    agent.position = (x + 0.2, y, 0.5)  # in the air it avoids bodies as ever
+    agent.run(0.1)
+    assert hypot(*agent.velocity[:2]) > 0.1
+
+
+@pytest.mark.parametrize("ends", [0, 30])
+def test_a_landing_after_a_side_wind_that_has_ended_stays_over_its_place(cockpit, ends):
+    agent = cockpit({"control.law": "extended", "control.disturbance": 2.0, "formation.rate": 0.001}).fly()
+    agent.holds_still = False
+    for k in range(500):
+        if k == 200:
+            agent.order("land")
+            place = agent.position
+        if k < 200 + ends:
+            agent.position = add(agent.position, (0.01, 0.0, 0.0))
+        agent.step()
+    assert agent.phase in (Phase.GROUNDED, Phase.READY)
+    assert dist(agent.position[:2], place[:2]) < 0.15
+
+
 @pytest.mark.parametrize("wind", [-0.6, 0.6])
 def test_a_landing_in_a_vertical_wind_touches_down_as_slowly_as_in_calm(cockpit, wind):
     agent = cockpit({"control.law": "extended", "control.disturbance": 2.0, "formation.rate": 0.001}).fly()
@@ -127,17 +166,19 @@ def test_a_landing_in_a_vertical_wind_touches_down_as_slowly_as_in_calm(cockpit,
     assert 100.0 * (heights[-2] - heights[-1]) == pytest.approx(0.7, abs=0.02)
 
 
-def test_a_body_that_moves_apart_from_its_commands_lands_straight_down(cockpit):
-    agent = cockpit({"control.law": "extended", "formation.rate": 0.001, "limits.body_drift": 0.15}).fly()
+@pytest.mark.parametrize(("disturbance", "drift", "speed"), [(0.0, 0.15, 0.8), (0.3, 0.4, 1.5)])
+def test_a_body_that_moves_apart_from_its_commands_lands_straight_down(cockpit, disturbance, drift, speed):
+    own = {"control.law": "extended", "formation.rate": 0.001, "limits.body_drift": drift}
+    agent = cockpit(own | {"control.disturbance": disturbance}).fly()
     agent.holds_still = False
-    for _ in range(250):  # the tracker moves the body by 0.8 m/s, and the pilot flies against it
+    for _ in range(250):  # the tracker moves the body, and the pilot flies against it
         assert agent.phase is Phase.FORMATION
         x, y, z = agent.position
-        agent.position = (x + 0.008, y, z)
+        agent.position = (x + 0.01 * speed, y, z)
         agent.step()
         if agent.phase is Phase.LANDING:
             break
-    assert agent.report.detail.startswith("its tracked body moves 0.")
+    assert agent.report.detail.startswith("its tracked body moves ")
     assert [reason.code for reason in agent.report.reasons] == [APART]
     agent.step()
     assert agent.velocity == (0.0, 0.0, -0.7)

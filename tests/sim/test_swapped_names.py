@@ -64,11 +64,28 @@ def test_two_whose_gateway_restarts_meanwhile_stay_in_doubt_and_land_where_they_
 
 
 @pytest.mark.long
-def test_by_each_others_poses_two_come_down_near_the_fence(fly: Callable[..., Any]) -> None:
-    """Their pilots restart too, and know nothing of the exchange: they flew 60 m away."""
+@pytest.mark.parametrize("restarted", [(), (1,), (1, 2)])
+@pytest.mark.parametrize("law", ["extended", "paper"])
+def test_two_that_are_exchanged_while_the_gateway_is_away_come_down_inside_the_fence(
+    fly: Callable[..., Any], law: str, restarted: tuple[int, ...]
+) -> None:
+    """Nobody told them: they flew on by each other's poses, to 1.5 m outside the fence and more."""
+    exchanged = LASTING | {"at": 4.1}
+    pilots = [{"at": 4.2, "kind": "restart", "process": uav(i)} for i in restarted]
+    flown = fly(SLOW | {"control.law": law}, RESTART, exchanged, *pilots, duration=12.0)
+    room, places = flown.world.swarm.limits.fence.room(), ways(flown)
+    assert max(room.outside(place) for way in places.values() for place in way) == 0.0
+    assert all(way[-1][2] <= 0.0 for way in places.values())
+    why = ("the tracker confuses its body with another", "its tracked body moves")
+    for i in (1, 2):
+        assert any(reason.startswith(why) for _, _, reason in flown.phases(uav(i)))
+
+
+@pytest.mark.long
+def test_two_whose_pilots_restart_with_the_gateway_come_down_inside_the_fence(fly: Callable[..., Any]) -> None:
+    """Nobody knows of the exchange any more: they flew 60 m away at first, then 1 m outside the fence."""
     pilots = [{"at": 4.0, "kind": "restart", "process": uav(i)} for i in (1, 2)]
     flown = fly(SLOW, LASTING, RESTART, *pilots, duration=12.0)
-    room = flown.world.swarm.limits.fence.room()
-    places = ways(flown)
-    assert 0.5 < max(room.outside(place) for way in places.values() for place in way) < 2.5
+    room, places = flown.world.swarm.limits.fence.room(), ways(flown)
+    assert max(room.outside(place) for way in places.values() for place in way) == 0.0
     assert all(way[-1][2] <= 0.0 for way in places.values())

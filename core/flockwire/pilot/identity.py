@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flockwire.domain.pose import IdentityDoubt
+from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND
 
 MISTAKEN = "the tracker confuses its body with another"
@@ -13,7 +13,8 @@ class Identity:
     """The identity of one drone's tracked body.
 
     A doubt ends when poses go on without it. If the poses end with it, the gateway may have restarted, and the exchange
-    is unknown to it: the doubt remains, and no pose is trusted, until `forget`.
+    is unknown to it: the doubt remains, and no pose is trusted, until `forget`. So it does after a pose that cannot be
+    the drone's own.
     """
 
     def __init__(self) -> None:
@@ -30,6 +31,10 @@ class Identity:
         if self.doubt is not None and self._seen <= self.doubt.stamp < stamp - LASTS:
             self.is_lost = True
         self._seen = stamp
+
+    def take_foreign(self, pose: Pose) -> None:
+        """Receive a pose that cannot be the drone's own."""
+        self.doubt, self.is_lost = self.doubt or IdentityDoubt(pose.stamp, pose.frame, pose.stamp), True
 
     def forget(self) -> None:
         """Begin again: the drone is on the ground."""

@@ -37,8 +37,8 @@ from flockwire.pilot.off_place import OffPlace, no_place
 from flockwire.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, age, command_stamp
 from flockwire.pilot.place import Place
 from flockwire.pilot.surroundings import Surroundings
-from flockwire.pilot.tracked_body import PERIOD, WRONG, TrackedBody
-from flockwire.pilot.trim import limit_descent, make_airframe, measured
+from flockwire.pilot.tracked_body import ABSENCE, PERIOD, WRONG, TrackedBody
+from flockwire.pilot.trim import forget_disturbance, limit_descent, make_airframe, measured
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import STOP, Key
@@ -53,6 +53,8 @@ HELD_UP = Reason(
 SET_DOWN = Reason("rung: set down, land", "its driver lands it")
 DRIVER_LOST = 10.0  # s of silence after which a driver counts as dead
 LONGEST_STEP = 0.1  # s: longer pauses count as this
+OVERDUE = 0.3  # s, age of telemetry that comes ten times a second
+STANDS = 0.1  # m above the ground: a drone that lands and is lower may stand there
 
 
 class Pilot:
@@ -78,8 +80,7 @@ class Pilot:
         self._off_place = OffPlace(parameters.room, parameters.checks)
         self._wanted = ZERO  # m/s, by the law, at the last command
         self._airframe = make_airframe(parameters)
-        watched = parameters.guard is not None and parameters.limits.body_drift > 0.0
-        self._body = TrackedBody(parameters.limits, self._airframe) if watched else None
+        self._body = TrackedBody(parameters, self._airframe)
         self._surroundings = Surroundings(parameters.sensing, parameters.obstacles)
         self._pose: Pose | None = None
         self._telemetry: Telemetry | None = None
@@ -126,12 +127,15 @@ class Pilot:
             if fresh and not inputs.apart and not self._identity.is_lost:
                 seen = (pose.stamp - self.born) / SECOND  # small enough for a float with nanoseconds
                 times, zero = (seen, (now - self.born) / SECOND), self._limits.staleness.command_zero
-                motion = measured(self._airframe, pose.position, times, phase, self._telemetry, zero)
-                self.motion = motion
+                airframe, ground = self._airframe, self._parameters.ground
+                motion = measured(airframe, pose.position, times, phase, self._telemetry, zero, ground)
+                self.motion = self._body.seen = motion
                 if self._guard is not None and phase in IN_FLIGHT:
                     self.bodies = self._guard.tracked(motion, self.bodies, self._surroundings.stamp or self.stamp)
-        if self._body is not None and not 0 < self._body.due - now <= PERIOD:  # a clock may be set back
+        if self._body.watched and not 0 < self._body.due - now <= PERIOD:  # a clock may be set back
             self._body.look(self.motion, self._telemetry, phase, now, self.born)
+            if self._body.apart:
+                forget_disturbance(self._airframe)  # it is what the false body seemed to drift
         return phase
 
     def command(self, wanted: Vector, now: int) -> list[tuple[Key, Message]]:
@@ -208,7 +212,7 @@ class Pilot:
             self._room.outside(pose.position) if pose is not None else 0.0,
             leader_down,
             self._identity.doubted(now),
-            self._body.apart if self._body is not None else 0.0,
+            self._body.apart,
         )
         return from_fields(Inputs, ages)
 
@@ -246,6 +250,8 @@ class Pilot:
             self._mark(inputs, missing, unready, hold, land)
         if phase is not was:
             self._place.forget()
+            if phase in IN_FLIGHT and was not in IN_FLIGHT and airborne:  # this process was started in flight
+                self._body.examine()
         if phase not in IN_FLIGHT and (phase is not was or self._identity.is_lost):
             self._identity.forget()
         return phase
@@ -262,6 +268,10 @@ class Pilot:
         position, limits, phase = motion.position, self._limits, self.flight.phase
         if phase not in IN_FLIGHT:
             return ZERO
+        low = position[2] <= self._parameters.ground + STANDS
+        if low and phase is Phase.LANDING and self._inputs.telemetry > OVERDUE:
+            forget_disturbance(self._airframe)
+            return self._blind_velocity()  # any other command may push it along the ground, or take it off
         if phase is not Phase.FORMATION:
             wanted = self._place.velocity(phase, position, self.bodies)
         speed, grounding = speed_limit(self._inputs, limits), phase in (Phase.LANDING, Phase.TAKEOFF)
@@ -289,6 +299,10 @@ class Pilot:
     def _take_pose(self, pose: Pose) -> None:
         if self._identity.doubt is not None:
             self._identity.take_pose(pose.stamp)
+        last = self._pose
+        absence = pose.stamp - last.stamp if last is not None else 0
+        if absence > ABSENCE and self.flight.phase in IN_FLIGHT and not self._body.reaches(pose, absence):
+            self._identity.take_foreign(pose)
         self._pose = pose
 
     def _take_telemetry(self, telemetry: Telemetry) -> None:

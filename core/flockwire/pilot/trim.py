@@ -12,7 +12,8 @@ from flockwire.pilot.phases import IN_FLIGHT
 from flockwire.pilot.tracked_body import JUMP
 from flockwire.wire.phase import Phase
 
-LEARNED = {Phase.TAKEOFF: LEVEL, Phase.HOLD: WHOLE, Phase.FORMATION: WHOLE, Phase.LANDING: VERTICAL}
+LOW = 0.3  # m above the ground, below which it may hold a drone that lands
+LEARNED = {Phase.TAKEOFF: LEVEL, Phase.HOLD: WHOLE, Phase.FORMATION: WHOLE, Phase.LANDING: WHOLE}
 
 
 def make_airframe(parameters: PilotParameters) -> AirframeState | DisturbedAirframe:
@@ -29,6 +30,12 @@ def limit_descent(airframe: AirframeState | DisturbedAirframe, vertical_speed: f
         airframe.limit_vertical((0.5 if blind else 1.0) * vertical_speed)
 
 
+def forget_disturbance(airframe: AirframeState | DisturbedAirframe) -> None:
+    """Compensate nothing from now on."""
+    if isinstance(airframe, DisturbedAirframe):
+        airframe.reset()
+
+
 def measured(
     airframe: AirframeState | DisturbedAirframe,
     position: Vector,
@@ -36,16 +43,20 @@ def measured(
     phase: Phase,
     telemetry: Telemetry | None,
     zero: float,
+    ground: float,
 ) -> Motion:
     """Return the motion of `airframe`, seen at `position` (m); `times` are those of the pose and of now, s.
 
-    On the ground it has no disturbance. It is kept while its driver has obeyed no command for `zero` s. In a take-off
-    only the horizontal part is learned; in a landing the vertical one, as the ground would hold the drone beside its
-    place.
+    On the ground, at the height `ground` (m), it has no disturbance. It is kept while its driver has obeyed no command
+    for `zero` s. In a take-off only the horizontal part is learned; near the end of a landing the vertical one, as the
+    ground would hold the drone beside its place.
     """
     if isinstance(airframe, AirframeState):
         return airframe.measure(position, *times)
     if phase not in IN_FLIGHT:
         airframe.reset()
     obeys = telemetry is not None and telemetry.command_age <= zero and telemetry.state is FlightState.FLYING
-    return airframe.measure(position, *times, LEARNED.get(phase) if obeys else None)
+    learns = LEARNED.get(phase)
+    if phase is Phase.LANDING and position[2] < ground + LOW:
+        learns = VERTICAL
+    return airframe.measure(position, *times, learns if obeys else None)
