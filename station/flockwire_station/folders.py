@@ -37,7 +37,7 @@ def keys_folder(file: Path, plan: Plan, keys: Path | None) -> Path:
 def complete_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
     """Return the folder of the certificates, after making missing ones if the authority's key is or may be here.
 
-    Raises CredentialsError.
+    A line on stderr reports that some were made: the folder may be a mistyped one. Raises CredentialsError.
     """
     from flockwire.security.credentials import load_credentials  # noqa: PLC0415
     from flockwire.security.pki import make_keys  # noqa: PLC0415
@@ -46,11 +46,14 @@ def complete_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
     folder = keys_folder(file, plan, keys)
     warn_of(swarm)
     first = next(iter(swarm.hosts)) == host  # keys of another host come from the first one
-    made, authority = (os.access(folder / name, os.F_OK) for name in ("ca.crt", "authority/ca.key"))
-    here = (first and not made) or authority
+    found, authority = (os.access(folder / name, os.F_OK) for name in ("ca.crt", "authority/ca.key"))
+    here = (first and not found) or authority
     if swarm.network.security == "mtls":
         if here:
-            write_keys(folder, lambda: make_keys(plan, folder, clock.utc()))
+            made = write_keys(folder, lambda: make_keys(plan, folder, clock.utc()))
+            if made:
+                which = "all keys, with a new authority" if made[0] in plan.authorities else ", ".join(made)
+                print(f"flockwire: {folder}: made {which}", file=sys.stderr)
         for identity in (*plan.processes_on(host), OPERATOR.kind):
             if identity in plan.certified:
                 load_credentials(folder, identity, clock.utc(), plan.issuer(identity), plan.authorities)
