@@ -16,6 +16,7 @@ from flockwire.swarm.drones import AirframeKeys
 from flockwire.swarm.model import Swarm
 from flockwire.swarm.outline import Entry, entries, explanation, kinds, of_field
 from flockwire.swarm.schema import default, schema
+from flockwire.wire.processes import GATEWAY
 
 SPACING = 1.2  # m between neighbours on the circle
 RATE = 0.3  # rad/s, at most
@@ -24,13 +25,14 @@ CIRCLE = 1.0  # m, of the leader's circle
 REACH = 4.0  # m from the formation to the fence: the leader's circle, and a margin
 LONGEST_NAME = 64  # characters of a swarm's name
 SCHEMA = ".flockwire/swarm.schema.json"
+CAMERAS = GATEWAY.kind  # its table has them
 AIRFRAME = f"airframes.{KINEMATICS.kind}"  # of drones that name no airframe
 LABORATORY = {  # the simulated world: a small quadrotor under cameras at 100 Hz; assumed, not measured
     AIRFRAME: {"lag": 0.25, "dead_time": 0.1},
-    "gateway": {"noise": 0.001, "latency": 0.008},
+    CAMERAS: {"noise": 0.001, "latency": 0.008},
 }
 FIRST = (  # first tables; the list of drones must be before every [table]
-    "", "drones.N", "formation", "graph", "leader", "leader.trajectory", "limits", "limits.fence", AIRFRAME, "gateway",
+    "", "drones.N", "formation", "graph", "leader", "leader.trajectory", "limits", "limits.fence", AIRFRAME, CAMERAS,
 )  # fmt: skip
 AIRFRAME_KEYS = AirframeKeys.model_fields.keys() - {"kind"}
 REAL = (
@@ -39,8 +41,8 @@ REAL = (
     "# measures an airframe's. A perfect world has none of them: `flockwire init --ideal`.",
 )
 IDEAL = (
-    "# Simulated flights are in a perfect world: the airframes respond at once, the cameras have no noise and no latency.",
-    "# `flockwire init` without --ideal writes the values of a laboratory.",
+    "# Simulated flights are in a perfect world: the airframes respond at once, the cameras have no noise and no",
+    "# latency. `flockwire init` without --ideal writes the values of a laboratory.",
 )
 WIDTH = 40  # of a key and its value
 
