@@ -37,7 +37,7 @@ def keys_folder(file: Path, plan: Plan, keys: Path | None) -> Path:
 def complete_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
     """Return the folder of the certificates, after making missing ones if the authority's key is or may be here.
 
-    A line on stderr reports that some were made: the folder may be a mistyped one. Raises CredentialsError.
+    A warning names those made in `keys`, which may be mistyped. Raises CredentialsError.
     """
     from flockwire.security.credentials import load_credentials  # noqa: PLC0415
     from flockwire.security.pki import make_keys  # noqa: PLC0415
@@ -51,9 +51,9 @@ def complete_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
     if swarm.network.security == "mtls":
         if here:
             made = write_keys(folder, lambda: make_keys(plan, folder, clock.utc()))
-            if made:
-                which = "all keys, with a new authority" if made[0] in plan.authorities else ", ".join(made)
-                print(f"flockwire: {folder}: made {which}", file=sys.stderr)
+            if made and keys is not None:
+                which = "a new authority and all keys" if made[0] in plan.authorities else ", ".join(made)
+                print(f"flockwire: warning: --keys = {folder}: made {which} there")
         for identity in (*plan.processes_on(host), OPERATOR.kind):
             if identity in plan.certified:
                 load_credentials(folder, identity, clock.utc(), plan.issuer(identity), plan.authorities)

@@ -13,14 +13,16 @@ def plan(make_plan):
 
 def test_a_folder_without_keys_is_filled_and_named(plan, tmp_path, capsys):
     folder = complete_keys(tmp_path / "lab.toml", plan, tmp_path / "typo", "local")
-    assert capsys.readouterr().err == f"flockwire: {folder}: made all keys, with a new authority\n"
+    assert (
+        capsys.readouterr().out == f"flockwire: warning: --keys = {folder}: made a new authority and all keys there\n"
+    )
     assert {f"{identity}.crt" for identity in plan.certified} < {file.name for file in folder.iterdir()}
 
 
-def test_complete_keys_are_not_worth_a_line(plan, tmp_path, capsys):
-    make_keys(plan, tmp_path / "keys", clock.utc())
-    complete_keys(tmp_path / "lab.toml", plan, tmp_path / "keys", "local")
-    assert capsys.readouterr().err == ""
+def test_nothing_made_and_the_swarms_own_folder_are_not_worth_a_line(plan, tmp_path, capsys):
+    for folder in (None, complete_keys(tmp_path / "lab.toml", plan, None, "local")):
+        complete_keys(tmp_path / "lab.toml", plan, folder, "local")
+    assert capsys.readouterr().out == ""
 
 
 def test_renewed_keys_are_named(plan, tmp_path, capsys):
@@ -28,4 +30,4 @@ def test_renewed_keys_are_named(plan, tmp_path, capsys):
     make_keys(plan, folder, clock.utc())
     (folder / "uav1.crt").unlink()
     complete_keys(tmp_path / "lab.toml", plan, folder, "local")
-    assert capsys.readouterr().err == f"flockwire: {folder}: made uav1\n"
+    assert capsys.readouterr().out == f"flockwire: warning: --keys = {folder}: made uav1 there\n"
