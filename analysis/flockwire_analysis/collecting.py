@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from flockwire.domain.order import Mission, Stop, Version
-from flockwire.swarm.model import Swarm
+from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import ROWS, Key
 from flockwire.wire.plan import Plan
@@ -17,7 +17,7 @@ from flockwire_recorder.trace import count_lost, published_at
 
 from flockwire_analysis.observed import Observed, Shown, append_change, keep, observed, shown
 from flockwire_analysis.recorded import ProcessRecord, StateChange, Trace, is_repeated
-from flockwire_analysis.series import Columns
+from flockwire_analysis.series import Columns, Sighting
 
 
 @dataclass(slots=True)
@@ -116,6 +116,7 @@ class Collector:
         return Trace(
             path, self.plan, self._metadata,
             {key: columns.series() for key, columns in self._columns.items()},
+            self._movers(),
             self._held(),
             tuple(stop for _, stop in sorted(self._stops.items())),
             tuple(
@@ -132,6 +133,11 @@ class Collector:
             self._lost_orders() + self._lost(judged=True), self._lost(judged=False),
             self._malformed, closed, lost_bytes,
         )  # fmt: skip
+
+    def _movers(self) -> dict[int, tuple[Sighting, ...]]:
+        """Return what each drone sensed of moving bodies."""
+        sensed = {i: self._columns.get(Key("nearby", uav(i))) for i in self.plan.swarm.flying}
+        return {i: tuple(sorted(one.movers)) for i, one in sensed.items() if one is not None and one.movers}
 
     def _held(self) -> tuple[Mission, ...]:
         """Return the orders that a pilot obeyed, as recorded, by time, without rejected ones."""

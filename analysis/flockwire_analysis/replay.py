@@ -18,6 +18,7 @@ from flockwire.wire.keys import Key
 from flockwire.wire.phase import Phase
 
 from flockwire_analysis.events import Event, events
+from flockwire_analysis.moving_bodies import MovingBody, moving_bodies
 from flockwire_analysis.observed import Shown
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.sampled import Sampled, sampled, worst_moments
@@ -26,6 +27,7 @@ from flockwire_analysis.summary import Summary
 from flockwire_analysis.view import FOLDER, filled, outline, scripts, style
 
 MOST = 1_200_000  # numbers in a page, about six characters each
+MOST_SENSED = MOST // 4  # of these, of moving bodies
 FOR_EACH = 8  # numbers of one drone at one step
 TOGETHER = SECOND // 2  # ns within which drones that change to the same phase make one mark
 SILENT = "silent"
@@ -93,6 +95,7 @@ def flight_data(trace: Trace) -> dict[str, Any]:
             }
             for i in numbers
         },
+        "movers": _movers(flight),
         "others": {
             identity: _reports(trace, identity, seconds)
             for identity in trace.plan.started
@@ -104,6 +107,20 @@ def flight_data(trace: Trace) -> dict[str, Any]:
             for moment in worst_moments(flight)
         ],
     }
+
+
+def _movers(flight: Sampled) -> list[list[Any]]:
+    """Return steps with the moving bodies that drones sensed: x, y, radius and height of each, in whole mm.
+
+    Of a crowd there are fewer steps, so that a page remains a small file.
+    """
+    sensed = list(moving_bodies(flight.trace, flight.stamps))
+    every = 1 + len(MovingBody._fields) * sum(len(bodies) for _, bodies in sensed) // MOST_SENSED
+    return [[index, [_whole(one) for one in bodies]] for index, bodies in sensed[::every]]
+
+
+def _whole(body: MovingBody) -> list[int | None]:
+    return [None if metres is None else round(1000.0 * metres) for metres in body]
 
 
 def _millimetres(values: Floats) -> list[list[int | None]]:

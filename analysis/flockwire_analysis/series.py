@@ -5,10 +5,11 @@ from __future__ import annotations
 from array import array
 from dataclasses import dataclass
 from math import hypot, inf
+from typing import NamedTuple
 
 import numpy as np
 from flockwire.domain.airframe import Command, Telemetry
-from flockwire.domain.body import BodyKind, Nearby
+from flockwire.domain.body import Body, BodyKind, Nearby
 from flockwire.domain.motion import Estimate
 from flockwire.domain.pose import Pose
 from flockwire.wire.codec import Message
@@ -45,13 +46,21 @@ class Series:
         return len(self.stamps)
 
 
+class Sighting(NamedTuple):
+    """A moving body that is not a drone, relative to the drone that senses it at `stamp` (Unix ns)."""
+
+    stamp: int
+    body: Body
+
+
 class Columns:
-    """Collects the rows of one series: the messages of a key of this `kind`."""
+    """Collects the rows of one series: the messages of a key of this `kind`; `movers` are those in it, as they came."""
 
     def __init__(self, kind: str) -> None:
         self._times = array("q")
         self._values = array("d")
         self._width = _WIDTHS.get(ROWS[kind].message, 0)
+        self.movers: list[Sighting] = []
 
     def add(self, message: Message, published: int, logged: int, sequence: int) -> None:
         """Add a message, with its times of publication and logging (Unix ns), and its publisher's count."""
@@ -66,7 +75,9 @@ class Columns:
             case Telemetry():
                 self._values.extend((message.state, message.battery, message.height, message.command_age))
             case Nearby():
-                gaps = [hypot(*b.relative_position) - b.radius for b in message.bodies if b.kind is BodyKind.MOVER]
+                movers = [body for body in message.bodies if body.kind is BodyKind.MOVER]
+                self.movers += [Sighting(message.stamp, body) for body in movers]
+                gaps = [hypot(*body.relative_position) - body.radius for body in movers]
                 self._values.append(min(gaps, default=inf))
 
     def series(self) -> Series:

@@ -30,12 +30,13 @@ class Target(StrEnum):
 def init(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The swarm file to write.")] = Path("swarm.toml"),
     drones: Annotated[int, typer.Option(min=2, max=200, help="The number of drones, with the leader.")] = 4,
+    ideal: Annotated[bool, typer.Option("--ideal", help="A perfect world: no noise, no latency, no lag.")] = False,
 ) -> None:
-    """Write a swarm file with comments, and a schema for editors beside it."""
+    """Write a swarm file with comments, and a schema for editors beside it; its simulated world is a laboratory's."""
     if file.exists():
         refuse(f"FILE = {file}: exists; name a new one")
     try:
-        write_swarm(file, drones)
+        write_swarm(file, drones, ideal)
     except OSError as error:
         refuse(f"FILE = {file}: cannot write there: {error.strerror}")
     print(

@@ -109,6 +109,18 @@ def _airframes(plan: Plan) -> Iterator[str]:
         yield f"airframe {name} ({drones}): {row.kind}, lag {frame.lag:g} s, dead time {frame.dead_time:g} s, {driven}"
         yield f"  by itself: without setpoints it {_by_itself(row.without_setpoints)},"
         yield f"  without poses it {_by_itself(row.without_poses)}, without its link it {_by_itself(row.without_link)}"
+    yield from _cameras(swarm)
+
+
+def _cameras(swarm: Swarm) -> Iterator[str]:
+    """Yield what simulated cameras measure, and whether the simulated world is perfect."""
+    table, frames = swarm.gateway, [swarm.airframes[swarm.drone(number).airframe] for number in swarm.simulated]
+    if table.source != "simulated" and table.twin is None:
+        return
+    measured = f"noise {1e3 * table.noise:g} mm, latency {1e3 * table.latency:g} ms"
+    yield f"cameras: simulated, {table.rate_hz:g} Hz, {measured}, {100.0 * table.dropout:g} % of the samples lost"
+    if not any((table.noise, table.latency, table.dropout, *(frame.lag or frame.dead_time for frame in frames))):
+        yield "  a perfect world: no noise, no latency, no lag (`flockwire init` writes those of a laboratory)"
 
 
 def _by_itself(one: ByItself) -> str:

@@ -36,7 +36,7 @@ def keys_folder(file: Path, plan: Plan, keys: Path | None) -> Path:
 def complete_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
     """Return the folder of the certificates, after making missing ones if the authority's key is or may be here.
 
-    Raises CredentialsError.
+    A warning names those made in `keys`, which may be mistyped. Raises CredentialsError.
     """
     from flockwire.security.credentials import load_credentials  # noqa: PLC0415
 
@@ -44,11 +44,14 @@ def complete_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
     folder = keys_folder(file, plan, keys)
     warn_of(swarm)
     first = next(iter(swarm.hosts)) == host  # keys of another host come from the first one
-    made, authority = (os.access(folder / name, os.F_OK) for name in ("ca.crt", "authority/ca.key"))
-    here = (first and not made) or authority
+    found, authority = (os.access(folder / name, os.F_OK) for name in ("ca.crt", "authority/ca.key"))
+    here = (first and not found) or authority
     if swarm.network.security == "mtls":
         if here:
-            renew_keys(plan, folder)
+            made = renew_keys(plan, folder)
+            if made and keys is not None:
+                which = "a new authority and all keys" if made[0] in plan.authorities else ", ".join(made)
+                print(f"flockwire: warning: --keys = {folder}: made {which} there")
         for identity in (*plan.processes_on(host), OPERATOR.kind):
             if identity in plan.certified:
                 load_credentials(folder, identity, clock.utc(), plan.issuer(identity), plan.authorities)

@@ -5,46 +5,68 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
+from itertools import islice
 from math import ceil, pi
 from pathlib import Path
 from typing import Any, get_args
 
 from flockwire.control.formation import Circle
+from flockwire.swarm.airframes import KINEMATICS
+from flockwire.swarm.drones import AirframeKeys
 from flockwire.swarm.model import Swarm
 from flockwire.swarm.outline import Entry, entries, explanation, kinds, of_field
 from flockwire.swarm.schema import default, schema
+from flockwire.wire.processes import GATEWAY
 
 SPACING = 1.2  # m between neighbours on the circle
-RATE = 0.3  # rad/s
+RATE = 0.3  # rad/s, at most
+SPEED = 0.5  # m/s, most of a follower on its circle: with the lag of LABORATORY neighbours keep it
 CIRCLE = 1.0  # m, of the leader's circle
 REACH = 4.0  # m from the formation to the fence: the leader's circle, and a margin
 LONGEST_NAME = 64  # characters of a swarm's name
 SCHEMA = ".flockwire/swarm.schema.json"
+CAMERAS = GATEWAY.kind  # its table has them
+AIRFRAME = f"airframes.{KINEMATICS.kind}"  # of drones that name no airframe
+LABORATORY = {  # the simulated world: a small quadrotor under cameras at 100 Hz; assumed, not measured
+    AIRFRAME: {"lag": 0.25, "dead_time": 0.1},
+    CAMERAS: {"noise": 0.001, "latency": 0.008},
+}
 FIRST = (  # first tables; the list of drones must be before every [table]
-    "", "drones.N", "formation", "graph", "leader", "leader.trajectory", "limits", "limits.fence",
+    "", "drones.N", "formation", "graph", "leader", "leader.trajectory", "limits", "limits.fence", AIRFRAME, CAMERAS,
 )  # fmt: skip
+AIRFRAME_KEYS = AirframeKeys.model_fields.keys() - {"kind"}
+REAL = (
+    "# Simulated flights are in the world of a laboratory: the airframes respond late, the cameras have noise and",
+    "# latency. The values are assumed, those of a small quadrotor and of a tracker at 100 Hz: `flockwire identify`",
+    "# measures an airframe's. A perfect world has none of them: `flockwire init --ideal`.",
+)
+IDEAL = (
+    "# Simulated flights are in a perfect world: the airframes respond at once, the cameras have no noise and no",
+    "# latency. `flockwire init` without --ideal writes the values of a laboratory.",
+)
 WIDTH = 40  # of a key and its value
 
 Given = dict[str, dict[str, Any]]  # by table, by key
 
 
-def write_swarm(file: Path, drones: int) -> None:
+def write_swarm(file: Path, drones: int, ideal: bool = False) -> None:
     """Write a swarm file, named after `file`, for a leader and `drones` - 1 followers; beside it a schema for editors.
 
-    Raises OSError.
+    Its simulated world is a laboratory's, or `ideal`: without noise, latency and lag. Raises OSError.
     """
     name = re.sub(r"\W", "_", file.stem, flags=re.ASCII)
     if not name[0].isalpha():
         name = f"swarm_{name}"
-    file.write_text(swarm_text(name[:LONGEST_NAME], drones), encoding="utf-8")
+    file.write_text(swarm_text(name[:LONGEST_NAME], drones, ideal), encoding="utf-8")
     beside = file.parent / SCHEMA
     beside.parent.mkdir(exist_ok=True)
     beside.write_text(json.dumps(schema(), indent=1) + "\n", encoding="utf-8")
 
 
-def swarm_text(name: str, drones: int) -> str:
-    """Return the text of a swarm file for a leader and `drones` - 1 followers."""
-    return "\n".join(_lines(_given(name, drones), _places(drones))) + "\n"
+def swarm_text(name: str, drones: int, ideal: bool) -> str:
+    """Return the text of a swarm file for a leader and `drones` - 1 followers, in an `ideal` world or a laboratory."""
+    given = _given(name, drones) | ({} if ideal else LABORATORY)
+    return "\n".join(_lines(given, _places(drones), IDEAL if ideal else REAL)) + "\n"
 
 
 def _given(name: str, drones: int) -> Given:
@@ -53,7 +75,7 @@ def _given(name: str, drones: int) -> Given:
     reach = float(ceil(radius + REACH))
     return {
         "": {"name": name},
-        "formation": {"kind": "circle", "radius": radius, "rate": round(min(RATE, 1.0 / radius), 2)},
+        "formation": {"kind": "circle", "radius": radius, "rate": round(min(RATE, SPEED / radius), 2)},
         "graph": {"edges": [[(i - 1) // 2, i] for i in range(1, drones)]},
         "leader.trajectory": {"kind": "circle", "radius": CIRCLE, "rate": 0.1},
         "limits.fence": {"min": [-reach, -reach, -0.5], "max": [reach, reach, 3.0]},
@@ -70,18 +92,21 @@ def _places(drones: int) -> list[list[float]]:
     return [[0.0, 0.0, 0.0], *([round(x, 2) + 0.0 for x in circle.offset(rank, 0.0)] for rank in range(drones - 1))]
 
 
-def _lines(given: Given, places: list[list[float]]) -> Iterator[str]:
+def _lines(given: Given, places: list[list[float]], world: tuple[str, ...]) -> Iterator[str]:
     yield f"#:schema ./{SCHEMA}"
     yield "# A swarm. Lengths are m, times s, angles rad; the world frame is ENU with Z up."
     yield "# A key after a # has the shown default; remove the # to change it (and that of its [table])."
     tables: dict[str, list[Entry]] = {}
     for entry in entries(Swarm):
         tables.setdefault(entry.table, []).append(entry)
+    tables[AIRFRAME] = [entry for entry in tables["airframes.NAME"] if entry.name in AIRFRAME_KEYS]
     for table in sorted(tables, key=lambda table: FIRST.index(table) if table in FIRST else len(FIRST)):
         if table == "drones.N":
             yield from _drones(places)
         elif table == "obstacles.N":
             yield from ("", "# [[obstacles]]", *_keys(tables[table], {}), "# center = [4.0, 4.0, 0.0]")
+        elif table == AIRFRAME:
+            yield from ("", *world, *islice(_table(table, tables[table], given.get(table, {})), 1, None))
         elif not {"NAME", "N"}.intersection(table.split(".")):
             yield from _table(table, _of_kind(tables[table], given.get(table, {})), given.get(table, {}))
 

@@ -98,3 +98,21 @@ def test_views_zoom_and_pan_change_the_drawing_and_a_phone_shows_all(link, tmp_p
         assert await page.value(f"{boxes}.every(box => box.height >= 44 && box.bottom <= innerHeight)")
 
     looking(link, tmp_path, look)
+
+
+def test_a_moving_body_is_drawn_while_it_is_sensed_and_no_button_covers_a_drone(link, tmp_path):
+    async def look(page):
+        await page.value("const at = Math.round(index(2))")
+        without = await drawn(page, "seek(2)")
+        assert await drawn(page, "flight.movers = [[at, [[2000, 500, 300, null]]]]; draw()") != without
+        (body,) = await page.value("moversAt(2.1)")
+        assert body == {"center": [2, 0.5], "radius": 0.3, "height": None}
+        assert await page.value("moversAt(2.5)") == await page.value("moversAt(1.5)") == []
+        await page.resize(390, 844, True)
+        await drawn(page, "scene.camera.keep('flight')")
+        lowest = await page.value("document.querySelector('.tools').getBoundingClientRect().bottom")
+        top = await page.value("document.getElementById('canvas').getBoundingClientRect().top")
+        highest = await page.value("Math.min(...flown.map((point) => scene.camera.to(point)[1]))")
+        assert top + highest > lowest
+
+    looking(link, tmp_path, look)

@@ -2,6 +2,7 @@ from pathlib import Path
 
 import pytest
 from flockwire.loading import load_swarm
+from flockwire.wire.plan import Plan
 from flockwire_station.check import describe, warnings
 
 SWARMS = Path(__file__).parents[2] / "swarms"
@@ -42,6 +43,18 @@ def test_a_wind_that_drones_do_not_compensate_gives_a_warning(make_swarm):
     assert "the wind" not in warned(make_swarm(wind | {"control.disturbance": 1.0}))
     unfiltered = {"control.disturbance": 1.0, "control.law": "paper"}
     assert "control.disturbance is set but has no effect" in warned(make_swarm(wind | unfiltered))
+
+
+def test_a_perfect_world_is_said_to_be_one(make_swarm):
+    cameras = {"gateway": {"noise": 0.001, "latency": 0.01}}
+    late = {"airframes": {"kinematics": {"lag": 0.2}}}
+    perfect = {"gateway": {}, "airframes": {"kinematics": {}}}
+    assert "a perfect world" in describe(Plan(make_swarm(perfect)))
+    assert "a perfect world" not in describe(Plan(make_swarm(perfect | late)))
+    told = describe(Plan(make_swarm(perfect | cameras)))
+    assert "cameras: simulated, 100 Hz, noise 1 mm, latency 10 ms, 0 % of the samples lost" in told
+    assert "a perfect world" not in told
+    assert "cameras" not in describe(Plan(make_swarm(perfect | {"gateway": {"source": "vrpn"}})))
 
 
 def test_an_airframe_that_will_oscillate_is_named_with_a_cure(make_swarm):

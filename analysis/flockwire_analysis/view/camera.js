@@ -45,6 +45,9 @@ class Camera {
     const ratio = devicePixelRatio || 1;
     this.width = this.canvas.clientWidth;
     this.height = this.canvas.clientHeight;
+    const tools = this.canvas.parentElement.querySelector(".tools"); // buttons over the top of the picture
+    this.covered = Math.min(tools.offsetTop + tools.offsetHeight, this.height / 3);
+    this.middle = (this.height + this.covered) / 2; // of what they leave free
     const [width, height] = [Math.round(this.width * ratio), Math.round(this.height * ratio)];
     if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });
     const pen = this.canvas.getContext("2d");
@@ -59,7 +62,7 @@ class Camera {
     const [r, u] = [this.right, this.up];
     return [
       this.width / 2 + this.scale * (x * r[0] + y * r[1] + z * r[2]),
-      this.height / 2 - this.scale * (x * u[0] + y * u[1] + z * u[2]),
+      this.middle - this.scale * (x * u[0] + y * u[1] + z * u[2]),
     ];
   }
 
@@ -85,7 +88,7 @@ class Camera {
       for (const k of [0, 1]) half[k] = Math.max(half[k], Math.abs(dot(from, axes[k])));
     }
     const shown = [0, 1].map((k) => Math.max(2 * half[k], SMALLEST) * MARGIN);
-    this.scale = Math.min(this.width / shown[0], this.height / shown[1]);
+    this.scale = Math.min(this.width / shown[0], (this.height - this.covered) / shown[1]);
   }
 
   listen() {
@@ -133,9 +136,9 @@ class Camera {
   }
 
   // Zoom by `factor`; what is at the pixel `at`, the middle by default, remains there.
-  zoom(factor, at = [this.width / 2, this.height / 2]) {
+  zoom(factor, at = [this.width / 2, this.middle]) {
     const scale = Math.min(CLOSEST, Math.max(1, this.scale * factor));
-    const [dx, dy] = [at[0] - this.width / 2, at[1] - this.height / 2];
+    const [dx, dy] = [at[0] - this.width / 2, at[1] - this.middle];
     const [right, up] = this.axes();
     const change = 1 / this.scale - 1 / scale;
     this.fit = "";

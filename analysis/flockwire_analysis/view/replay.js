@@ -5,6 +5,7 @@ const flight = JSON.parse($("flight").textContent);
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20];
 const TRAILS = [[5, "trail 5 s"], [20, "trail 20 s"], [Infinity, "whole path"], [0, "no trail"]];
 const TRAIL_POINTS = 500;
+const SENSED = 0.3; // s that a moving body is shown after a drone sensed it last
 const TABLE_EVERY = 100; // ms while it plays
 const last = flight.count - 1;
 const end = flight.begin + last * flight.step;
@@ -57,6 +58,14 @@ function speed(three, at) {
   return `${(way / (to - from) / flight.step).toFixed(2)} m/s`;
 }
 
+// Return the moving bodies that drones sense at a time, like obstacles.
+function moversAt(time) {
+  const [step, bodies] = current(flight.movers, index(time)) ?? [-Infinity, []];
+  if ((index(time) - step) * flight.step > SENSED) return [];
+  const metres = (value) => (value === null ? null : value / 1000);
+  return bodies.map((one) => one.map(metres)).map(([x, y, radius, height]) => ({ center: [x, y], radius, height }));
+}
+
 // Return the picture at a time, like one of the console's server.
 function pictureAt(time) {
   const at = index(time);
@@ -77,7 +86,7 @@ function pictureAt(time) {
     };
   }
   const others = Object.fromEntries(Object.entries(flight.others).map(([name, one]) => [name, reported(one, time)]));
-  return { drones, others };
+  return { drones, others, movers: moversAt(time) };
 }
 
 // Return the samples of a path from one index to another; null interrupts it where the position is unknown.

@@ -31,7 +31,8 @@ class Scene {
     camera.frame(extent.length || !camera.fit ? extent : this.field);
     this.grid(pen);
     this.fence(pen);
-    for (const obstacle of this.outline.obstacles) this.obstacle(pen, obstacle);
+    for (const obstacle of this.outline.obstacles) this.obstacle(pen, obstacle, palette.muted);
+    for (const mover of picture.movers ?? []) this.obstacle(pen, mover, palette.warn);
     this.edges(pen, picture);
     for (const [id, trail] of trails) {
       shape(pen, trail.map((at) => at && camera.to(at)), palette.drone(id), [], false, this.faded(id) ? 0.12 : 0.5);
@@ -56,7 +57,7 @@ class Scene {
 
   grid(pen) {
     const { camera } = this;
-    const half = Math.max(camera.width, camera.height) / camera.scale / 2;
+    const half = Math.max(camera.width, camera.height + camera.covered) / camera.scale / 2;
     const apart = Math.max(FINEST, APART / camera.scale);
     const text = (value) => `${Number(value.toFixed(1))}`;
     pen.strokeStyle = palette.line;
@@ -126,7 +127,7 @@ class Scene {
     below.forEach((foot, k) => shape(pen, [foot, above[k]], palette.bad, [8, 4], false, 0.45));
   }
 
-  obstacle(pen, { center: [x, y], radius, height }) {
+  obstacle(pen, { center: [x, y], radius, height }, colour) {
     const { camera } = this;
     const top = height ?? this.outline.heights[1] + ENDLESS;
     const circle = (r, z) => Array.from({ length: ROUND }, (_, k) => {
@@ -138,10 +139,10 @@ class Scene {
     if (!this.isFlat()) {
       const dx = thick * camera.scale; // its silhouette is as wide in any view
       const [[xf, yf], [xt, yt]] = [camera.to([x, y, 0]), camera.to([x, y, top])];
-      polygon(pen, [[xf - dx, yf], [xt - dx, yt], [xt + dx, yt], [xf + dx, yf]], palette.muted, 0.35);
-      polygon(pen, low, palette.muted, 0.35);
+      polygon(pen, [[xf - dx, yf], [xt - dx, yt], [xt + dx, yt], [xf + dx, yf]], colour, 0.35);
+      polygon(pen, low, colour, 0.35);
     }
-    polygon(pen, high, palette.muted, this.isFlat() ? 1 : 0.55);
+    polygon(pen, high, colour, this.isFlat() ? 1 : 0.55);
     shape(pen, circle(radius + this.outline.clearance, 0), palette.bad, [3, 3], true, 0.8, 1.3);
   }
 

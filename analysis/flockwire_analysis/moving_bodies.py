@@ -1,0 +1,62 @@
+"""Moving bodies that are not drones, as the drones sensed them: persons, tracked obstacles, lost bodies.
+
+A trace has them only in the messages to the drones, relative and without names: a body is known while a drone senses
+it, and the same body of several drones is recognised by its place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import hypot
+from typing import NamedTuple
+
+import numpy as np
+
+from flockwire_analysis.recorded import Trace
+from flockwire_analysis.series import Integers
+from flockwire_analysis.tracking import interpolated
+
+SAME = 0.15  # m between two sightings of one body at about the same time
+BELOW = 1e-6  # m below a drone from which on a body's height is known
+
+
+class MovingBody(NamedTuple):
+    """An upright cylinder round (x, y), m; its height is None if no drone was above it."""
+
+    x: float
+    y: float
+    radius: float
+    height: float | None
+
+
+def moving_bodies(trace: Trace, stamps: Integers) -> Iterator[tuple[int, list[MovingBody]]]:
+    """Yield each index of `stamps` (Unix ns, equal steps) with the bodies that drones sensed in the step up to it."""
+    if len(stamps) < 2:
+        return
+    found: dict[int, list[MovingBody]] = {}
+    for number in sorted(trace.movers):
+        for index, body in _placed(trace, number, stamps):
+            _add(found.setdefault(index, []), body)
+    yield from sorted(found.items())
+
+
+def _placed(trace: Trace, number: int, stamps: Integers) -> Iterator[tuple[int, MovingBody]]:
+    """Yield what one drone sensed last in each step, in the world frame, with the step's index."""
+    seen = trace.movers[number]
+    at = np.array([sighting.stamp for sighting in seen], np.int64)
+    indices = np.searchsorted(stamps, at)
+    newest = {int(index): int(stamp) for index, stamp in zip(indices, at, strict=True)}
+    places = interpolated(trace.positions(number), at)
+    for index, place, (stamp, body) in zip(indices.tolist(), places.tolist(), seen, strict=True):
+        if index < len(stamps) and stamp == newest[index] and np.isfinite(place).all():
+            (x, y, z), (dx, dy, dz) = place, body.relative_position
+            yield index, MovingBody(x + dx, y + dy, body.radius, z + dz if dz < -BELOW else None)
+
+
+def _add(bodies: list[MovingBody], new: MovingBody) -> None:
+    """Add a body, or what another drone knows of one that is in the list: its height."""
+    for k, one in enumerate(bodies):
+        if hypot(one.x - new.x, one.y - new.y) < SAME:
+            bodies[k] = one._replace(height=new.height if one.height is None else one.height)
+            return
+    bodies.append(new)
