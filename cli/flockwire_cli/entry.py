@@ -9,12 +9,14 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 from importlib.util import find_spec
+from types import ModuleType
 from typing import NoReturn
 
 ORDERS = ("stop", "land", "hold")
 INTERRUPTED = 130  # exit status, as shells have it
 OWN_HASHES = ("_md5", "_sha1", "_sha3", *(("_sha2",) if sys.version_info >= (3, 12) else ("_sha256", "_sha512")))
 OPENSSL = ("_hashlib", "_ssl", "ssl")
+PACKAGES = "importlib.metadata"  # what installed packages say of themselves
 
 
 def main() -> NoReturn:
@@ -76,8 +78,24 @@ def spare_openssl(*names: str) -> None:
             del sys.modules[name]
 
 
+def spare_plugins() -> None:
+    """Import pydantic without its search for plug-ins in all installed packages: it takes 2 MB of each process."""
+    if PACKAGES in sys.modules:
+        return
+    none = ModuleType(PACKAGES)
+    none.entry_points = none.distributions = lambda **_: ()  # type: ignore[attr-defined]
+    sys.modules[PACKAGES] = none
+    try:
+        import_module("pydantic").create_model(
+            "First"
+        )  # the first model looks for plug-ins, later ones use what it found
+    finally:
+        del sys.modules[PACKAGES]
+
+
 def _command(command: str) -> None:
     spare_openssl("hashlib", "hmac")  # which the swarm's model loads
+    spare_plugins()
     from flockwire.wire.processes import PROCESSES  # noqa: PLC0415
 
     if any(row.started and row.kind == command for row in PROCESSES):

@@ -3,8 +3,10 @@
 import subprocess
 import sys
 
+import pydantic
 import pytest
 from flockwire_cli.entry import ORDERS
+from flockwire_cli.kinds import KINDS, parser_of
 
 HEAVY = {
     "flockwire_cli.main",
@@ -42,6 +44,22 @@ def test_who_imports_ssl_in_a_process_gets_it():
     line += "; print(hashlib.sha256(b'').hexdigest()[:8])"
     done = subprocess.run([sys.executable, "-c", line], capture_output=True, text=True, check=True)
     assert done.stdout == "e3b0c442\n"
+
+
+def test_a_process_loads_no_search_for_plugins_and_who_asks_for_packages_later_gets_them():
+    assert not loaded("agent") & {"importlib.metadata", "email", "difflib", "statistics", "lzma"}
+    line = "from flockwire_cli.entry import spare_plugins; spare_plugins(); from importlib.metadata import version"
+    line += "; from pydantic import create_model; create_model('Own', x=int)(x=1); print(version('pydantic'))"
+    done = subprocess.run([sys.executable, "-c", line], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == pydantic.VERSION
+
+
+def test_help_of_a_process_is_as_wide_as_the_terminal_says(monkeypatch):
+    wide = {}
+    for columns in ("50", "120"):
+        monkeypatch.setenv("COLUMNS", columns)
+        wide[columns] = max(map(len, parser_of(KINDS["agent"]).format_help().splitlines()))
+    assert wide["50"] < 50 < wide["120"] < 120
 
 
 def test_any_other_command_is_found():

@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterator
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
@@ -110,6 +109,8 @@ def _lines(model: type[BaseModel], where: Place, detail: dict[str, Any]) -> list
 def _unknown(model: type[BaseModel], where: Place, location: tuple[str | int, ...], value: object) -> Fault:
     """Refuse an unknown key, and suggest the nearest known one by spelling or in another table."""
     *path, name = where.keys
+    from difflib import get_close_matches  # noqa: PLC0415  (a file without mistakes needs none)
+
     table = place(model, location[:-1])
     siblings = _names(table.kind)
     above = ".".join(map(str, path))

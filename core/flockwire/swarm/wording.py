@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import Any, Literal, get_args, get_origin
 
 from flockwire.swarm.outline import is_model, kinds, plain
@@ -75,6 +74,8 @@ def one_of(words: Iterable[str]) -> str:
 
 def meant(value: object, words: Iterable[str]) -> str:
     """Return the suggestion of the nearest of `words` for `value`, to follow a refusal; empty if none is near."""
+    from difflib import get_close_matches  # noqa: PLC0415  (a file without mistakes needs none)
+
     near = get_close_matches(str(value), [*words], n=1)
     return f"; did you mean {near[0]!r}?" if near else ""
 
