@@ -77,7 +77,7 @@ class AgentCore:
         pilot, neighbourhood = self._pilot, self._neighbourhood
         estimates = neighbourhood.update(now)
         missing = () if len(estimates) == len(neighbourhood) else neighbourhood.missing(now)
-        silence = neighbourhood.silence(now, pilot.born)
+        silence = neighbourhood.silence(now, pilot.waits_since)
         leader_down = neighbourhood.leading is Leading.IS_DOWN
         fault = self._law.fault.text if self._law.fault is not None else ""
         if not fault and neighbourhood.agreement.contradicted:

@@ -68,7 +68,7 @@ class Pilot:
     def __init__(self, parameters: PilotParameters, now: int) -> None:
         number = parameters.number
         self.pose_key = Key("pose", uav(number))
-        self.born = now
+        self.born = self.waits_since = now  # the second: ages of what never arrived count from it
         self._parameters, self._limits = parameters, parameters.limits
         self.flight = FlightPhases(now)
         self.motion: Motion | None = None
@@ -236,7 +236,7 @@ class Pilot:
         if troubled := bool(missing) or not all_well(inputs, limits):
             unready = unready_reason(inputs, missing, limits, self._parameters.driver)
             hold = hold_reason(inputs, limits.staleness)
-            land = land_reason(inputs._replace(pose=min(inputs.pose, age(self.born, now))), limits)
+            land = land_reason(inputs._replace(pose=min(inputs.pose, age(self.waits_since, now))), limits)
         state = self._telemetry.state if self._telemetry is not None else None
         if state is FlightState.LANDING:
             land, troubled = land if land.text else SET_DOWN, True
@@ -289,6 +289,7 @@ class Pilot:
 
     def _set_back(self, now: int) -> None:
         """Count the ages of what came before from `now` (Unix ns) on: the own clock was set back."""
+        self.waits_since = min(self.waits_since, now)
         if self._pose is not None and self._pose.stamp > now + AHEAD:
             self._pose = self._pose._replace(stamp=now)
         if self._telemetry is not None and self._telemetry.stamp > now + AHEAD:
