@@ -99,15 +99,16 @@ class Identities:
         for claim in claims:
             if claim.drone not in self.doubts:
                 (believed if self._passes(claim, claims) else held).append(claim)
-        owners = self._continued(pool)
-        for claim in pool:
-            owner = owners.get(claim.drone)
-            if owner is None:
-                held.append(claim)
-                continue
-            self.jumps.accept(owner, claim.stamp, claim.position)
-            self._restore(owner, owner == claim.drone, claim.stamp)
-            believed.append(claim._replace(drone=owner))
+        for once in sightings(pool):
+            owners = self._continued(once)
+            for claim in once:
+                owner = owners.get(claim.drone)
+                if owner is None:
+                    held.append(claim)
+                    continue
+                self.jumps.accept(owner, claim.stamp, claim.position)
+                self._restore(owner, owner == claim.drone, claim.stamp)
+                believed.append(claim._replace(drone=owner))
         newest = max((claim.stamp for claim in claims), default=0)
         self._forget(newest)
         return sorted(believed), held
@@ -171,6 +172,18 @@ class Identities:
     def _distance(self, drone: int, position: Vector) -> float:
         last = self.jumps.last(drone)
         return distance(last.position, position) if last is not None else float("inf")
+
+
+def sightings(claims: list[Claim]) -> list[list[Claim]]:
+    """Return the claims in groups with one for each name, the oldest first: names may be exchanged between two."""
+    groups: list[list[Claim]] = []
+    for claim in sorted(claims):
+        group = next((one for one in groups if all(claim.drone != other.drone for other in one)), None)
+        if group is None:
+            groups.append([claim])
+        else:
+            group.append(claim)
+    return groups
 
 
 def owner(drones: Mapping[str | int, int], identity: int, name: str | None) -> int | None:

@@ -125,3 +125,13 @@ def test_drones_that_restart_elsewhere_after_a_blackout_are_not_confused(field):
     field.place = lambda drone: (0.0, field.spacing * ((drone + 1) % 3), 0.0)
     assert field.step(20) == {0, 1, 2}
     assert (field.doubted, field.identities.swaps) == (set(), 0)
+
+
+def test_a_frame_with_two_reports_of_a_name_across_the_exchange_shows_each_body_as_its_own(field):
+    before = [Claim(field.stamp + FRAME // 2, 0, field.place(0), LEVEL)]
+    field.swap(0, 1)
+    field.frame += 1
+    after = [Claim(field.frame * FRAME, field.names[i], field.place(i), LEVEL) for i in (1, 2)]
+    believed, _ = field.identities.judge(sorted(before + after))
+    assert [claim.drone for claim in believed] == [0, 1, 2]
+    assert field.step() == {0, 1, 2}
