@@ -68,7 +68,7 @@ def sampled(trace: Trace, most: int) -> Sampled:
         zero,
         stamps,
         {number: places(trace, number, stamps) for number in numbers},
-        {number: _reference(trace, number, stamps) for number in numbers},
+        {number: references(trace, number, stamps) for number in numbers},
         {i: _norms(interpolated(trace.of("estimate", i), stamps) - leader) for i in trace.followers},
     )
 
@@ -100,11 +100,6 @@ def worst_moments(flight: Sampled) -> Iterator[Moment]:
 def _to_obstacle(trace: Trace, positions: Floats) -> Floats:
     found: Floats = np.min([surface_distance(positions, each) for each in trace.swarm.obstacles], axis=0)
     return found
-
-
-def _reference(trace: Trace, number: int, stamps: Integers) -> Floats:
-    known = number in trace.followers
-    return references(trace, number, stamps) if known else np.full((len(stamps), 3), np.nan)
 
 
 def _lowest(flight: Sampled, values: Values, within: Booleans, text: Callable[[float], str]) -> Iterator[Moment]:

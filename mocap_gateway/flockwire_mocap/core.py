@@ -15,7 +15,7 @@ from flockwire.domain.order import Mission
 from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND
 from flockwire.pilot.orders import Orders
-from flockwire.process.cores import Start
+from flockwire.process.cores import Ground, Start
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
@@ -49,10 +49,11 @@ SOURCES: Mapping[str, Callable[[Start], Source]] = {  # by gateway.source
 }
 
 
-class GatewayCore:
+class GatewayCore(Ground):
     """Poses and nearby bodies of `swarm`, as `source` tracks them."""
 
     def __init__(self, swarm: Swarm, source: Source) -> None:
+        super().__init__()
         self.source = source
         self.triggers = source.triggers
         self.prompt = frozenset({MISSION})
@@ -106,13 +107,6 @@ class GatewayCore:
             self._repeat_at = now + REPEAT
             messages.append((MISSION, self._orders.mission))
         return messages
-
-    def retire(self, now: int) -> None:
-        """Do nothing: poses are published to the end."""
-
-    def may_end(self, now: int) -> bool:
-        """Return True: the gateway flies nothing."""
-        return True
 
     def report(self, now: int) -> Report:
         """Return the gateway's status: problems first, then bodies that it does not see."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping
 
+from flockwire.domain.time import nanoseconds
 from flockwire.swarm.gateway import Gateway
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
@@ -25,12 +26,11 @@ class StreamedSource:
     clock; then the tracker's delay from exposure to sending is subtracted.
 
     Args:
-        coordinates: the map from the tracker's axes to the field.
+        gateway: its table has the map from the tracker's axes to the field, and the rate of frames.
         trouble: returns why there are no frames, and the remedy, at a time, Unix ns; empty while they arrive.
         counts: of bad frames and packets, by kind.
-        latency: ns from exposure to the stamp, if the tracker's stamps do not include it.
+        latency: s from exposure to the stamp, if the tracker's stamps do not include it.
         awaited: the drones by body, if the protocol reports single bodies; None if frames are whole.
-        period: s between two frames of such a protocol.
 
     """
 
@@ -38,16 +38,16 @@ class StreamedSource:
 
     def __init__(
         self,
-        coordinates: Coordinates,
+        gateway: Gateway,
         trouble: Callable[[int], str],
         counts: Counter[str],
-        latency: int = 0,
+        latency: float = 0.0,
         awaited: Mapping[str | int, int] | None = None,
-        period: float = 0.01,
     ) -> None:
-        self._coordinates, self._trouble, self._counts, self._latency = coordinates, trouble, counts, latency
-        self._awaited = awaited
-        self._completeness = None if awaited is None else Completeness(tuple(awaited.values()), period)
+        self._coordinates, self._latency = coordinates_of(gateway), nanoseconds(latency)
+        self._trouble, self._counts, self._awaited = trouble, counts, awaited
+        bodies = None if awaited is None else tuple(awaited.values())
+        self._completeness = None if bodies is None else Completeness(bodies, 1.0 / gateway.rate_hz)
         self._twice: Counter[str] = Counter()
         self._clock = SourceClock()
         self._complete = False

@@ -75,8 +75,6 @@ class TelloClient:
     def __init__(self) -> None:
         self.state: TelloState | None = None
         self.state_time: int | None = None
-        self.late_replies = 0  # to a command that had ended
-        self.stray_replies = 0  # to no command, including invalid bytes
         self.malformed_states = 0
         self._queue: deque[str] = deque()
         self._flight: _InFlight | None = None
@@ -119,17 +117,14 @@ class TelloClient:
             self._end(CommandOutcome.TIMED_OUT, "", now)
 
     def receive(self, datagram: bytes, now: int) -> None:
-        """Receive a datagram from the drone's command port."""
+        """Receive a datagram from the drone's command port; a reply to no command, or to one that ended, is dropped."""
         for reply in split_replies(datagram):
             owed = next((owed for owed in self._owed if fits(owed.flight.command, reply)), None)
             if owed is None:
-                self.stray_replies += 1
                 continue
             self._owed.remove(owed)
             if owed.flight is self._flight:
                 self._end(CommandOutcome.REFUSED if refused(reply) else CommandOutcome.DONE, reply, now)
-            else:
-                self.late_replies += 1
 
     def receive_state(self, datagram: bytes, now: int) -> None:
         """Receive a datagram from the state port; `state` is then the newest and `state_time` is `now`."""

@@ -7,13 +7,13 @@ from collections.abc import Iterable, Sequence
 from math import isfinite
 from xml.etree import ElementTree as Xml
 
-from flockwire.domain.time import MICROSECOND, nanoseconds
+from flockwire.domain.time import MICROSECOND
 from flockwire.domain.vector import Vector
 from flockwire.process.cores import Start
 
 from flockwire_mocap.frame_sequence import Arrival, FrameSequence
 from flockwire_mocap.qualisys.rotation import from_columns
-from flockwire_mocap.streamed import StreamedSource, coordinates_of
+from flockwire_mocap.streamed import StreamedSource
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose, unseen
 
 Measured = tuple[Vector, Sequence[float]]  # mm, rotation matrix column by column; NaN if the body is lost
@@ -35,8 +35,7 @@ class QualisysSource(StreamedSource):
         self.failure = f"waits for {self.table.server}:{self.table.port}"
         self._counts = Counter[str]()
         self._sequence = FrameSequence(self._counts)
-        latency = nanoseconds(self.table.latency)
-        super().__init__(coordinates_of(gateway), lambda _: self.failure, self._counts, latency)
+        super().__init__(gateway, lambda _: self.failure, self._counts, self.table.latency)
 
     def measured(self, number: int, microseconds: int, bodies: Iterable[Measured], now: int) -> None:
         """Receive a frame that arrived at `now` (Unix ns)."""

@@ -13,7 +13,7 @@ from flockwire.ros.messages import read_poses
 from flockwire.wire.cdr import MessageError
 from flockwire.wire.codec import decode
 
-from flockwire_mocap.streamed import StreamedSource, coordinates_of
+from flockwire_mocap.streamed import StreamedSource
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose, unseen
 
 MOST_BODIES = 256  # named by topics
@@ -39,14 +39,7 @@ class RosSource(StreamedSource):
         self._stamps: dict[str, int] = {}  # the newest of each topic
         self._number = 0
         awaited = None if table.array is not None else {swarm.body(i): i for i in swarm.tracked}
-        super().__init__(
-            coordinates_of(swarm.gateway),
-            lambda _: self.trouble or self.advice,
-            self.counts,
-            nanoseconds(table.latency),
-            awaited,
-            1.0 / swarm.gateway.rate_hz,
-        )
+        super().__init__(swarm.gateway, lambda _: self.trouble or self.advice, self.counts, table.latency, awaited)
 
     @property
     def shown(self) -> tuple[str, ...]:

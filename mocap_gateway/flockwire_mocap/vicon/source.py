@@ -6,10 +6,9 @@ import json
 from collections import Counter
 from math import isfinite
 
-from flockwire.domain.time import nanoseconds
 from flockwire.process.cores import Start
 
-from flockwire_mocap.streamed import StreamedSource, coordinates_of
+from flockwire_mocap.streamed import StreamedSource
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose
 
 MOST_BODIES = 1000
@@ -32,8 +31,7 @@ class ViconSource(StreamedSource):
         self.child = ""
         self._numbers: dict[str, int] = {}
         self._lines, self._counts = 0, Counter[str]()
-        latency = nanoseconds(self.table.latency)
-        super().__init__(coordinates_of(gateway), lambda _: self.failure, self._counts, latency)
+        super().__init__(gateway, lambda _: self.failure, self._counts, self.table.latency)
 
     def line(self, line: bytes, now: int) -> None:
         """Receive a line of the child, read at `now` (Unix ns): a frame or a text."""

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 
-from flockwire.domain.time import nanoseconds
 from flockwire.process.cores import Start
 
-from flockwire_mocap.streamed import StreamedSource, coordinates_of
+from flockwire_mocap.streamed import StreamedSource
 from flockwire_mocap.vrpn.connection import VrpnConnection
 from flockwire_mocap.vrpn.reports import Reports
 
@@ -28,13 +27,9 @@ class VrpnSource(StreamedSource):
         self._counts = Counter[str]()
         self._reports = Reports(self._counts)
         self.reconnect()
+        drones = {swarm.body(i): i for i in swarm.tracked}
         super().__init__(
-            coordinates_of(swarm.gateway),
-            lambda _: self.failure or self._silence(),
-            self._counts,
-            nanoseconds(self.table.latency),
-            {swarm.body(i): i for i in swarm.tracked},
-            1.0 / swarm.gateway.rate_hz,
+            swarm.gateway, lambda _: self.failure or self._silence(), self._counts, self.table.latency, drones
         )
 
     def reconnect(self) -> None:
