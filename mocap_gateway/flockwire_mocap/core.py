@@ -22,7 +22,7 @@ from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, counted
 
-from flockwire_mocap.field_bodies import FieldBodies, unnamed
+from flockwire_mocap.field_bodies import FieldBodies, held_name, unnamed
 from flockwire_mocap.identities import Claim, Identities, owner
 from flockwire_mocap.natnet.source import NatNetSource
 from flockwire_mocap.qualisys.source import QualisysSource
@@ -95,7 +95,7 @@ class GatewayCore(Ground):
         for drone, doubt in self._identities.doubts.items():  # before the pose that makes the pilot step
             messages.append((self._doubt_keys[drone], IdentityDoubt(now, frame, doubt.since)))
         for stamp, drone, position, _ in held:  # it is on the field, whichever drone it is
-            self._field.see_held(drone, stamp, position)
+            self._field.see_other(held_name(drone), stamp, position)
         if tracked and self._sensing:
             self._field.arrange(tracked[-1].stamp)
         for stamp, drone, position, orientation in tracked:

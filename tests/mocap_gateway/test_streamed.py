@@ -1,5 +1,3 @@
-from collections import Counter
-
 import pytest
 from flockwire.domain.time import SECOND
 from flockwire.swarm.gateway import Gateway
@@ -22,7 +20,9 @@ def frame(number, captured, *bodies, transmitted=None):
 
 def streamed(trouble="", missing=0, **options):
     gateway = Gateway(source="natnet", natnet={"up_axis": "y"}, rate_hz=100)
-    return StreamedSource(gateway, lambda now: trouble, Counter({"frames missing": missing}), **options)
+    source = StreamedSource(gateway, trouble, **options)
+    source.counts["frames missing"] = missing
+    return source
 
 
 def test_the_stamp_is_the_exposure_on_the_gateways_clock():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from flockwire.domain.time import SECOND
 from flockwire.process.cores import Start
-from flockwire.swarm.gateway import NatNet
 
 from flockwire_mocap.natnet.packets import COMMAND_PORT, OLDEST, ServerInfo, Version
 from flockwire_mocap.natnet.session import NatNetSession, Options
@@ -18,19 +17,18 @@ class NatNetSource(StreamedSource):
 
     def __init__(self, start: Start) -> None:
         gateway = start.plan.swarm.gateway
-        self.table = gateway.natnet
-        self.session = NatNetSession(_options(self.table))
+        self.table = table = gateway.natnet
+        bitstream = version_of(table.bitstream)
+        self.session = NatNetSession(Options(table.server, table.multicast, bitstream, table.request_model))
         self._began = start.now
-        super().__init__(gateway, self._missing, self.session.counts)
+        super().__init__(gateway)
+        self.counts = self.session.counts
 
-    def _missing(self, now: int) -> str:
+    def trouble(self, now: int) -> str:
+        """Return why there are no frames at `now` (Unix ns), and the remedy; empty while they arrive."""
         if now - self._began < FIRST_ANSWER and not self.session.frames:
             return f"waits for {self.table.server}"
         return trouble(self.session, self.table.command_port) or ""
-
-
-def _options(table: NatNet) -> Options:
-    return Options(table.server, table.multicast, version_of(table.bitstream), table.request_model)
 
 
 def version_of(text: str | None) -> Version | None:
