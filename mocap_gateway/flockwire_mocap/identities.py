@@ -129,11 +129,12 @@ class Identities:
 
     def _continued(self, pool: list[Claim]) -> dict[int, int]:
         """Return the drone of each name's body: the nearest that can have flown there, each drone once."""
+        known = self.jumps.last
         pairs = sorted(
             (self._distance(owner, claim.position), owner, claim.drone)
             for claim in pool
             for owner in self.doubts
-            if owner in self.jumps.last and self.jumps.reaches(owner, claim.stamp, claim.position)
+            if owner in known and self.jumps.flies(known[owner], claim.stamp, claim.position)
         )
         owners: dict[int, int] = {}
         for _, owner, name in pairs:
@@ -166,7 +167,8 @@ class Identities:
 
     def _others(self, claim: Claim, drones: Iterable[int]) -> list[int]:
         """Return those of `drones` that can have flown to the claim's place, the nearest first."""
-        found = [i for i in drones if i != claim.drone and self.jumps.reaches(i, claim.stamp, claim.position)]
+        last, stamp, position = self.jumps.last, claim.stamp, claim.position
+        found = [i for i in drones if i != claim.drone and self.jumps.flies(last[i], stamp, position)]
         return sorted(found, key=lambda i: self._distance(i, claim.position))
 
     def _distance(self, drone: int, position: Vector) -> float:

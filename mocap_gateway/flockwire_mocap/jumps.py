@@ -59,10 +59,6 @@ class JumpFilter:
         if self._candidates:
             self._candidates.pop(identity, None)
 
-    def reaches(self, identity: int, stamp: int, position: Vector) -> bool:
-        """Return whether the body `identity`, which was seen before, can have flown to `position` (m) by `stamp`."""
-        return self.flies(self.last[identity], stamp, position)
-
     def stamp(self, identity: int) -> int:
         """Return the stamp of the last accepted sighting of the body `identity`, ns; 0 before the first."""
         last = self.last.get(identity)
