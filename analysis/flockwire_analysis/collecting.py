@@ -113,6 +113,7 @@ class Collector:
 
     def trace(self, path: Path, closed: bool = True, lost_bytes: int = 0) -> Trace:
         """Return the data collected from `path`."""
+        lost_orders = {version for version in self._obeyed if version.stamp >= self._begin}.difference(self._missions)
         return Trace(
             path, self.plan, self._metadata,
             {key: columns.series() for key, columns in self._columns.items()},
@@ -130,7 +131,7 @@ class Collector:
             tuple(self._failed_laws),
             tuple(self._contradictions),
             self._begin, self._end, self._recorded,
-            self._lost_orders() + self._lost(judged=True), self._lost(judged=False),
+            len(lost_orders) + self._lost(judged=True), self._lost(judged=False),
             self._malformed, closed, lost_bytes,
         )  # fmt: skip
 
@@ -143,10 +144,6 @@ class Collector:
         """Return the orders that a pilot obeyed, as recorded, by time, without rejected ones."""
         missions = (mission for _, mission in sorted(self._missions.items()))
         return tuple(mission for mission in missions if not self._obeyed or mission.version in self._obeyed)
-
-    def _lost_orders(self) -> int:
-        """Return the number of missing orders that pilots obeyed."""
-        return len({version for version in self._obeyed if version.stamp >= self._begin}.difference(self._missions))
 
     def _lost(self, judged: bool) -> int:
         """Return the number of missing messages of keys that are judged, or of all others.

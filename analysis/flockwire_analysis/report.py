@@ -57,7 +57,7 @@ def page(trace: Trace, summary: Summary, pictures: Sequence[Picture], probe: dic
 
     The page links to the replay page in the same folder.
     """
-    steps = summary.steps
+    steps, vitals = summary.steps, sorted(trace.vitals, key=lambda vitals: vitals.last.identity)
     return render(
         "flockwire_analysis",
         "report.html",
@@ -72,9 +72,12 @@ def page(trace: Trace, summary: Summary, pictures: Sequence[Picture], probe: dic
         missing=summary.missing,
         pictures=pictures,
         graph=graph_picture(trace.swarm.topology),
-        latency=_latency(summary),
+        latency=[
+            (hop.replace("_to_", " → "), number(delay.p50, "ms"), number(delay.p99, "ms"))
+            for hop, delay in summary.latency_ms.items()
+        ],
         steps=[f"{n:,}" for n in (steps.made, steps.delayed_1ms, steps.delayed_5ms, steps.skipped)],
-        processes=_processes(trace, summary),
+        processes=[_process(one, summary.rate.get(one.last.identity)) for one in vitals],
         messages=summary.messages,
         rejected=[(key, f"{count:,}") for key, count in summary.messages.rejected_by_key.items()],
         tracker=[(name, f"{count:,}") for name, count in summary.tracker.items()],
@@ -112,16 +115,6 @@ def _phases(summary: Summary) -> list[tuple[str, ...]]:
         )
         for phase in summary.phases
     ]  # fmt: skip
-
-
-def _latency(summary: Summary) -> Iterable[tuple[str, ...]]:
-    for hop, delay in summary.latency_ms.items():
-        yield hop.replace("_to_", " → "), number(delay.p50, "ms"), number(delay.p99, "ms")
-
-
-def _processes(trace: Trace, summary: Summary) -> list[tuple[str, ...]]:
-    vitals = sorted(trace.vitals, key=lambda vitals: vitals.last.identity)
-    return [_process(one, summary.rate.get(one.last.identity)) for one in vitals]
 
 
 def _process(vitals: ProcessRecord, rate: float | None) -> tuple[str, ...]:

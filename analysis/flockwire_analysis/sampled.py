@@ -13,7 +13,7 @@ from flockwire.domain.time import SECOND
 
 from flockwire_analysis.phases import airborne, formation_phases
 from flockwire_analysis.recorded import Trace
-from flockwire_analysis.separation import surface_distance
+from flockwire_analysis.separation import nearest_surface
 from flockwire_analysis.series import Booleans, Floats, Integers
 from flockwire_analysis.tracking import interpolated, places, references
 
@@ -68,7 +68,7 @@ def sampled(trace: Trace, most: int) -> Sampled:
         zero,
         stamps,
         {number: places(trace, number, stamps) for number in numbers},
-        {number: _reference(trace, number, stamps) for number in numbers},
+        {number: references(trace, number, stamps) for number in numbers},
         {i: _norms(interpolated(trace.of("estimate", i), stamps) - leader) for i in trace.followers},
     )
 
@@ -84,7 +84,7 @@ def worst_moments(flight: Sampled) -> Iterator[Moment]:
     }
     yield from _lowest(flight, apart, within, lambda metres: f"distance between drones: {metres:.2f} m")
     if trace.swarm.obstacles:
-        surfaces: Values = {(i,): _to_obstacle(trace, flight.positions[i]) for i in trace.flying}
+        surfaces: Values = {(i,): nearest_surface(flight.positions[i], trace.swarm.obstacles) for i in trace.flying}
         yield from _lowest(flight, surfaces, within, lambda metres: f"distance to an obstacle: {metres:.2f} m")
     tails = np.zeros(len(flight.stamps), np.bool_)
     for phase in formation_phases(trace):
@@ -95,16 +95,6 @@ def worst_moments(flight: Sampled) -> Iterator[Moment]:
     yield from _lowest(
         flight, observation, tails, lambda metres: f"observation error in a tail: {-1000 * metres:.1f} mm"
     )
-
-
-def _to_obstacle(trace: Trace, positions: Floats) -> Floats:
-    found: Floats = np.min([surface_distance(positions, each) for each in trace.swarm.obstacles], axis=0)
-    return found
-
-
-def _reference(trace: Trace, number: int, stamps: Integers) -> Floats:
-    known = number in trace.followers
-    return references(trace, number, stamps) if known else np.full((len(stamps), 3), np.nan)
 
 
 def _lowest(flight: Sampled, values: Values, within: Booleans, text: Callable[[float], str]) -> Iterator[Moment]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
@@ -32,12 +33,10 @@ def pair_distances(trace: Trace, times: Integers) -> dict[tuple[int, int], Float
 
 def obstacle_distances(trace: Trace, times: Integers) -> dict[int, Floats]:
     """Return each airframe's distance in m to the nearest obstacle's surface at `times`, NaN if it is unknown."""
-    result = {}
-    for number in trace.flying:
-        places = interpolated(trace.positions(number), times)
-        each = [surface_distance(places, obstacle) for obstacle in trace.swarm.obstacles]
-        result[number] = np.min(each, axis=0)
-    return result
+    return {
+        number: nearest_surface(interpolated(trace.positions(number), times), trace.swarm.obstacles)
+        for number in trace.flying
+    }
 
 
 def mover_distances(trace: Trace, span: Span) -> dict[int, Floats]:
@@ -58,6 +57,11 @@ def surface_distance(places: Floats, obstacle: Obstacle) -> Floats:
     above = places[:, 2] - obstacle.height
     outside: Floats = np.hypot(np.maximum(aside, 0.0), np.maximum(above, 0.0))
     return outside + np.minimum(np.maximum(aside, above), 0.0)
+
+
+def nearest_surface(places: Floats, obstacles: Sequence[Obstacle]) -> Floats:
+    """Return the distance in m from `places` (m, shape n x 3) to the nearest of the obstacles' surfaces."""
+    return np.asarray(np.min([surface_distance(places, obstacle) for obstacle in obstacles], axis=0))
 
 
 def max_outside(trace: Trace, span: Span) -> float | None:
@@ -169,7 +173,7 @@ def _disturbed(trace: Trace, number: int, stamps: Integers) -> Booleans:
         return np.zeros(len(stamps), np.bool_)
     places = _places(trace, number, stamps)
     reach = trace.swarm.avoidance.obstacle_influence_radius
-    near = np.min([surface_distance(places, obstacle) for obstacle in trace.swarm.obstacles], axis=0) < reach
+    near = nearest_surface(places, trace.swarm.obstacles) < reach
     if not near.any():
         return np.asarray(near)
     last = np.where(near, stamps, 0)

@@ -61,8 +61,8 @@ def places(trace: Trace, number: int, times: Integers) -> Floats:
 
 
 def references(trace: Trace, number: int, times: Integers) -> Floats:
-    """Return the place x_0 + h_i of a follower in m, NaN outside the formation phases; of the leader: unknown."""
-    if number == LEADER:
+    """Return the place x_0 + h_i of a follower in m, NaN outside the formation phases; of any other drone: unknown."""
+    if number not in trace.followers:
         return np.full((len(times), 3), np.nan)
     wanted = offsets(trace, number, times) + interpolated(trace.positions(LEADER), times)
     wanted[~in_formation(trace, times)] = np.nan

@@ -15,14 +15,14 @@ from flockwire.domain.order import Mission
 from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND
 from flockwire.pilot.orders import Orders
-from flockwire.process.cores import Start
+from flockwire.process.cores import Ground, Start
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, counted
 
-from flockwire_mocap.field_bodies import FieldBodies, unnamed
+from flockwire_mocap.field_bodies import FieldBodies, held_name, unnamed
 from flockwire_mocap.identities import Claim, Identities, owner
 from flockwire_mocap.natnet.source import NatNetSource
 from flockwire_mocap.qualisys.source import QualisysSource
@@ -49,10 +49,11 @@ SOURCES: Mapping[str, Callable[[Start], Source]] = {  # by gateway.source
 }
 
 
-class GatewayCore:
+class GatewayCore(Ground):
     """Poses and nearby bodies of `swarm`, as `source` tracks them."""
 
     def __init__(self, swarm: Swarm, source: Source) -> None:
+        super().__init__()
         self.source = source
         self.triggers = source.triggers
         self.prompt = frozenset({MISSION})
@@ -94,7 +95,7 @@ class GatewayCore:
         for drone, doubt in self._identities.doubts.items():  # before the pose that makes the pilot step
             messages.append((self._doubt_keys[drone], IdentityDoubt(now, frame, doubt.since)))
         for stamp, drone, position, _ in held:  # it is on the field, whichever drone it is
-            self._field.see_held(drone, stamp, position)
+            self._field.see_other(held_name(drone), stamp, position)
         if tracked and self._sensing:
             self._field.arrange(tracked[-1].stamp)
         for stamp, drone, position, orientation in tracked:
@@ -106,13 +107,6 @@ class GatewayCore:
             self._repeat_at = now + REPEAT
             messages.append((MISSION, self._orders.mission))
         return messages
-
-    def retire(self, now: int) -> None:
-        """Do nothing: poses are published to the end."""
-
-    def may_end(self, now: int) -> bool:
-        """Return True: the gateway flies nothing."""
-        return True
 
     def report(self, now: int) -> Report:
         """Return the gateway's status: problems first, then bodies that it does not see."""

@@ -133,10 +133,6 @@ class FieldBodies:
         if self._movers:
             self._movers.pop(held_name(drone), None)
 
-    def see_held(self, drone: int, stamp: int, position: Vector) -> None:
-        """Record the position at `stamp` (ns) of a held-back body with a drone's name."""
-        self.see_other(held_name(drone), stamp, position)
-
     def see_other(self, name: str, stamp: int, position: Vector) -> None:
         """Record the position of another body at `stamp` (ns)."""
         mover = self._movers.get(name)

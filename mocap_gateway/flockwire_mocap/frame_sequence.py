@@ -3,18 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from enum import Enum, auto
 
 WINDOW = 32  # frames that one may be late: networks reorder by few; a recording played in a loop jumps by more
 MISSING, LATE = "frames missing", "frames late"
-
-
-class Arrival(Enum):
-    """The place of a frame in the sequence."""
-
-    NEXT = auto()
-    REPEATED = auto()
-    LATE = auto()
 
 
 class FrameSequence:
@@ -30,31 +21,28 @@ class FrameSequence:
         self._restart: int | None = None  # the newest number far behind, with which a stream may have restarted
         self._recent: deque[int] = deque(maxlen=2 * WINDOW)
 
-    def arrived(self, number: int) -> Arrival:
-        """Count the frame `number`; only one that is NEXT is newer than all before."""
+    def arrived(self, number: int) -> bool:
+        """Count the frame `number`; return whether it is newer than all before."""
         if self._last is None or number > self._last:
             self._counts[MISSING] += 0 if self._last is None else number - self._last - 1
-            return self._next(number)
-        if self._last - number < WINDOW:
-            return self._behind(number)
-        if self._restart is not None and 0 < number - self._restart <= WINDOW:
+        elif self._last - number < WINDOW:
+            self._behind(number)
+            return False
+        elif self._restart is not None and 0 < number - self._restart <= WINDOW:
             self._counts["stream restarts"] += 1
             self._recent.clear()
-            return self._next(number)
-        self._restart = number
-        self._counts[LATE] += 1
-        return Arrival.LATE
-
-    def _next(self, number: int) -> Arrival:
+        else:
+            self._restart = number
+            self._counts[LATE] += 1
+            return False
         self._last, self._restart = number, None
         self._recent.append(number)
-        return Arrival.NEXT
+        return True
 
-    def _behind(self, number: int) -> Arrival:
+    def _behind(self, number: int) -> None:
         if number in self._recent:
             self._counts["frames repeated"] += 1
-            return Arrival.REPEATED
+            return
         self._recent.append(number)
         self._counts[LATE] += 1
         self._counts[MISSING] = max(0, self._counts[MISSING] - 1)
-        return Arrival.LATE

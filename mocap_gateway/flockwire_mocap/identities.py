@@ -71,7 +71,7 @@ class Identities:
     def _plausible(self, claim: Claim, claims: list[Claim]) -> bool:
         """Return whether the drone can be there; after a gap also whether no other drone is there or is more likely."""
         stamp, drone, position, _ = claim
-        last = self.jumps.last(drone)
+        last = self.jumps.last.get(drone)
         if last is None:
             return not self._others(claim, self._fresh(stamp))
         if not self.jumps.flies(last, stamp, position):
@@ -130,11 +130,12 @@ class Identities:
 
     def _continued(self, pool: list[Claim]) -> dict[int, int]:
         """Return the drone of each name's body: the nearest that can have flown there, each drone once."""
+        known = self.jumps.last
         pairs = sorted(
             (self._distance(owner, claim.position), owner, claim.drone)
             for claim in pool
             for owner in self.doubts
-            if self.jumps.last(owner) is not None and self.jumps.reaches(owner, claim.stamp, claim.position)
+            if owner in known and self.jumps.flies(known[owner], claim.stamp, claim.position)
         )
         owners: dict[int, int] = {}
         for _, owner, name in pairs:
@@ -144,8 +145,9 @@ class Identities:
 
     def _forget_blackout(self, claims: list[Claim]) -> None:
         """Restart after a time in which no drone was seen at all, unless names were mixed up before it."""
-        if claims and not self.doubts and claims[0].stamp - self.jumps.newest() > BLACKOUT:
-            for drone in tuple(self.jumps.known()):
+        newest = max([last[0] for last in self.jumps.last.values()], default=0)
+        if claims and not self.doubts and claims[0].stamp - newest > BLACKOUT:
+            for drone in tuple(self.jumps.last):
                 self.jumps.forget(drone)
 
     def _restore(self, drone: int, right: bool, stamp: int) -> None:
@@ -162,15 +164,16 @@ class Identities:
                 del self.doubts[drone]
 
     def _fresh(self, stamp: int) -> list[int]:
-        return [i for i in self.jumps.known() if stamp - self.jumps.stamp(i) < FRESH]
+        return [i for i in self.jumps.last if stamp - self.jumps.stamp(i) < FRESH]
 
     def _others(self, claim: Claim, drones: Iterable[int]) -> list[int]:
         """Return those of `drones` that can have flown to the claim's place, the nearest first."""
-        found = [i for i in drones if i != claim.drone and self.jumps.reaches(i, claim.stamp, claim.position)]
+        last, stamp, position = self.jumps.last, claim.stamp, claim.position
+        found = [i for i in drones if i != claim.drone and self.jumps.flies(last[i], stamp, position)]
         return sorted(found, key=lambda i: self._distance(i, claim.position))
 
     def _distance(self, drone: int, position: Vector) -> float:
-        last = self.jumps.last(drone)
+        last = self.jumps.last.get(drone)
         return distance(last.position, position) if last is not None else float("inf")
 
 

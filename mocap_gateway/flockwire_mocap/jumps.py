@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import NamedTuple
 
 from flockwire.domain.fields import from_fields
@@ -27,6 +26,8 @@ class Candidate(NamedTuple):
 class JumpFilter:
     """Passes positions of bodies that could have flown there; counts `jumps` and how many were `confirmed`.
 
+    `last` has the last accepted sighting of each body.
+
     A position within max_speed · dt + tolerance of the last one that passed passes at once. Any other is held back; it
     passes when `confirmations` frames in a row agree: the body was carried, or was confused before. Until then the body
     has no position, so its age grows.
@@ -41,12 +42,12 @@ class JumpFilter:
     def __init__(self, max_speed: float, tolerance: float = 0.05, confirmations: int = 5) -> None:
         self.jumps = self.confirmed = 0
         self._max_speed, self._tolerance, self._confirmations = max_speed, tolerance, confirmations
-        self._last: dict[int, Sighting] = {}
+        self.last: dict[int, Sighting] = {}
         self._candidates: dict[int, Candidate] = {}
 
     def passes(self, identity: int, stamp: int, position: Vector) -> bool:
         """Return whether the body `identity` can be at `position` (m) at `stamp` (ns)."""
-        seen, last = Sighting(stamp, position), self._last.get(identity)
+        seen, last = Sighting(stamp, position), self.last.get(identity)
         if last is None or self.flies(last, stamp, position) or self._confirms(identity, seen):
             self.accept(identity, stamp, position)
             return True
@@ -54,34 +55,18 @@ class JumpFilter:
 
     def accept(self, identity: int, stamp: int, position: Vector) -> None:
         """Record that the body `identity` is at `position` (m) at `stamp` (ns)."""
-        self._last[identity] = from_fields(Sighting, (stamp, position))
+        self.last[identity] = from_fields(Sighting, (stamp, position))
         if self._candidates:
             self._candidates.pop(identity, None)
 
-    def reaches(self, identity: int, stamp: int, position: Vector) -> bool:
-        """Return whether the body `identity`, which was seen before, can have flown to `position` (m) by `stamp`."""
-        return self.flies(self._last[identity], stamp, position)
-
-    def last(self, identity: int) -> Sighting | None:
-        """Return the last accepted sighting of the body `identity`, None before the first."""
-        return self._last.get(identity)
-
     def stamp(self, identity: int) -> int:
         """Return the stamp of the last accepted sighting of the body `identity`, ns; 0 before the first."""
-        last = self._last.get(identity)
+        last = self.last.get(identity)
         return last.stamp if last is not None else 0
-
-    def newest(self) -> int:
-        """Return the stamp of the newest accepted sighting of any body, ns; 0 before the first."""
-        return max([last[0] for last in self._last.values()], default=0)
-
-    def known(self) -> Iterable[int]:
-        """Return the bodies with an accepted sighting."""
-        return self._last
 
     def forget(self, identity: int) -> None:
         """Accept the next position of the body `identity` at any place."""
-        self._last.pop(identity, None)
+        self.last.pop(identity, None)
         self._candidates.pop(identity, None)
 
     def _confirms(self, identity: int, seen: Sighting) -> bool:

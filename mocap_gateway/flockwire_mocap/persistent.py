@@ -7,18 +7,27 @@ import importlib
 import logging
 import socket
 from abc import ABC, abstractmethod
-from typing import Any, ClassVar
+from collections.abc import Callable
+from typing import Any, ClassVar, Generic, TypeVar
 
 from flockwire.extras import remedy
 from flockwire.wire.processes import GATEWAY
 
+from flockwire_mocap.streamed import StreamedSource
 
-class PersistentConnection(ABC):
-    """Connects, and reconnects `PAUSE` s after each end, for any reason."""
+Streamed = TypeVar("Streamed", bound=StreamedSource)
+
+
+class PersistentConnection(ABC, Generic[Streamed]):
+    """Connects, and reconnects `PAUSE` s after each end, for any reason, which `source` reports.
+
+    It feeds `source`, and calls `drained` after all that had arrived.
+    """
 
     PAUSE: ClassVar[float] = 1.0
 
-    def __init__(self) -> None:
+    def __init__(self, source: Streamed, drained: Callable[[], None]) -> None:
+        self.source, self._drained = source, drained
         self._task: asyncio.Task[None] | None = None
 
     def open(self) -> None:
@@ -35,10 +44,6 @@ class PersistentConnection(ABC):
     async def connected(self) -> str:
         """Connect, and return when the connection fails or is lost: reason and remedy in one line."""
 
-    @abstractmethod
-    def failed(self, why: str) -> None:
-        """Record the reason of the failure."""
-
     async def _keep_connected(self) -> None:
         logged = ""
         while True:
@@ -49,7 +54,7 @@ class PersistentConnection(ABC):
                 if why != logged:
                     logging.getLogger(GATEWAY.kind).exception("the connection to the tracker failed")
                 logged = why
-            self.failed(why)
+            self.source.failure = why
             await asyncio.sleep(self.PAUSE)
 
 

@@ -27,7 +27,7 @@ from flockwire_mocap.vrpn.client import VrpnClient
 from flockwire_mocap.vrpn.source import VrpnSource
 
 Drained = Callable[[], None]
-CLIENTS: Mapping[type, Callable[[Any, Drained], PersistentConnection | RosClient]] = {
+CLIENTS: Mapping[type, Callable[[Any, Drained], PersistentConnection[Any] | RosClient]] = {
     VrpnSource: VrpnClient,
     QualisysSource: QualisysClient,
     ViconSource: ViconClient,
@@ -58,7 +58,7 @@ async def _natnet(source: NatNetSource, drained: Drained) -> AsyncIterator[None]
 
 
 @asynccontextmanager
-async def _kept(client: PersistentConnection | RosClient) -> AsyncIterator[None]:
+async def _kept(client: PersistentConnection[Any] | RosClient) -> AsyncIterator[None]:
     client.open()
     try:
         yield

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
+from flockwire.domain.time import nanoseconds
 from flockwire.swarm.gateway import Gateway
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
@@ -25,12 +26,10 @@ class StreamedSource:
     clock; then the tracker's delay from exposure to sending is subtracted.
 
     Args:
-        coordinates: the map from the tracker's axes to the field.
-        trouble: returns why there are no frames, and the remedy, at a time, Unix ns; empty while they arrive.
-        counts: of bad frames and packets, by kind.
-        latency: ns from exposure to the stamp, if the tracker's stamps do not include it.
+        gateway: its table has the map from the tracker's axes to the field, and the rate of frames.
+        failure: the problem at first.
+        latency: s from exposure to the stamp, if the tracker's stamps do not include it.
         awaited: the drones by body, if the protocol reports single bodies; None if frames are whole.
-        period: s between two frames of such a protocol.
 
     """
 
@@ -38,16 +37,17 @@ class StreamedSource:
 
     def __init__(
         self,
-        coordinates: Coordinates,
-        trouble: Callable[[int], str],
-        counts: Counter[str],
-        latency: int = 0,
+        gateway: Gateway,
+        failure: str = "",
+        latency: float = 0.0,
         awaited: Mapping[str | int, int] | None = None,
-        period: float = 0.01,
     ) -> None:
-        self._coordinates, self._trouble, self._counts, self._latency = coordinates, trouble, counts, latency
+        self._coordinates, self._latency = coordinates_of(gateway), nanoseconds(latency)
+        self.failure = failure  # the problem of the connection and its remedy in one line; empty while connected
+        self.counts: Counter[str] = Counter()  # of bad frames and packets, by kind
         self._awaited = awaited
-        self._completeness = None if awaited is None else Completeness(tuple(awaited.values()), period)
+        bodies = None if awaited is None else tuple(awaited.values())
+        self._completeness = None if bodies is None else Completeness(bodies, 1.0 / gateway.rate_hz)
         self._twice: Counter[str] = Counter()
         self._clock = SourceClock()
         self._complete = False
@@ -102,8 +102,12 @@ class StreamedSource:
     def state(self, now: int) -> SourceState:
         """Return its state at `now` (Unix ns)."""
         twice = [(f"{who} twice in a frame", count) for who, count in self._twice.items()]
-        counts = counted(*self._counts.items(), ("steps of its clock", self._clock.steps), *twice)
-        return SourceState(self._trouble(now), counts)
+        counts = counted(*self.counts.items(), ("steps of its clock", self._clock.steps), *twice)
+        return SourceState(self.trouble(now), counts)
+
+    def trouble(self, now: int) -> str:
+        """Return why there are no frames at `now` (Unix ns), and the remedy; empty while they arrive."""
+        return self.failure
 
 
 def coordinates_of(gateway: Gateway) -> Coordinates:

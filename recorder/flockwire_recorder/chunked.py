@@ -158,7 +158,7 @@ class ChunkedWriter:
         for channel, entries in self._index.items():
             offsets[channel] = begin + len(record) + len(indexes)
             size = 8 * len(entries)
-            indexes += _INDEX.pack(Opcode.MESSAGE_INDEX, 6 + size, channel, size) + _little_endian(entries)
+            indexes += _INDEX.pack(Opcode.MESSAGE_INDEX, 6 + size, channel, size) + pack(f"<{len(entries)}Q", *entries)
             self._counts[channel] = self._counts.get(channel, 0) + len(entries) // 2
         self._stream.write(record + indexes)
         chunk = ChunkIndex(
@@ -170,10 +170,6 @@ class ChunkedWriter:
         self._chunks += 1
         self._begin, self._end = min(self._begin or first, first), max(self._end, last)
         self._data, self._index, self._first, self._last = bytearray(), {}, 0, 0
-
-
-def _little_endian(entries: array[int]) -> bytes:
-    return pack(f"<{len(entries)}Q", *entries)
 
 
 def _bytes(record: McapRecord) -> bytes:

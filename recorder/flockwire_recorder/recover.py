@@ -37,47 +37,32 @@ def recover(trace: Path, out: Path) -> Recovered:
         writer = Writer(stream, compression=CompressionType.ZSTD)
         header = first if isinstance(first, Header) else Header("", "")
         writer.start(header.profile, header.library)
-        messages = _copy(writer, walk) + sum(
-            _copy(writer, (record for record in records if not isinstance(record, Metadata))) for records in files[1:]
-        )  # the metadata are those of the first part
+        messages = _copy(writer, walk)
+        for records in files[1:]:  # the metadata are those of the first part
+            messages += _copy(writer, (record for record in records if not isinstance(record, Metadata)))
         writer.finish()  # type: ignore[no-untyped-call]
     return Recovered(messages, sum(records.lost_bytes for records in files), all(records.closed for records in files))
 
 
 def _copy(writer: Writer, records: Iterator[McapRecord]) -> int:
-    """Copy one part; returns the number of messages."""
-    copier = _Copier(writer)
+    """Copy one part to a writer, which renumbers schemas and channels; returns the number of messages.
+
+    A message whose channel was lost is lost with it.
+    """
+    messages, schemas, channels = 0, {0: 0}, dict[int, int]()
     for record in records:
-        copier.copy(record)
-    return copier.messages
-
-
-class _Copier:
-    """Passes records to a writer, which renumbers schemas and channels."""
-
-    def __init__(self, writer: Writer) -> None:
-        self.messages = 0
-        self._writer = writer
-        self._schemas = {0: 0}
-        self._channels: dict[int, int] = {}
-
-    def copy(self, record: McapRecord) -> None:
-        """Write one record; a message whose channel was lost is lost with it."""
         match record:
-            case Message(channel_id=old) if old in self._channels:
-                self._writer.add_message(
-                    self._channels[old], record.log_time, record.data, record.publish_time, record.sequence
-                )
-                self.messages += 1
-            case Schema() if record.id not in self._schemas:
-                self._schemas[record.id] = self._writer.register_schema(record.name, record.encoding, record.data)
-            case Channel() if record.id not in self._channels and record.schema_id in self._schemas:
-                self._channels[record.id] = self._writer.register_channel(
-                    record.topic, record.message_encoding, self._schemas[record.schema_id], record.metadata
+            case Message(channel_id=old) if old in channels:
+                writer.add_message(channels[old], record.log_time, record.data, record.publish_time, record.sequence)
+                messages += 1
+            case Schema() if record.id not in schemas:
+                schemas[record.id] = writer.register_schema(record.name, record.encoding, record.data)
+            case Channel() if record.id not in channels and record.schema_id in schemas:
+                channels[record.id] = writer.register_channel(
+                    record.topic, record.message_encoding, schemas[record.schema_id], record.metadata
                 )
             case Metadata():
-                self._writer.add_metadata(record.name, record.metadata)
+                writer.add_metadata(record.name, record.metadata)
             case Attachment():
-                self._writer.add_attachment(
-                    record.create_time, record.log_time, record.name, record.media_type, record.data
-                )
+                writer.add_attachment(record.create_time, record.log_time, record.name, record.media_type, record.data)
+    return messages

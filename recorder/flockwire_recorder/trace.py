@@ -51,24 +51,17 @@ def describe(
     `toml` is the swarm file's text, `seed` that of the run, `started` its Unix time in ns, `faults` the injected
     faults.
     """
+    machine = {"zenoh": version("eclipse-zenoh"), "python": platform.python_version(), "host": platform.node()}
+    injected = {FAULTS: json.dumps([[fault.at, told(fault)] for fault in faults])}  # s after the take-off order
     return {
         "swarm": swarm.model_dump_json(),
         "toml": toml,
         "version": version("flockwire"),
-        **({"world": "virtual"} if virtual else _machine()),
+        **({"world": "virtual"} if virtual else machine),
         "seed": str(seed),
         "started": datetime.fromtimestamp(started // SECOND, UTC).isoformat(),
-        **_injected(faults),
+        **(injected if faults else {}),
     }
-
-
-def _machine() -> dict[str, str]:
-    return {"zenoh": version("eclipse-zenoh"), "python": platform.python_version(), "host": platform.node()}
-
-
-def _injected(faults: tuple[Fault, ...]) -> dict[str, str]:
-    """Return the entry of injected faults (s after the take-off order, fault), none without faults."""
-    return {FAULTS: json.dumps([[fault.at, told(fault)] for fault in faults])} if faults else {}
 
 
 class TraceWriter:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from flockwire.ground.fleet import STALE
 from flockwire.pilot.off_place import shown_phase
 from flockwire.ros import messages
@@ -16,16 +18,11 @@ SILENT = "silent"
 
 
 class Health:
-    """The newest status of each process of `plan`."""
+    """Judges `statuses`, the newest of each process of `plan`."""
 
-    def __init__(self, plan: Plan) -> None:
-        self._plan = plan
-        self._statuses: dict[str, Status] = {}
+    def __init__(self, plan: Plan, statuses: Mapping[str, Status]) -> None:
+        self._plan, self._statuses = plan, statuses
         self._told: tuple[str, ...] = ()
-
-    def status(self, status: Status) -> None:
-        """Take the status of a process."""
-        self._statuses[status.identity] = status
 
     def changed(self, now: int) -> bool:
         """Return whether the state of a process has changed since the last call of this method."""

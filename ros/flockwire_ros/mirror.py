@@ -45,7 +45,8 @@ class Mirror:
     def __init__(self, plan: Plan) -> None:
         self._names = names = Names(plan.swarm)
         self._swarm = plan.swarm
-        self._picture, self._health = Picture(plan), Health(plan)
+        self._statuses: dict[str, Status] = {}
+        self._picture, self._health = Picture(plan, self._statuses), Health(plan, self._statuses)
         self._due: list[Publication] = []
         self._moved: list[Transform] = []
         self._tracks: dict[str, VelocityTracker] = {}
@@ -66,8 +67,7 @@ class Mirror:
             handler, topics = found
             handler(key, topics, message)
         elif isinstance(message, Status):
-            self._picture.status(message)
-            self._health.status(message)
+            self._statuses[message.identity] = message
 
     def publications(self, now: int) -> list[Publication]:
         """Return what is to be published at `now` (Unix ns), in order."""
@@ -104,7 +104,7 @@ class Mirror:
         self._due.append((topics[0], encode(pose)))
         self._due.append((topics[1], odometry(stamp, frame, name, position, orientation, velocity)))
         self._moved.append(Transform(stamp, name, position, orientation))
-        self._picture.pose(key.owner, position)
+        self._picture.positions[key.owner] = position
 
     def _command(self, key: Key, topics: tuple[Topic, ...], command: Command) -> None:
         self._due.append((topics[0], encode(command)))
@@ -113,7 +113,7 @@ class Mirror:
         name, motion = self._names.frame(f"{key.owner}/leader_estimate"), estimate.motion
         told = odometry(estimate.stamp, estimate.frame, name, motion.position, LEVEL, motion.velocity)
         self._due.append((topics[0], told))
-        self._picture.estimate(key.owner, motion.position)
+        self._picture.estimates[key.owner] = motion.position
 
     def _telemetry(self, key: Key, topics: tuple[Topic, ...], telemetry: Telemetry) -> None:
         told = battery(telemetry.stamp, self._names.frame(key.owner), telemetry.battery)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
 
 from flockwire.control.graph import LEADER
@@ -28,29 +29,22 @@ PURPLE: Colour = (0.7, 0.3, 0.9, 0.7)
 
 
 class Picture:
-    """What is known of the swarm of `plan`, as markers."""
+    """What is known of the swarm of `plan`, as markers; `statuses` has the newest of each process.
 
-    def __init__(self, plan: Plan) -> None:
-        self._plan, swarm = plan, plan.swarm
+    Attributes:
+        positions: of the drones, m, world frame.
+        estimates: where each drone estimates the leader, m, world frame.
+
+    """
+
+    def __init__(self, plan: Plan, statuses: Mapping[str, Status]) -> None:
+        self._plan, self._statuses, swarm = plan, statuses, plan.swarm
         self._formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
         self._pilots = {uav(i): pilot for i, pilot in plan.pilot.items()}
         self._rank = {uav(i): rank for rank, i in enumerate(swarm.followers)}
-        self._positions: dict[str, Vector] = {}
-        self._estimates: dict[str, Vector] = {}
-        self._statuses: dict[str, Status] = {}
+        self.positions: dict[str, Vector] = {}
+        self.estimates: dict[str, Vector] = {}
         self._constant = (*self._fence(), *self._obstacles())
-
-    def pose(self, drone: str, position: Vector) -> None:
-        """Take the position of a drone, m, world frame."""
-        self._positions[drone] = position
-
-    def estimate(self, drone: str, position: Vector) -> None:
-        """Take where a drone estimates the leader, m, world frame."""
-        self._estimates[drone] = position
-
-    def status(self, status: Status) -> None:
-        """Take the status of a process."""
-        self._statuses[status.identity] = status
 
     def markers(self, now: int) -> bytes:
         """Return a MarkerArray of all that is known at `now` (Unix ns)."""
@@ -60,13 +54,13 @@ class Picture:
 
     def _drones(self) -> list[Marker]:
         found = []
-        for number, (name, position) in enumerate(self._positions.items()):
+        for number, (name, position) in enumerate(self.positions.items()):
             colour = ORANGE if name == uav(LEADER) else BLUE
             found.append(Marker("drones", number, Shape.SPHERE, colour, (SIZE, SIZE, SIZE), position))
             text = "\n".join(filter(None, (name, self._told(name))))
             above = add(position, (0.0, 0.0, 1.5 * SIZE))
             found.append(Marker("names", number, Shape.TEXT, WHITE, (0.0, 0.0, SIZE), above, text=text))
-        for number, (_, position) in enumerate(self._estimates.items()):
+        for number, (_, position) in enumerate(self.estimates.items()):
             found.append(Marker("estimates", number, Shape.SPHERE, PURPLE, (0.06, 0.06, 0.06), position))
         return found
 
@@ -81,7 +75,7 @@ class Picture:
         """Return an arrow for each edge of the graph, from the drone that sends to the one that receives."""
         found = []
         for number, (source, target, _) in enumerate(self._plan.swarm.graph.edges):
-            ends = self._positions.get(uav(source)), self._positions.get(uav(target))
+            ends = self.positions.get(uav(source)), self.positions.get(uav(target))
             if ends[0] is not None and ends[1] is not None:
                 points = (ends[0], ends[1])
                 found.append(Marker("edges", number, Shape.ARROW, GREY, (0.02, 0.06, 0.1), points=points))
@@ -92,14 +86,14 @@ class Picture:
         found = []
         for number, (name, place) in enumerate(places.items()):
             found.append(Marker("places", number, Shape.SPHERE, GREEN, (0.1, 0.1, 0.1), place))
-            if name in self._positions:
-                error = (self._positions[name], place)
+            if name in self.positions:
+                error = (self.positions[name], place)
                 found.append(Marker("errors", number, Shape.LINE_LIST, RED, (0.02, 0.0, 0.0), points=error))
         return found
 
     def _places(self, now: int) -> dict[str, Vector]:
         """Return the places of the followers that fly a formation: the leader's position and the offset."""
-        leader, found = self._positions.get(uav(LEADER)), {}
+        leader, found = self.positions.get(uav(LEADER)), {}
         for name, rank in self._rank.items():
             status = self._statuses.get(self._pilots[name])
             mission = status.report.mission if status is not None else None

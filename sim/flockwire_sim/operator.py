@@ -97,8 +97,3 @@ class ScriptedSteering(Ground):
     def report(self, now: int) -> Report:
         """Return that it steers."""
         return Report(Phase.STEERING)
-
-
-def nobody(_: int) -> Vector | None:
-    """Do not steer."""
-    return None

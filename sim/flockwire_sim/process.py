@@ -155,7 +155,7 @@ class VirtualProcess:
         prompt = at_once(core) | timekeeping.keys
         self._slots = [Slot(slot.inbox, slot.inbox.key in prompt) for slot in self._slots]
         status = StatusPublisher(
-            self._swarm.frame, self.identity, self._publish, NoResources(), timekeeping, _log_nothing
+            self._swarm.frame, self.identity, self._publish, NoResources(), timekeeping, lambda _: None
         )
         buffered = [slot for slot in self._slots if not slot.prompt]
         self._stepper = Stepper(
@@ -290,7 +290,3 @@ class VirtualProcess:
         loaded, self._loaded = self._loaded, []
         for link in loaded:
             link.depart()
-
-
-def _log_nothing(_: str) -> None:
-    pass

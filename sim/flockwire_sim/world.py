@@ -25,7 +25,7 @@ from flockwire.wire.processes import OPERATOR, TELEOP
 
 from flockwire_sim.fault_injection import FaultInjector
 from flockwire_sim.network import Conditions, DatagramNetwork, VirtualLink
-from flockwire_sim.operator import Script, ScriptedSteering, VirtualOperator, nobody
+from flockwire_sim.operator import Script, ScriptedSteering, VirtualOperator
 from flockwire_sim.process import MakeCore, Outlet, Tap, VirtualProcess
 from flockwire_sim.rare import Rare, RareBranches
 from flockwire_sim.virtual_time import LocalClock, Scheduler
@@ -72,7 +72,7 @@ class World:
             for name, givers in zip((OPERATOR.kind, *stations), _givers(), strict=False)
         }
         self.station().core.conduct(EPOCH, duration, Order("start", without=without))
-        self._script: Script = nobody
+        self._script: Script = lambda _: None  # nobody steers
         self.links: dict[tuple[str, str], VirtualLink] = {}
         self._seed, self._faults, self._tap, self._rare = seed, faults, tap, rare
         self._operators = frozenset(self.plan.operators)

@@ -75,8 +75,6 @@ class TelloClient:
     def __init__(self) -> None:
         self.state: TelloState | None = None
         self.state_time: int | None = None
-        self.late_replies = 0  # to a command that had ended
-        self.stray_replies = 0  # to no command, including invalid bytes
         self.malformed_states = 0
         self._queue: deque[str] = deque()
         self._flight: _InFlight | None = None
@@ -84,7 +82,6 @@ class TelloClient:
         self._sticks: str | None = None
         self._emergencies = 0  # that the next `poll` sends
         self._finished: list[Finished] = []
-        self._given = 0  # time of the last command to send
 
     def send(self, command: str, now: int) -> None:
         """Accept a command; the next `poll` sends it, or lets it wait. Only the last of several `rc` is sent.
@@ -93,7 +90,7 @@ class TelloClient:
         """
         if not (0 < len(command) <= LONGEST_COMMAND and command.isascii() and command.isprintable()):
             raise ValueError(f"{command[:40]!r}: a command is one line of 1 to {LONGEST_COMMAND} ASCII characters")
-        self._given, name = now, word(command)
+        name = word(command)
         if name == "rc":
             self._sticks = command
         elif name == "emergency":
@@ -119,17 +116,14 @@ class TelloClient:
             self._end(CommandOutcome.TIMED_OUT, "", now)
 
     def receive(self, datagram: bytes, now: int) -> None:
-        """Receive a datagram from the drone's command port."""
+        """Receive a datagram from the drone's command port; a reply to no command, or to one that ended, is dropped."""
         for reply in split_replies(datagram):
             owed = next((owed for owed in self._owed if fits(owed.flight.command, reply)), None)
             if owed is None:
-                self.stray_replies += 1
                 continue
             self._owed.remove(owed)
             if owed.flight is self._flight:
                 self._end(CommandOutcome.REFUSED if refused(reply) else CommandOutcome.DONE, reply, now)
-            else:
-                self.late_replies += 1
 
     def receive_state(self, datagram: bytes, now: int) -> None:
         """Receive a datagram from the state port; `state` is then the newest and `state_time` is `now`."""
@@ -148,17 +142,6 @@ class TelloClient:
         datagrams.extend(self._advance(now))
         finished, self._finished = self._finished, []
         return Poll([text.encode("ascii") for text in datagrams], finished)
-
-    def next_deadline(self) -> int | None:
-        """Return when to call `poll` next, None if nothing is pending; a past time means at once."""
-        if self._sticks is not None or self._finished or self._emergencies:
-            return self._given
-        times: list[int] = []
-        if self._flight is not None:
-            times.append(self._flight.deadline)
-        elif self._queue:
-            times.append(max(self._given, *(owed.until for owed in self._owed)) if self._must_wait() else self._given)
-        return min(times, default=None)
 
     def _advance(self, now: int) -> Iterable[str]:
         self._owed = deque((owed for owed in self._owed if owed.until > now), MOST_OWED)

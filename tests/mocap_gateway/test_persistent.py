@@ -23,11 +23,10 @@ class Faulty(PersistentConnection):
     PAUSE = 0.001
 
     def __init__(self, errors):
-        super().__init__()
+        super().__init__(self, lambda: None)
         self.errors, self.reasons = errors, []
 
-    def failed(self, why):
-        self.reasons.append(why)
+    failure = property(fset=lambda self, why: self.reasons.append(why))
 
     async def connected(self):
         if self.errors:

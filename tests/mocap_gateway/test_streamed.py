@@ -1,9 +1,7 @@
-from collections import Counter
-
 import pytest
 from flockwire.domain.time import SECOND
+from flockwire.swarm.gateway import Gateway
 from flockwire.wire.keys import MISSION
-from flockwire_mocap.coordinates import Coordinates
 from flockwire_mocap.streamed import MOST_TWICE, StreamedSource
 from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame
 
@@ -21,7 +19,10 @@ def frame(number, captured, *bodies, transmitted=None):
 
 
 def streamed(trouble="", missing=0, **options):
-    return StreamedSource(Coordinates("y"), lambda now: trouble, Counter({"frames missing": missing}), **options)
+    gateway = Gateway(source="natnet", natnet={"up_axis": "y"}, rate_hz=100)
+    source = StreamedSource(gateway, trouble, **options)
+    source.counts["frames missing"] = missing
+    return source
 
 
 def test_the_stamp_is_the_exposure_on_the_gateways_clock():
@@ -35,7 +36,7 @@ def test_the_stamp_is_the_exposure_on_the_gateways_clock():
 
 
 def test_a_latency_that_the_stamps_do_not_have_is_subtracted():
-    source = streamed(latency=8 * MS)
+    source = streamed(latency=0.008)
     source.arrived(frame(1, 5000 * MS, body(1)), NOW)
     assert source.take(NOW)[0].captured == NOW - 8 * MS
 

@@ -41,7 +41,7 @@ def compare(groups: Sequence[Sequence[Trace]], names: Sequence[str], out: Path) 
 def _over_time(drawn: Sequence[tuple[Trace, Look]], names: Sequence[str], out: Path) -> Path:
     quantities: tuple[tuple[str, Quantity, bool], ...] = (
         ("formation\nerror, m", _formation, True),
-        ("observation\nerror, m", _observation, True),
+        ("observation\nerror, m", lambda trace: _largest(tracking.observation_errors(trace)), True),
         ("smallest\ndistance, m", _nearest, False),
     )
     canvases = [Canvas(trace, out) for trace, _ in drawn]
@@ -94,10 +94,6 @@ def _entries(names: Sequence[str]) -> list[Artist]:
 def _formation(trace: Trace) -> tuple[Floats, Floats]:
     times, values = _largest(tracking.formation_errors(trace))
     return times, np.where(in_formation(trace, times.astype(np.int64)), values, np.nan)
-
-
-def _observation(trace: Trace) -> tuple[Floats, Floats]:
-    return _largest(tracking.observation_errors(trace))
 
 
 def _nearest(trace: Trace) -> tuple[Floats, Floats]:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from flockwire.domain.time import SECOND, nanoseconds
 
-from flockwire_mocap.frame_sequence import Arrival, FrameSequence
+from flockwire_mocap.frame_sequence import FrameSequence
 from flockwire_mocap.natnet.encoding import encode, encode_command, encode_connect
 from flockwire_mocap.natnet.packets import (
     MODELS_CHANGED,
@@ -157,7 +157,7 @@ class NatNetSession:
             self.adjusted |= response.code == 0 or (response.text or "").replace(" ", "").startswith(confirmed)
 
     def _frame(self, frame: MocapFrame) -> TrackerFrame | None:
-        if self._sequence.arrived(frame.number) is not Arrival.NEXT:
+        if not self._sequence.arrived(frame.number):
             return None
         self.frames += 1
         self.empty += not frame.bodies

@@ -15,26 +15,21 @@ from flockwire_mocap.qualisys.source import QualisysSource, names_in
 ANSWER_TIMEOUT = 2.0  # s for the server to answer
 
 
-class QualisysClient(PersistentConnection):
-    """Feeds a source with the frames of its server; `drained` is called after each.
+class QualisysClient(PersistentConnection[QualisysSource]):
+    """Feeds a source with the frames of its server.
 
     Raises OSError if qtm-rt is not installed.
     """
 
     def __init__(self, source: QualisysSource, drained: Callable[[], None]) -> None:
-        super().__init__()
-        self._source, self._drained = source, drained
+        super().__init__(source, drained)
         self._package = imported("qtm_rt", "qualisys")
         self._where = f"{source.table.server}:{source.table.port}"
         self._lost = asyncio.Event()
 
-    def failed(self, why: str) -> None:
-        """Record the reason of the failure."""
-        self._source.failure = why
-
     async def connected(self) -> str:
         """Stream until the connection is lost; returns the reason."""
-        table, self._lost = self._source.table, asyncio.Event()
+        table, self._lost = self.source.table, asyncio.Event()
         try:
             async with asyncio.timeout(ANSWER_TIMEOUT):
                 connection = await self._package.connect(
@@ -55,8 +50,8 @@ class QualisysClient(PersistentConnection):
                 connection.disconnect()
 
     async def _stream(self, connection: Any) -> str:  # noqa: ANN401  (qtm-rt has no types)
-        self._source.names = names_in(await connection.get_parameters(["6d"]))
-        self._source.failure = f"{self._where} answers, but streams nothing: start a measurement or the preview in QTM"
+        self.source.names = names_in(await connection.get_parameters(["6d"]))
+        self.source.failure = f"{self._where} answers, but streams nothing: start a measurement or the preview in QTM"
         streaming = asyncio.ensure_future(connection.stream_frames(components=["6d"], on_packet=self._packet))
         try:  # the first frame confirms it, which may take long
             await self._lost.wait()
@@ -69,7 +64,7 @@ class QualisysClient(PersistentConnection):
         now, found = clock.now(), packet.get_6d()
         if found is None:
             return
-        self._source.failure = ""
+        self.source.failure = ""
         bodies = [((place.x, place.y, place.z), turn.matrix) for place, turn in found[1]]
-        self._source.measured(packet.framenumber, packet.timestamp, bodies, now)
+        self.source.measured(packet.framenumber, packet.timestamp, bodies, now)
         self._drained()

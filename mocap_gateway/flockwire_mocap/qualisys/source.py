@@ -2,45 +2,35 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from math import isfinite
 from xml.etree import ElementTree as Xml
 
-from flockwire.domain.time import MICROSECOND, nanoseconds
+from flockwire.domain.time import MICROSECOND
 from flockwire.domain.vector import Vector
 from flockwire.process.cores import Start
 
-from flockwire_mocap.frame_sequence import Arrival, FrameSequence
+from flockwire_mocap.frame_sequence import FrameSequence
 from flockwire_mocap.qualisys.rotation import from_columns
-from flockwire_mocap.streamed import StreamedSource, coordinates_of
+from flockwire_mocap.streamed import StreamedSource
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose, unseen
 
 Measured = tuple[Vector, Sequence[float]]  # mm, rotation matrix column by column; NaN if the body is lost
 
 
 class QualisysSource(StreamedSource):
-    """The bodies that a QTM server streams.
-
-    Attributes:
-        names: of the bodies, in the order of the frames.
-        failure: the problem and its remedy in one line; empty while connected.
-
-    """
+    """The bodies that a QTM server streams; `names` are theirs, in the order of the frames."""
 
     def __init__(self, start: Start) -> None:
         gateway = start.plan.swarm.gateway
         self.table = gateway.qualisys
         self.names: tuple[str, ...] = ()
-        self.failure = f"waits for {self.table.server}:{self.table.port}"
-        self._counts = Counter[str]()
-        self._sequence = FrameSequence(self._counts)
-        latency = nanoseconds(self.table.latency)
-        super().__init__(coordinates_of(gateway), lambda _: self.failure, self._counts, latency)
+        super().__init__(gateway, f"waits for {self.table.server}:{self.table.port}", self.table.latency)
+        self._sequence = FrameSequence(self.counts)
 
     def measured(self, number: int, microseconds: int, bodies: Iterable[Measured], now: int) -> None:
         """Receive a frame that arrived at `now` (Unix ns)."""
-        if self._sequence.arrived(number) is Arrival.NEXT:
+        if self._sequence.arrived(number):
             captured = microseconds * MICROSECOND
             reported = tuple(self._body(k, *body) for k, body in enumerate(bodies))
             self.arrived(TrackerFrame(number, captured, captured, reported), now)
@@ -51,7 +41,7 @@ class QualisysSource(StreamedSource):
             return unseen(number, name)
         orientation = from_columns(columns)
         tracked = is_pose(position, orientation)
-        self._counts["poses rejected"] += not tracked
+        self.counts["poses rejected"] += not tracked
         return ReportedBody(number, name, position, orientation, tracked)
 
 

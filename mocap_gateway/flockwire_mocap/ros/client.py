@@ -42,8 +42,8 @@ class RosClient:
     def _over(self, task: asyncio.Task[None]) -> None:
         """Report an error that ended the connection."""
         if not task.cancelled() and (error := task.exception()) is not None:
-            self._source.trouble = f"the connection to ROS failed: {error!r}"
-            logging.getLogger(GATEWAY.kind).error(self._source.trouble, exc_info=error)
+            self._source.failure = f"the connection to ROS failed: {error!r}"
+            logging.getLogger(GATEWAY.kind).error(self._source.failure, exc_info=error)
 
     async def _run(self) -> None:
         source, table = self._source, self._source.table
@@ -69,13 +69,13 @@ class RosClient:
 
     def _absent(self, why: str) -> None:
         router = self._source.table.router
-        self._source.trouble = f"gateway.ros.router = {router!r}: no router answers; start rmw_zenohd there ({why})"
+        self._source.failure = f"gateway.ros.router = {router!r}: no router answers; start rmw_zenohd there ({why})"
 
     def _look(self, node: RosNode, seen: Counter[str]) -> None:
         """Tell the source whether the router is there, what was dropped, and why no pose arrives."""
         source = self._source
         if node.linked:
-            source.trouble = ""
+            source.failure = ""
         else:
             self._absent("the link is lost")
         source.counts.update(node.counts - seen)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
 
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import nanoseconds
@@ -13,7 +12,7 @@ from flockwire.ros.messages import read_poses
 from flockwire.wire.cdr import MessageError
 from flockwire.wire.codec import decode
 
-from flockwire_mocap.streamed import StreamedSource, coordinates_of
+from flockwire_mocap.streamed import StreamedSource
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose, unseen
 
 MOST_BODIES = 256  # named by topics
@@ -21,32 +20,28 @@ _NAME = r"(\w{1,255})"  # a part of a topic in ROS
 
 
 class RosSource(StreamedSource):
-    """The bodies whose poses the topics report; `message` takes them in.
-
-    `trouble` is why there is no ROS side, `advice` why no pose arrives from it.
-    """
+    """The bodies whose poses the topics report; `message` takes them in. `advice` is why no pose arrives."""
 
     def __init__(self, start: Start) -> None:
         swarm = start.plan.swarm
         self.table = table = swarm.gateway.ros
         self.namespace = f"/{swarm.name}"
-        self.topic, self.ros_type = (table.array, POSES) if table.array is not None else (_any(table.topic), POSE)
+        self.topic, self.ros_type = table.topic.replace("{body}", "*"), POSE
+        if table.array is not None:
+            self.topic, self.ros_type = table.array, POSES
         self.bodies = table.bodies or tuple(str(swarm.body(i)) for i in swarm.tracked)
-        self.counts: Counter[str] = Counter()
-        self.trouble, self.advice = f"waits for the router at {table.router}", ""
+        self.advice = ""
         self._body = re.compile(re.escape(table.topic).replace(r"\{body\}", _NAME))
         self._numbers = {body: number for number, body in enumerate(self.bodies)}
         self._stamps: dict[str, int] = {}  # the newest of each topic
         self._number = 0
         awaited = None if table.array is not None else {swarm.body(i): i for i in swarm.tracked}
-        super().__init__(
-            coordinates_of(swarm.gateway),
-            lambda _: self.trouble or self.advice,
-            self.counts,
-            nanoseconds(table.latency),
-            awaited,
-            1.0 / swarm.gateway.rate_hz,
-        )
+        waits = f"waits for the router at {table.router}"
+        super().__init__(swarm.gateway, waits, table.latency, awaited)
+
+    def trouble(self, now: int) -> str:
+        """Return why there is no ROS side, or why no pose arrives from it; empty while they arrive."""
+        return self.failure or self.advice
 
     @property
     def shown(self) -> tuple[str, ...]:
@@ -105,7 +100,3 @@ class RosSource(StreamedSource):
         if body not in self._numbers and len(self._numbers) < MOST_BODIES:
             self._numbers[body] = len(self._numbers)
         return self._numbers.get(body)
-
-
-def _any(topic: str) -> str:
-    return topic.replace("{body}", "*")

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
-from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from random import Random
 from typing import cast
 
 from flockwire import clock
 from flockwire.domain.pose import Pose
-from flockwire.process.cores import Core, Start
+from flockwire.process.cores import Start
 from flockwire.runtime.job import Job
 from flockwire.runtime.shell import run_core
 from flockwire.swarm.gateway import Gateway, Twin
@@ -62,13 +62,9 @@ async def _served(core: TwinCore) -> AsyncIterator[None]:
         server.close()
 
 
-def _feed(core: Core, _: Callable[[], None]) -> AbstractAsyncContextManager[None]:
-    return _served(cast("TwinCore", core))
-
-
 async def run(job: Job) -> None:
     """Serve until the process is to end; raises OSError if the port is taken, or the address is not of this host."""
-    await run_core(job, _feed)
+    await run_core(job, lambda core, _: _served(cast("TwinCore", core)))
 
 
 def serve_alone(swarm: Swarm, protocol: str) -> None:

@@ -17,8 +17,8 @@ FRAME_TIMEOUT = 2.5  # s without a frame after which the child is killed and res
 LONGEST_LINE = 1 << 20  # bytes: a frame of MOST_BODIES with long names is a quarter of that
 
 
-class ViconClient(PersistentConnection):
-    """Feeds a source with the lines of its child; `drained` is called after each frame.
+class ViconClient(PersistentConnection[ViconSource]):
+    """Feeds a source with the lines of its child.
 
     Raises OSError if motioncapture is not installed.
     """
@@ -28,13 +28,8 @@ class ViconClient(PersistentConnection):
     def __init__(self, source: ViconSource, drained: Callable[[], None], command: list[str] | None = None) -> None:
         if command is None and importlib.util.find_spec("motioncapture") is None:
             imported("motioncapture", "vicon")
-        super().__init__()
-        self._source, self._drained = source, drained
+        super().__init__(source, drained)
         self._command = command or [sys.executable, "-m", "flockwire_mocap.vicon.child", source.table.server]
-
-    def failed(self, why: str) -> None:
-        """Record why there are no frames."""
-        self._source.failure = why
 
     async def connected(self) -> str:
         """Run a child until it ends or hangs; returns the reason."""
@@ -48,7 +43,7 @@ class ViconClient(PersistentConnection):
 
     async def _listen(self, child: asyncio.subprocess.Process) -> str:
         assert child.stdout is not None  # noqa: S101  (it is a pipe)
-        server = self._source.table.server
+        server = self.source.table.server
         while True:
             try:
                 async with asyncio.timeout(FRAME_TIMEOUT):  # `wait_for` can lose a cancellation before Python 3.12
@@ -56,6 +51,6 @@ class ViconClient(PersistentConnection):
             except TimeoutError:
                 return f"{server} sends nothing: check its address, and that Tracker or Nexus is live"
             if not line:
-                return f"{server}: {self._source.child or 'the client has ended'}"
-            self._source.line(line, clock.now())
+                return f"{server}: {self.source.child or 'the client has ended'}"
+            self.source.line(line, clock.now())
             self._drained()

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
 from math import isfinite
 
-from flockwire.domain.time import nanoseconds
 from flockwire.process.cores import Start
 
-from flockwire_mocap.streamed import StreamedSource, coordinates_of
+from flockwire_mocap.streamed import StreamedSource
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose
 
 MOST_BODIES = 1000
@@ -17,23 +15,15 @@ LATEST = 1 << 62  # ns of a monotonic clock: 146 years
 
 
 class ViconSource(StreamedSource):
-    """The bodies that a Vicon server reports.
-
-    Attributes:
-        failure: the problem and its remedy in one line; empty while frames arrive.
-        child: the child's last line that is not a frame: an error of the package.
-
-    """
+    """The bodies that a Vicon server reports; `child` is the child's last line that is not a frame: an error."""
 
     def __init__(self, start: Start) -> None:
         gateway = start.plan.swarm.gateway
         self.table = gateway.vicon
-        self.failure = f"waits for {self.table.server}"
         self.child = ""
         self._numbers: dict[str, int] = {}
-        self._lines, self._counts = 0, Counter[str]()
-        latency = nanoseconds(self.table.latency)
-        super().__init__(coordinates_of(gateway), lambda _: self.failure, self._counts, latency)
+        self._lines = 0
+        super().__init__(gateway, f"waits for {self.table.server}", self.table.latency)
 
     def line(self, line: bytes, now: int) -> None:
         """Receive a line of the child, read at `now` (Unix ns): a frame or a text."""
@@ -47,7 +37,7 @@ class ViconSource(StreamedSource):
                 raise ValueError(came)
             bodies = tuple(self._body(str(name), [float(v) for v in row]) for name, row in rows.items())
         except (ValueError, AttributeError, TypeError):
-            self._counts["lines malformed"] += 1
+            self.counts["lines malformed"] += 1
             return
         self._lines += 1
         self.failure = ""
@@ -59,5 +49,5 @@ class ViconSource(StreamedSource):
             raise ValueError(name)
         number = self._numbers.setdefault(name, len(self._numbers))
         tracked = is_pose((x, y, z), (qx, qy, qz, qw))
-        self._counts["poses rejected"] += not tracked and isfinite(x)  # a body that is not seen has no numbers
+        self.counts["poses rejected"] += not tracked and isfinite(x)  # a body that is not seen has no numbers
         return ReportedBody(number, name, (x, y, z), (qx, qy, qz, qw), tracked)

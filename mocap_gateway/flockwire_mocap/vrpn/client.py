@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import socket
-from collections.abc import Callable
 
 from flockwire import clock
 
@@ -14,22 +13,14 @@ from flockwire_mocap.vrpn.source import VrpnSource
 ACCEPT_TIMEOUT = 3.0  # s for the server to accept
 
 
-class VrpnClient(PersistentConnection):
-    """Feeds a source with the pose reports of its server; `drained` is called after all that had arrived."""
-
-    def __init__(self, source: VrpnSource, drained: Callable[[], None]) -> None:
-        super().__init__()
-        self.source, self._drained = source, drained
+class VrpnClient(PersistentConnection[VrpnSource]):
+    """Feeds a source with the pose reports of its server."""
 
     def receive(self, data: bytes) -> bytes:
         """Receive bytes of the connection; returns those to be sent."""
         self.source.read(data, clock.now())
         self._drained()
         return self.source.connection.outgoing()
-
-    def failed(self, why: str) -> None:
-        """Record the reason of the failure."""
-        self.source.failure = why
 
     async def connected(self) -> str:
         """Connect, and return the reason when the connection fails or is lost."""

@@ -2,44 +2,28 @@
 
 from __future__ import annotations
 
-from collections import Counter
-
-from flockwire.domain.time import nanoseconds
 from flockwire.process.cores import Start
 
-from flockwire_mocap.streamed import StreamedSource, coordinates_of
+from flockwire_mocap.streamed import StreamedSource
 from flockwire_mocap.vrpn.connection import VrpnConnection
 from flockwire_mocap.vrpn.reports import Reports
 
 
 class VrpnSource(StreamedSource):
-    """The bodies that a VRPN server reports.
-
-    Attributes:
-        connection: the newest one.
-        failure: the problem and its remedy in one line; empty while connected.
-
-    """
+    """The bodies that a VRPN server reports. `connection` is the newest one."""
 
     def __init__(self, start: Start) -> None:
         swarm = start.plan.swarm
         self.table = swarm.gateway.vrpn
-        self.failure = f"waits for {self.table.server}:{self.table.port}"
-        self._counts = Counter[str]()
-        self._reports = Reports(self._counts)
+        drones = {swarm.body(i): i for i in swarm.tracked}
+        waits = f"waits for {self.table.server}:{self.table.port}"
+        super().__init__(swarm.gateway, waits, self.table.latency, drones)
+        self._reports = Reports(self.counts)
         self.reconnect()
-        super().__init__(
-            coordinates_of(swarm.gateway),
-            lambda _: self.failure or self._silence(),
-            self._counts,
-            nanoseconds(self.table.latency),
-            {swarm.body(i): i for i in swarm.tracked},
-            1.0 / swarm.gateway.rate_hz,
-        )
 
     def reconnect(self) -> None:
         """Start another connection."""
-        self.connection = VrpnConnection(self._counts)
+        self.connection = VrpnConnection(self.counts)
 
     def read(self, data: bytes, now: int) -> None:
         """Receive bytes of the connection that arrived at `now` (Unix ns)."""
@@ -48,9 +32,10 @@ class VrpnSource(StreamedSource):
             if frame is not None:
                 self.arrived(frame, now)
 
-    def _silence(self) -> str:
-        if self._reports.frames:
-            return ""
+    def trouble(self, now: int) -> str:
+        """Return why there are no frames, and the remedy; empty while they arrive."""
+        if self.failure or self._reports.frames:
+            return self.failure
         where, senders = f"{self.table.server}:{self.table.port}", self.connection.senders
         if not senders:
             return f"{where} answers, but describes no tracker: enable VRPN streaming and bodies in its settings"

@@ -24,18 +24,14 @@ class Entry:
 Fly = Callable[[Iterable[Order]], Iterator[tuple[int, Judged]]]
 
 
-def chooser(plan: SearchPlan, space: Space) -> Chooser:
-    """Return what chooses the flights of a plan."""
-    return (Search if plan.method == "search" else Draws)(space.size, plan.seed)
-
-
 def conduct(plan: SearchPlan, space: Space, ledger: Ledger[Entry], flown: Fly, step: Callable[[Entry], bool]) -> None:
     """Fly what the ledger lacks; `step` gets each flight, those of the ledger too, and returns whether to end.
 
     Raises StudyError if the ledger's flights are not those that the plan asks for.
     """
     known = {entry.number: entry for entry in ledger.results}
-    seeker, number = chooser(plan, space), 0
+    number = 0
+    seeker: Chooser = (Search if plan.method == "search" else Draws)(space.size, plan.seed)
     while number < plan.runs:
         asked = dict(enumerate(seeker.ask()[: plan.runs - number], start=number))
         found: dict[int, Judged] = {}

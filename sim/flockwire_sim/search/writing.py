@@ -7,22 +7,18 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import tomli_w
 from flockwire.swarm.reading import read_toml
 
 from flockwire_sim.search.flight import Case, Judged, Mode
 from flockwire_sim.search.seeking import worst_of
 from flockwire_sim.study.file import StudyError
-from flockwire_sim.study.findings import without_frames
+from flockwire_sim.study.findings import write_flight
 
 
 def write_case(case: Case, stem: Path) -> str:
     """Write STEM.toml and STEM.faults.toml; returns the command that flies them. Raises OSError."""
     stem.parent.mkdir(parents=True, exist_ok=True)
-    swarm, faults = stem.with_name(f"{stem.name}.toml"), stem.with_name(f"{stem.name}.faults.toml")
-    table = {key: value for key, value in without_frames(case.table).items() if key != "name"}
-    swarm.write_text(tomli_w.dumps({"name": case.table["name"], **table}), encoding="utf-8")
-    faults.write_text(tomli_w.dumps({"faults": case.faults}), encoding="utf-8")
+    swarm, faults = write_flight(case.table, {"faults": case.faults}, stem)
     mode = " --liveness" if case.mode == "liveness" else ""
     return f"flockwire study {swarm} --replay {faults} --seed {case.seed} --duration {case.duration:g}{mode}"
 

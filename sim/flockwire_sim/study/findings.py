@@ -116,10 +116,7 @@ def write_worst(findings: Findings, table: Table, out: Path) -> None:
         except StudyError:
             continue
         stem = f"{result.point}-{result.seed}"
-        content = {key: value for key, value in without_frames(varied.table).items() if key != "name"}
-        (folder / f"{stem}.toml").write_text(tomli_w.dumps({"name": varied.swarm.name, **content}), encoding="utf-8")
-        if findings.plan.faults:
-            (folder / f"{stem}.faults.toml").write_text(tomli_w.dumps(varied.fault_table), encoding="utf-8")
+        write_flight(varied.table, varied.fault_table if findings.plan.faults else None, folder / stem)
 
 
 def _row(point: GridPoint, results: list[Result]) -> GridPointFigures:
@@ -141,7 +138,16 @@ def _goodness(result: Result) -> tuple[bool, float, float, int, int]:
     return result.ok, result.margin, -error if error is not None else 0.0, result.point, result.run
 
 
-def without_frames(table: Table) -> Table:
+def write_flight(table: Table, faults: Table | None, stem: Path) -> tuple[Path, Path]:
+    """Write and return STEM.toml, a swarm file, and STEM.faults.toml, unless `faults` is None. Raises OSError."""
+    swarm_file, fault_file = stem.with_name(f"{stem.name}.toml"), stem.with_name(f"{stem.name}.faults.toml")
+    swarm_file.write_text(tomli_w.dumps({"name": table["name"], **_without_frames(table)}), encoding="utf-8")
+    if faults is not None:
+        fault_file.write_text(tomli_w.dumps(faults), encoding="utf-8")
+    return swarm_file, fault_file
+
+
+def _without_frames(table: Table) -> Table:
     """Remove the text of key frames: the swarm file names their file."""
     formations = table.get("formations", {})
     bare = {key: {k: v for k, v in table[key].items() if k != "frames"} for key in ("formation",) if key in table}

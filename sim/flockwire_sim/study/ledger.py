@@ -7,7 +7,6 @@ import json
 from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
-from types import TracebackType
 from typing import Generic, Self, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
@@ -53,11 +52,9 @@ class Ledger(Generic[Entry]):
             raise
 
     def __enter__(self) -> Self:
-        """Lock the folder."""
         return self
 
-    def __exit__(self, _: type[BaseException] | None, __: BaseException | None, ___: TracebackType | None) -> None:
-        """Unlock the folder."""
+    def __exit__(self, *_: object) -> None:
         self._file.close()
 
     def add(self, result: Entry) -> None:

@@ -4,23 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil, inf, isfinite, sqrt
+from math import ceil, inf, isfinite
 
-CONFIDENCE_Z = 1.959963984540054  # standard deviations that hold 95 %
+from scipy.stats import binomtest
 
 
-def wilson(successes: int, runs: int, z: float = CONFIDENCE_Z) -> tuple[float, float]:
-    """Return Wilson's score interval of a rate with `successes` in `runs`.
-
-    (s + z^2/2 -+ z sqrt(s (n - s) / n + z^2/4)) / (n + z^2), E. B. Wilson, JASA 22 (1927).
-    Raises ValueError for no runs, and for more successes than runs.
-    """
-    if not 0 <= successes <= runs or runs < 1:
-        raise ValueError(f"{successes} of {runs} runs")
-    centre = (successes + z * z / 2.0) / (runs + z * z)
-    half = z / (runs + z * z) * sqrt(successes * (runs - successes) / runs + z * z / 4.0)
-    low = 0.0 if successes == 0 else centre - half
-    return low, 1.0 if successes == runs else centre + half
+def wilson(successes: int, runs: int) -> tuple[float, float]:
+    """Return the 95 % score interval of a rate with `successes` in `runs`, 1 or more (E. B. Wilson, JASA 22, 1927)."""
+    interval = binomtest(successes, runs).proportion_ci(method="wilson")
+    return float(interval.low), float(interval.high)
 
 
 SHARES = (0.50, 0.95, 0.99)

@@ -29,7 +29,8 @@ class SimulatedFlight:
         self.battery = 0.08 if Quirk.LOW_BATTERY in parameters.quirks else parameters.battery  # share
         self.manoeuvre: Manoeuvre | None = None
         self.motor_time = 0.0  # s
-        self._parameters, self._cycle = parameters, now
+        self._parameters = parameters
+        self.next_cycle = now  # when `cycle` is due, ns
         self._ground = parameters.position[2]
         self._sticks, self._sticks_at = CENTRED, now
         self._last = HOVER
@@ -80,14 +81,10 @@ class SimulatedFlight:
         if self.manoeuvre is None and self.airframe.motors:
             self._command(self._by_sticks(now), now)
 
-    def next_cycle(self) -> int:
-        """Return when `cycle` is due, ns."""
-        return self._cycle
-
     def cycle(self) -> bool:
         """Run one cycle of the controller; return whether a manoeuvre was finished."""
-        now = self._cycle
-        self._cycle += CYCLE
+        now = self.next_cycle
+        self.next_cycle += CYCLE
         self.airframe.advance(now)
         self._drain()
         if not self.airframe.motors:
@@ -159,7 +156,7 @@ class SimulatedFlight:
         self.motor_time += dt if self.airframe.motors else 0.0
         self.battery = max(0.0, self.battery - dt / (p.endurance if self.flying else p.idle_endurance))
         if not self.battery and self.airframe.motors:
-            self.cut(self._cycle - CYCLE)
+            self.cut(self.next_cycle - CYCLE)
 
 
 def _tof(height: float) -> int:

@@ -88,7 +88,7 @@ class SimulatedTello:
     def advance(self, now: int) -> None:
         """Advance to `now`."""
         flight = self.flight
-        while (moment := flight.next_cycle()) <= now:
+        while (moment := flight.next_cycle) <= now:
             before = flight.manoeuvre
             done = flight.cycle()
             if done and self._mover is not None:
@@ -119,7 +119,7 @@ class SimulatedTello:
         if self._client is not None:
             times.append(self._state_due)
         if self.flight.airframe.motors or not times:
-            times.append(self.flight.next_cycle())
+            times.append(self.flight.next_cycle)
         return min(times)
 
     def state(self, now: int) -> TelloState:

@@ -9,7 +9,7 @@ from flockwire_mocap.natnet.client import NatNetClient
 from flockwire_mocap.natnet.packets import DATA_PORT, GROUP, HEADER, Kind
 from flockwire_mocap.natnet.server import NatNetServer
 from flockwire_mocap.natnet.session import NatNetSession, Options
-from flockwire_mocap.natnet.trouble import trouble
+from flockwire_mocap.natnet.source import trouble
 from flockwire_mocap.natnet.twin import TwinOptions
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 from streaming import stream

@@ -10,7 +10,7 @@ from flockwire_mocap.natnet.encoding import (
 )
 from flockwire_mocap.natnet.packets import BodyDescription, Kind, MocapFrame, RigidBody, ServerInfo, Stamps
 from flockwire_mocap.natnet.session import NatNetSession, Options
-from flockwire_mocap.natnet.trouble import trouble
+from flockwire_mocap.natnet.source import trouble
 
 SERVER = "10.0.0.1"
 INFO = ServerInfo("Motive", (3, 1, 0, 0), (4, 1, 0, 0), 10_000_000, 1511, False, "239.255.42.99")

@@ -88,7 +88,7 @@ def test_an_array_has_all_bodies_in_the_order_of_the_file(source: Callable[..., 
     assert not ros.complete()
     assert ros.counts == {"arrays of another length": 1}
     assert ros.state(NOW).trouble.startswith("waits for the router")
-    ros.trouble = ""
+    ros.failure = ""
     assert ros.state(NOW).trouble == "/poses has 5 poses, but 6 bodies are expected: set gateway.ros.bodies"
 
 

@@ -63,7 +63,7 @@ def test_a_client_flies_it_over_udp():
     assert 0.02 < ended[0].latency < 1.0
     assert 1.6 < ended[2].latency < 2.8
     assert client.state.h < 50
-    assert client.malformed_states == client.stray_replies == client.late_replies == 0
+    assert client.malformed_states == 0
 
 
 def test_two_cannot_have_one_address_but_a_client_can_share_the_port():
