@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from flockwire.control.around.bent_place import BentPlace
 from flockwire.control.around.sidestep import Sidestep
+from flockwire.control.around.way_of_mover import WayOfMover
 from flockwire.control.around.way_round import WayRound
 from flockwire.control.first_order_lag import lead, stopping_reference
 from flockwire.control.graph import LEADER
@@ -36,6 +37,7 @@ class ExtendedLaw:
         patience = SIDE_SWITCH_TIME * (1.0 + (settings.number * 0.618) % 1.0)
         self._bent = BentPlace(settings.detour)
         self._way = WayRound(settings.detour, 0.5 * patience)
+        self._mover = WayOfMover(settings.detour)
         self._sidestep = Sidestep(settings.sidestep, patience)
 
     def step(self, observation: Observation, now: int) -> Decision:
@@ -60,7 +62,8 @@ class ExtendedLaw:
         if bodies:
             to_go = (-error[0], -error[1])
             correction, bodies = self._way.turned(correction, motion, forward, to_go, bodies, now)
-        return add(forward, self._sidestep.turned(correction, bodies, norm(error), now))
+        wanted = add(forward, self._sidestep.turned(correction, bodies, norm(error), now, forward))
+        return self._mover.left(wanted, scale(error, -1.0), bodies) if bodies else wanted
 
     def _observe(self, observation: Observation, now: int) -> LeaderMotion | None:
         estimates = [

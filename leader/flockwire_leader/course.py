@@ -69,7 +69,7 @@ class Course:
         if self._filtered:
             to_go = norm(error) - self._passed  # a moving goal is not a lack of progress
             correction = limit(correction, max(speed, CATCH_UP))
-            correction = self._sidestep.turned(correction, bodies, to_go, now)
+            correction = self._sidestep.turned(correction, bodies, to_go, now, rate)
         return add(rate, correction)
 
     def _straighten(self) -> None:

@@ -156,7 +156,8 @@ class Guard:
             x, y, z = body.relative_position
             vx, vy, vz = body.velocity
             drone = body.kind is BodyKind.DRONE
-            rise = own[2] if drone or z else 0.0  # the axis of an upright cylinder does not matter
+            rise = own[2] if drone or z else 0.0  # beside an upright cylinder no height matters, nor its rate
+            vz = vz if drone or z else 0.0
             separation = (-x, -y, -z)
             stopping = (own[0] - x - horizon * vx, own[1] - y - horizon * vy, rise - z - horizon * vz)
             distance = drone_distance if drone else obstacle_distance + body.radius

@@ -40,6 +40,24 @@ def test_a_drone_inside_a_grown_body_leaves_slowly_but_flees_a_person(make_swarm
         assert last == pytest.approx((-swarm.limits.vertical_speed, 0.0, 0.0))
 
 
+@pytest.mark.parametrize(("top", "matters"), [(0.0, False), (-0.4, True)], ids=["beside", "above"])
+def test_beside_an_upright_person_neither_height_nor_its_rate_matters(make_swarm, top, matters):
+    """By its markers a person who walks rises and sinks; a drone beside must not flee upwards or downwards for that."""
+    parameters, climbs = guard_parameters(make_swarm({"control.law": "extended"}), 1), []
+    for rising in (0.0, 0.5):
+        filtered, last, motion = (
+            Guard(parameters),
+            (0.0, 0.0, 0.0),
+            Motion((0.0, 0.0, 1.0), (0.0,) * 3, (0.0, 0.0, 1.0)),
+        )
+        for step in range(1, 40):
+            body, at = Body(BodyKind.MOVER, (0.5, 0.0, top), 0.4, (-0.5, 0.0, rising)), step * SECOND // 100
+            last = filtered.velocity((0.0, 0.0, 0.0), motion, (body,), at, at, last, 0.01, 3.0, False)
+        climbs.append(last[2])
+    assert (climbs[0] != climbs[1]) == matters
+    assert matters or climbs == [0.0, 0.0]
+
+
 @pytest.mark.parametrize("room", [{}, {"polygon": [[-9.0, -9.0], [9.0, -9.0], [0.0, 9.0]]}])
 def test_a_landing_far_outside_the_fence_descends_as_it_comes_back(make_swarm, room):
     """By a false pose it never comes back: two drones with each other's names flew 60 m away without descending."""

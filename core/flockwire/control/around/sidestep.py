@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from flockwire.domain.body import Body, BodyKind, Separation, to_surface
 from flockwire.domain.marks import sometimes
-from flockwire.domain.vector import Vector, norm, scale
+from flockwire.domain.vector import ZERO, Vector, norm, scale
 
 _PROGRESS = 0.1  # m of approach to the goal that count as progress
 
@@ -20,14 +20,18 @@ class SidestepParameters(NamedTuple):
     reach: float
 
 
-def sidestep(wanted: Vector, bodies: Sequence[Body], parameters: SidestepParameters, side: float) -> Vector:
+def sidestep(
+    wanted: Vector, bodies: Sequence[Body], parameters: SidestepParameters, side: float, velocity: Vector = ZERO
+) -> Vector:
     """Return `wanted`, m/s, rotated about Z away from blocking bodies.
 
-        theta = (pi/2) max_k  s_k max(0, −û·n_k),   s_k = clamp(2 (1 − g_k / reach), 0, 1)        (ours)
+        theta = (pi/2) max_k  s_k max(0, −û·n_k − max(0, −n_k·(v_k − v)) / |w|)        (ours)
+        s_k = clamp(2 (1 − g_k / reach), 0, 1)
 
     n_k is the unit vector from body k's surface to us, g_k the gap in m beyond the distance to keep from it; bodies
-    farther than `reach` do not block. `side` +1 turns to the right, −1 to the left. Two drones that meet head on turn
-    to the same side and pass; many that meet in one place circle as in a roundabout.
+    farther than `reach` do not block. w = `wanted` is relative to a goal that moves at v = `velocity`, m/s: a drone
+    that flies ahead as fast as we want to blocks nobody. `side` +1 turns to the right, −1 to the left. Two drones that
+    meet head on turn to the same side and pass; many that meet in one place circle as in a roundabout.
     """
     speed = hypot(wanted[0], wanted[1])
     if speed < 1e-6:
@@ -42,7 +46,11 @@ def sidestep(wanted: Vector, bodies: Sequence[Body], parameters: SidestepParamet
         if gap < reach:
             nx, ny, _ = scale(away, -1.0 / max(distance, 1e-9))
             near = min(2.0 * (1.0 - gap / reach), 1.0)
-            blocked = max(blocked, -near * (ux * nx + uy * ny))
+            closing = -(ux * nx + uy * ny)
+            if body.kind is BodyKind.DRONE:
+                vx, vy, _ = body.velocity
+                closing -= max(-nx * (vx - velocity[0]) - ny * (vy - velocity[1]), 0.0) / speed
+            blocked = max(blocked, near * closing)
     if blocked <= 0.0:
         return wanted
     angle = -side * 0.5 * pi * blocked
@@ -58,9 +66,14 @@ class Sidestep:
         self._best = self._since = 0.0  # m to go, and the time, s, of the last progress
         self.side = 1.0
 
-    def turned(self, correction: Vector, bodies: Sequence[Body], to_go: float, now: float) -> Vector:
-        """Return `correction`, m/s, rotated around `bodies`; a decrease of `to_go`, m, is progress; `now` in s."""
-        turned = sidestep(correction, bodies, self._parameters, self.side)
+    def turned(
+        self, correction: Vector, bodies: Sequence[Body], to_go: float, now: float, velocity: Vector = ZERO
+    ) -> Vector:
+        """Return `correction`, m/s, rotated around `bodies`; a decrease of `to_go`, m, is progress; `now` in s.
+
+        The goal moves at `velocity`, m/s.
+        """
+        turned = sidestep(correction, bodies, self._parameters, self.side, velocity)
         if turned == correction:
             self.side, self._best, self._since = 1.0, to_go, now
         elif to_go < self._best - _PROGRESS:

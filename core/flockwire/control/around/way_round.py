@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import asin, atan2, cos, hypot, pi, remainder, sin, tau
+from math import asin, atan2, cos, hypot, pi, remainder, sin, sqrt, tau
 
 from flockwire.control.around.bent_place import DetourParameters, stands
 from flockwire.control.around.free_place import Disc
@@ -25,7 +25,16 @@ APPROACH = 0.1  # m, likewise, nearer to the place
 ROUND = 4.0  # times the patience for a way that leads no nearer
 BEFORE = 0.6  # m beyond the kept distance within which a drone ahead is stood before
 MOST_GIVEN_WAY = 4  # times that a drone flies back longer than before
+BERTH = 0.2  # m more, at which a drone passes where the turn is small: near others the safety filter slows it down
+EASY = (0.7, 0.9)  # rad, the largest of these turns: at first, and once it passes so
+LOOK_AHEAD = 3.0  # s, at most, for which the place's motion is continued past an obstacle
 BACK = 0.8 * pi  # rad: the turn of a drone that gives way
+
+
+def widened(disc: Disc, goal: Corner) -> Disc:
+    """Return `disc` with BERTH more radius, as far as the origin and `goal`, m, stay outside."""
+    x, y, r = disc
+    return (x, y, max(r, min(r + BERTH, hypot(x, y), hypot(goal[0] - x, goal[1] - y))))
 
 
 def is_straight(goal: Corner, discs: Sequence[Disc]) -> bool:
@@ -87,6 +96,7 @@ class WayRound:
         self._anchor, self._nearest = (0.0, 0.0), 0.0  # m to go at the last progress, seen from the formation
         self._moved = self._neared = self._kept_until = self._back_until = 0.0  # s
         self._given_way = self._changes = 0
+        self._gives_berth = False
         self._in_gap = False  # whether it is behind a drone, with obstacles in sight
 
     def turned(
@@ -104,6 +114,8 @@ class WayRound:
             self._straight(to_go, now)
             return correction, bodies
         discs, others, behind_drone = self._standing(motion, velocity, to_go, bodies)
+        if discs and not self._in_gap and now >= self._back_until:
+            discs = self._with_berth(to_go, discs)
         if now >= self._back_until and (not discs or is_straight(to_go, discs)):
             if self._in_gap:
                 self._side = 0.0
@@ -124,6 +136,12 @@ class WayRound:
         x, y, z = correction
         return (c * x - s * y, s * x + c * y, z), others
 
+    def _with_berth(self, to_go: Corner, discs: list[Disc]) -> list[Disc]:
+        """Return `discs` widened, if the way round them is hardly longer then, else as they are."""
+        wide = [widened(disc, to_go) for disc in discs]
+        self._gives_berth = min(turns(to_go, wide)) < EASY[self._gives_berth]
+        return wide if self._gives_berth else discs
+
     def _straight(self, to_go: Corner, now: float) -> None:
         self._side, self._anchor, self._nearest = 0.0, to_go, hypot(*to_go)
         self._moved = self._neared = now
@@ -131,16 +149,21 @@ class WayRound:
     def _standing(
         self, motion: Motion, velocity: Vector, to_go: Corner, bodies: Sequence[Body]
     ) -> tuple[list[Disc], list[Body], bool]:
-        """Return what stands around, relative to the stopping point, the other bodies, and whether a drone is ahead."""
+        """Return what stands around, relative to the stopping point, the other bodies, and whether a drone is ahead.
+
+        An obstacle stands where it will be, seen from the place, when the drone is there: by v (rho − R) / v_max
+        farther back. A drone's disc is the section of its sphere at the own height: sqrt(R^2 − dz^2).
+        """
         origin = subtract(motion.position, motion.stopping)
         discs: list[Disc] = []
         others: list[Body] = []
         drones = walled = False
         together = TOGETHER[self._in_gap and self._side != 0.0]
         for body in bodies:
-            x, y, r = disc = self._parameters.disc(body, origin, SPARE)
+            x, y, r = self._parameters.disc(body, origin, SPARE)
             if stands(body):
-                discs.append(disc)
+                ahead = min(max(hypot(x, y) - r, 0.0) / self._parameters.speed, LOOK_AHEAD)
+                discs.append((x - ahead * velocity[0], y - ahead * velocity[1], r))
                 walled = True
                 continue
             if body.kind is BodyKind.MOVER or hypot(to_go[0] - x, to_go[1] - y) < r:
@@ -151,7 +174,9 @@ class WayRound:
             if hypot(body.velocity[0] - velocity[0], body.velocity[1] - velocity[1]) > together:
                 others.append(body)
             else:
-                discs.append(disc)
+                rise = origin[2] + body.relative_position[2]
+                if rise * rise < r * r:
+                    discs.append((x, y, sqrt(r * r - rise * rise)))
         self._in_gap = drones and walled
         return discs, others, drones
 
@@ -175,7 +200,7 @@ class WayRound:
             if behind_drone:
                 self._given_way = min(self._given_way + 1, MOST_GIVEN_WAY)
                 self._back_until = now + 0.5 * self._patience * self._given_way
-        elif now > self._kept_until and other < kept - SHORTER:
+        elif (now > self._kept_until or (kept > CLOSED and other < WAITS)) and other < kept - SHORTER:
             self._side = -self._side
             self._keep(now)
 

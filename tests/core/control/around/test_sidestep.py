@@ -35,6 +35,15 @@ def test_the_gap_begins_beyond_the_distance_to_keep_from_the_surface(
     assert sidestep(wanted, [Body(kind, (edge - 0.001, 0.0, 0.0), radius)], PARAMETERS, 1.0) != wanted
 
 
+def test_a_drone_that_flies_ahead_as_fast_blocks_nobody() -> None:
+    wanted, ahead = (1.0, 0.0, 0.0), AHEAD._replace(velocity=(1.0, 0.0, 0.0))
+    assert sidestep(wanted, [ahead], PARAMETERS, 1.0) is wanted
+    assert sidestep(wanted, [ahead], PARAMETERS, 1.0, (1.0, 0.0, 0.0)) == pytest.approx((0.0, -1.0, 0.0))
+    slower = ahead._replace(velocity=(0.5, 0.0, 0.0))
+    assert sidestep(wanted, [slower], PARAMETERS, 1.0) == pytest.approx((cos(pi / 4), -sin(pi / 4), 0.0))
+    assert sidestep(wanted, [ahead._replace(kind=BodyKind.OBSTACLE)], PARAMETERS, 1.0) != wanted  # a known one stands
+
+
 @given(st.floats(0.0, 2 * pi), st.floats(0.2, 1.4))
 def test_turning_keeps_the_speed(angle: float, away: float) -> None:
     body = Body(BodyKind.DRONE, (-away * cos(angle), -away * sin(angle), 0.0), 0.0)

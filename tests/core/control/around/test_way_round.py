@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from math import cos, dist, hypot, inf, pi, sin
+from math import cos, dist, hypot, inf, pi, radians, sin
 
 import pytest
 from flockwire.control.around.bent_place import DetourParameters
-from flockwire.control.around.way_round import WayRound, is_straight, turns
+from flockwire.control.around.way_round import BERTH, WayRound, is_straight, turns, widened
 from flockwire.control.fence import Room
 from flockwire.domain.body import Body, BodyKind, Separation
 from flockwire.domain.motion import Motion
@@ -143,3 +143,48 @@ def test_a_clock_that_was_set_back_makes_nobody_fly_back() -> None:
     way.turned((1.0, 0.0, 0.0), still, ZERO, to_go, pillar, 100.0)
     turned, _ = way.turned((1.0, 0.0, 0.0), still, ZERO, to_go, pillar, -3500.0)
     assert turned[0] > 0.0
+
+
+@given(st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(0.1, 1.0)), goals)
+def test_a_berth_never_covers_the_drone_or_its_place_unless_the_disc_does(
+    disc: tuple[float, float, float], goal: tuple[float, float]
+) -> None:
+    x, y, r = widened(disc, goal)
+    assert (x, y) == disc[:2]
+    assert disc[2] <= r <= disc[2] + BERTH
+    assert r == disc[2] or min(hypot(x, y), hypot(goal[0] - x, goal[1] - y)) >= r
+
+
+def test_a_gap_between_two_drones_is_flown_around_where_that_is_hardly_longer() -> None:
+    """The gap of 1 m is wide enough, but there the safety filter slows it down; between four the way round is long."""
+    row = [Body(BodyKind.DRONE, (1.5, y, 0.0), 0.0) for y in (-1.4, -0.4, 0.6, 1.6)]
+    for bodies, straight in ((row[1:3], False), (row, True)):
+        turned, _ = WayRound(PARAMETERS, 3.0).turned((1.0, 0.0, 0.0), at(ZERO), ZERO, (3.0, 0.0), bodies, 0.0)
+        assert (abs(turned[1]) < 0.2) == straight
+
+
+def test_the_side_is_shorter_where_the_place_flies_to() -> None:
+    """The pillar's middle is a little to the right, but the place flies to the right: there it will be nearer."""
+    pillar = [Body(BodyKind.OBSTACLE, (1.5, -0.1, 0.0), 0.3)]
+    for speed, left in ((0.0, True), (-0.3, False)):
+        way = WayRound(PARAMETERS, 3.0)
+        turned, _ = way.turned((1.0, 0.0, 0.0), at(ZERO), (0.0, speed, 0.0), (3.0, 0.0), pillar, 0.0)
+        assert (turned[1] > 0.0) == left
+
+
+@pytest.mark.parametrize(("below", "straight"), [(0.3, False), (0.46, True)])
+def test_who_is_below_another_drone_needs_no_way_round_it(below: float, straight: bool) -> None:
+    other = Body(BodyKind.DRONE, (0.6, 0.1, below), 0.0)
+    turned, _ = WayRound(PARAMETERS, 3.0).turned((1.0, 0.0, 0.0), at(ZERO), ZERO, (2.0, 0.0), [other], 0.0)
+    assert (turned == (1.0, 0.0, 0.0)) == straight
+
+
+def test_a_side_that_leads_back_is_given_up_where_the_other_one_opens() -> None:
+    """Each change of the side is kept for long, but not one that leads back: a drone flew to and fro for 10 s."""
+    way, found = WayRound(PARAMETERS, 3.0), []
+    for step, angles in enumerate(((-10,), (-10, 40, 90, 140), (10, -40, -90, -140, -190))):
+        around = [(1.2 * cos(radians(angle)), 1.2 * sin(radians(angle)), 0.0) for angle in angles]
+        pillars = [Body(BodyKind.OBSTACLE, place, 0.3) for place in around]
+        (_, y, _), _ = way.turned((1.0, 0.0, 0.0), at(ZERO), ZERO, (2.0, 0.0), pillars, 0.1 * step)
+        found.append(y > 0.0)
+    assert found == [True, False, True]
