@@ -24,8 +24,7 @@ class SlidingMode(PaperLaw):
     """The paper's protocol (9) with the sliding mode observer."""
 
     def __init__(self, settings: LawSettings) -> None:
-        super().__init__(settings)
-        self._observe = sliding_step
+        super().__init__(settings, sliding_step)
 
 
 def sliding_step(

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from flockwire.control.observer import explicit_step, implicit_step, rate_estimate
+from collections.abc import Callable, Sequence
+
+from flockwire.control.observer import ObserverParameters, explicit_step, implicit_step, rate_estimate
 from flockwire.control.potential import repulsion
 from flockwire.control.protocol import control_input
 from flockwire.domain.motion import LeaderMotion
 from flockwire.domain.vector import ZERO, Vector
 from flockwire.law import Decision, LawSettings, Observation
 
+ObserverStep = Callable[[Vector, Sequence[tuple[float, Vector]], ObserverParameters, float], Vector]
+
 
 class PaperLaw:
-    """(8) and (9) for one follower."""
+    """(8) and (9) for one follower; `observe` is a step of another observer, with the arguments of `implicit_step`."""
 
-    def __init__(self, settings: LawSettings) -> None:
+    def __init__(self, settings: LawSettings, observe: ObserverStep | None = None) -> None:
         self._settings = settings
-        self._observe = explicit_step if settings.explicit_observer else implicit_step
+        self._observe = observe or (explicit_step if settings.explicit_observer else implicit_step)
         self._leader: Vector | None = None  # eta_i
         self._velocity = ZERO
         self._observed = 0  # the stamp of the newest estimate

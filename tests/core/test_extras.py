@@ -43,23 +43,41 @@ def test_a_failed_import_of_what_no_extra_has_names_none():
     assert extras.lacking(ModuleNotFoundError(name="a_law_of_mine")) == ""
 
 
-@pytest.mark.long
-def test_what_is_printed_in_a_fresh_clone_installs_it(tmp_path):
-    clone = tmp_path / "clone"
-    subprocess.run(["git", "clone", "--quiet", ROOT, clone], check=True)
+@pytest.fixture(scope="module")
+def clone(tmp_path_factory):
+    """Return a fresh clone with its environment, and a function that runs a line of a shell beside it."""
+    beside = tmp_path_factory.mktemp("extras")
+    subprocess.run(["git", "clone", "--quiet", ROOT, beside / "clone"], check=True)
     environment = {name: text for name, text in os.environ.items() if name != "VIRTUAL_ENV"}
 
-    def run(line, folder=clone):
+    def run(line, folder=beside):
         return subprocess.run(
             line, shell=True, cwd=folder, env=environment, capture_output=True, text=True, check=False, timeout=900
         )
 
-    set_up = run("bash -c 'source scripts/environment.sh; sync_environment run'")
+    set_up = run("bash -c 'source scripts/environment.sh; sync_environment run'", beside / "clone")
     assert set_up.returncode == 0, set_up.stderr
-    python = clone / ".venv/bin/python"
-    assert run(f"{python} -c 'import pyarrow'").returncode != 0
-    printed = run(f"{python} -c 'from flockwire.extras import remedy; print(remedy(\"parquet\"))'", tmp_path)
-    assert printed.stdout == "clone/scripts/extra parquet\n"
-    installed = run(printed.stdout, tmp_path)
+    return beside / "clone", run
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("extra", "module"),
+    [
+        ("parquet", "pyarrow.parquet"),
+        ("study", "cma, distributed, ribs"),
+        ("qualisys", "qtm_rt"),
+        ("vicon", "motioncapture"),
+        ("gamepad", "evdev"),
+        ("foxglove", "foxglove"),
+    ],
+)
+def test_what_is_printed_in_a_fresh_clone_installs_it(clone, extra, module):
+    folder, run = clone
+    python = folder / ".venv/bin/python"
+    assert run(f"{python} -c 'import {module}'").returncode != 0
+    printed = run(f"{python} -c 'from flockwire.extras import remedy; print(remedy(\"{extra}\"))'")
+    assert printed.stdout == f"clone/scripts/extra {extra}\n"
+    installed = run(printed.stdout)
     assert installed.returncode == 0, installed.stderr
-    assert run(f"{python} -c 'import pyarrow.parquet'").returncode == 0
+    assert run(f"{python} -c 'import {module}'").returncode == 0

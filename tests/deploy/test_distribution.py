@@ -14,6 +14,17 @@ ROOT = Path(__file__).parents[2]
 UV = shutil.which("uv") or str(ROOT / ".uv/bin/uv")
 
 
+NO_NETWORK = ("unshare", "--net", "--map-root-user", "sh", "-c", 'ip link set lo up && exec "$@"', "sh")
+
+
+def has_namespaces():
+    """Return whether this machine may run a program without a network."""
+    try:
+        return subprocess.run([*NO_NETWORK, "true"], capture_output=True, check=False).returncode == 0
+    except FileNotFoundError:
+        return False
+
+
 def run(*line, **options):
     """Run a program to its end; returns what it printed."""
     done = subprocess.run(list(map(str, line)), capture_output=True, text=True, check=False, **options)
@@ -52,15 +63,29 @@ def test_the_wheel_has_the_code_alone(built):
     assert all(name.startswith("flockwire") for name in names)
 
 
-def test_an_environment_of_its_own_flies(built, tmp_path):
+@pytest.fixture(scope="module")
+def program(built, tmp_path_factory):
+    """Return the folder of the programs of an environment that has the wheel."""
     (wheel,) = built.glob("*.whl")
-    run(UV, "venv", "--quiet", "--python", sys.executable, tmp_path / "env")
-    program = tmp_path / "env/bin"
-    run(UV, "pip", "install", "--quiet", "--python", program / "python", f"{wheel}[station,report]")
+    folder = tmp_path_factory.mktemp("installed") / "env"
+    run(UV, "venv", "--quiet", "--python", sys.executable, folder)
+    run(UV, "pip", "install", "--quiet", "--python", folder / "bin/python", f"{wheel}[station,report]")
+    return folder / "bin"
+
+
+def test_an_environment_of_its_own_flies(program, tmp_path):
     where = run(program / "python", "-c", "import flockwire; print(flockwire.__path__[0])", cwd=tmp_path)
-    assert where.startswith(str(tmp_path / "env"))
+    assert where.startswith(str(program.parent))
     run(program / "flockwire", "init", "mine.toml", cwd=tmp_path)
     out = run(program / "flockwire", "sim", "mine.toml", "--duration", 12, "--out", "flight", cwd=tmp_path)
     assert out.endswith("flockwire: all well\n")
     assert (tmp_path / "flight/report.html").exists()
     run(program / "flockwire", "animate", "flight/trace.mcap", "--seconds", 2, cwd=tmp_path)
+
+
+@pytest.mark.skipif(not has_namespaces(), reason="a program cannot be run without a network here")
+def test_it_flies_real_processes_in_one_command_without_a_network(program, tmp_path):
+    run(program / "flockwire", "init", "mine.toml", cwd=tmp_path)
+    line = (program / "flockwire", "up", "mine.toml", "--headless", "--duration", 8, "--out", "flight")
+    assert run(*NO_NETWORK, *line, cwd=tmp_path).endswith("flockwire: all well\n")
+    assert (tmp_path / "flight/replay.html").exists()

@@ -1,0 +1,63 @@
+"""An observer is exchanged alone: that of docs/own_law.md, with the rest of the paper's law."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+from flockwire.control.protocol import control_input
+from flockwire.domain.motion import LeaderMotion, Motion
+from flockwire.domain.time import SECOND
+from flockwire.law import NeighbourEstimate, Observation, Reference
+from flockwire.parameters import law_settings
+from flockwire.swarm.model import Swarm
+from flockwire_agent.paper_law import PaperLaw
+
+PAGE = (Path(__file__).parents[2] / "docs" / "own_law.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def observer(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """Return the page's module with an observer, importable as my_observer."""
+    (text,) = (block for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if "(PaperLaw)" in block)
+    module = ModuleType("my_observer")
+    exec(text, vars(module))
+    monkeypatch.setitem(sys.modules, "my_observer", module)
+    return module
+
+
+def observed(estimate: LeaderMotion, swarm: Swarm) -> Observation:
+    """Return what a follower knows in one step: one neighbour's estimate, its own place and position."""
+    heard = [NeighbourEstimate(0, 1.0, SECOND, estimate)]
+    place = Reference(swarm.build_formation(), 0, 0)
+    return Observation(0.01, SECOND, Motion((0.5, 0.0, 1.0), (0.0, 0.0, 0.0), (0.5, 0.0, 1.0)), heard, (), place)
+
+
+def test_the_estimate_is_the_observers_and_the_command_that_of_the_papers_protocol(
+    observer: ModuleType, make_swarm: Callable[..., Swarm]
+) -> None:
+    swarm = make_swarm({"observer.gain": 2.0})
+    settings, seen = law_settings(swarm, 1), observed(LeaderMotion((1.5, 0.0, 1.0)), swarm)
+    own, papers = (law(settings).step(seen, SECOND) for law in (observer.LinearObserver, PaperLaw))
+    assert own.estimate is not None
+    assert papers.estimate is not None
+    assert own.estimate.position == pytest.approx((0.5 + 0.01 * 2.0 * 1.0, 0.0, 1.0))
+    assert papers.estimate.position != pytest.approx(own.estimate.position)
+    assert seen.motion is not None
+    assert seen.reference is not None
+    offset, rate = seen.reference.offset(SECOND), seen.reference.rate(SECOND)
+    wanted = control_input(seen.motion.position, offset, rate, own.estimate.position, (0.0,) * 3, settings.protocol)
+    assert own.velocity == pytest.approx(wanted)
+
+
+def test_it_flies(observer: ModuleType, fly_flock: Callable[..., Any]) -> None:
+    starts, places = [[0.0, 0.0], [1.6, 0.3], [-1.4, 0.2]], {1: [1.0, 1.0, 0.0], 2: [-1.0, 1.0, 0.0]}
+    flown = fly_flock(starts, places, {"control.law": "my_observer:LinearObserver"}, 10.0)
+    assert flown.failure == ""
+    assert flown.closest > 0.4
+    assert flown.error < 0.1
