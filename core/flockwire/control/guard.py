@@ -19,6 +19,7 @@ from flockwire.domain.vector import Vector, add, limit, norm, scale, subtract
 
 BODY_TIME_CONSTANT = 0.05  # s, of the trackers of nearby bodies
 STOPPING_DISTANCE_FACTOR = 1.25  # stopping-distance factor: the airframe is known to about 20 %
+TOUCHING = 0.2  # m/s, added to the vertical speed: the highest speed in take-off and landing below the floor
 _TOUCHES = 1e-9  # m/s from a constraint within which a velocity is held by it
 _BODY_MARKS = {
     BodyKind.DRONE: "guard: a drone",
@@ -89,6 +90,9 @@ class Guard:
         """
         own = self._parameters
         speed = min(speed, self._fastest)
+        if grounding:
+            above = max(motion.stopping[2] - own.floor, 0.0)
+            speed = min(speed, own.vertical_speed + TOUCHING + self._rate * above)
         seen = limit(wanted, own.sight_speed(max(now - stamp, 0) / SECOND))
         spaces = self._bodies(motion, bodies, stamp, now, speed)
         room, braking = own.room, own.acceleration

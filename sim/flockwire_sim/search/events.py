@@ -10,11 +10,11 @@ from typing import Annotated, Any, Literal
 from flockwire.domain.time import nanoseconds
 from flockwire.ground.order import Order
 from flockwire.process.fault_file import parse_faults
-from flockwire.process.faults import Fault
+from flockwire.process.faults import Fault, Freeze
 from flockwire.swarm.reading import error_lines
 from flockwire.swarm.tables import Model, NotNegative, Positive
 from flockwire.wire.plan import Plan
-from flockwire.wire.processes import CONSOLE, OPERATOR
+from flockwire.wire.processes import CONSOLE, KINEMATICS, OPERATOR
 from pydantic import Field, ValidationError
 
 from flockwire_sim.fault_injection import refusal
@@ -116,6 +116,12 @@ class EventInjector:
             self._later(fault.at, partial(self._recorder.tell, f"fault: {fault!r}"))
             if fault.kind == "kill" and fault.process in drivers:
                 self._later(fault.at, self._end_world)
+
+    def frozen(self, at: float) -> bool:
+        """Return whether the simulated airframes stand still `at` s, by a fault."""
+        moving = {KINEMATICS.kind, *(driver.identity for driver in self._drivers)}
+        freezes = (fault for fault in self._faults if isinstance(fault, Freeze) and fault.process in moving)
+        return any(fault.at <= at < fault.at + fault.duration for fault in freezes)
 
     def _end_world(self) -> None:
         self.world_ended = True

@@ -108,7 +108,7 @@ class Flight:
             end,
             failure,
             fails=self._fails,
-            world_ended=self._injector.world_ended,
+            world_ended=self._injector.world_ended or self._injector.frozen(recorder.seconds(end)),
             visited=self._visited,
             formed=self._recovery.formed if self._recovery is not None else (),
             tails=tails(recorder, world.swarm) if self._quiet and not failure else {},

@@ -257,6 +257,8 @@ def _rungs(flown: Flown, owner: str, bounds: Bounds) -> Iterator[tuple[str, Marg
         awake &= ~falling(flown, owner, reports.times)
         flying = np.isin(phases, (Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION))
         forming = phases == Phase.FORMATION
+        rested = np.isin(phases, (Phase.GROUNDED, Phase.READY))
+        flying[1:] &= ~rested[:-1]  # a pilot whose drone flies all the same decides in its next step
         for name, ages, limit, wrong in (
             ("own pose: hold", reports.pose_ages, stale.pose_zero, forming),
             ("own pose: land", reports.pose_ages, stale.pose_land, flying),

@@ -73,6 +73,19 @@ def test_a_landing_far_outside_the_fence_descends_as_it_comes_back(make_swarm, r
     assert hypot(last[0], last[1]) == pytest.approx(parameters.vertical_speed, rel=0.05)
 
 
+@pytest.mark.parametrize(("height", "fastest"), [(0.1, 0.9), (1.0, 3.0)])
+def test_a_drone_about_to_touch_down_is_not_moved_sideways_fast(make_swarm, height, fastest):
+    """A space where a lost body may be, and a drone on the other side, grow towards it at once."""
+    parameters = guard_parameters(make_swarm({"control.law": "extended"}), 1)
+    filtered, last, motion = Guard(parameters), (0.0, 0.0, -0.7), Motion((0.0, 0.0, height), (0.0,) * 3, (0, 0, height))
+    for step in range(1, 20):
+        bodies = (Body(BodyKind.OBSTACLE, (0.5, 0.0, 0.0), 1.0), Body(BodyKind.MOVER, (0.0, 0.4, 0.0), 0.3))
+        at = step * SECOND // 100
+        last = filtered.velocity((0.0, 0.0, -0.7), motion, bodies, at, at, last, 0.01, 3.0, True)
+    assert hypot(*last) <= fastest + 1e-9
+    assert (hypot(*last) > 1.0) == (height > 0.5)
+
+
 def settled(parameters, wanted, place=(0.0, 0.0, 1.0), age=0.0, body=None, grounding=False):
     """Return what a drone that stays at `place` may fly at in the end; `body`: its x at last; it comes at 0.5 m/s."""
     filtered, last = Guard(parameters), (0.0, 0.0, 0.0)
