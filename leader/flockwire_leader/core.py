@@ -6,12 +6,7 @@ from flockwire.domain.airframe import Command
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector
-from flockwire.parameters import (
-    LeaderParameters,
-    leader_parameters,
-    tracked_parameters,
-    virtual_parameters,
-)
+from flockwire.parameters import LeaderParameters, leader_parameters, tracked_parameters, virtual_parameters
 from flockwire.pilot.pilot import Pilot
 from flockwire.process.cores import Start
 from flockwire.wire.codec import Message

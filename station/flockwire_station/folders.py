@@ -66,5 +66,5 @@ def renew_keys(plan: Plan, folder: Path, rotate: bool = False) -> tuple[str, ...
         return make_keys(plan, folder, clock.utc(), rotate)
     except OSError as error:
         raise CredentialsError(f"{folder}: cannot write keys there: {error.strerror or error}") from None
-    except ValueError as error:
+    except ValueError as error:  # also a file that is no certificate
         raise CredentialsError(str(error)) from None

@@ -40,9 +40,6 @@ class Interval(NamedTuple):
     low: float
     high: float
 
-    def __contains__(self, truth: object) -> bool:
-        return isinstance(truth, int | float) and self.low <= truth <= self.high
-
 
 class StepResponse(NamedTuple):
     """One axis in flight: times (s) and values (m/s; rad/s) of commands, times (s) and positions (m or rad)."""

@@ -20,7 +20,6 @@ from flockwire.security.pki import (
     LIFE,
     RENEW,
     WARN,
-    KeysError,
     expiring,
     issue,
     make_keys,
@@ -182,7 +181,7 @@ def test_a_folder_from_before_operators_had_an_authority_is_completed(make_plan,
 def test_a_folder_from_before_without_the_authoritys_key_names_the_remedy(make_plan, plan, tmp_path, made):
     make_keys(make_plan({"network.security": "none"}), tmp_path, made)
     (tmp_path / "authority" / "ca.key").unlink()
-    with pytest.raises(KeysError, match=r"operators\.crt: has to be made again.*--rotate"):
+    with pytest.raises(CredentialsError, match=r"operators\.crt: has to be made again.*--rotate"):
         make_keys(plan, tmp_path, made)
     with pytest.raises(CredentialsError, match=r"operators\.crt: cannot read it.*`flockwire keys SWARM` makes it"):
         checked(tmp_path, plan, "uav1", made)
@@ -225,9 +224,9 @@ def test_rotation_replaces_all_and_makes_the_old_worthless(keys, plan, made):
 def test_while_a_process_holds_the_keys_no_authority_is_made_again(keys, plan, made):
     before = contents(keys)
     with hold(keys):
-        with pytest.raises(KeysError, match=r"run with these keys.* not even a stop.* end them first"):
+        with pytest.raises(CredentialsError, match=r"run with these keys.* not even a stop.* end them first"):
             make_keys(plan, keys, made, rotate=True)
-        with pytest.raises(KeysError, match="run with these keys"):  # nor one that is about to expire
+        with pytest.raises(CredentialsError, match="run with these keys"):  # nor one that is about to expire
             make_keys(plan, keys, made + AUTHORITY_LIFE)
         assert contents(keys) == before
         (keys / "uav1.crt").unlink()
@@ -249,7 +248,7 @@ def test_an_authoritys_key_without_its_certificate_signs_nothing(keys, plan, mad
     old = (keys / "ca.crt").read_bytes()
     make_keys(plan, keys, made, rotate=True)
     (keys / "ca.crt").write_bytes(old)
-    with pytest.raises(KeysError, match=r"is not the key of ca\.crt; --rotate"):
+    with pytest.raises(CredentialsError, match=r"is not the key of ca\.crt; --rotate"):
         make_keys(plan, keys, made)
 
 
@@ -257,7 +256,7 @@ def test_where_the_authoritys_key_is_kept_elsewhere_no_other_authority_is_made(k
     (keys / "authority" / "ca.key").unlink()
     (keys / "uav1.crt").write_bytes((keys / "uav2.crt").read_bytes())
     before = contents(keys)
-    with pytest.raises(KeysError, match=r"ca\.key"):
+    with pytest.raises(CredentialsError, match=r"ca\.key"):
         make_keys(plan, keys, made)
     assert contents(keys) == before
 
