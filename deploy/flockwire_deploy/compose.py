@@ -47,7 +47,7 @@ class ContainerNetwork(NamedTuple):
 
 def aboard(plan: Plan) -> tuple[str, ...]:
     """Return the processes of containers, in the order of the process table: all that `up` starts, and the operator."""
-    return tuple(identity for identity in plan.certified if identity in plan.started or identity == OPERATOR.kind)
+    return tuple(identity for identity in plan.identities if identity in plan.started or identity == OPERATOR.kind)
 
 
 def networks(plan: Plan, within: IPv4Network | None = None) -> tuple[ContainerNetwork, ...]:

@@ -74,7 +74,7 @@ def _make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool) -> tuple[s
     for name in made:
         signers[name] = new = new_authority(plan.swarm.name, now)
         save(new, folder, name, folder / "authority")
-    for identity in plan.certified:
+    for identity in plan.identities:
         names, signer = alternative_names(plan, identity), signers[plan.issuer(identity)]
         if not _good(folder, identity, names, signer.certificate, now):
             save(issue(signer, identity, names, now - BACKDATED, now + LIFE), folder, identity)
@@ -84,7 +84,7 @@ def _make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool) -> tuple[s
 
 def _without_authority(plan: Plan, folder: Path, now: datetime) -> tuple[str, ...]:
     """Make nothing, because the authority's key is elsewhere; raises CredentialsError if a certificate is needed."""
-    needed = [*plan.authorities, *(name for name in plan.certified if (folder / f"{name}.crt").exists())]
+    needed = [*plan.authorities, *(name for name in plan.identities if (folder / f"{name}.crt").exists())]
     for name in needed:  # missing certificates belong to another host
         if not _stays(plan, folder, name, now):
             raise CredentialsError(
@@ -126,7 +126,7 @@ def issue(authority: Signer, name: str, alternatives: tuple[str, ...], begin: da
 
 def expiring(plan: Plan, folder: Path, now: datetime) -> Iterator[str]:
     """Yield a line for each certificate that expires within two weeks of `now`, or has expired."""
-    for identity in (*plan.authorities, *plan.certified):
+    for identity in (*plan.authorities, *plan.identities):
         path = folder / f"{identity}.crt"
         try:
             end = x509.load_pem_x509_certificate(path.read_bytes()).not_valid_after_utc
