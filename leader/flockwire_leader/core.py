@@ -47,10 +47,6 @@ class FlyingLeader:
         if take is not None:
             take(message)
 
-    def due(self, key: Key) -> bool:
-        """Return True: each pose triggers a step."""
-        return True
-
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Observe, decide, command: what to publish at `now`."""
         pilot = self._pilot
