@@ -68,10 +68,6 @@ class AgentCore:
         elif isinstance(message, Status):  # it subscribes only to the leader's status
             self._neighbourhood.take_status(message)
 
-    def due(self, key: Key) -> bool:
-        """Return True: each pose triggers a step."""
-        return True
-
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Observe, decide, command: what to publish at `now`."""
         pilot, neighbourhood = self._pilot, self._neighbourhood

@@ -46,13 +46,9 @@ class LyingAgent(AgentCore):
             if not 0.0 <= since < fault.duration:
                 continue
             if isinstance(fault, FalseEstimate):
-                estimate = estimate._replace(motion=moved(estimate.motion, fault, since))
+                x, v, a = estimate.motion
+                motion = LeaderMotion(add(x, scale(fault.velocity, since)), add(v, fault.velocity), a)
+                estimate = estimate._replace(motion=motion)
             else:
                 estimate = estimate._replace(origin=now - nanoseconds(fault.age), hops=0, leading=Leading.LEADS)
         return estimate
-
-
-def moved(motion: LeaderMotion, fault: FalseEstimate, since: float) -> LeaderMotion:
-    """Return `motion` with the displacement of `fault` `since` s after its start, and with its velocity."""
-    x, v, a = motion
-    return LeaderMotion(add(x, scale(fault.velocity, since)), add(v, fault.velocity), a)

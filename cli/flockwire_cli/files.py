@@ -59,7 +59,7 @@ def deploy(
 ) -> None:
     """Write containers or services of a swarm, with the keys of each process."""
     from flockwire_deploy.bundle import write_bundles  # noqa: PLC0415  (jinja2)
-    from flockwire_deploy.compose import RangeError, obstacle, write_compose  # noqa: PLC0415
+    from flockwire_deploy.compose import obstacle, write_compose  # noqa: PLC0415
     from flockwire_deploy.files import DeployError, refuse_other_keys  # noqa: PLC0415
 
     plan = load(swarm)
@@ -76,7 +76,7 @@ def deploy(
             step = write_compose(*places, within)
         else:
             step = write_bundles(*places, wheels, playbook=target is Target.ANSIBLE)
-    except (DeployError, RangeError) as error:
+    except DeployError as error:
         refuse(str(error))
     except OSError as error:
         refuse(f"--out = {folder}: cannot write there: {error.strerror or error}")

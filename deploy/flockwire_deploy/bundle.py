@@ -51,7 +51,7 @@ def _write_host(plan: Plan, host: str, folder: Path, swarm_file: Path, keys: Pat
     write_swarm(plan.swarm, swarm_file, folder / "swarm")
     for name, text in units(plan, host).items():
         write(folder / "units" / name, text)
-    write_keys(plan, keys, [i for i in plan.processes_on(host) if i in plan.certified], folder / "keys")
+    write_keys(plan, keys, plan.processes_on(host), folder / "keys")
     wheels.copy(folder / "wheels")
     write(folder / "requirements.txt", wheels.requirements())
     script = template("install.sh.j2").render(

@@ -37,10 +37,6 @@ NOT_ROOT = (10001, 10001)  # the user of root's containers: the image's own
 SPARE = 4  # reserved addresses of a network: its own, broadcast, the engine's, one for a restarted container
 
 
-class RangeError(ValueError):
-    """A range of addresses that is too small; the text is one line."""
-
-
 class ContainerNetwork(NamedTuple):
     """One network: its name, members, and addresses unless the engine chooses them."""
 
@@ -51,13 +47,13 @@ class ContainerNetwork(NamedTuple):
 
 def aboard(plan: Plan) -> tuple[str, ...]:
     """Return the processes of containers, in the order of the process table: all that `up` starts, and the operator."""
-    return tuple(identity for identity in plan.certified if identity in plan.started or identity == OPERATOR.kind)
+    return tuple(identity for identity in plan.identities if identity in plan.started or identity == OPERATOR.kind)
 
 
 def networks(plan: Plan, within: IPv4Network | None = None) -> tuple[ContainerNetwork, ...]:
     """Return the networks of all containers, with subnets of `within` if given, or if they are many.
 
-    Raises RangeError if they do not fit.
+    Raises DeployError if they do not fit.
     """
     members = _members(plan)
     if within is None and len(members) <= POOL:
@@ -66,7 +62,7 @@ def networks(plan: Plan, within: IPv4Network | None = None) -> tuple[ContainerNe
     length = 32 - (largest - 1).bit_length()
     whole = within or RANGE
     if length < whole.prefixlen or 2 ** (length - whole.prefixlen) < len(members):
-        raise RangeError(f"--subnets = {whole}: has no room for {len(members)} networks of {largest} addresses")
+        raise DeployError(f"--subnets = {whole}: has no room for {len(members)} networks of {largest} addresses")
     subnets = whole.subnets(new_prefix=length)
     return tuple(ContainerNetwork(name, on, next(subnets)) for name, on in members.items())
 
@@ -129,7 +125,7 @@ def outside(swarm: Swarm) -> str:
 
 
 def compose_file(plan: Plan, within: IPv4Network | None = None) -> str:
-    """Return the text of compose.yaml. Raises RangeError."""
+    """Return the text of compose.yaml. Raises DeployError."""
     page = template("compose.yaml.j2")
     return page.render(
         swarm=plan.swarm.name,

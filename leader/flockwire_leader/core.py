@@ -6,12 +6,7 @@ from flockwire.domain.airframe import Command
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector
-from flockwire.parameters import (
-    LeaderParameters,
-    leader_parameters,
-    tracked_parameters,
-    virtual_parameters,
-)
+from flockwire.parameters import LeaderParameters, leader_parameters, tracked_parameters, virtual_parameters
 from flockwire.pilot.pilot import Pilot
 from flockwire.process.cores import Start
 from flockwire.wire.codec import Message
@@ -51,10 +46,6 @@ class FlyingLeader:
         take = self._pilot.take.get(key)
         if take is not None:
             take(message)
-
-    def due(self, key: Key) -> bool:
-        """Return True: each pose triggers a step."""
-        return True
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Observe, decide, command: what to publish at `now`."""

@@ -134,7 +134,7 @@ def as_json(plan: Plan, observations: list[AttackResult], found: list[Deviation]
 
 
 def _insiders(plan: Plan) -> tuple[str, ...]:
-    return tuple(identity for identity in plan.certified if identity not in plan.routers)
+    return tuple(identity for identity in plan.identities if identity not in plan.routers)
 
 
 def _flows(plan: Plan, key: Key, alive: frozenset[str]) -> bool:

@@ -58,7 +58,7 @@ def attackers(plan: Plan, keys: Path, scratch: Path) -> Iterator[tuple[Attacker,
     save(issue(foreign, victim, names, long_ago, now + timedelta(days=1)), scratch, "foreign")
     save(issue(read_authority(keys), victim, names, long_ago, yesterday), scratch, "expired")
     forged = (None, _files(keys, scratch, "foreign"), _files(keys, scratch, "expired"))
-    shown = dict(zip(OUTSIDERS, forged, strict=True)) | {name: _files(keys, keys, name) for name in plan.certified}
+    shown = dict(zip(OUTSIDERS, forged, strict=True)) | {name: _files(keys, keys, name) for name in plan.identities}
     for name, credentials in shown.items():
         yield tuple(Attacker(name, credentials, mode) for mode in MODES)
 
@@ -120,7 +120,7 @@ async def run(plan: Plan, swarm_file: Path, keys: Path, out: Path) -> list[Devia
         if children is not None:  # an order without effect on the ground, for the gateway to repeat
             operator.ask(Order("land"))
         began = clock.monotonic()
-        with progress("probe", len(OUTSIDERS) + len(plan.certified)) as advance:
+        with progress("probe", len(OUTSIDERS) + len(plan.identities)) as advance:
             observations, found = await asyncio.to_thread(probe, plan, keys, operator, print, advance)
         write(plan, observations, found, (clock.monotonic() - began) / SECOND, out)
         return found

@@ -25,7 +25,7 @@ linked processes the lower one dials the other.
 | process | exists with | link | faults that it injects |
 |---|---|---|---|
 """
-_LINK = {Link.PEER: "peer", Link.ROUTER: "router", Link.DIALS: "dials", Link.NONE: "none"}
+_LINK = {Link.PEER: "peer", Link.ROUTER: "router", Link.DIALS: "dials"}
 KEYS = """
 ## Keys
 

@@ -131,7 +131,7 @@ def _links(plan: Plan) -> Iterator[str]:
     yield "process       listens at            linked to"
     for identity, endpoint in plan.endpoints.items():
         links = plan.links[identity]
-        links_all = len(links) == len(plan.certified) - 1
+        links_all = len(links) == len(plan.identities) - 1
         yield f"  {identity:<11} {endpoint:<21} {'all' if links_all else ', '.join(links)}"
     if plan.reserved:
         ports = [int(endpoint.rpartition(":")[2]) for endpoint in plan.reserved.values()]

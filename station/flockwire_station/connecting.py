@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from flockwire.runtime.session import Session, connect
@@ -24,7 +25,8 @@ async def connected(
     Raises CredentialsError.
     """
     ended = asyncio.Event()
-    opening = asyncio.create_task(connect(plan, identity, keys, ended, note=_print))
+    note = partial(print, "flockwire:", file=sys.stderr, flush=True)
+    opening = asyncio.create_task(connect(plan, identity, keys, ended, note=note))
     try:
         while not opening.done():
             if interrupted.count or hopeless():
@@ -36,7 +38,3 @@ async def connected(
             session.close()
         raise
     return opening.result()
-
-
-def _print(note: str) -> None:
-    print(f"flockwire: {note}", file=sys.stderr, flush=True)

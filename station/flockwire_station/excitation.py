@@ -94,10 +94,6 @@ class ExcitationCore:
             self._yaw += wrapped(yaw_of(message.orientation) - self._yaw)
             self._note_pose(message)
 
-    def due(self, key: Key) -> bool:
-        """Return True: each pose triggers a step."""
-        return True
-
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Advance the stage, and command."""
         pilot = self._pilot

@@ -53,8 +53,7 @@ def complete_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
                 which = "a new authority and all keys" if made[0] in plan.authorities else ", ".join(made)
                 print(f"flockwire: warning: --keys = {folder}: made {which} there")
         for identity in (*plan.processes_on(host), OPERATOR.kind):
-            if identity in plan.certified:
-                load_credentials(folder, identity, clock.utc(), plan.issuer(identity), plan.authorities)
+            load_credentials(folder, identity, clock.utc(), plan.issuer(identity), plan.authorities)
     return folder
 
 
@@ -66,5 +65,5 @@ def renew_keys(plan: Plan, folder: Path, rotate: bool = False) -> tuple[str, ...
         return make_keys(plan, folder, clock.utc(), rotate)
     except OSError as error:
         raise CredentialsError(f"{folder}: cannot write keys there: {error.strerror or error}") from None
-    except ValueError as error:
+    except ValueError as error:  # also a file that is no certificate
         raise CredentialsError(str(error)) from None

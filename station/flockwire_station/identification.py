@@ -40,9 +40,6 @@ class Interval(NamedTuple):
     low: float
     high: float
 
-    def __contains__(self, truth: object) -> bool:
-        return isinstance(truth, int | float) and self.low <= truth <= self.high
-
 
 class StepResponse(NamedTuple):
     """One axis in flight: times (s) and values (m/s; rad/s) of commands, times (s) and positions (m or rad)."""
@@ -101,15 +98,9 @@ def combined(fits: Sequence[Interval]) -> float:
 
 def _steps(changes: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
     """Return the times and sizes of the command's changes."""
-    when: list[float] = []
-    by: list[float] = []
-    last = 0.0
-    for moment, value in changes:
-        if value != last:
-            when.append(moment)
-            by.append(value - last)
-            last = value
-    return np.asarray(when), np.asarray(by)
+    when, values = np.asarray(changes, dtype=float).reshape(-1, 2).T
+    by = np.diff(values, prepend=0.0)
+    return when[by != 0.0], by[by != 0.0]
 
 
 def _position(parameters: Array, when: Array, by: Array, times: Array, begin: float) -> Array:

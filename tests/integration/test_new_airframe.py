@@ -171,9 +171,6 @@ class BlimpDriver:
         elif isinstance(message, Stop):
             self._stopped = True
 
-    def due(self, key):
-        return False
-
     def datagram(self, data, sender, at, now):
         (self._height,) = unpack("<d", data)
 

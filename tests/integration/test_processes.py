@@ -81,9 +81,6 @@ class Spy:
     def receive(self, key: Key, message: Message, now: int) -> None:
         self.keys.add(key)
 
-    def due(self, key: Key) -> bool:
-        return True
-
     def step(self, now: int) -> list[tuple[Key, Message]]:
         return []
 

@@ -28,7 +28,6 @@ def test_it_publishes_nothing_whatever_it_receives(core):
 
 def test_it_steps_at_its_own_rate_alone(core):
     assert core.triggers == core.prompt == frozenset()
-    assert core.due(STOP) is False
     assert core.period == 0.05
 
 

@@ -16,7 +16,7 @@ def test_a_folder_without_keys_is_filled_and_named(plan, tmp_path, capsys):
     assert (
         capsys.readouterr().out == f"flockwire: warning: --keys = {folder}: made a new authority and all keys there\n"
     )
-    assert {f"{identity}.crt" for identity in plan.certified} < {file.name for file in folder.iterdir()}
+    assert {f"{identity}.crt" for identity in plan.identities} < {file.name for file in folder.iterdir()}
 
 
 def test_nothing_made_and_the_swarms_own_folder_are_not_worth_a_line(plan, tmp_path, capsys):

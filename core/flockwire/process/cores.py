@@ -60,9 +60,6 @@ class Core(Protocol):
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Receive a message at `now`, Unix time in ns."""
 
-    def due(self, key: Key) -> bool:
-        """Return whether the last message of the trigger `key` causes a step."""
-
     def step(self, now: int) -> Iterable[tuple[Key, Message]]:
         """Return the messages to publish at `now`, Unix time in ns."""
 
@@ -103,6 +100,14 @@ class Networked(Protocol):
 
 
 @runtime_checkable
+class Framed(Protocol):
+    """A core whose triggers are parts of a frame: it steps when the frame is complete, not for each of them."""
+
+    def due(self, key: Key) -> bool:
+        """Return whether the last message of the trigger `key` causes a step."""
+
+
+@runtime_checkable
 class Untimed(Protocol):
     """A core that starts before swarm time is known, because its drone cannot wait (`untimed` in the process table)."""
 
@@ -119,10 +124,6 @@ class Ground:
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Ignore all messages."""
-
-    def due(self, key: Key) -> bool:
-        """Return False: no message triggers a step."""
-        return False
 
     def step(self, now: int) -> Iterable[tuple[Key, Message]]:
         """Publish nothing."""

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Protocol
 
 from flockwire.domain.time import SECOND
-from flockwire.process.cores import Core, Untimed
+from flockwire.process.cores import Core, Framed, Untimed
 from flockwire.process.timekeeping import Timekeeping
 from flockwire.wire.codec import Message
 from flockwire.wire.inbox import Inbox
@@ -157,7 +157,7 @@ class Stepper:
         self._timekeeping = timekeeping
         if isinstance(core, Untimed):
             timekeeping.follow(core.correct)
-        self._receive = core.receive
+        self._receive, self._due = core.receive, core.due if isinstance(core, Framed) else None
         self._triggers = core.triggers
         self._buffered = tuple((source.inbox.key, source.message) for source in buffered)
         self._named = tuple((key_text(swarm_name, source.inbox.key), source.inbox) for source in inputs)
@@ -176,7 +176,7 @@ class Stepper:
         self._receive(key, message, now)
         if self._flush is not None:
             self._flush(now)
-        if key not in self._triggers or not self._core.due(key):
+        if key not in self._triggers or (self._due is not None and not self._due(key)):
             return
         stamp = message.stamp
         late, period = stamp - self._earliest, self._period

@@ -9,6 +9,7 @@ import asyncio
 import json
 from collections import Counter
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from functools import partial
 from typing import NamedTuple
 
@@ -42,7 +43,7 @@ class Place(NamedTuple):
     name: str
 
 
-class RosNode:
+class RosNode(AbstractContextManager["RosNode"]):
     """One node in the ROS graph. Use it as a context manager: an open session blocks the exit.
 
     `counts` counts what was dropped.
@@ -61,9 +62,6 @@ class RosNode:
         self._ends, self._others = 0, dict[str, End]()
         self._declared: list[object] = []  # a declaration ends with its object
         self._token(self._node.token)
-
-    def __enter__(self) -> RosNode:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

@@ -89,7 +89,7 @@ async def connect(
     return None
 
 
-class Session:
+class Session(contextlib.AbstractContextManager["Session"]):
     """One process's connection to the swarm. Use it as a context manager: an open session blocks the exit."""
 
     def __init__(
@@ -126,9 +126,6 @@ class Session:
         clock.settle()
         self._publishing = Publishing(plan, identity, uuid.uuid4().bytes, self._declare)
         self.publish = self._publishing.publish
-
-    def __enter__(self) -> Session:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

@@ -27,13 +27,13 @@ class SwarmClock:
         self.lock = threading.Lock()
         self.timekeeping: Timekeeping = timekeeping(plan, identity, clock.correct)
         self.prompts: list[Prompt] = []
-        self._session, self._subscribed = session, False
+        self._session = session
 
     def step(self) -> None:
         """Send a due request; call it at least ten times a second."""
-        if not self._subscribed:
-            self._subscribed = True
-            self._subscribe()
+        if self.timekeeping.keys and not self.prompts:
+            wakeup = Wakeup(self._arrived, self.lock)
+            self.prompts = [self._session.prompt(key, wakeup) for key in self.timekeeping.keys]
         if outgoing := self.timekeeping.step(clock.now()):
             self._session.publish(outgoing)
 
@@ -53,11 +53,6 @@ class SwarmClock:
     def known(self) -> bool:
         """Return whether swarm time is known."""
         return is_known(self.timekeeping, clock.now())
-
-    def _subscribe(self) -> None:
-        if self.timekeeping.keys:
-            wakeup = Wakeup(self._arrived, self.lock)
-            self.prompts = [self._session.prompt(key, wakeup) for key in self.timekeeping.keys]
 
     def _arrived(self, prompt: Prompt) -> None:
         now = clock.now()

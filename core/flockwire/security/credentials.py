@@ -68,10 +68,9 @@ def _check_folder(folder: Path) -> None:
         mode = folder.stat().st_mode
     except FileNotFoundError:
         raise CredentialsError(f"{folder}: {NO_FOLDER}") from None
-    except PermissionError as error:
-        raise CredentialsError(f"{folder}: cannot read this keys folder: {error.strerror}; {CHOWN}") from None
     except OSError as error:
-        raise CredentialsError(f"{folder}: cannot read this keys folder: {error.strerror}") from None
+        remedy = f"; {CHOWN}" if isinstance(error, PermissionError) else ""
+        raise CredentialsError(f"{folder}: cannot read this keys folder: {error.strerror}{remedy}") from None
     if not stat.S_ISDIR(mode):
         raise CredentialsError(f"{folder}: {NO_FOLDER}")
     if mode & 0o022:

@@ -26,7 +26,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-from flockwire.security.files import in_use
+from flockwire.security.files import CredentialsError, in_use
 from flockwire.wire.plan import AUTHORITY, Plan
 
 LIFE = timedelta(days=90)
@@ -34,10 +34,6 @@ AUTHORITY_LIFE = timedelta(days=3650)
 RENEW = timedelta(days=30)  # before its end a certificate is renewed
 WARN = timedelta(days=14)  # before its end `check` warns
 BACKDATED = timedelta(hours=1)  # for machines with a clock that is a little behind
-
-
-class KeysError(ValueError):
-    """Keys cannot be made; the text is one line: file, problem, remedy."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +48,7 @@ def make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool = False) -> 
     """Make missing, wrong and soon expiring certificates; returns their names.
 
     With `rotate`, make a new authority and all certificates: earlier ones are rejected afterwards. No authority is
-    replaced while a process uses the folder's keys. Raises KeysError, and OSError if the folder cannot be written.
+    replaced while a process uses the folder's keys. Raises CredentialsError, OSError if the folder cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True, mode=0o700)
     folder.chmod(0o700)
@@ -71,14 +67,14 @@ def _make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool) -> tuple[s
     signers = {name: signer for name, signer in held.items() if signer is not None and _lasts(signer.certificate, now)}
     made = [name for name in plan.authorities if name not in signers]
     if made and in_use(folder):
-        raise KeysError(
+        raise CredentialsError(
             f"{folder}: processes of this machine run with these keys, and no order, not even a stop, would reach "
             "them from those of a new authority; end them first"
         )
     for name in made:
         signers[name] = new = new_authority(plan.swarm.name, now)
         save(new, folder, name, folder / "authority")
-    for identity in plan.certified:
+    for identity in plan.identities:
         names, signer = alternative_names(plan, identity), signers[plan.issuer(identity)]
         if not _good(folder, identity, names, signer.certificate, now):
             save(issue(signer, identity, names, now - BACKDATED, now + LIFE), folder, identity)
@@ -87,11 +83,11 @@ def _make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool) -> tuple[s
 
 
 def _without_authority(plan: Plan, folder: Path, now: datetime) -> tuple[str, ...]:
-    """Make nothing, because the authority's key is elsewhere; raises KeysError if a certificate is needed."""
-    needed = [*plan.authorities, *(name for name in plan.certified if (folder / f"{name}.crt").exists())]
+    """Make nothing, because the authority's key is elsewhere; raises CredentialsError if a certificate is needed."""
+    needed = [*plan.authorities, *(name for name in plan.identities if (folder / f"{name}.crt").exists())]
     for name in needed:  # missing certificates belong to another host
         if not _stays(plan, folder, name, now):
-            raise KeysError(
+            raise CredentialsError(
                 f"{folder / name}.crt: has to be made again, and the authority's key is not here; run "
                 "`flockwire keys` where authority/ca.key is and copy the files, or use --rotate for a new authority"
             )
@@ -130,7 +126,7 @@ def issue(authority: Signer, name: str, alternatives: tuple[str, ...], begin: da
 
 def expiring(plan: Plan, folder: Path, now: datetime) -> Iterator[str]:
     """Yield a line for each certificate that expires within two weeks of `now`, or has expired."""
-    for identity in (*plan.authorities, *plan.certified):
+    for identity in (*plan.authorities, *plan.identities):
         path = folder / f"{identity}.crt"
         try:
             end = x509.load_pem_x509_certificate(path.read_bytes()).not_valid_after_utc
@@ -167,9 +163,9 @@ def _read_authority(folder: Path, name: str) -> Signer | None:
     except FileNotFoundError:
         return None
     except (ValueError, TypeError) as error:
-        raise KeysError(f"{folder}: its authority cannot be read: {error}; --rotate makes a new one") from None
+        raise CredentialsError(f"{folder}: its authority cannot be read: {error}; --rotate makes a new one") from None
     if not isinstance(key, ec.EllipticCurvePrivateKey) or certificate.public_key() != key.public_key():
-        raise KeysError(
+        raise CredentialsError(
             f"{folder / 'authority' / name}.key: is not the key of {name}.crt; --rotate makes a new authority"
         )
     return Signer(certificate, key)

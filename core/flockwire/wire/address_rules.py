@@ -69,14 +69,11 @@ def _processes(plan: Plan) -> Iterator[str]:
 
 def _ports(plan: Plan) -> Iterator[str]:
     base = plan.swarm.network.base_port
-    for identity, endpoint in plan.endpoints.items():
+    for identity, endpoint in (*plan.endpoints.items(), *plan.reserved.items()):
         port = int(endpoint.rpartition(":")[2])
-        if port > HIGHEST_PORT:
-            yield f"network.base_port = {base}: {identity} would listen at port {port}, the highest is {HIGHEST_PORT}"
-    for identity, endpoint in plan.reserved.items():
-        port = int(endpoint.rpartition(":")[2])
-        if port < LOWEST_PORT:
-            yield f"network.base_port = {base}: {identity} would listen at port {port}, the lowest is {LOWEST_PORT}"
+        if not LOWEST_PORT <= port <= HIGHEST_PORT:
+            bound = f"highest is {HIGHEST_PORT}" if port > HIGHEST_PORT else f"lowest is {LOWEST_PORT}"
+            yield f"network.base_port = {base}: {identity} would listen at port {port}, the {bound}"
 
 
 def _addresses(plan: Plan) -> Iterator[str]:

@@ -26,6 +26,11 @@ class MessageError(ValueError):
     """Bytes that are not a message of the expected kind."""
 
 
+def too_short(data: bytes) -> MessageError:
+    """Return the error of a message that ends too soon."""
+    return MessageError(f"ends after {len(data)} bytes, too soon")
+
+
 @lru_cache(maxsize=256)
 def layout(frame_length: int, body: str) -> Struct:
     """Return the struct of a message: header, stamp (sec, nanosec), frame id of `frame_length` bytes, then `body`.
@@ -117,7 +122,7 @@ class Reader:
         try:
             (value,) = _ONE[code].unpack_from(self._data, at)
         except error:
-            raise self._too_short() from None
+            raise too_short(self._data) from None
         return int(value)
 
     def take_all(self, code: str, count: int) -> tuple[Any, ...]:
@@ -127,7 +132,7 @@ class Reader:
         try:
             return several(code, count).unpack_from(self._data, at)
         except error:
-            raise self._too_short() from None
+            raise too_short(self._data) from None
 
     def time(self) -> int:
         """Take a builtin_interfaces/Time, in ns."""
@@ -136,14 +141,14 @@ class Reader:
         try:
             sec, nanosec = _TIME.unpack_from(self._data, at)
         except error:
-            raise self._too_short() from None
+            raise too_short(self._data) from None
         if nanosec >= SECOND:
             raise MessageError(f"{nanosec} ns are more than a second")
         return int(sec * SECOND + nanosec)
 
     def text(self) -> str:
         """Take a string."""
-        length = self._length()
+        length = self.take("I")
         raw = self._data[self._at : self._at + length]
         if len(raw) != length or not raw.endswith(b"\0"):
             raise MessageError(f"a string of {length} bytes does not end where it should")
@@ -164,7 +169,7 @@ class Reader:
 
     def length(self) -> int:
         """Take the length of a sequence."""
-        count = self._length()
+        count = self.take("I")
         if count > LONGEST_SEQUENCE:
             raise MessageError(f"a sequence of {count} elements, the most is {LONGEST_SEQUENCE}")
         return count
@@ -174,15 +179,3 @@ class Reader:
         left = len(self._data) - self._at
         if left and (left > 3 or any(self._data[self._at :])):
             raise MessageError(f"{left} bytes are left over")
-
-    def _length(self) -> int:
-        at = self._at + -self._at % 4
-        self._at = at + 4
-        try:
-            (length,) = _LENGTH.unpack_from(self._data, at)
-        except error:
-            raise self._too_short() from None
-        return int(length)
-
-    def _too_short(self) -> MessageError:
-        return MessageError(f"ends after {len(self._data)} bytes, too soon")

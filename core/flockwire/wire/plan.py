@@ -35,16 +35,17 @@ class Plan(Roster):
     def __init__(self, swarm: Swarm, by_name: bool = False) -> None:
         super().__init__(swarm)
         self.by_name = by_name
+        self.over_quic = swarm.network.security != "none" and swarm.network.link == "quic"  # it listens at UDP ports
         self.identities = tuple(self.rows)
         self._order = {identity: rank for rank, identity in enumerate(self.identities)}
         self.started = tuple(identity for identity, row in self.rows.items() if row.started)
-        self.certified = tuple(identity for identity, row in self.rows.items() if row.certified)
         self.pilots: Mapping[int, str] = {i: self.pilot[i] for i in swarm.flying}  # those that a flight waits for
         self.routers = tuple(identity for identity, row in self.rows.items() if row.link is Link.ROUTER)
         self.recorders = tuple(identity for identity, row in self.rows.items() if row.records)
         self.witnesses = tuple(identity for identity, row in self.rows.items() if row.witness)
         self.operators = tuple(identity for identity, row in self.rows.items() if row.link is Link.DIALS)
-        self.flows = tuple(self._all_flows())
+        self.flows = tuple(self._all_flows())  # in the key table's order
+        self.keys = tuple(flow.key for flow in self.flows)
         self.batched = frozenset(  # keys that reach the recorders in batches of their publisher
             flow.key for flow in self.flows if not set(self.recorders).issubset(flow.subscribers)
         )
@@ -63,11 +64,7 @@ class Plan(Roster):
         self.hosts = {identity: self.host(identity) for identity in self.identities}
         self.endpoints = {identity: self._endpoint(identity) for identity in self.identities if self._listens(identity)}
         self.reserved = {identity: self._reserved(identity) for identity in self.endpoints if self._reserves(identity)}
-
-    @property
-    def keys(self) -> tuple[Key, ...]:
-        """Every key of the swarm, in the key table's order."""
-        return tuple(flow.key for flow in self.flows)
+        self.authorities = (AUTHORITY, OPERATORS) if self.reserved else (AUTHORITY,)  # that sign the certificates
 
     def subscribers(self, key: Key) -> tuple[str, ...]:
         """Return the identities that subscribe to `key`."""
@@ -127,11 +124,6 @@ class Plan(Roster):
         endpoint = endpoint.replace("[", "").replace("]", "")
         return f"quic/{endpoint}?mixed_rel=1" if self.over_quic else f"tls/{endpoint}"
 
-    @property
-    def over_quic(self) -> bool:
-        """Whether processes link over QUIC, which listens at UDP ports."""
-        return self.swarm.network.security != "none" and self.swarm.network.link == "quic"
-
     def bound(self, endpoint: str) -> str:
         """Return the address at which the owner of `endpoint` listens: all addresses for a host called by name."""
         return f"0.0.0.0:{endpoint.rpartition(':')[2]}" if self.by_name else endpoint
@@ -139,11 +131,6 @@ class Plan(Roster):
     def issuer(self, identity: str) -> str:
         """Return the authority of the certificate of `identity`; operators have a separate one."""
         return OPERATORS if self.reserved and identity in self.operators else AUTHORITY
-
-    @property
-    def authorities(self) -> tuple[str, ...]:
-        """The names of the authorities that the swarm's certificates are signed by."""
-        return (AUTHORITY, OPERATORS) if self.reserved else (AUTHORITY,)
 
     def _all_flows(self) -> Iterator[Flow]:
         for row in TABLE:
@@ -182,11 +169,8 @@ class Plan(Roster):
         """Return the identities to which each is linked: its partners, or the router, which is linked to all."""
         if not self.routers:
             return self.partners
-        others = tuple(identity for identity in self.certified if identity not in self.routers)
-        return {
-            identity: others if identity in self.routers else self.routers if self.rows[identity].certified else ()
-            for identity in self.identities
-        }
+        others = tuple(identity for identity in self.identities if identity not in self.routers)
+        return {identity: others if identity in self.routers else self.routers for identity in self.identities}
 
     def _listens(self, identity: str) -> bool:
         link = self.rows[identity].link

@@ -27,7 +27,6 @@ class Link(Enum):
     PEER = "listens at its own endpoint and dials those before it"
     ROUTER = "listens; all others dial it, and it passes on what they publish"
     DIALS = "dials and is not dialled; any number may exist"
-    NONE = "has no link, and so neither keys nor a certificate"
 
 
 class Member(NamedTuple):
@@ -63,11 +62,6 @@ class Process:
     alone: str = ""  # "module:function" that runs it without the swarm, with its own --protocol; empty: none
     replays: str = ""  # "module:function" that shows a trace instead of the swarm, with --trace and --pace; empty: none
     only_if: str = ""  # the condition for members of this kind, in words
-
-    @property
-    def certified(self) -> bool:
-        """Whether its members have certificates."""
-        return self.link is not Link.NONE
 
     @property
     def flies(self) -> bool:

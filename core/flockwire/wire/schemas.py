@@ -92,16 +92,11 @@ def schema_text(ros_type: str) -> str:
 
     Raises KeyError for a type that is not in DEFINITIONS.
     """
-    parts, queue, seen = [DEFINITIONS[ros_type]], _needs(ros_type), {ros_type}
-    while queue:
-        name = queue.pop(0)
-        if name in seen:
-            continue
-        seen.add(name)
-        short = name.replace("/msg/", "/")
-        parts.append(f"{'=' * 80}\nMSG: {short}\n{DEFINITIONS[name]}")
-        queue += _needs(name)
-    return "\n".join(parts) + "\n"
+    names = [ros_type]
+    for name in names:  # which grows
+        names += [needed for needed in dict.fromkeys(_needs(name)) if needed not in names]
+    parts = (f"{'=' * 80}\nMSG: {name.replace('/msg/', '/')}\n{DEFINITIONS[name]}" for name in names[1:])
+    return "\n".join([DEFINITIONS[ros_type], *parts]) + "\n"
 
 
 def _needs(ros_type: str) -> list[str]:

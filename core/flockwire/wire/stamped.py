@@ -14,7 +14,7 @@ from struct import Struct, error
 from typing import Any, Final, TypeVar
 
 from flockwire.domain.time import SECOND
-from flockwire.wire.cdr import HEADER, MessageError, layout
+from flockwire.wire.cdr import HEADER, MessageError, layout, too_short
 
 MOST_FRAMES = 64  # frame ids with kept structs: a swarm has one
 LONGEST_FRAME = 1 << 16  # bytes, more than any message has
@@ -77,7 +77,7 @@ def unpack(data: bytes, expected: Layout) -> tuple[int, str, tuple[Any, ...]]:
     try:
         found = form.unpack_from(data)
     except error:
-        raise _too_short(data) from None
+        raise too_short(data) from None
     seconds: int = found[1]
     rest: int = found[2]
     if rest >= SECOND or found[0] != HEADER:
@@ -96,8 +96,4 @@ def peek_length(data: bytes) -> int:
     try:
         return int(_FIRST.forms[data[12:16]].unpack_from(data)[5])
     except error:
-        raise _too_short(data) from None
-
-
-def _too_short(data: bytes) -> MessageError:
-    return MessageError(f"ends after {len(data)} bytes, too soon")
+        raise too_short(data) from None

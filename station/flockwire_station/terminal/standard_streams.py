@@ -46,10 +46,7 @@ class UnblockedStream(io.RawIOBase):
     def write(self, data: ReadableBuffer, /) -> int:
         """Write all of `data`, directly or by the thread."""
         taken = bytes(data)
-        if _writer is None:
-            self.pass_on(taken)
-        else:
-            _writer.take(partial(self.pass_on, taken))
+        later(partial(self.pass_on, taken))
         return len(taken)
 
     def pass_on(self, data: bytes) -> None:

@@ -79,6 +79,4 @@ def test_on_the_ground_every_process_may_end_when_asked(make_plan, changes):
 def test_what_flies_nothing_takes_nothing_in_and_publishes_nothing():
     ground = Ground()
     ground.receive(Key("pose", "uav1"), Pose(NOW, "world", (0.0, 0.0, 1.0)), NOW)
-    assert (ground.triggers, ground.prompt, ground.due(Key("pose", "uav1")), ground.step(NOW)) == (
-        frozenset(), frozenset(), False, ()
-    )  # fmt: skip
+    assert (ground.triggers, ground.prompt, ground.step(NOW)) == (frozenset(), frozenset(), ())

@@ -70,10 +70,6 @@ class Counting(Ground):
         self.period = 0.01
         self.steps: list[int] = []
 
-    def due(self, key: Key) -> bool:
-        """Return True."""
-        return True
-
     def step(self, now: int) -> tuple[()]:
         """Count."""
         self.steps.append(now)
@@ -82,6 +78,15 @@ class Counting(Ground):
     def report(self, now: int) -> Report:
         """Return nothing of interest."""
         return Report("")
+
+
+class Framing(Counting):
+    """One whose poses are parts of a frame, which every third one completes."""
+
+    def due(self, key: Key) -> bool:
+        """Return whether the frame is complete."""
+        self.parts = getattr(self, "parts", 0) + 1
+        return self.parts % 3 == 0
 
 
 class AlwaysKnown:
@@ -115,6 +120,17 @@ def steps_of_fixture(stepper_of: Callable[[Counting], Stepper]) -> StepsOf:
         return core.steps
 
     return steps_of
+
+
+def test_a_core_whose_triggers_are_parts_of_a_frame_steps_when_it_is_complete(
+    stepper_of: Callable[[Counting], Stepper],
+) -> None:
+    core, source = Framing(), Source()
+    stepper = stepper_of(core)
+    for k in range(9):
+        source.stamp = T0 + k // 3 * 10 * MS
+        stepper.arrived(source, T0 + k * 4 * MS)
+    assert core.steps == [T0 + k * 4 * MS for k in (2, 5, 8)]
 
 
 def poses(rate: float, seconds: float, jitter: Callable[[int], float] = lambda _: 0.0) -> list[int]:

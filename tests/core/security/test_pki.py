@@ -20,7 +20,6 @@ from flockwire.security.pki import (
     LIFE,
     RENEW,
     WARN,
-    KeysError,
     expiring,
     issue,
     make_keys,
@@ -61,11 +60,11 @@ def plan(make_plan):
 @pytest.mark.parametrize("mode", ["peers", "router"])
 def test_every_process_gets_a_certificate_of_its_own_name(make_plan, tmp_path, made, mode):
     plan = make_plan({"network.mode": mode})
-    assert make_keys(plan, tmp_path, made) == (*plan.authorities, *plan.certified)
-    for identity in plan.certified:
+    assert make_keys(plan, tmp_path, made) == (*plan.authorities, *plan.identities)
+    for identity in plan.identities:
         assert common_name(certificate(tmp_path, identity)) == identity
         assert checked(tmp_path, plan, identity, made)
-    names = {f"{name}.{end}" for name in plan.certified for end in ("crt", "key")}
+    names = {f"{name}.{end}" for name in plan.identities for end in ("crt", "key")}
     names |= {name for authority in plan.authorities for name in (f"{authority}.crt", f"authority/{authority}.key")}
     assert {str(path) for path in contents(tmp_path)} == names
 
@@ -81,9 +80,9 @@ def test_a_certificate_serves_both_ends_of_a_link_for_ninety_days(keys, made):
 
 
 def test_all_keys_are_of_the_curve_p_256_and_no_two_are_one(keys, plan):
-    held = [certificate(keys, name).public_key() for name in (*plan.authorities, *plan.certified)]
+    held = [certificate(keys, name).public_key() for name in (*plan.authorities, *plan.identities)]
     assert all(isinstance(key, ec.EllipticCurvePublicKey) and key.curve.name == "secp256r1" for key in held)
-    numbers = {certificate(keys, name).serial_number for name in (*plan.authorities, *plan.certified)}
+    numbers = {certificate(keys, name).serial_number for name in (*plan.authorities, *plan.identities)}
     assert len({key.public_numbers() for key in held}) == len(numbers) == len(held)
 
 
@@ -118,7 +117,7 @@ def test_private_keys_are_their_owners_alone(plan, tmp_path, made, mask):
     finally:
         os.umask(before)
     private = list((tmp_path / "keys").rglob("*.key"))
-    assert len(private) == len(plan.authorities) + len(plan.certified)
+    assert len(private) == len(plan.authorities) + len(plan.identities)
     assert {stat.S_IMODE(path.stat().st_mode) for path in private} == {0o600}
 
 
@@ -126,7 +125,7 @@ def test_the_authoritys_key_lies_apart_and_no_process_needs_it(keys, plan, made)
     for key in (keys / "authority").iterdir():
         key.unlink()
     (keys / "authority").rmdir()
-    for identity in plan.certified:
+    for identity in plan.identities:
         assert checked(keys, plan, identity, made)
     with pytest.raises(FileNotFoundError, match=r"ca\.key: the authority's key is not here"):
         read_authority(keys)
@@ -147,21 +146,21 @@ def test_a_second_time_nothing_is_made(keys, plan, made, later):
 
 def test_what_ends_within_thirty_days_is_renewed_by_the_same_authority(keys, plan, made):
     before, later = contents(keys), made + LIFE - RENEW
-    assert make_keys(plan, keys, later + SECOND) == plan.certified
+    assert make_keys(plan, keys, later + SECOND) == plan.identities
     assert (keys / "ca.crt").read_bytes() == before[Path("ca.crt")]
     assert certificate(keys, "uav1").not_valid_after_utc == later + SECOND + LIFE
-    for identity in plan.certified:
+    for identity in plan.identities:
         assert checked(keys, plan, identity, later)
 
 
 def test_an_authority_about_to_end_is_replaced_with_all_it_signed(keys, plan, made):
     later = certificate(keys, "ca").not_valid_after_utc - RENEW + SECOND
-    assert make_keys(plan, keys, later) == (*plan.authorities, *plan.certified)
+    assert make_keys(plan, keys, later) == (*plan.authorities, *plan.identities)
     assert load_credentials(keys, "uav1", later)
 
 
 def test_operators_have_an_authority_of_their_own_that_signs_nobody_else(keys, plan):
-    for identity in plan.certified:
+    for identity in plan.identities:
         signed = []
         for authority in plan.authorities:
             with suppress(ValueError, InvalidSignature):
@@ -175,14 +174,14 @@ def test_a_folder_from_before_operators_had_an_authority_is_completed(make_plan,
     make_keys(old, tmp_path, made)
     assert old.authorities == ("ca",)
     assert make_keys(plan, tmp_path, made) == ("operators", "operator", "console")
-    for identity in plan.certified:
+    for identity in plan.identities:
         assert checked(tmp_path, plan, identity, made)
 
 
 def test_a_folder_from_before_without_the_authoritys_key_names_the_remedy(make_plan, plan, tmp_path, made):
     make_keys(make_plan({"network.security": "none"}), tmp_path, made)
     (tmp_path / "authority" / "ca.key").unlink()
-    with pytest.raises(KeysError, match=r"operators\.crt: has to be made again.*--rotate"):
+    with pytest.raises(CredentialsError, match=r"operators\.crt: has to be made again.*--rotate"):
         make_keys(plan, tmp_path, made)
     with pytest.raises(CredentialsError, match=r"operators\.crt: cannot read it.*`flockwire keys SWARM` makes it"):
         checked(tmp_path, plan, "uav1", made)
@@ -213,7 +212,7 @@ def test_a_swarm_that_grows_gets_what_it_lacks(make_plan, keys, made):
 
 def test_rotation_replaces_all_and_makes_the_old_worthless(keys, plan, made):
     old, before = certificate(keys, "uav1"), contents(keys)
-    assert make_keys(plan, keys, made, rotate=True) == (*plan.authorities, *plan.certified)
+    assert make_keys(plan, keys, made, rotate=True) == (*plan.authorities, *plan.identities)
     after = contents(keys)
     assert before.keys() == after.keys()
     assert all(after[path] != before[path] for path in before)
@@ -225,14 +224,14 @@ def test_rotation_replaces_all_and_makes_the_old_worthless(keys, plan, made):
 def test_while_a_process_holds_the_keys_no_authority_is_made_again(keys, plan, made):
     before = contents(keys)
     with hold(keys):
-        with pytest.raises(KeysError, match=r"run with these keys.* not even a stop.* end them first"):
+        with pytest.raises(CredentialsError, match=r"run with these keys.* not even a stop.* end them first"):
             make_keys(plan, keys, made, rotate=True)
-        with pytest.raises(KeysError, match="run with these keys"):  # nor one that is about to expire
+        with pytest.raises(CredentialsError, match="run with these keys"):  # nor one that is about to expire
             make_keys(plan, keys, made + AUTHORITY_LIFE)
         assert contents(keys) == before
         (keys / "uav1.crt").unlink()
         assert make_keys(plan, keys, made) == ("uav1",)  # which the others accept
-    assert make_keys(plan, keys, made, rotate=True) == (*plan.authorities, *plan.certified)
+    assert make_keys(plan, keys, made, rotate=True) == (*plan.authorities, *plan.identities)
 
 
 def test_a_rotation_that_was_cut_short_is_finished_by_the_next_run(keys, plan, made):
@@ -241,7 +240,7 @@ def test_a_rotation_that_was_cut_short_is_finished_by_the_next_run(keys, plan, m
     for name, data in old.items():  # uav1: nothing new yet; uav2: the new key only
         (keys / name).write_bytes(data)
     assert make_keys(plan, keys, made) == ("uav1", "uav2")
-    for identity in plan.certified:
+    for identity in plan.identities:
         assert checked(keys, plan, identity, made)
 
 
@@ -249,7 +248,7 @@ def test_an_authoritys_key_without_its_certificate_signs_nothing(keys, plan, mad
     old = (keys / "ca.crt").read_bytes()
     make_keys(plan, keys, made, rotate=True)
     (keys / "ca.crt").write_bytes(old)
-    with pytest.raises(KeysError, match=r"is not the key of ca\.crt; --rotate"):
+    with pytest.raises(CredentialsError, match=r"is not the key of ca\.crt; --rotate"):
         make_keys(plan, keys, made)
 
 
@@ -257,7 +256,7 @@ def test_where_the_authoritys_key_is_kept_elsewhere_no_other_authority_is_made(k
     (keys / "authority" / "ca.key").unlink()
     (keys / "uav1.crt").write_bytes((keys / "uav2.crt").read_bytes())
     before = contents(keys)
-    with pytest.raises(KeysError, match=r"ca\.key"):
+    with pytest.raises(CredentialsError, match=r"ca\.key"):
         make_keys(plan, keys, made)
     assert contents(keys) == before
 
@@ -300,7 +299,7 @@ def test_two_concurrent_key_makers_leave_valid_keys(plan, tmp_path, made):
         for thread in threads:
             thread.join()
         assert failures == []
-        for identity in plan.certified:
+        for identity in plan.identities:
             assert checked(tmp_path, plan, identity, made)
         for path in list(tmp_path.rglob("*.*")):
             path.unlink()
@@ -339,7 +338,7 @@ def test_two_weeks_before_its_end_a_certificate_gives_a_warning(keys, plan, made
     assert list(expiring(plan, keys, made + LIFE - WARN)) == []
     warned = list(expiring(plan, keys, made + LIFE - WARN + SECOND))
     assert warned[0] == f"{keys / 'gateway.crt'}: ends on 2027-02-19; `flockwire keys` renews it"
-    assert len(warned) == len(plan.certified)
+    assert len(warned) == len(plan.identities)
     assert list(expiring(plan, keys, made + 2 * LIFE)) == warned  # it has ended: all the more
 
 

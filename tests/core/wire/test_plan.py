@@ -159,7 +159,6 @@ def test_the_operator_stands_last_is_not_started_and_listens_nowhere(make_plan):
     assert plan.identities[-2:] == ("operator", "console")
     assert plan.started == plan.identities[:-2]
     assert tuple(plan.endpoints) == plan.identities[:-2]
-    assert plan.certified == plan.identities
 
 
 def test_a_flight_waits_for_all_that_fly_a_drone(make_plan):
