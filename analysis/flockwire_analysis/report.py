@@ -45,7 +45,6 @@ def _environment(package: str) -> Environment:
 
 
 def _data_uri(picture: Path) -> str:
-    """Return a PNG file as a data URI."""
     return f"data:image/png;base64,{b64encode(picture.read_bytes()).decode()}"
 
 

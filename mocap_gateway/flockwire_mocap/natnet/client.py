@@ -137,7 +137,6 @@ class NatNetClient:
             self._session.failure = None
 
     def _join(self, group: tuple[str, int]) -> None:
-        """Join a group and leave the previous one."""
         if group == self._joined:
             return
         left = self._sockets[1:]

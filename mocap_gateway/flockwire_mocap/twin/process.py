@@ -31,7 +31,6 @@ Server = NatNetServer | VrpnServer | QtmServer | RosServer
 
 
 def _server(gateway: Gateway, names: dict[int, str]) -> Server:
-    """Return the server of the tracker in `gateway`, at the configured address."""
     if gateway.source == "vrpn":
         return VrpnServer(names.values(), gateway.vrpn.server, gateway.vrpn.port)
     if gateway.source == "qualisys":
