@@ -34,17 +34,16 @@ def trouble(session: NatNetSession) -> str | None:
     """Return the problem of a session after its first second; None if frames with rigid bodies arrive."""
     if session.failure is not None:
         return f"{session.failure}: set the address of the interface that leads to the server"
+    if 0 < session.frames == session.empty:
+        server = session.table.server
+        return f"{server}: frames without rigid bodies: enable Rigid Bodies in Motive's streaming settings"
     if session.frames:
-        return None if session.empty < session.frames else _no_bodies(session)
+        return None
     if session.counts["packets malformed"]:
         return _not_understood(session)
     if session.info is not None:
         return _no_frames(session, session.info)
     return _foreign(session) or _no_answer(session.table)
-
-
-def _no_bodies(session: NatNetSession) -> str:
-    return f"{session.table.server}: frames without rigid bodies: enable Rigid Bodies in Motive's streaming settings"
 
 
 def _no_frames(session: NatNetSession, info: ServerInfo) -> str:
