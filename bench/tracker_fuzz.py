@@ -19,6 +19,7 @@ from random import Random
 from resource import getpagesize
 from struct import pack
 
+from flockwire.swarm.gateway import NatNet
 from flockwire_mocap.natnet.encoding import (
     encode,
     encode_command,
@@ -40,7 +41,7 @@ from flockwire_mocap.natnet.packets import (
     Stamps,
     Version,
 )
-from flockwire_mocap.natnet.session import NatNetSession, Options
+from flockwire_mocap.natnet.session import NatNetSession
 from flockwire_mocap.natnet.twin import NatNetTwin, TwinOptions
 from flockwire_mocap.vrpn.connection import VrpnConnection
 from flockwire_mocap.vrpn.reports import Reports
@@ -123,7 +124,7 @@ def natnet_client(dice: Random) -> Step:
     def step(count: int) -> None:
         corpus = corpora[VERSIONS[count // FRESH % len(VERSIONS)]]
         if count % FRESH == 0:
-            state[:] = [NatNetSession(Options(SERVER, bitstream=(3, 0)))]
+            state[:] = [NatNetSession(NatNet(server=SERVER, bitstream="3.0"))]
             state[0].receive(corpus[0], SERVER, 0)
         state[0].receive(mutated(dice.choice(corpus[1:] if count % 9 else corpus), corpus, dice), SERVER, count)
 

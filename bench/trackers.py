@@ -24,13 +24,13 @@ from typing import NamedTuple
 from flockwire import clock
 from flockwire.loading import load_swarm
 from flockwire.process.cores import Start
-from flockwire.swarm.gateway import Gateway, Vrpn
+from flockwire.swarm.gateway import Gateway, NatNet, Vrpn
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import GATEWAY
 from flockwire_mocap.natnet.client import NatNetClient
 from flockwire_mocap.natnet.packets import Version
 from flockwire_mocap.natnet.server import NatNetServer
-from flockwire_mocap.natnet.session import NatNetSession, Options
+from flockwire_mocap.natnet.session import NatNetSession
 from flockwire_mocap.natnet.twin import TwinOptions
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 from flockwire_mocap.vrpn.client import VrpnClient
@@ -120,8 +120,8 @@ class Seen:
 @asynccontextmanager
 async def natnet(case: Case, port: int, seen: Seen, bodies: int) -> AsyncIterator[Callable[[], bool]]:
     """Connect a NatNet client; yields whether it is ready."""
-    session = NatNetSession(Options(HOME, case.multicast))
-    client = NatNetClient(session, seen.deliver, local=HOME, command_port=port)
+    session = NatNetSession(NatNet(server=HOME, interface=HOME, command_port=port, multicast=case.multicast))
+    client = NatNetClient(session, seen.deliver)
     await client.open()
     yield lambda: len(session.names) == bodies
     client.close()

@@ -69,7 +69,6 @@ def landing(trace: Trace) -> LandingFigures:
 
 
 def _reports(trace: Trace, number: int) -> tuple[tuple[str, Series], ...]:
-    """Return the reports of a drone and its pilot, by name."""
     pilot = trace.plan.pilot[number]
     return (
         (f"telemetry of {uav(number)}", trace.of("telemetry", number)),

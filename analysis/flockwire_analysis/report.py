@@ -45,7 +45,6 @@ def _environment(package: str) -> Environment:
 
 
 def _data_uri(picture: Path) -> str:
-    """Return a PNG file as a data URI."""
     return f"data:image/png;base64,{b64encode(picture.read_bytes()).decode()}"
 
 
@@ -178,9 +177,7 @@ def write_report(path: Path, out: Path, vector: bool = False) -> Summary:
 def write_files(trace: Trace, summary: Summary, out: Path, vector: bool = False) -> None:
     """Write summary.json, figures as PNG (and PDF if `vector`), report.html and replay.html of a flight into `out`.
 
-    Raises OSError.
-
-    The report includes probe.json of `flockwire probe`, if it is in that folder.
+    The report includes probe.json of `flockwire probe`, if it is in that folder. Raises OSError.
     """
     out.mkdir(parents=True, exist_ok=True)
     (out / "summary.json").write_text(json.dumps(summary.as_json(), indent=2, allow_nan=False) + "\n", encoding="utf-8")

@@ -161,7 +161,6 @@ class KinematicsCore:
                     self._false_heights.append(fault)
 
     def _blow(self, usual: WindTable | WindChange) -> None:
-        """Set the wind of each airframe."""
         for airframe in self._airframes.values():
             airframe.blow(Wind(usual.velocity, usual.gust, self._chance))
 

@@ -80,24 +80,19 @@ class Mover:
         self.shape, self.position, self.stamp = shape, position, stamp
         self.radius, self._height = shape
         self._epoch = stamp
-        self._tracker = VelocityTracker(TIME_CONSTANT, position, 0.0)
-
-    @property
-    def velocity(self) -> Vector:
-        """The velocity, m/s."""
-        return self._tracker.velocity
+        self.tracker = VelocityTracker(TIME_CONSTANT, position, 0.0)
 
     def update(self, position: Vector, stamp: int) -> None:
         """Record its position at `stamp` (ns)."""
         self.position, self.stamp = position, stamp
-        self._tracker.update(position, (stamp - self._epoch) / SECOND)
+        self.tracker.update(position, (stamp - self._epoch) / SECOND)
 
     def near(self, position: Vector, reach: float) -> Body | None:
         """Return it relative to `position` (m), None if its surface is `reach` m away or more."""
         relative = to_axis(position, self.position, self._height)
         if norm(relative) - self.radius >= reach:
             return None
-        return Body(BodyKind.MOVER, relative, self.radius, self._tracker.velocity)
+        return Body(BodyKind.MOVER, relative, self.radius, self.tracker.velocity)
 
 
 class FieldBodies:
@@ -197,7 +192,7 @@ class FieldBodies:
 
     def _lost_mover(self, name: str, mover: Mover, now: int) -> LostBody:
         shape, walks = mover.shape, name not in self._shapes and name not in self._held
-        spread, age = person_spread(norm(mover.velocity)) if walks else STILL, (now - mover.stamp) / SECOND
+        spread, age = person_spread(norm(mover.tracker.velocity)) if walks else STILL, (now - mover.stamp) / SECOND
         return LostBody(mover.position, shape.height, shape.radius + spread.reach(age), spread.growth(age))
 
     def _lasts(self, name: str, age: int) -> bool:

@@ -155,7 +155,6 @@ class Identities:
         self.doubts[drone] = doubt._replace(restored=(doubt.restored or stamp) if right else 0)
 
     def _forget(self, now: int) -> None:
-        """End the doubts that are over at `now`, ns."""
         for drone, doubt in tuple(self.doubts.items()):
             lost = now - max(self.jumps.stamp(drone), doubt.since) > FORGOTTEN
             if lost:

@@ -16,13 +16,6 @@ class Sighting(NamedTuple):
     position: Vector
 
 
-class Candidate(NamedTuple):
-    """A place that a body seems to have jumped to: its newest sighting there, and the number of frames that agree."""
-
-    seen: Sighting
-    frames: int
-
-
 class JumpFilter:
     """Passes positions of bodies that could have flown there; counts `jumps` and how many were `confirmed`.
 
@@ -43,7 +36,7 @@ class JumpFilter:
         self.jumps = self.confirmed = 0
         self._max_speed, self._tolerance, self._confirmations = max_speed, tolerance, confirmations
         self.last: dict[int, Sighting] = {}
-        self._candidates: dict[int, Candidate] = {}
+        self._candidates: dict[int, tuple[Sighting, int]] = {}  # where it seems to be now, and how many frames agree
 
     def passes(self, identity: int, stamp: int, position: Vector) -> bool:
         """Return whether the body `identity` can be at `position` (m) at `stamp` (ns)."""
@@ -70,14 +63,12 @@ class JumpFilter:
         self._candidates.pop(identity, None)
 
     def _confirms(self, identity: int, seen: Sighting) -> bool:
-        candidate = self._candidates.get(identity)
-        if candidate is not None and self.flies(candidate.seen, *seen):
-            candidate = Candidate(seen, candidate.frames + 1)
-        else:
+        there, frames = self._candidates.get(identity, (None, 0))
+        if there is None or not self.flies(there, *seen):
             self.jumps += 1
-            candidate = Candidate(seen, 1)
-        self._candidates[identity] = candidate
-        if candidate.frames < self._confirmations:
+            frames = 0
+        self._candidates[identity] = (seen, frames + 1)
+        if frames + 1 < self._confirmations:
             return False
         self.confirmed += 1
         return True

@@ -37,20 +37,12 @@ CLIENTS: Mapping[type, Callable[[Any, Drained], PersistentConnection[Any] | RosC
 
 @asynccontextmanager
 async def _natnet(source: NatNetSource, drained: Drained) -> AsyncIterator[None]:
-    table = source.table
-    group = None if table.group is None else (table.group, table.data_port)
-    client = NatNetClient(
-        source.session,
-        source.arrived,
-        local=table.interface,
-        command_port=table.command_port,
-        group=group,
-        drained=drained,
-    )
+    interface = source.session.table.interface
+    client = NatNetClient(source.session, source.arrived, drained)
     try:
         await client.open()
     except OSError as error:
-        raise OSError(f"gateway.natnet.interface = {table.interface!r}: {error.strerror or error}") from error
+        raise OSError(f"gateway.natnet.interface = {interface!r}: {error.strerror or error}") from error
     try:
         yield
     finally:

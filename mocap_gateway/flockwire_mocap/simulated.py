@@ -93,7 +93,6 @@ class SimulatedSource:
         return SourceState("waits for the kinematics' truth")
 
     def _measure(self, drone: int, truth: Pose) -> None:
-        """Measure the position of `drone`, or fail to."""
         if self._dropout and self._randomness.random() < self._dropout:
             return
         stamp, _, position, orientation = truth
@@ -115,7 +114,6 @@ class SimulatedSource:
         self._measured.append((stamp, from_fields(ReportedBody, (number, text, position, orientation, True))))
 
     def _measure_visitors(self, stamp: int) -> None:
-        """Measure the visitors on the field."""
         for fault in self._active_faults(stamp):
             if isinstance(fault, Visitor):
                 t = (stamp - (self._took_off or 0)) / SECOND - fault.at

@@ -22,7 +22,6 @@ class AttackResult:
     links: int
 
     def __or__(self, other: AttackResult) -> AttackResult:
-        """Return the results of two attacks together."""
         received, published = self.received | other.received, self.published | other.published
         return AttackResult(self.identity, self.mode, received, published, max(self.links, other.links))
 

@@ -1,21 +1,28 @@
-"""Reads an MCAP file record by record, while the records are complete."""
+"""Reads an MCAP file record by record, while the records are complete, and the messages of a swarm in it."""
 
 from __future__ import annotations
 
+import contextlib
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterable, Iterator
 from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO
 
 import zstandard
+from flockwire.wire import codec as wire
+from flockwire.wire.cdr import MessageError
+from flockwire.wire.keys import ROWS, Key
+from flockwire.wire.plan import Plan
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import breakup_chunk
 from mcap.writer import MCAP0_MAGIC
+
+from flockwire_recorder.trace import PUBLISHER
 
 _HEAD = struct.Struct("<BQ")  # opcode, length of what follows
 _READERS = {
@@ -75,3 +82,24 @@ def _parsed(opcode: int, body: bytes) -> list[McapRecord]:
         return []
     record = _READERS[Opcode(opcode)](data)
     return breakup_chunk(record, validate_crc=True) if isinstance(record, Chunk) else [record]
+
+
+def messages(
+    plan: Plan, records: Iterable[McapRecord]
+) -> Iterator[tuple[Key | None, wire.Message | None, Hashable, Message]]:
+    """Yield each message of a part of a trace: key (None for an unknown topic), message, publisher, and its record.
+
+    The message is None if it cannot be read.
+    """
+    keys = {f"/{plan.text(key)}": key for key in plan.keys}
+    channels: dict[int, tuple[Key | None, Hashable]] = {}
+    for record in records:
+        match record:
+            case Message() if record.channel_id in channels:
+                (key, publisher), message = channels[record.channel_id], None
+                if key is not None:
+                    with contextlib.suppress(MessageError):
+                        message = wire.decode(ROWS[key.kind].message, record.data)
+                yield key, message, publisher, record
+            case Channel(metadata=metadata) if PUBLISHER in metadata:
+                channels.setdefault(record.id, (keys.get(record.topic), (record.topic, metadata[PUBLISHER])))

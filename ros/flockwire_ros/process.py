@@ -106,7 +106,6 @@ class RosProcess:
             self._report(now)
 
     def _take(self, now: int) -> None:
-        """Take in what the ROS side has sent."""
         if self._services is not None:
             for request in self._services.take():
                 self.core.request(request.name, now, request.answer)
@@ -116,22 +115,18 @@ class RosProcess:
                 self.core.steering.take(arrived.payload, now)
 
     def _report(self, now: int) -> None:
-        if self._node is not None:
-            self.core.trouble = "" if self._node.linked else remedy(self._plan.swarm)
-            self.core.advice = self._advice(self._node) if now - self._steered > SILENCE else ""
+        node, steering = self._node, self.core.steering
+        if node is not None:
+            self.core.trouble, self.core.advice = "" if node.linked else remedy(self._plan.swarm), ""
+            if steering is not None and now - self._steered > SILENCE:
+                name, kind = steering.topic.name, steering.topic.ros_type
+                self.core.advice = advice(node.publishers(), node.place.domain, name, kind, "ros.domain to that")
         rejected = tuple(
             (f"{self._names[source.inbox.key]} {reason}", count)
             for source in self._inputs
             for reason, count in source.inbox.rejected.items()
         )
         self._status.update(now, self.core.report(now), self._counts, rejected)
-
-    def _advice(self, node: RosNode) -> str:
-        """Return why the leader's topic is silent; empty if the leader follows none."""
-        if self.core.steering is None:
-            return ""
-        topic = self.core.steering.topic
-        return advice(node.publishers(), node.place.domain, topic.name, topic.ros_type, "ros.domain to that")
 
 
 def remedy(swarm: Swarm) -> str:

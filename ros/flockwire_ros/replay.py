@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -11,14 +10,11 @@ from flockwire import clock
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ros.messages import clock_reading
 from flockwire.runtime.ros_node import RosNode, join
-from flockwire.wire.cdr import MessageError
-from flockwire.wire.codec import Message, decode
-from flockwire.wire.keys import ROWS, Key
+from flockwire.wire.codec import Message
+from flockwire.wire.keys import Key
 from flockwire.wire.plan import Plan
 from flockwire_recorder.parts import parts
-from flockwire_recorder.records import WholeRecords
-from mcap.records import Channel
-from mcap.records import Message as Record
+from flockwire_recorder.records import WholeRecords, messages
 
 from flockwire_ros.core import PERIOD
 from flockwire_ros.mirror import Mirror, Publication
@@ -59,16 +55,10 @@ def read_messages(plan: Plan, path: Path) -> Iterator[Recorded]:
 
     Raises ValueError for a file that is not MCAP, OSError for one that cannot be read.
     """
-    keys = {f"/{plan.text(key)}": key for key in plan.keys}
     for part in parts(path):
-        channels: dict[int, Key] = {}
-        for record in WholeRecords(part):
-            if isinstance(record, Channel) and record.topic in keys:
-                channels[record.id] = keys[record.topic]
-            elif isinstance(record, Record) and record.channel_id in channels:
-                key = channels[record.channel_id]
-                with contextlib.suppress(MessageError):
-                    yield record.log_time, key, decode(ROWS[key.kind].message, record.data)
+        for key, message, _, record in messages(plan, WholeRecords(part)):
+            if key is not None and message is not None:
+                yield record.log_time, key, message
 
 
 def play(plan: Plan, trace: Path, pace: float) -> None:

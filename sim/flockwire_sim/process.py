@@ -210,7 +210,6 @@ class VirtualProcess:
                     self._arrived(slot)
 
     def _bind(self, core: Core) -> None:
-        """Bind its addresses, if it has any."""
         self._networked = core if isinstance(core, Networked) else None
         if self._networked is not None:
             for address in self._networked.sockets:

@@ -173,7 +173,6 @@ class TelloClient:
             self._finished.append(Finished(command, CommandOutcome.QUEUE_FULL))
 
     def _end(self, outcome: CommandOutcome, reply: str, now: int) -> None:
-        """End the command in flight."""
         flight, self._flight = self._flight, None
         assert flight is not None  # noqa: S101  (for mypy: the callers have seen it)
         self._finished.append(Finished(flight.command, outcome, reply, (now - flight.sent_at) / SECOND))

@@ -25,7 +25,7 @@ from flockwire_tello.client import TelloClient
 from flockwire_tello.flight_modes import FlightModes, Mode
 from flockwire_tello.flight_monitor import FlightMonitor, SteadyTime
 from flockwire_tello.stick_control import StickControl
-from flockwire_tello.sticks import CENTRED, StickGains, Sticks
+from flockwire_tello.sticks import CENTRED, Sticks
 from flockwire_tello.swarm_file import COMMAND_PORT, reached, tello_addresses, tello_keys
 from flockwire_tello.tello_link import TelloLink
 
@@ -58,8 +58,7 @@ class DriverCore:
         self._time = SteadyTime(now)
         self._client, self._monitor = TelloClient(), FlightMonitor()
         self._link = TelloLink(self._client, self._monitor, self._drone, table.state_port)
-        gains, yaw_age = keys.stick_gains, nanoseconds(swarm.limits.staleness.pose_land)
-        self._stick_control = StickControl(StickGains(gains.right, gains.forward, gains.up, gains.clockwise), yaw_age)
+        self._stick_control = StickControl(keys.stick_gains, nanoseconds(swarm.limits.staleness.pose_land))
         self._flight = FlightModes(self._client, self._monitor, slowest_climb(swarm, number))
         self._velocity, self._yaw_rate = ZERO, 0.0
         self._commanded: int | None = None

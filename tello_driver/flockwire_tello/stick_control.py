@@ -14,7 +14,8 @@ from flockwire.domain.quaternion import Quaternion
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector
 
-from flockwire_tello.sticks import CENTRED, StickGains, Sticks, stick_values, to_body
+from flockwire_tello.sticks import CENTRED, Sticks, stick_values, to_body
+from flockwire_tello.swarm_file import StickGains
 
 YAW_GAIN = 1.5  # 1/s
 YAW_RATE = 0.6  # rad/s, at most

@@ -10,10 +10,12 @@ assume 1 cm/s.
 from __future__ import annotations
 
 import re
-from math import cos, isfinite, pi, sin
+from math import cos, isfinite, sin
 from typing import NamedTuple
 
 from flockwire.domain.vector import Vector
+
+from flockwire_tello.swarm_file import StickGains
 
 FULL = 100  # largest stick value
 
@@ -35,15 +37,6 @@ class Sticks(NamedTuple):
 
 
 CENTRED = Sticks(0, 0, 0, 0)
-
-
-class StickGains(NamedTuple):
-    """Velocity per unit of each stick: m/s, and rad/s of yaw. Assumed until it is identified."""
-
-    right: float = 0.01
-    forward: float = 0.01
-    up: float = 0.01
-    clockwise: float = pi / 180.0
 
 
 def to_body(velocity: Vector, yaw: float) -> Vector:

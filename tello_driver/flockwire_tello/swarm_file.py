@@ -33,7 +33,7 @@ class Tello(Model):
     source_filter: bool = True  # accepts datagrams only from the drone's address; off behind an address translation
 
 
-class StickGainTable(Model):
+class StickGains(Model):
     """Velocity per unit of each stick of a Tello: m/s, for yaw rad/s. Assumed; `flockwire identify` measures it."""
 
     right: Positive = 0.01  # m/s, to the right
@@ -51,7 +51,7 @@ class TelloInDrones(Model):
 class TelloInAirframes(Model):
     """The keys of [airframes.NAME] for a Tello."""
 
-    stick_gains: StickGainTable = StickGainTable()  # velocity per stick unit of a Tello
+    stick_gains: StickGains = StickGains()  # velocity per stick unit of a Tello
     rc_rate_hz: Annotated[int, Field(ge=5, le=100)] = 50  # Hz, rate of stick commands of a Tello's driver
 
 

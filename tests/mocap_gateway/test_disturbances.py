@@ -4,8 +4,8 @@ from random import Random
 import pytest
 from flockwire.domain.time import SECOND
 from flockwire.swarm.gateway import Twin
-from flockwire_mocap.disturbances import Disturbances
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
+from flockwire_mocap.twin.core import Disturbances
 
 FRAMES = 4000
 

@@ -19,8 +19,7 @@ from flockwire_station.identify import airframe_table, described, draw
 from flockwire_tello.driver import DriverCore
 from flockwire_tello.simulated.parameters import TelloParameters
 from flockwire_tello.simulated.tello import SimulatedTello
-from flockwire_tello.sticks import StickGains
-from flockwire_tello.swarm_file import COMMAND_PORT, tello_addresses
+from flockwire_tello.swarm_file import COMMAND_PORT, StickGains, tello_addresses
 
 BEGAN = 1_790_000_000 * SECOND
 TELLO = {"drones.1.airframe": "tello", "limits.speed": 1.0}
@@ -80,7 +79,7 @@ def flown(swarm, seed: int, noise: float = 0.001, blind: tuple[float, float] = (
     truth = (chance.uniform(0.7, 1.3), chance.uniform(0.15, 0.35), chance.uniform(0.05, 0.2))
     parameters = TelloParameters(
         position=swarm.drone(1).start, yaw=chance.uniform(-3.0, 3.0), lag=truth[1], yaw_lag=truth[1],
-        gains=StickGains(*(truth[0] * gain for gain in StickGains())), dead_time=truth[2],
+        gains=StickGains(**{stick: truth[0] * gain for stick, gain in StickGains()}), dead_time=truth[2],
     )  # fmt: skip
     now = BEGAN
     tello, driver = SimulatedTello(parameters, 0, chance.random), DriverCore(swarm, 1, now)

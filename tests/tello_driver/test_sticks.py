@@ -4,7 +4,6 @@ import pytest
 from flockwire_tello.sticks import (
     CENTRED,
     FULL,
-    StickGains,
     Sticks,
     parse_sticks,
     stick_values,
@@ -12,13 +11,14 @@ from flockwire_tello.sticks import (
     to_velocity,
     to_world,
 )
+from flockwire_tello.swarm_file import StickGains
 from hypothesis import given
 from hypothesis import strategies as st
 
-GAINS = StickGains(0.01, 0.01, 0.01, pi / 180)
+GAINS = StickGains(right=0.01, forward=0.01, up=0.01, clockwise=pi / 180)
 speeds = st.floats(-5.0, 5.0)
 velocities = st.tuples(speeds, speeds, speeds)
-gains = st.builds(StickGains, *[st.floats(0.003, 0.05)] * 4)
+gains = st.builds(StickGains, **dict.fromkeys(StickGains.model_fields, st.floats(0.003, 0.05)))
 
 
 def to_sticks(velocity, yaw_rate, found):

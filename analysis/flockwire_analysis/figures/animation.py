@@ -66,7 +66,6 @@ def _write(frames: list[Image.Image], path: Path, seconds: float) -> None:
 
 
 def _film(frames: Iterator[Image.Image], path: Path) -> Path:
-    """Pass the frames to ffmpeg, one after the other."""
     program = which("ffmpeg")
     if program is None:
         raise ValueError(f"{path}: an MP4 needs the program ffmpeg, which is not installed; write a .gif")

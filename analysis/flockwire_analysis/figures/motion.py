@@ -76,7 +76,6 @@ def _axes(
     canvas: Canvas, name: str, title: str, unit: str, symbols: str | tuple[str, ...], curves: Curves, wanted: Curves,
     reference: str, caption: str,
 ) -> Picture | None:  # fmt: skip
-    """Draw three panels, one for each axis."""
     if not curves:
         return None
     figure, panels = canvas.panels(3, HEIGHT)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 
 from flockwire import clock
 
-from flockwire_mocap.natnet.packets import COMMAND_PORT, DATA_PORT, GROUP
+from flockwire_mocap.natnet.packets import DATA_PORT, GROUP
 from flockwire_mocap.natnet.session import NatNetSession
 from flockwire_mocap.tracking import TrackerFrame
 
@@ -61,39 +61,28 @@ Deliver = Callable[[TrackerFrame, int], None]
 class NatNetClient:
     """Receives the frames of a session's server, and passes each on with the time of its arrival (Unix ns).
 
+    A group in the swarm file takes the place of the announced one. Of a server that does not answer it is the
+    protocol's default, which the client leaves when a group is announced: another server of the same host may stream to
+    it.
+
     Args:
         session: the state of the connection.
         deliver: called in the event loop with each frame that is newer than all before.
-        local: IPv4 address of the interface to send from and to join the group on.
-        command_port: the server's.
-        group: (address, port) of the multicast group, if it differs from the announced one. For a server that does not
-            answer it is the protocol's default. The client leaves it when a group is announced, because another server
-            of the same host may stream to it.
         drained: called after all received frames were delivered.
 
     """
 
-    def __init__(
-        self,
-        session: NatNetSession,
-        deliver: Deliver,
-        *,
-        local: str = "0.0.0.0",  # noqa: S104 every interface may lead to the server
-        command_port: int = COMMAND_PORT,
-        group: tuple[str, int] | None = None,
-        drained: Callable[[], None] = lambda: None,
-    ) -> None:
-        self._session, self._deliver, self._local, self._group = session, deliver, local, group
-        self._drained = drained
-        self._server = (session.options.server, command_port)
+    def __init__(self, session: NatNetSession, deliver: Deliver, drained: Callable[[], None] = lambda: None) -> None:
+        self._session, self._deliver, self._drained, self._table = session, deliver, drained, session.table
+        self._group = None if self._table.group is None else (self._table.group, self._table.data_port)
         self._sockets: list[socket.socket] = []  # of commands, then of the group
         self._joined: tuple[str, int] | None = None
         self._task: asyncio.Task[None] | None = None
 
     async def open(self) -> None:
         """Open the sockets and start to greet the server; raises OSError if the interface does not exist."""
-        self._listen(command_socket(self._local))
-        if self._session.options.multicast and (self._group is not None or self._session.version is not None):
+        self._listen(command_socket(self._table.interface))
+        if self._table.multicast and (self._group is not None or self._session.version is not None):
             self._join(self._group or (GROUP, DATA_PORT))  # else frames could not be read before the answer
         self._task = asyncio.get_running_loop().create_task(self._keep_asking())
 
@@ -127,12 +116,13 @@ class NatNetClient:
         self._drained()
 
     async def _keep_asking(self) -> None:
+        server = (self._table.server, self._table.command_port)
         while True:
             for request in self._session.requests(clock.now()):
                 with contextlib.suppress(OSError):  # no route, or refused: reported as silence
-                    self._sockets[0].sendto(request, self._server)
+                    self._sockets[0].sendto(request, server)
             info = self._session.info
-            if info is not None and info.multicast and self._session.options.multicast and self._group is None:
+            if info is not None and info.multicast and self._table.multicast and self._group is None:
                 self._join_announced((info.group, info.data_port))
             await asyncio.sleep(TICK)
 
@@ -140,16 +130,17 @@ class NatNetClient:
         try:
             self._join(group)
         except OSError as error:
-            self._session.failure = f"cannot join {group[0]}:{group[1]} on {self._local}: {error.strerror or error}"
+            self._session.failure = (
+                f"cannot join {group[0]}:{group[1]} on {self._table.interface}: {error.strerror or error}"
+            )
         else:
             self._session.failure = None
 
     def _join(self, group: tuple[str, int]) -> None:
-        """Join a group and leave the previous one."""
         if group == self._joined:
             return
         left = self._sockets[1:]
-        self._listen(multicast_socket(group, self._local))
+        self._listen(multicast_socket(group, self._table.interface))
         self._joined = group
         for sock in left:
             self._leave(sock)

@@ -154,3 +154,11 @@ ClientPacket = Connect | RemoteCommand | Other | Rejected
 def can_adjust(version: Version, multicast: bool) -> bool:
     """Return whether a client may choose an older bitstream at a server of this version."""
     return version >= ADJUSTABLE and not multicast
+
+
+def version_of(text: str | None) -> Version | None:
+    """Return a version that is written as "4.1"."""
+    if text is None:
+        return None
+    major, _, minor = text.partition(".")
+    return int(major), int(minor)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.swarm.gateway import NatNet
 
 from flockwire_mocap.frame_sequence import FrameSequence
 from flockwire_mocap.natnet.encoding import encode, encode_command, encode_connect
@@ -23,6 +23,7 @@ from flockwire_mocap.natnet.packets import (
     Stamps,
     Version,
     can_adjust,
+    version_of,
 )
 from flockwire_mocap.natnet.parsing import parse
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose
@@ -31,24 +32,6 @@ PERIOD = SECOND  # ns between two keep-alives, and between two attempts at anyth
 SILENCE = 3 * SECOND  # ns without a packet after which the greeting is repeated
 MODEL_PAUSE = 4 * SECOND  # ns more between two model definitions; some servers mark every frame as changed
 MODEL_ATTEMPTS = 3  # requests are limited: a server that does not answer may stop streaming
-
-
-class Options(NamedTuple):
-    """The address and options of a server.
-
-    Attributes:
-        server: its IPv4 address, from which frames come; packets of others are dropped.
-        multicast: whether frames use a group; then no keep-alive is needed, and the version cannot be chosen.
-        bitstream: in unicast the version to request, from 4.0 servers on. In multicast, the streamed version; needed
-            only if the server does not answer. None: as the server reports.
-        request_model: whether to request names. Frames do not need them.
-
-    """
-
-    server: str
-    multicast: bool = False
-    bitstream: Version | None = None
-    request_model: bool = True
 
 
 @dataclass(slots=True)
@@ -68,7 +51,7 @@ class _Request:
 
 
 class NatNetSession:
-    """The state of a server, from its packets.
+    """The state of the server of `table`, from its packets.
 
     Attributes:
         info: the server's answer to the greeting, None before it.
@@ -82,8 +65,8 @@ class NatNetSession:
 
     """
 
-    def __init__(self, options: Options) -> None:
-        self.options = options
+    def __init__(self, table: NatNet) -> None:
+        self.table, self._asked = table, version_of(table.bitstream)
         self.info: ServerInfo | None = None
         self.names: dict[int, str] = {}
         self.frames = self.empty = 0
@@ -92,17 +75,16 @@ class NatNetSession:
         self.foreign: str | None = None
         self.rejected: str | None = None
         self.failure: str | None = None
-        self.adjusted = False  # whether the server has agreed to `options.bitstream`
+        self.adjusted = False  # whether the server has agreed to the bitstream of the table
         self._received_at = 0
         self._greeting, self._keep_alive, self._bitstream = _Request(), _Request(), _Request()
-        self._model = _Request(wanted=options.request_model)
+        self._model = _Request(wanted=table.request_model)
 
     @property
     def version(self) -> Version | None:
         """The version that the stream is read in, if it is known."""
-        asked = self.options.bitstream
-        if asked is not None and (self.options.multicast or self.adjusted):
-            return asked
+        if self._asked is not None and (self.table.multicast or self.adjusted):
+            return self._asked
         return self.info.version if self.info is not None else None
 
     def requests(self, now: int) -> list[bytes]:
@@ -112,10 +94,10 @@ class NatNetSession:
             due.append(encode_connect())
         if self.info is None:
             return due
-        if not self.options.multicast and self._keep_alive.make(now):
+        if not self.table.multicast and self._keep_alive.make(now):
             due.append(encode(Kind.KEEP_ALIVE))
-        asked = self.options.bitstream
-        adjustable = can_adjust(self.info.version, self.options.multicast)
+        asked = self._asked
+        adjustable = can_adjust(self.info.version, self.table.multicast)
         if asked is not None and not self.adjusted and adjustable and self._bitstream.make(now):
             due.append(encode_command("Bitstream,{}.{}".format(*asked)))
         if self._model.made < MODEL_ATTEMPTS and self._model.make(now):
@@ -127,7 +109,7 @@ class NatNetSession:
 
         Any port is accepted: unicast frames arrive at the command socket, from either port of the server.
         """
-        if source != self.options.server:
+        if source != self.table.server:
             self.counts["packets of others"] += 1
             self.foreign = source
             return None
@@ -151,9 +133,8 @@ class NatNetSession:
         return None
 
     def _response(self, response: Response) -> None:
-        asked = self.options.bitstream
-        if asked is not None:
-            confirmed = "Bitstream,{}.{}".format(*asked)
+        if self._asked is not None:
+            confirmed = "Bitstream,{}.{}".format(*self._asked)
             self.adjusted |= response.code == 0 or (response.text or "").replace(" ", "").startswith(confirmed)
 
     def _frame(self, frame: MocapFrame) -> TrackerFrame | None:
@@ -161,7 +142,7 @@ class NatNetSession:
             return None
         self.frames += 1
         self.empty += not frame.bodies
-        if frame.parameters & MODELS_CHANGED and self.options.request_model and not self._model.wanted:
+        if frame.parameters & MODELS_CHANGED and self.table.request_model and not self._model.wanted:
             self._model = _Request(due=self._model.due + MODEL_PAUSE)
         captured, transmitted = self._times(frame.stamps)
         return TrackerFrame(frame.number, captured, transmitted, tuple(map(self._body, frame.bodies)))

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from flockwire.domain.time import SECOND
 from flockwire.process.cores import Start
+from flockwire.swarm.gateway import NatNet
 
-from flockwire_mocap.natnet.packets import COMMAND_PORT, OLDEST, ServerInfo, Version
-from flockwire_mocap.natnet.session import NatNetSession, Options
+from flockwire_mocap.natnet.packets import OLDEST, ServerInfo, Version
+from flockwire_mocap.natnet.session import NatNetSession
 from flockwire_mocap.streamed import StreamedSource
 
 FIRST_ANSWER = SECOND  # ns without an answer after which a server is reported as silent
@@ -17,9 +18,7 @@ class NatNetSource(StreamedSource):
 
     def __init__(self, start: Start) -> None:
         gateway = start.plan.swarm.gateway
-        self.table = table = gateway.natnet
-        bitstream = version_of(table.bitstream)
-        self.session = NatNetSession(Options(table.server, table.multicast, bitstream, table.request_model))
+        self.session = NatNetSession(gateway.natnet)
         self._began = start.now
         super().__init__(gateway)
         self.counts = self.session.counts
@@ -27,40 +26,31 @@ class NatNetSource(StreamedSource):
     def trouble(self, now: int) -> str:
         """Return why there are no frames at `now` (Unix ns), and the remedy; empty while they arrive."""
         if now - self._began < FIRST_ANSWER and not self.session.frames:
-            return f"waits for {self.table.server}"
-        return trouble(self.session, self.table.command_port) or ""
+            return f"waits for {self.session.table.server}"
+        return trouble(self.session) or ""
 
 
-def version_of(text: str | None) -> Version | None:
-    """Return a version that is written as "4.1"."""
-    if text is None:
-        return None
-    major, _, minor = text.partition(".")
-    return int(major), int(minor)
-
-
-def trouble(session: NatNetSession, command_port: int = COMMAND_PORT) -> str | None:
+def trouble(session: NatNetSession) -> str | None:
     """Return the problem of a session after its first second; None if frames with rigid bodies arrive."""
     if session.failure is not None:
         return f"{session.failure}: set the address of the interface that leads to the server"
+    if 0 < session.frames == session.empty:
+        server = session.table.server
+        return f"{server}: frames without rigid bodies: enable Rigid Bodies in Motive's streaming settings"
     if session.frames:
-        return None if session.empty < session.frames else _no_bodies(session)
+        return None
     if session.counts["packets malformed"]:
         return _not_understood(session)
     if session.info is not None:
         return _no_frames(session, session.info)
-    return _foreign(session) or _no_answer(session, command_port)
-
-
-def _no_bodies(session: NatNetSession) -> str:
-    return f"{session.options.server}: frames without rigid bodies: enable Rigid Bodies in Motive's streaming settings"
+    return _foreign(session) or _no_answer(session.table)
 
 
 def _no_frames(session: NatNetSession, info: ServerInfo) -> str:
-    server = session.options.server
+    server = session.table.server
     if info.version < OLDEST:
         return f"{server} streams NatNet {_text(info.version)}: {_text(OLDEST)} or newer is needed, update Motive"
-    if info.multicast != session.options.multicast:
+    if info.multicast != session.table.multicast:
         return _other_mode(info, server)
     return _foreign(session) or _no_stream(info)
 
@@ -68,22 +58,22 @@ def _no_frames(session: NatNetSession, info: ServerInfo) -> str:
 def _foreign(session: NatNetSession) -> str | None:
     if session.foreign is None:
         return None
-    return f"packets come from {session.foreign}, not from {session.options.server}: set the server's address to it"
+    return f"packets come from {session.foreign}, not from {session.table.server}: set the server's address to it"
 
 
 def _not_understood(session: NatNetSession) -> str:
     version, malformed = session.version, session.counts["packets malformed"]
     read_as = "before its version was known" if version is None else f"as NatNet {_text(version)}"
     return (
-        f"{session.options.server}: {malformed} packets not understood {read_as} ({session.rejected}): "
+        f"{session.table.server}: {malformed} packets not understood {read_as} ({session.rejected}): "
         "set the bitstream version to the one that Motive streams"
     )
 
 
-def _no_answer(session: NatNetSession, command_port: int) -> str:
+def _no_answer(table: NatNet) -> str:
     return (
-        f"no answer from {session.options.server}:{command_port}: check its address and command port, that streaming "
-        f"is enabled in Motive on that interface, and that a firewall lets UDP {command_port} through"
+        f"no answer from {table.server}:{table.command_port}: check its address and command port, that streaming "
+        f"is enabled in Motive on that interface, and that a firewall lets UDP {table.command_port} through"
     )
 
 

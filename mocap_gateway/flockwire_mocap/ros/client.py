@@ -40,7 +40,6 @@ class RosClient:
             await asyncio.wait((self._task,))
 
     def _over(self, task: asyncio.Task[None]) -> None:
-        """Report an error that ended the connection."""
         if not task.cancelled() and (error := task.exception()) is not None:
             self._source.failure = f"the connection to ROS failed: {error!r}"
             logging.getLogger(GATEWAY.kind).error(self._source.failure, exc_info=error)

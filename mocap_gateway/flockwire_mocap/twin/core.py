@@ -10,14 +10,14 @@ from math import inf
 
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
-from flockwire.process.cores import Ground, Start
+from flockwire.process.cores import Ground, Randomness, Start
+from flockwire.swarm.gateway import Twin
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report
 
-from flockwire_mocap.disturbances import Disturbances
 from flockwire_mocap.simulated import SimulatedSource
 from flockwire_mocap.streamed import coordinates_of
 from flockwire_mocap.tracking import LOST, ReportedBody, TrackerFrame, unseen
@@ -98,3 +98,27 @@ class TwinCore(Ground):
 
     def _named(self, body: ReportedBody) -> ReportedBody:
         return body._replace(name=self._renamed.get(body.name or "", body.name))
+
+
+class Disturbances:
+    """Loses, repeats and reorders the shares of `amounts` of frames; one seed disturbs one stream in one way."""
+
+    def __init__(self, amounts: Twin, chance: Randomness) -> None:
+        self._amounts, self._chance = amounts, chance
+        self._held: TrackerFrame | None = None
+
+    def apply(self, frame: TrackerFrame) -> tuple[TrackerFrame, ...]:
+        """Return the frames that arrive when `frame` is sent: none, it, it twice, or it and the one before."""
+        amounts, held = self._amounts, self._held
+        self._held = None
+        arriving: tuple[TrackerFrame, ...] = (frame,)
+        if self._happens(amounts.loss):
+            arriving = ()
+        elif self._happens(amounts.repetition):
+            arriving = (frame, frame)
+        elif held is None and self._happens(amounts.reordering):
+            self._held, arriving = frame, ()
+        return arriving if held is None else (*arriving, held)
+
+    def _happens(self, share: float) -> bool:
+        return share > 0.0 and self._chance.random() < share

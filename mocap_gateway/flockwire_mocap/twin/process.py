@@ -19,9 +19,8 @@ from flockwire.wire.keys import Key
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import TRACKER
 
-from flockwire_mocap.natnet.packets import GROUP, OLDEST
+from flockwire_mocap.natnet.packets import GROUP, OLDEST, version_of
 from flockwire_mocap.natnet.server import NatNetServer
-from flockwire_mocap.natnet.source import version_of
 from flockwire_mocap.natnet.twin import TwinOptions
 from flockwire_mocap.qualisys.server import QtmServer
 from flockwire_mocap.ros.server import RosServer
@@ -32,7 +31,6 @@ Server = NatNetServer | VrpnServer | QtmServer | RosServer
 
 
 def _server(gateway: Gateway, names: dict[int, str]) -> Server:
-    """Return the server of the tracker in `gateway`, at the configured address."""
     if gateway.source == "vrpn":
         return VrpnServer(names.values(), gateway.vrpn.server, gateway.vrpn.port)
     if gateway.source == "qualisys":

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from copy import deepcopy
 from dataclasses import replace
+from functools import reduce
 from typing import Any
 
 from flockwire_sim.search.flight import Case, Judged
@@ -88,14 +89,14 @@ def _with(faults: list[Table], place: int, fault: Table) -> list[Table]:
 
 def _rounded(case: Case, name: str, fly: Fly, flights: int, most: int) -> tuple[Case, int]:
     """Round each number of faults, starts and conditions to as few digits as still show it."""
-    for path in list(_numbers(case)):
+    for path in list(_leaves(_tree(case))):
         for digits in DIGITS:
-            value = _value(case, path)
+            value = float(reduce(lambda inner, key: inner[key], path, _tree(case)))
             if value == round(value, digits):
                 break
             if flights >= most:
                 return case, flights
-            rounder = _changed(case, path, round(value, digits))
+            rounder = replace(case, **_put(_tree(case), path, round(value, digits)))
             flights += 1
             if _shows(fly(rounder), name):
                 case = rounder
@@ -106,9 +107,8 @@ def _rounded(case: Case, name: str, fly: Fly, flights: int, most: int) -> tuple[
 Path = tuple[str | int, ...]
 
 
-def _numbers(case: Case) -> Iterator[Path]:
-    yield from (("faults", *path) for path in _leaves(case.faults))
-    yield from (("table", *path) for path in _leaves(case.table))
+def _tree(case: Case) -> Any:  # noqa: ANN401  (of TOML tables)
+    return {"faults": case.faults, "table": case.table}
 
 
 def _leaves(value: Any) -> Iterator[Path]:  # noqa: ANN401  (of a TOML table)
@@ -120,19 +120,7 @@ def _leaves(value: Any) -> Iterator[Path]:  # noqa: ANN401  (of a TOML table)
         yield from ((k, *path) for k, inner in enumerate(value) for path in _leaves(inner))
 
 
-def _value(case: Case, path: Path) -> float:
-    inner: Any = getattr(case, str(path[0]))
-    for key in path[1:]:
-        inner = inner[key]
-    return float(inner)
-
-
-def _changed(case: Case, path: Path, value: float) -> Case:
-    name, *inner = path
-    return replace(case, **{str(name): _put(getattr(case, str(name)), inner, value)})
-
-
-def _put(tree: Any, path: list[str | int], value: float) -> Any:  # noqa: ANN401  (of a TOML table)
+def _put(tree: Any, path: Path, value: float) -> Any:  # noqa: ANN401  (of a TOML table)
     if not path:
         return value
     copy = list(tree) if isinstance(tree, list | tuple) else dict(tree)

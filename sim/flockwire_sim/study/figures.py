@@ -88,5 +88,4 @@ def _limit(quantity: Quantity, swarm: Swarm) -> float | None:
 
 
 def _title(axes: Axes, text: str) -> None:
-    """Put a title above the axes, flush left."""
     axes.set_title(text, loc="left", fontsize=12, fontweight="bold", color=INK, pad=9)

@@ -112,18 +112,13 @@ class SimulatedFlight:
             temph=warm + 3,
             tof=_tof(height),
             h=10 * round(10.0 * height),
-            bat=self.percent,
+            bat=ceil(100.0 * self.battery - 1e-9),
             baro=round(160.0 + height, 2),
             time=int(self.motor_time),
             agx=agx,
             agy=agy,
             agz=agz,
         )
-
-    @property
-    def percent(self) -> int:
-        """The battery in whole percent."""
-        return ceil(100.0 * self.battery - 1e-9)
 
     def motion(self, now: int) -> AirframeMotion:
         """Return its motion."""

@@ -12,7 +12,7 @@ from typing import Literal
 
 from flockwire.domain.vector import Vector
 
-from flockwire_tello.sticks import StickGains
+from flockwire_tello.swarm_file import StickGains
 
 Generation = Literal["1.3", "2.0", "3.0"]
 
@@ -109,7 +109,6 @@ class TelloParameters:
     serial: str = "0TQZSIMULATED0"
 
     def __post_init__(self) -> None:
-        """Raise ValueError if a number is out of range."""
         for name in ("lag", "yaw_lag", "dead_time", "drag"):
             if not getattr(self, name) >= 0.0:
                 raise ValueError(f"{name} = {getattr(self, name)}: must be 0 or more")

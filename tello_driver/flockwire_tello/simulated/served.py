@@ -14,8 +14,7 @@ from flockwire.swarm.model import Swarm
 from flockwire_tello.flight_monitor import SteadyTime
 from flockwire_tello.simulated.parameters import TelloParameters
 from flockwire_tello.simulated.tello import SimulatedTello
-from flockwire_tello.sticks import StickGains
-from flockwire_tello.swarm_file import COMMAND_PORT, reached, tello_addresses, tello_keys
+from flockwire_tello.swarm_file import COMMAND_PORT, StickGains, reached, tello_addresses, tello_keys
 
 
 class ServedTello:
@@ -77,11 +76,11 @@ class ServedTello:
 def parameters_of(swarm: Swarm, number: int) -> TelloParameters:
     """Return the parameters of the simulated Tello of drone `number`; `gain` is flown over commanded speed."""
     drone, airframe = swarm.drone(number), swarm.airframe(number)
-    sticks, gain = tello_keys(airframe).stick_gains, airframe.gain
+    gains = {stick: worth * airframe.gain for stick, worth in tello_keys(airframe).stick_gains}
     return TelloParameters(
         position=drone.start,
         yaw=drone.heading,
-        gains=StickGains(sticks.right * gain, sticks.forward * gain, sticks.up * gain, sticks.clockwise * gain),
+        gains=StickGains(**gains),
         lag=airframe.lag,
         dead_time=airframe.dead_time,
         endurance=airframe.endurance,

@@ -131,7 +131,6 @@ class SimulatedTello:
         return state._replace(pad=MissionPad(*((NO_PAD, -100, -100, -100, (-1, -1, -1)) if pads else off)))
 
     def _enter(self, sender: Address, now: int) -> None:
-        """Enter SDK mode for `sender`."""
         if self._client is None:
             self._state_due = now + STATE_PERIOD
         self._first = self._first or sender
@@ -161,7 +160,6 @@ class SimulatedTello:
             self._reply(OK if by == "stop" else ERROR, mover, now)
 
     def _watch(self, now: int) -> None:
-        """Land after a long time without commands."""
         flight = self.flight
         idle = flight.flying and flight.manoeuvre is None
         if idle and now - self._commanded_at >= SILENCE and Quirk.AUTO_LAND in self.parameters.quirks:

@@ -5,10 +5,11 @@ import socket
 
 import pytest
 from flockwire import clock
+from flockwire.swarm.gateway import NatNet
 from flockwire_mocap.natnet.client import NatNetClient
 from flockwire_mocap.natnet.packets import DATA_PORT, GROUP, HEADER, Kind
 from flockwire_mocap.natnet.server import NatNetServer
-from flockwire_mocap.natnet.session import NatNetSession, Options
+from flockwire_mocap.natnet.session import NatNetSession
 from flockwire_mocap.natnet.source import trouble
 from flockwire_mocap.natnet.twin import TwinOptions
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
@@ -28,14 +29,16 @@ def frames(count=FRAMES):
         yield TrackerFrame(number, now - 8_000_000, now, tuple(bodies))
 
 
+def session_of(command_port, **table):
+    return NatNetSession(NatNet(server=HOME, interface=HOME, command_port=command_port, **table))
+
+
 async def fly(server_options, multicast, ready=lambda session: session.names == NAMES, **options):
     """Stream frames to a client; returns them, its session, and the frames as they were delivered."""
     server = NatNetServer(server_options._replace(data_port=0), NAMES, command_port=0)
     await server.open()
-    session, delivered = NatNetSession(Options(HOME, multicast, **options)), []
-    client = NatNetClient(
-        session, lambda frame, now: delivered.append((frame, now)), local=HOME, command_port=server.command_port
-    )
+    session, delivered = session_of(server.command_port, multicast=multicast, **options), []
+    client = NatNetClient(session, lambda frame, now: delivered.append((frame, now)))
     await client.open()
     try:
         await until(lambda: ready(session))
@@ -74,7 +77,7 @@ def test_an_older_bitstream_over_the_wire():
     def ready(session):
         return session.adjusted and session.names == NAMES
 
-    session, delivered = asyncio.run(fly(TwinOptions((4, 5)), False, ready, bitstream=(3, 0)))
+    session, delivered = asyncio.run(fly(TwinOptions((4, 5)), False, ready, bitstream="3.0"))
     assert session.version == (3, 0)
     assert len(delivered) == FRAMES
 
@@ -83,11 +86,8 @@ def test_a_server_that_never_answers_is_read_in_the_version_that_is_set():
     async def listen():
         server = NatNetServer(TwinOptions((4, 2), multicast=True, data_port=0), NAMES, command_port=0)
         await server.open()
-        session, delivered = NatNetSession(Options(HOME, multicast=True, bitstream=(4, 2))), []
-        group = (GROUP, server.data_port)
-        client = NatNetClient(
-            session, lambda frame, now: delivered.append(frame), local=HOME, command_port=9, group=group
-        )
+        session, delivered = session_of(9, multicast=True, bitstream="4.2", group=GROUP, data_port=server.data_port), []
+        client = NatNetClient(session, lambda frame, now: delivered.append(frame))
         await client.open()
         await stream(frames(5), 240.0, server.publish)
         await until(lambda: len(delivered) == 5)
@@ -104,22 +104,22 @@ def test_a_server_that_is_not_there_is_a_line_and_no_hang():
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
             taken.bind((HOME, 0))
             taken.setblocking(False)
-            session = NatNetSession(Options(HOME))
-            client = NatNetClient(session, lambda frame, now: None, local=HOME, command_port=taken.getsockname()[1])
+            session = session_of(port := taken.getsockname()[1])
+            client = NatNetClient(session, lambda frame, now: None)
             await client.open()
             greeting = await asyncio.wait_for(asyncio.get_running_loop().sock_recv(taken, 1000), SOON)
             client.close()
-            return HEADER.unpack_from(greeting)[0], trouble(session, 1510)
+            return HEADER.unpack_from(greeting)[0], trouble(session), port
 
-    kind, found = asyncio.run(wait())
+    kind, found, port = asyncio.run(wait())
     assert kind == Kind.CONNECT
-    assert found.startswith("no answer from 127.0.0.1:1510")
+    assert found.startswith(f"no answer from 127.0.0.1:{port}")
 
 
 def test_a_stranger_on_the_same_host_is_not_the_server():
     async def intrude():
-        session, delivered = NatNetSession(Options(HOME)), []
-        client = NatNetClient(session, lambda frame, now: delivered.append(frame), local=HOME, command_port=9)
+        session, delivered = session_of(9), []
+        client = NatNetClient(session, lambda frame, now: delivered.append(frame))
         await client.open()
         port = client.port
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
@@ -150,17 +150,15 @@ def test_a_client_of_the_group_on_the_servers_host_shares_its_port(multicast, sh
     assert asyncio.run(listen()) == shared
 
 
-@pytest.mark.parametrize("bitstream", [None, (4, 1)])
+@pytest.mark.parametrize("bitstream", [None, "4.1"])
 def test_a_group_that_the_server_has_not_announced_is_left(bitstream):
     async def eavesdrop():
         server = NatNetServer(TwinOptions((4, 1), multicast=True, data_port=0), NAMES, command_port=0)
         other = NatNetServer(TwinOptions((4, 1), multicast=True, data_port=DATA_PORT), NAMES, command_port=0)
         await server.open()
         await other.open()
-        session, delivered = NatNetSession(Options(HOME, multicast=True, bitstream=bitstream)), []
-        client = NatNetClient(
-            session, lambda frame, now: delivered.append(frame), local=HOME, command_port=server.command_port
-        )
+        session, delivered = session_of(server.command_port, multicast=True, bitstream=bitstream), []
+        client = NatNetClient(session, lambda frame, now: delivered.append(frame))
         await client.open()
         await until(lambda: session.names == NAMES)
         await asyncio.sleep(0.15)

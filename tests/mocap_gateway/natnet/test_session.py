@@ -1,5 +1,6 @@
 import pytest
 from flockwire.domain.time import SECOND
+from flockwire.swarm.gateway import NatNet
 from flockwire_mocap.natnet.encoding import (
     encode,
     encode_command,
@@ -9,7 +10,7 @@ from flockwire_mocap.natnet.encoding import (
     encode_server_info,
 )
 from flockwire_mocap.natnet.packets import BodyDescription, Kind, MocapFrame, RigidBody, ServerInfo, Stamps
-from flockwire_mocap.natnet.session import NatNetSession, Options
+from flockwire_mocap.natnet.session import NatNetSession
 from flockwire_mocap.natnet.source import trouble
 
 SERVER = "10.0.0.1"
@@ -30,7 +31,7 @@ def frame(number=1, *bodies, version=(4, 1), parameters=0, ticks=(1000, 2000, 30
 
 
 def session(info=INFO, **options):
-    made = NatNetSession(Options(SERVER, **options))
+    made = NatNetSession(NatNet(server=SERVER, **options))
     if info is not None:
         made.receive(encode_server_info(info), SERVER, 0)
     return made
@@ -147,7 +148,7 @@ def test_a_lost_body_is_not_tracked():
 
 
 def test_an_older_bitstream_is_asked_for_and_read_once_granted():
-    choosy = session(bitstream=(3, 0), request_model=False)
+    choosy = session(bitstream="3.0", request_model=False)
     assert encode_command("Bitstream,3.0") in choosy.requests(0)
     assert choosy.version == (4, 1)
     choosy.receive(encode(Kind.RESPONSE, bytes(4)), SERVER, 0)
@@ -157,14 +158,14 @@ def test_an_older_bitstream_is_asked_for_and_read_once_granted():
 
 
 def test_a_refused_bitstream_is_not_read():
-    choosy = session(bitstream=(3, 0))
+    choosy = session(bitstream="3.0")
     choosy.receive(encode(Kind.RESPONSE, b"\x01\0\0\0"), SERVER, 0)
     choosy.receive(encode(Kind.RESPONSE, b"Bitstream,4.1\0"), SERVER, 0)
     assert choosy.version == (4, 1)
 
 
 def test_in_multicast_the_bitstream_that_is_set_is_read_without_any_answer():
-    deaf = session(info=None, multicast=True, bitstream=(4, 1))
+    deaf = session(info=None, multicast=True, bitstream="4.1")
     assert deaf.receive(frame(), SERVER, 0) is not None
 
 

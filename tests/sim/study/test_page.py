@@ -6,10 +6,9 @@ import json
 from pathlib import Path
 
 from flockwire_sim.study.file import RandomFault, Study
-from flockwire_sim.study.findings import QUANTITIES, Findings, GridPointFigures
+from flockwire_sim.study.findings import QUANTITIES, Findings, GridPointFigures, Quantiles
 from flockwire_sim.study.flight import Result
 from flockwire_sim.study.page import page
-from flockwire_sim.study.statistics import Quantiles
 from page_reader import Hostile, Page
 
 

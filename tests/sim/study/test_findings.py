@@ -5,7 +5,7 @@ from __future__ import annotations
 from random import Random
 
 import pytest
-from flockwire_sim.study.statistics import quantiles, wilson
+from flockwire_sim.study.findings import quantiles, wilson
 
 
 def test_wilsons_interval_has_the_textbooks_values() -> None:
