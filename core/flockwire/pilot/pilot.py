@@ -130,6 +130,7 @@ class Pilot:
                 airframe, ground = self._airframe, self._parameters.ground
                 motion = measured(airframe, pose.position, times, phase, self._telemetry, zero, ground)
                 self.motion = self._body.seen = motion
+                self._body.seen_at = pose.stamp
                 if self._guard is not None and phase in IN_FLIGHT:
                     self.bodies = self._guard.tracked(motion, self.bodies, self._surroundings.stamp or self.stamp)
         if self._body.watched and not 0 < self._body.due - now <= PERIOD:  # a clock may be set back
