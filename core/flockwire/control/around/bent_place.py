@@ -94,20 +94,29 @@ class BentPlace:
     def _shift(self, place: Corner, velocity: Vector, position: Vector, bodies: Sequence[Body]) -> Corner:
         """Return the offset for the bodies at present, m."""
         own = self._parameters
-        obstacles = [own.disc(body, position, SPARE) for body in bodies if stands(body)]
-        drones = [own.disc(body, position, SPARE) for body in bodies if body.kind is BodyKind.DRONE]
-        x, y = place
+        near_drones: list[Body] = []
+        standing: list[Body] = []
+        movers: list[Body] = []
+        for body in bodies:
+            kind = near_drones if body.kind is BodyKind.DRONE else standing if stands(body) else movers
+            kind.append(body)
+        outside = self._is_outside(place)
+        if not standing and not movers and not outside:
+            self._rests = False
+            return (0.0, 0.0)
+        obstacles = [own.disc(body, position, SPARE) for body in standing]
+        (px, py, _), (x, y), kept = position, place, own.separation.drone + SPARE
+        drones = [(px + body.relative_position[0], py + body.relative_position[1], kept) for body in near_drones]
         self._rests = bool(obstacles) and hypot(velocity[0], velocity[1]) < (MOVING if self._rests else STANDING)
-        if self._rests or self._is_outside(place):
+        if self._rests or outside:
             x, y = self._nearest(place, obstacles)
         else:
             x, y = self._beside(place, (velocity[0], velocity[1]), obstacles, drones, 0)
-        for body in bodies:
-            if body.kind is BodyKind.MOVER and not stands(body):
-                relative = (velocity[0] - body.velocity[0], velocity[1] - body.velocity[1])
-                x, y = self._beside((x, y), relative, [own.disc(body, position, SPARE)], drones, 1, own.early)
-        if any(body.kind is not BodyKind.DRONE for body in bodies):
-            x, y = self._make_room((x, y), velocity, position, bodies)
+        for body in movers:
+            relative = (velocity[0] - body.velocity[0], velocity[1] - body.velocity[1])
+            x, y = self._beside((x, y), relative, [own.disc(body, position, SPARE)], drones, 1, own.early)
+        if standing or movers:
+            x, y = self._make_room((x, y), velocity, near_drones, drones)
         return (x - place[0], y - place[1])
 
     def _nearest(self, place: Corner, obstacles: Sequence[Disc]) -> Corner:
@@ -119,17 +128,15 @@ class BentPlace:
         kept = nearest_free_place((x + STAYS * wx, y + STAYS * wy), obstacles, room) or place
         return kept if dist(kept, place) < dist(nearest, place) + BETTER else nearest
 
-    def _make_room(self, place: Corner, velocity: Vector, position: Vector, bodies: Sequence[Body]) -> Corner:
-        """Return `place` outside the discs of other drones, as they will be in LOOK_AHEAD s seen from the place."""
+    def _make_room(self, place: Corner, velocity: Vector, bodies: Sequence[Body], discs: Sequence[Disc]) -> Corner:
+        """Return `place` outside the `discs` of drones, as they will be in LOOK_AHEAD s seen from the place."""
         x, y = place
-        for body in bodies:
-            if body.kind is BodyKind.DRONE:
-                cx, cy, r = self._parameters.disc(body, position, SPARE)
-                dx = x - cx - LOOK_AHEAD * (body.velocity[0] - velocity[0])
-                dy = y - cy - LOOK_AHEAD * (body.velocity[1] - velocity[1])
-                gap = hypot(dx, dy)
-                if 0.0 < gap < r:
-                    x, y = x + dx * (r / gap - 1.0), y + dy * (r / gap - 1.0)
+        for body, (cx, cy, r) in zip(bodies, discs, strict=True):
+            dx = x - cx - LOOK_AHEAD * (body.velocity[0] - velocity[0])
+            dy = y - cy - LOOK_AHEAD * (body.velocity[1] - velocity[1])
+            gap = hypot(dx, dy)
+            if 0.0 < gap < r:
+                x, y = x + dx * (r / gap - 1.0), y + dy * (r / gap - 1.0)
         return (x, y)
 
     def _beside(
