@@ -28,9 +28,9 @@ _CLOSED = 1e3  # m, of a side outside the room
 
 def stands(body: Body) -> bool:
     """Return whether `body` is an obstacle, or another body at rest that is not a drone."""
-    if body.kind is BodyKind.DRONE:
-        return False
-    return body.kind is BodyKind.OBSTACLE or hypot(body.velocity[0], body.velocity[1]) < AT_REST
+    if body.kind is BodyKind.OBSTACLE:
+        return True
+    return body.kind is BodyKind.MOVER and hypot(body.velocity[0], body.velocity[1]) < AT_REST
 
 
 class DetourParameters(NamedTuple):
@@ -97,9 +97,12 @@ class BentPlace:
         near_drones: list[Body] = []
         standing: list[Body] = []
         movers: list[Body] = []
+        drone = BodyKind.DRONE
         for body in bodies:
-            kind = near_drones if body.kind is BodyKind.DRONE else standing if stands(body) else movers
-            kind.append(body)
+            if body.kind is drone:
+                near_drones.append(body)
+            else:
+                (standing if stands(body) else movers).append(body)
         outside = self._is_outside(place)
         if not standing and not movers and not outside:
             self._rests = False
@@ -157,21 +160,28 @@ class BentPlace:
             return place
         ux, uy = velocity[0] / speed, velocity[1] / speed
         slope = self._parameters.sideways / speed
-        ways = {side: lateral_shift(place, (ux, uy), discs, side, slope, early * speed) for side in (-1.0, 1.0)}
-        if ways[1.0][1] == 0.0:
+        right, most_right = lateral_shift(place, (ux, uy), discs, -1.0, slope, early * speed)
+        if most_right == 0.0:
             self._sides[group] = 0.0
             return place
+        left, most_left = lateral_shift(place, (ux, uy), discs, 1.0, slope, early * speed)
+        x, y = place
+        to_right = self._cost((x + uy * most_right, y - ux * most_right), most_right, drones)
+        to_left = self._cost((x - uy * most_left, y + ux * most_left), most_left, drones)
+        kept = self._sides[group]
+        to_right, to_left = to_right - BETTER * (kept == -1.0), to_left - BETTER * (kept == 1.0)
+        if to_right <= to_left:
+            self._sides[group] = -1.0
+            return (x + uy * right, y - ux * right)
+        self._sides[group] = 1.0
+        return (x - uy * left, y + ux * left)
 
-        def cost(side: float) -> float:
-            most = ways[side][1]
-            x, y = there = (place[0] - side * uy * most, place[1] + side * ux * most)
-            closed = _CLOSED if self._is_outside(there) else 0.0
-            crowded = max([0.0, *(r - hypot(x - cx, y - cy) for cx, cy, r in drones)])
-            return most + 2.0 * crowded + closed - (BETTER if side == self._sides[group] else 0.0)
-
-        side = self._sides[group] = min(ways, key=cost)
-        shift = ways[side][0]
-        return (place[0] - side * uy * shift, place[1] + side * ux * shift)
+    def _cost(self, there: Corner, most: float, drones: Sequence[Disc]) -> float:
+        """Return what it costs to pass at `there`, shifted by `most`, m: more among `drones` and outside the room."""
+        (x, y), crowded = there, 0.0
+        for cx, cy, r in drones:
+            crowded = max(crowded, r - hypot(x - cx, y - cy))
+        return most + 2.0 * crowded + (_CLOSED if self._is_outside(there) else 0.0)
 
     def _is_outside(self, place: Corner) -> bool:
         """Return whether `place` is outside the room's walls."""
