@@ -163,7 +163,7 @@ def _circle(radius: float, rate: float) -> Path:
     """Return a circle that begins at the origin."""
 
     def away(point: Point) -> float:
-        return min(dist(point, (radius * sin(0.1 * k), radius * cos(0.1 * k) - radius)) for k in range(63))
+        return min(dist(point, (radius * sin(0.1 * k), radius * (1.0 - cos(0.1 * k)))) for k in range(63))
 
     return {"kind": "circle", "radius": radius, "rate": rate}, away
 

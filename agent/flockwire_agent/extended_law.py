@@ -63,7 +63,7 @@ class ExtendedLaw:
             to_go = (-error[0], -error[1])
             correction, bodies = self._way.turned(correction, motion, forward, to_go, bodies, now)
         wanted = add(forward, self._sidestep.turned(correction, bodies, norm(error), now, forward))
-        return self._mover.left(wanted, scale(error, -1.0), bodies) if bodies else wanted
+        return self._mover.left(wanted, error, bodies) if bodies else wanted
 
     def _observe(self, observation: Observation, now: int) -> LeaderMotion | None:
         estimates = [

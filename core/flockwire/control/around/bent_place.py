@@ -28,9 +28,9 @@ _CLOSED = 1e3  # m, of a side outside the room
 
 def stands(body: Body) -> bool:
     """Return whether `body` is an obstacle, or another body at rest that is not a drone."""
-    if body.kind is BodyKind.DRONE:
-        return False
-    return body.kind is BodyKind.OBSTACLE or hypot(body.velocity[0], body.velocity[1]) < AT_REST
+    if body.kind is BodyKind.OBSTACLE:
+        return True
+    return body.kind is BodyKind.MOVER and hypot(body.velocity[0], body.velocity[1]) < AT_REST
 
 
 class DetourParameters(NamedTuple):
@@ -94,20 +94,32 @@ class BentPlace:
     def _shift(self, place: Corner, velocity: Vector, position: Vector, bodies: Sequence[Body]) -> Corner:
         """Return the offset for the bodies at present, m."""
         own = self._parameters
-        obstacles = [own.disc(body, position, SPARE) for body in bodies if stands(body)]
-        drones = [own.disc(body, position, SPARE) for body in bodies if body.kind is BodyKind.DRONE]
-        x, y = place
+        near_drones: list[Body] = []
+        standing: list[Body] = []
+        movers: list[Body] = []
+        drone = BodyKind.DRONE
+        for body in bodies:
+            if body.kind is drone:
+                near_drones.append(body)
+            else:
+                (standing if stands(body) else movers).append(body)
+        outside = self._is_outside(place)
+        if not standing and not movers and not outside:
+            self._rests = False
+            return (0.0, 0.0)
+        obstacles = [own.disc(body, position, SPARE) for body in standing]
+        (px, py, _), (x, y), kept = position, place, own.separation.drone + SPARE
+        drones = [(px + body.relative_position[0], py + body.relative_position[1], kept) for body in near_drones]
         self._rests = bool(obstacles) and hypot(velocity[0], velocity[1]) < (MOVING if self._rests else STANDING)
-        if self._rests or self._is_outside(place):
+        if self._rests or outside:
             x, y = self._nearest(place, obstacles)
         else:
             x, y = self._beside(place, (velocity[0], velocity[1]), obstacles, drones, 0)
-        for body in bodies:
-            if body.kind is BodyKind.MOVER and not stands(body):
-                relative = (velocity[0] - body.velocity[0], velocity[1] - body.velocity[1])
-                x, y = self._beside((x, y), relative, [own.disc(body, position, SPARE)], drones, 1, own.early)
-        if any(body.kind is not BodyKind.DRONE for body in bodies):
-            x, y = self._make_room((x, y), velocity, position, bodies)
+        for body in movers:
+            relative = (velocity[0] - body.velocity[0], velocity[1] - body.velocity[1])
+            x, y = self._beside((x, y), relative, [own.disc(body, position, SPARE)], drones, 1, own.early)
+        if standing or movers:
+            x, y = self._make_room((x, y), velocity, near_drones, drones)
         return (x - place[0], y - place[1])
 
     def _nearest(self, place: Corner, obstacles: Sequence[Disc]) -> Corner:
@@ -119,17 +131,15 @@ class BentPlace:
         kept = nearest_free_place((x + STAYS * wx, y + STAYS * wy), obstacles, room) or place
         return kept if dist(kept, place) < dist(nearest, place) + BETTER else nearest
 
-    def _make_room(self, place: Corner, velocity: Vector, position: Vector, bodies: Sequence[Body]) -> Corner:
-        """Return `place` outside the discs of other drones, as they will be in LOOK_AHEAD s seen from the place."""
+    def _make_room(self, place: Corner, velocity: Vector, bodies: Sequence[Body], discs: Sequence[Disc]) -> Corner:
+        """Return `place` outside the `discs` of drones, as they will be in LOOK_AHEAD s seen from the place."""
         x, y = place
-        for body in bodies:
-            if body.kind is BodyKind.DRONE:
-                cx, cy, r = self._parameters.disc(body, position, SPARE)
-                dx = x - cx - LOOK_AHEAD * (body.velocity[0] - velocity[0])
-                dy = y - cy - LOOK_AHEAD * (body.velocity[1] - velocity[1])
-                gap = hypot(dx, dy)
-                if 0.0 < gap < r:
-                    x, y = x + dx * (r / gap - 1.0), y + dy * (r / gap - 1.0)
+        for body, (cx, cy, r) in zip(bodies, discs, strict=True):
+            dx = x - cx - LOOK_AHEAD * (body.velocity[0] - velocity[0])
+            dy = y - cy - LOOK_AHEAD * (body.velocity[1] - velocity[1])
+            gap = hypot(dx, dy)
+            if 0.0 < gap < r:
+                x, y = x + dx * (r / gap - 1.0), y + dy * (r / gap - 1.0)
         return (x, y)
 
     def _beside(
@@ -150,21 +160,28 @@ class BentPlace:
             return place
         ux, uy = velocity[0] / speed, velocity[1] / speed
         slope = self._parameters.sideways / speed
-        ways = {side: lateral_shift(place, (ux, uy), discs, side, slope, early * speed) for side in (-1.0, 1.0)}
-        if ways[1.0][1] == 0.0:
+        right, most_right = lateral_shift(place, (ux, uy), discs, -1.0, slope, early * speed)
+        if most_right == 0.0:
             self._sides[group] = 0.0
             return place
+        left, most_left = lateral_shift(place, (ux, uy), discs, 1.0, slope, early * speed)
+        x, y = place
+        to_right = self._cost((x + uy * most_right, y - ux * most_right), most_right, drones)
+        to_left = self._cost((x - uy * most_left, y + ux * most_left), most_left, drones)
+        kept = self._sides[group]
+        to_right, to_left = to_right - BETTER * (kept == -1.0), to_left - BETTER * (kept == 1.0)
+        if to_right <= to_left:
+            self._sides[group] = -1.0
+            return (x + uy * right, y - ux * right)
+        self._sides[group] = 1.0
+        return (x - uy * left, y + ux * left)
 
-        def cost(side: float) -> float:
-            most = ways[side][1]
-            x, y = there = (place[0] - side * uy * most, place[1] + side * ux * most)
-            closed = _CLOSED if self._is_outside(there) else 0.0
-            crowded = max([0.0, *(r - hypot(x - cx, y - cy) for cx, cy, r in drones)])
-            return most + 2.0 * crowded + closed - (BETTER if side == self._sides[group] else 0.0)
-
-        side = self._sides[group] = min(ways, key=cost)
-        shift = ways[side][0]
-        return (place[0] - side * uy * shift, place[1] + side * ux * shift)
+    def _cost(self, there: Corner, most: float, drones: Sequence[Disc]) -> float:
+        """Return what it costs to pass at `there`, shifted by `most`, m: more among `drones` and outside the room."""
+        (x, y), crowded = there, 0.0
+        for cx, cy, r in drones:
+            crowded = max(crowded, r - hypot(x - cx, y - cy))
+        return most + 2.0 * crowded + (_CLOSED if self._is_outside(there) else 0.0)
 
     def _is_outside(self, place: Corner) -> bool:
         """Return whether `place` is outside the room's walls."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import sqrt
+from math import inf, sqrt
 
 from flockwire.control.around.free_place import Disc
 from flockwire.control.plane_polygon import Corner
@@ -57,8 +57,10 @@ def lateral_shift(
             (own if abs(d) < r else others).append((s, d, r))
     if not own:
         return 0.0, 0.0
-    largest = max(r - d for _, d, r in own)
-    more = True
+    largest = -inf
+    for _, d, r in own:
+        largest = max(largest, r - d)
+    more = bool(others)
     while more:
         more = False
         for disc in others:
@@ -69,4 +71,7 @@ def lateral_shift(
                 largest = max(largest, r - d)
                 more = True
                 break
-    return max(rounded(half_width(s, r, slope) - d) for s, d, r in own), largest
+    shift = 0.0
+    for s, d, r in own:
+        shift = max(shift, rounded(half_width(s, r, slope) - d))
+    return shift, largest

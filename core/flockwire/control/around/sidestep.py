@@ -37,19 +37,19 @@ def sidestep(
     if speed < 1e-6:
         return wanted
     ux, uy = wanted[0] / speed, wanted[1] / speed
-    blocked, reach = 0.0, parameters.reach
+    blocked, reach, drone, (gx, gy, _) = 0.0, parameters.reach, BodyKind.DRONE, velocity
     drone_distance, obstacle_distance = parameters.separation
     for body in bodies:
         away = to_surface(body.relative_position, body.radius)
-        distance = norm(away)
-        gap = distance - (drone_distance if body.kind is BodyKind.DRONE else obstacle_distance)
+        distance, yields = norm(away), body.kind is drone
+        gap = distance - (drone_distance if yields else obstacle_distance)
         if gap < reach:
             nx, ny, _ = scale(away, -1.0 / max(distance, 1e-9))
             near = min(2.0 * (1.0 - gap / reach), 1.0)
             closing = -(ux * nx + uy * ny)
-            if body.kind is BodyKind.DRONE:
+            if yields and closing > 0.0:
                 vx, vy, _ = body.velocity
-                closing -= max(-nx * (vx - velocity[0]) - ny * (vy - velocity[1]), 0.0) / speed
+                closing -= max(-nx * (vx - gx) - ny * (vy - gy), 0.0) / speed
             blocked = max(blocked, near * closing)
     if blocked <= 0.0:
         return wanted

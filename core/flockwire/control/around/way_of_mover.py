@@ -28,22 +28,22 @@ class WayOfMover:
         self._parameters = parameters
         self._side = 0.0  # +1 left of the mover's way, -1 right; 0: none chosen
 
-    def left(self, wanted: Vector, to_go: Vector, bodies: Sequence[Body]) -> Vector:
+    def left(self, wanted: Vector, error: Vector, bodies: Sequence[Body]) -> Vector:
         """Return `wanted`, m/s, with what it lacks to leave the ways of the movers among `bodies`, m from the drone.
 
-        `to_go` leads from the drone to its place, m.
+        `error` leads from the place to the drone, m.
         """
-        inside = False
+        inside, mover = False, BodyKind.MOVER
         for body in bodies:
-            if body.kind is BodyKind.MOVER and not stands(body):
-                changed = self._beside(wanted, to_go, body)
+            if body.kind is mover and not stands(body):
+                changed = self._beside(wanted, error, body)
                 if changed is not None:
                     wanted, inside = changed, True
         if not inside:
             self._side = 0.0
         return wanted
 
-    def _beside(self, wanted: Vector, to_go: Vector, body: Body) -> Vector | None:
+    def _beside(self, wanted: Vector, error: Vector, body: Body) -> Vector | None:
         """Return `wanted` with its part across the way of `body`, None if the drone is not in it."""
         own, (x, y, _), (wx, wy, _) = self._parameters, body.relative_position, body.velocity
         speed = hypot(wx, wy)
@@ -52,7 +52,7 @@ class WayOfMover:
         if abs(aside) >= kept or not 0.0 < ahead < kept + own.early * speed:
             return None
         if self._side == 0.0 or self._side * aside < -MIDDLE:
-            chosen = aside if abs(aside) > MIDDLE else aside + ux * to_go[1] - uy * to_go[0]
+            chosen = aside if abs(aside) > MIDDLE else aside - ux * error[1] + uy * error[0]
             self._side = 1.0 if chosen >= 0.0 else -1.0
         ex, ey = -self._side * uy, self._side * ux
         fastest = max(own.sideways, SHARE * sqrt(max(own.speed * own.speed - speed * speed, 0.0)))

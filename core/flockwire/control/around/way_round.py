@@ -139,7 +139,7 @@ class WayRound:
     def _with_berth(self, to_go: Corner, discs: list[Disc]) -> list[Disc]:
         """Return `discs` widened, if the way round them is hardly longer then, else as they are."""
         wide = [widened(disc, to_go) for disc in discs]
-        self._gives_berth = min(turns(to_go, wide)) < EASY[self._gives_berth]
+        self._gives_berth = is_straight(to_go, wide) or min(turns(to_go, wide)) < EASY[self._gives_berth]
         return wide if self._gives_berth else discs
 
     def _straight(self, to_go: Corner, now: float) -> None:
@@ -154,29 +154,33 @@ class WayRound:
         An obstacle stands where it will be, seen from the place, when the drone is there: by v (rho − R) / v_max
         farther back. A drone's disc is the section of its sphere at the own height: sqrt(R^2 − dz^2).
         """
-        origin = subtract(motion.position, motion.stopping)
+        origin = ox, oy, oz = subtract(motion.position, motion.stopping)
+        (gx, gy), (vx, vy, _), kept = to_go, velocity, self._parameters.separation.drone + SPARE
         discs: list[Disc] = []
         others: list[Body] = []
         drones = walled = False
-        together = TOGETHER[self._in_gap and self._side != 0.0]
+        reach, together = hypot(gx, gy), TOGETHER[self._in_gap and self._side != 0.0]
         for body in bodies:
-            x, y, r = self._parameters.disc(body, origin, SPARE)
-            if stands(body):
-                ahead = min(max(hypot(x, y) - r, 0.0) / self._parameters.speed, LOOK_AHEAD)
-                discs.append((x - ahead * velocity[0], y - ahead * velocity[1], r))
-                walled = True
+            if body.kind is not BodyKind.DRONE:
+                if stands(body):
+                    x, y, r = self._parameters.disc(body, origin, SPARE)
+                    early = min(max(hypot(x, y) - r, 0.0) / self._parameters.speed, LOOK_AHEAD)
+                    discs.append((x - early * vx, y - early * vy, r))
+                    walled = True
+                else:
+                    others.append(body)
                 continue
-            if body.kind is BodyKind.MOVER or hypot(to_go[0] - x, to_go[1] - y) < r:
+            x, y, rise = body.relative_position
+            x, y, rise = ox + x, oy + y, oz + rise
+            if hypot(gx - x, gy - y) < kept:
                 others.append(body)
                 continue
-            gap, ahead = hypot(x, y), x * to_go[0] + y * to_go[1]
-            drones = drones or (gap < r + BEFORE and ahead > 0.7 * gap * hypot(*to_go))
-            if hypot(body.velocity[0] - velocity[0], body.velocity[1] - velocity[1]) > together:
+            gap = hypot(x, y)
+            drones = drones or (gap < kept + BEFORE and x * gx + y * gy > 0.7 * gap * reach)
+            if hypot(body.velocity[0] - vx, body.velocity[1] - vy) > together:
                 others.append(body)
-            else:
-                rise = origin[2] + body.relative_position[2]
-                if rise * rise < r * r:
-                    discs.append((x, y, sqrt(r * r - rise * rise)))
+            elif rise * rise < kept * kept:
+                discs.append((x, y, sqrt(kept * kept - rise * rise)))
         self._in_gap = drones and walled
         return discs, others, drones
 

@@ -24,16 +24,16 @@ def person(behind: float, aside: float) -> Body:
 
 @pytest.mark.parametrize("aside", [-0.5, -0.2, 0.2, 0.5])
 def test_it_leaves_to_the_side_where_it_is(aside: float) -> None:
-    fled = WayOfMover(PARAMETERS).left((1.0, 0.0, 0.1), (-1.0, -aside, 0.0), [person(0.8, aside)])
+    fled = WayOfMover(PARAMETERS).left((1.0, 0.0, 0.1), (1.0, aside, 0.0), [person(0.8, aside)])
     assert fled == pytest.approx((1.0, 0.8 * (1.5**2 - 1.0) ** 0.5 * aside / abs(aside), 0.1))
 
 
 @pytest.mark.parametrize("place", [-1.0, 1.0])
 def test_in_the_middle_its_place_decides_and_the_side_stays(place: float) -> None:
     way = WayOfMover(PARAMETERS)
-    sides = [way.left(ZERO, (-1.0, place, 0.0), [person(0.8, aside)])[1] for aside in (0.0, 0.05, -0.05, 0.0)]
+    sides = [way.left(ZERO, (1.0, -place, 0.0), [person(0.8, aside)])[1] for aside in (0.0, 0.05, -0.05, 0.0)]
     assert all(side * place > 0.0 for side in sides)
-    assert way.left(ZERO, (-1.0, place, 0.0), [person(0.8, -0.3 * place)])[1] * place < 0.0  # pushed across it
+    assert way.left(ZERO, (1.0, -place, 0.0), [person(0.8, -0.3 * place)])[1] * place < 0.0  # pushed across it
 
 
 BEYOND = [person(0.8, KEPT), person(-0.1, 0.2), person(KEPT + 0.51, 0.2), person(0.8, 0.2)._replace(velocity=ZERO)]
@@ -42,7 +42,7 @@ BEYOND = [person(0.8, KEPT), person(-0.1, 0.2), person(KEPT + 0.51, 0.2), person
 @pytest.mark.parametrize("body", [*BEYOND, person(0.8, 0.2)._replace(kind=BodyKind.DRONE)])
 def test_outside_the_way_and_beside_what_stands_or_yields_nothing_changes(body: Body) -> None:
     wanted = (0.3, -0.2, 0.1)
-    assert WayOfMover(PARAMETERS).left(wanted, (-1.0, 0.0, 0.0), [body]) is wanted
+    assert WayOfMover(PARAMETERS).left(wanted, (1.0, 0.0, 0.0), [body]) is wanted
 
 
 def test_who_leaves_fast_enough_is_left_alone() -> None:
@@ -56,17 +56,17 @@ def test_it_depends_on_no_direction_of_the_axes(angle: float, behind: float, asi
         c, s = cos(angle), sin(angle)
         return (c * v[0] - s * v[1], s * v[0] + c * v[1], v[2])
 
-    body, wanted, to_go = person(behind, aside), (along, 0.1, 0.0), (-1.0, 0.3, 0.0)
-    found = WayOfMover(PARAMETERS).left(wanted, to_go, [body])
+    body, wanted, error = person(behind, aside), (along, 0.1, 0.0), (1.0, -0.3, 0.0)
+    found = WayOfMover(PARAMETERS).left(wanted, error, [body])
     rotated = Body(body.kind, turned(body.relative_position), body.radius, turned(body.velocity))
-    assert WayOfMover(PARAMETERS).left(turned(wanted), turned(to_go), [rotated]) == pytest.approx(turned(found))
+    assert WayOfMover(PARAMETERS).left(turned(wanted), turned(error), [rotated]) == pytest.approx(turned(found))
 
 
 def test_a_drone_before_a_person_gets_out_of_the_way_in_time() -> None:
     way, x, y, nearest = WayOfMover(PARAMETERS), 1.2, 0.02, 9.0
     for step in range(300):
         px = 0.01 * step
-        vx, vy, _ = way.left((0.0, 0.0, 0.0), (-1.0, 0.0, 0.0), [person(x - px, y)])
+        vx, vy, _ = way.left((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), [person(x - px, y)])
         x, y = x + 0.01 * vx, y + 0.01 * vy
         nearest = min(nearest, hypot(x - px, y))
     assert nearest > 0.5
