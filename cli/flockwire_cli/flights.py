@@ -181,6 +181,7 @@ def study(
     ] = None,
     jobs: Annotated[int, typer.Option(min=0, help="Number of processes; 0: one for each core.")] = 0,
     scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="Address of a Dask cluster to use instead.")] = "",
+    pdf: Annotated[bool, typer.Option("--pdf", help="Write each figure as PDF too.")] = False,
     search: Annotated[bool, typer.Option("--search", help="Look for the worst flight instead of drawing.")] = False,
     liveness: Annotated[
         bool, typer.Option("--liveness", help="With --search: faults end, then the formation must come back.")
@@ -210,7 +211,7 @@ def study(
             raise typer.Exit(
                 searches.search(swarm, file, options, folder, jobs or os.cpu_count() or 1, scheduler, first)
             )
-        status = studies.study(swarm, file, options, folder, jobs or os.cpu_count() or 1, scheduler)
+        status = studies.study(swarm, file, options, folder, jobs or os.cpu_count() or 1, scheduler, pdf)
     except (StudyError, SwarmFileError) as error:
         refuse(str(error))
     except OSError as error:

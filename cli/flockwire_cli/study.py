@@ -39,7 +39,9 @@ def options_of(runs: int | None, seed: int | None, duration: float | None, start
     return {key: value for key, value in options.items() if value is not None}
 
 
-def study(swarm: Path, file: Path | None, options: dict[str, object], out: Path, jobs: int, scheduler: str) -> int:
+def study(
+    swarm: Path, file: Path | None, options: dict[str, object], out: Path, jobs: int, scheduler: str, pdf: bool
+) -> int:
     """Fly the remaining runs, write and print the results; returns the exit status.
 
     Raises StudyError and SwarmFileError for bad input, before anything is written; OSError if `out` fails.
@@ -59,7 +61,7 @@ def study(swarm: Path, file: Path | None, options: dict[str, object], out: Path,
         findings = find(checked, plan, ledger.results)
     if findings.results:
         write_worst(findings, table, out)
-        write_study(findings, checked, out)
+        write_study(findings, checked, out, pdf)
         coverage = Coverage.of(result.marks for result in ledger.results)
         (out / MARKS).write_text("\n".join(coverage.table()) + "\n", encoding="utf-8")
         _print(findings, out)

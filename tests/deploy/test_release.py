@@ -12,7 +12,8 @@ import pytest
 
 pytestmark = pytest.mark.long
 ROOT = Path(__file__).parents[2]
-VERSION = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+VERSION = PROJECT["project"]["version"]
 
 
 @pytest.fixture
@@ -53,3 +54,8 @@ def test_a_tag_becomes_a_release_with_its_sums_and_its_dependencies(clone):
     assert sbom["bomFormat"] == "CycloneDX"
     assert {"eclipse-zenoh", "pydantic", "matplotlib"} <= {one["name"] for one in sbom["components"]}
     assert "pytest" not in {one["name"] for one in sbom["components"]}
+
+
+def test_compiled_wheels_are_for_the_pythons_that_the_package_names():
+    named = [line.rpartition(" ")[2] for line in PROJECT["project"]["classifiers"] if ":: Python :: 3." in line]
+    assert PROJECT["tool"]["cibuildwheel"]["build"] == [f"cp{one.replace('.', '')}-manylinux*" for one in named]

@@ -1,4 +1,4 @@
-"""The figures of a study. Only this file of the study imports matplotlib, which is slow to import."""
+"""The figures of a study. Only this file and over.py import matplotlib, which is slow to import."""
 
 from __future__ import annotations
 
@@ -6,25 +6,38 @@ from pathlib import Path
 
 import numpy as np
 from flockwire.swarm.model import Swarm
-from flockwire_analysis.figures.drawing import DANGER, INK, OKABE_ITO, STYLE
+from flockwire_analysis.figures.drawing import DANGER, INK, OKABE_ITO, STYLE, Picture
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from flockwire_sim.study.findings import QUANTITIES, Findings, Quantity, label
+from flockwire_sim.study.over import over, varied_keys
 
 WIDE = {**STYLE, "font.size": 10.5, "xtick.labelsize": 9.5, "ytick.labelsize": 9.5, "legend.fontsize": 9.5}
 MOST_CURVES = len(OKABE_ITO)
+SUCCESS = "The share of the flights that passed all checks, with its 95 % interval (Wilson)."
+DISTRIBUTIONS = "The share of the flights with at most a value; a dashed line is a bound of the swarm file."
+OVER = "The median of the flights, and a band up to the bound that 95 % of them keep."
 
 
-def draw(findings: Findings, swarm: Swarm, out: Path) -> tuple[Path, ...]:
-    """Draw success rates and the distribution of every figure into the folder `out`; returns the pictures."""
+def draw(findings: Findings, swarm: Swarm, out: Path, pdf: bool = False) -> tuple[Picture, ...]:
+    """Draw success rates, distributions and curves over varied parameters into `out`, as PNG and perhaps as PDF too."""
     with rc_context(WIDE):
-        pictures = [out / "success.png", out / "distributions.png"]
-        _success(findings).savefig(pictures[0], dpi=150, facecolor="white")
-        _distributions(findings, swarm).savefig(pictures[1], dpi=150, facecolor="white")
-    return tuple(pictures)
+        drawn = [
+            (_success(findings), Picture(out / "success.png", "Success rate", SUCCESS)),
+            (_distributions(findings, swarm), Picture(out / "distributions.png", "Distributions", DISTRIBUTIONS)),
+            *(
+                (over(findings, key), Picture(out / f"over_{key}.png", f"Over {key}", OVER))
+                for key in varied_keys(findings)
+            ),
+        ]
+        for figure, picture in drawn:
+            figure.savefig(picture.path, dpi=150, facecolor="white")
+            if pdf:
+                figure.savefig(picture.path.with_suffix(".pdf"), metadata={"CreationDate": None})
+    return tuple(picture for _, picture in drawn)
 
 
 def _success(findings: Findings) -> Figure:

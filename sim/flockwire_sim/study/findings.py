@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from math import ceil, inf, isfinite
 from pathlib import Path
@@ -189,8 +189,16 @@ UNKNOWN = "\N{EN DASH}"
 
 
 def label(point: Mapping[str, JsonValue]) -> str:
-    """Return a grid point as `key=value` pairs, the last word of each key."""
-    return ", ".join(f"{key.rpartition('.')[2]}={shown(value)}" for key, value in point.items()) or "all runs"
+    """Return a grid point as `key=value` pairs, the last word of each key; of a table, the pairs in it."""
+    return ", ".join(f"{key}={shown(value)}" for key, value in _pairs(point)) or "all runs"
+
+
+def _pairs(table: Mapping[str, JsonValue]) -> Iterator[tuple[str, JsonValue]]:
+    for key, value in table.items():
+        if isinstance(value, dict) and value:
+            yield from _pairs(value)
+        else:
+            yield key.rpartition(".")[2], value
 
 
 def shown(value: JsonValue) -> str:

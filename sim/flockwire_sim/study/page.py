@@ -5,31 +5,36 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from flockwire.swarm.model import Swarm
 from flockwire_analysis.report import render
 
 from flockwire_sim.study.findings import QUANTITIES, Findings, GridPointFigures, label, quantity
 
+if TYPE_CHECKING:
+    from flockwire_analysis.figures.drawing import Picture  # with matplotlib
 
-def write_study(findings: Findings, swarm: Swarm, out: Path) -> None:
-    """Write study.json, study.html and the PNG figures into the folder `out`. Raises OSError."""
+
+def write_study(findings: Findings, swarm: Swarm, out: Path, pdf: bool = False) -> None:
+    """Write study.json, study.html and the figures (PNG, perhaps PDF too) into the folder `out`. Raises OSError."""
     content = json.dumps(findings.as_json(), indent=2, allow_nan=False)
     (out / "study.json").write_text(content + "\n", encoding="utf-8")
     from flockwire_sim.study.figures import draw  # noqa: PLC0415  (matplotlib takes a second to import)
 
-    (out / "study.html").write_text(page(findings, draw(findings, swarm, out)), encoding="utf-8")
+    (out / "study.html").write_text(page(findings, draw(findings, swarm, out, pdf)), encoding="utf-8")
 
 
-def page(findings: Findings, pictures: Sequence[Path]) -> str:
+def page(findings: Findings, pictures: Sequence[Picture]) -> str:
     """Return the page with its pictures inside; all text is escaped."""
     plan = findings.plan
-    flights = f"{len(findings.results)} virtual flights of {plan.duration:g} s"
     return render(
         "flockwire_sim.study",
         "study.html",
         name=findings.swarm.replace("_", " "),
-        subtitle=f"{flights}, {findings.failures} failed; study seed {plan.seed}",
+        subtitle=f"{len(findings.results)} virtual flights of {plan.duration:g} s; study seed {plan.seed}",
+        runs=len(findings.results),
+        failures=findings.failures,
         success=map(_success, findings.rows),
         figures=_figures(findings),
         pictures=pictures,
