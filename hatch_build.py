@@ -20,6 +20,7 @@ COMPILED = (
         for name in ("batch", "cdr", "codec", "inbox", "orders", "phase", "stamped", "status")
     ),
     "core/flockwire/pilot",
+    *(f"core/flockwire/ground/{name}.py" for name in ("fleet", "lost", "standing")),
     *(f"core/flockwire/process/{name}.py" for name in ("stepping", "timekeeping")),
     *(f"core/flockwire/runtime/{name}.py" for name in ("publishing", "subscriptions", "topics")),
     "core/flockwire/clock.py",
@@ -29,7 +30,7 @@ COMPILED = (
     *(f"mocap_gateway/flockwire_mocap/{name}.py" for name in TRACKED),
     *(f"kinematics/flockwire_kinematics/{name}.py" for name in ("airframe", "core", "drone")),
     "recorder/flockwire_recorder/chunked.py",
-    *(f"sim/flockwire_sim/{name}.py" for name in ("network", "process", "virtual_time")),
+    *(f"sim/flockwire_sim/{name}.py" for name in ("flight", "network", "process", "virtual_time")),
 )
 LEFT_ALONE = {  # of whole folders: no mathematics in floats, or a class that others may build on
     "__init__.py",

@@ -109,9 +109,11 @@ class TraceWriter:
         if self._failed:
             self.dropped += 1
             return
-        if (topic, publisher) not in self._channels and self._publishers[topic] >= MOST_PUBLISHERS:
-            publisher = OTHERS
-        channel = self._channels.get((topic, publisher)) or self._register(topic, ros_type, publisher)
+        channel = self._channels.get((topic, publisher))
+        if channel is None:
+            if self._publishers[topic] >= MOST_PUBLISHERS:
+                publisher = OTHERS
+            channel = self._channels.get((topic, publisher)) or self._register(topic, ros_type, publisher)
         try:
             self._writer.add_message(channel, max(0, log_time), payload, max(0, publish_time), sequence & SEQUENCE_MASK)
         except OSError as error:

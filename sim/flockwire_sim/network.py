@@ -15,8 +15,9 @@ from random import Random
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.process.cores import Address, Datagram
 from flockwire.swarm.tables import Sim
-from flockwire.wire.codec import Message
-from flockwire.wire.inbox import Inbox, Opened, open_sample
+from flockwire.wire.cdr import MessageError
+from flockwire.wire.codec import CODECS, Message
+from flockwire.wire.inbox import Inbox, Opened
 from flockwire.wire.keys import Delivery, KeyRow
 
 from flockwire_sim.rare import RareBranches
@@ -24,18 +25,27 @@ from flockwire_sim.virtual_time import Scheduler
 
 
 class Sample:
-    """One encoded message on the wire."""
+    """One encoded message on the wire: the `sequence`-th of `publisher`, sent at `sent` (Unix ns).
 
-    __slots__ = ("_opened", "_sealed", "attached", "payload", "row")
+    These three are the attachment of a real sample; nothing forges it here, so it is not encoded.
+    """
 
-    def __init__(self, row: KeyRow, payload: bytes, attached: bytes) -> None:
-        self.row, self.payload, self.attached, self._sealed = row, payload, attached, True
+    __slots__ = ("_opened", "_sealed", "payload", "publisher", "row", "sent", "sequence")
+
+    def __init__(self, row: KeyRow, payload: bytes, sequence: int, sent: int, publisher: bytes) -> None:
+        self.row, self.payload, self._sealed = row, payload, True
+        self.sequence, self.sent, self.publisher = sequence, sent, publisher
+        self._opened: Opened | None = None
 
     def opened(self) -> Opened | None:
         """Return the message, decoded at the first call; None if it is malformed."""
         if self._sealed:
             self._sealed = False
-            self._opened = open_sample(self.row, self.payload, self.attached)
+            try:
+                message: Message = CODECS[self.row.message].decode(self.payload)
+            except MessageError:
+                return None
+            self._opened = message, self.sequence, self.sent, self.publisher
         return self._opened
 
 

@@ -13,7 +13,7 @@ from flockwire.process.stepping import StatusPublisher, Stepper, at_once, tick_p
 from flockwire.process.timekeeping import Timekeeping, is_known
 from flockwire.swarm.model import Swarm
 from flockwire.wire.codec import CODECS, Message
-from flockwire.wire.inbox import ATTACHMENT, inbox_of, publisher_of
+from flockwire.wire.inbox import inbox_of, publisher_of
 from flockwire.wire.keys import ROWS, Key, KeyRow, key_text
 
 from flockwire_sim.network import DatagramNetwork, Parcel, Sample, Slot, VirtualLink
@@ -274,9 +274,7 @@ class VirtualProcess:
             outlet = self.outlets[key]
             sequence, publisher = outlet.sequence, outlet.publisher
             outlet.sequence = sequence + 1
-            sample = Sample(
-                outlet.row, CODECS[type(message)].encode(message), ATTACHMENT.pack(sequence, now, 16, publisher)
-            )
+            sample = Sample(outlet.row, CODECS[type(message)].encode(message), sequence, now, publisher)
             for link, place in outlet.readers:
                 load = link.load
                 if not load:

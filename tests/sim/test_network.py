@@ -24,7 +24,7 @@ def carry(link_of, count: int = COUNT, kind: str = "pose", during=lambda k, link
 
     def send(number: int) -> None:
         during(number, link)
-        link.load.append((number, Sample(ROWS[kind], b"", b"")))
+        link.load.append((number, Sample(ROWS[kind], b"", 0, 0, b"")))
         link.depart()
 
     for number in range(count):

@@ -37,6 +37,7 @@ class Message(Protocol):
 
 
 M = TypeVar("M", bound=Message)
+Fields = tuple[Any, ...]  # those of a message: as objects their numbers are packed as they are, unboxed by nobody
 MOST_LAYOUTS = 256  # of messages of nearby bodies, that are kept
 SMALLEST_BODY = 57  # least bytes of a nearby body
 
@@ -50,10 +51,12 @@ _LEADING: Final[dict[object, Leading]] = {int(state): state for state in Leading
 _STATES: Final[dict[object, FlightState]] = {int(state): state for state in FlightState}
 
 
-def _encode_pose(pose: Pose) -> bytes:
-    stamp, frame, position, orientation = pose
-    pack, length, raw = _POSE.heads[frame]
-    return pack(HEADER, stamp // SECOND, stamp % SECOND, length, raw, *position, *orientation)
+def _encode_pose(pose: Fields) -> bytes:
+    stamp: int = pose[0]
+    head, p, q = _POSE.heads[pose[1]], pose[2], pose[3]
+    return head.pack(
+        HEADER, stamp // SECOND, stamp % SECOND, head.length, head.raw, p[0], p[1], p[2], q[0], q[1], q[2], q[3]
+    )
 
 
 def _decode_pose(data: bytes) -> Pose:
@@ -61,13 +64,15 @@ def _decode_pose(data: bytes) -> Pose:
     return from_fields(Pose, (stamp, frame, v[:3], v[3:]))
 
 
-def _encode_estimate(estimate: Estimate) -> bytes:
-    stamp, frame, motion, origin, hops, leading = estimate
-    position, velocity, acceleration = motion
-    pack, length, raw = _ESTIMATE.heads[frame]
-    return pack(
-        HEADER, stamp // SECOND, stamp % SECOND, length, raw, *position, *velocity, *acceleration,
-        origin // SECOND, origin % SECOND, hops, leading,
+def _encode_estimate(estimate: Fields) -> bytes:
+    stamp: int = estimate[0]
+    motion: Fields = estimate[2]
+    origin: int = estimate[3]
+    head, p, v, a = _ESTIMATE.heads[estimate[1]], motion[0], motion[1], motion[2]
+    return head.pack(
+        HEADER, stamp // SECOND, stamp % SECOND, head.length, head.raw,
+        p[0], p[1], p[2], v[0], v[1], v[2], a[0], a[1], a[2],
+        origin // SECOND, origin % SECOND, estimate[4], estimate[5],
     )  # fmt: skip
 
 
@@ -80,10 +85,12 @@ def _decode_estimate(data: bytes) -> Estimate:
     return from_fields(Estimate, (stamp, frame, motion, v[9] * SECOND + v[10], v[11], leading))
 
 
-def _encode_command(command: Command) -> bytes:
-    stamp, frame, velocity, yaw_rate = command
-    pack, length, raw = _COMMAND.heads[frame]
-    return pack(HEADER, stamp // SECOND, stamp % SECOND, length, raw, *velocity, 0.0, 0.0, yaw_rate)
+def _encode_command(command: Fields) -> bytes:
+    stamp: int = command[0]
+    head, v = _COMMAND.heads[command[1]], command[2]
+    return head.pack(
+        HEADER, stamp // SECOND, stamp % SECOND, head.length, head.raw, v[0], v[1], v[2], 0.0, 0.0, command[3]
+    )
 
 
 def _decode_command(data: bytes) -> Command:
@@ -96,8 +103,10 @@ def _encode_nearby(nearby: Nearby) -> bytes:
     values: list[object] = []
     for kind, relative_position, radius, velocity in bodies:
         values += (kind, *relative_position, radius, *velocity)
-    pack, length, raw = _NEARBY[len(bodies)].heads[frame]
-    return pack(HEADER, stamp // SECOND, stamp % SECOND, length, raw, len(bodies), *values)
+    head = _NEARBY[len(bodies)].heads[frame]
+    if not bodies:
+        return head.pack(HEADER, stamp // SECOND, stamp % SECOND, head.length, head.raw, 0)
+    return head.pack(HEADER, stamp // SECOND, stamp % SECOND, head.length, head.raw, len(bodies), *values)
 
 
 def _decode_nearby(data: bytes) -> Nearby:
@@ -148,8 +157,8 @@ def _numbers(
     layout = Layout(body)
 
     def encode(message: M) -> bytes:
-        pack, length, raw = layout.heads[message.frame]
-        return pack(HEADER, *divmod(message.stamp, SECOND), length, raw, *numbers(message))
+        head = layout.heads[message.frame]
+        return head.pack(HEADER, *divmod(message.stamp, SECOND), head.length, head.raw, *numbers(message))
 
     return Codec(encode, lambda data: make(*unpack(data, layout)))
 
