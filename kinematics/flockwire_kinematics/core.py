@@ -84,10 +84,6 @@ class KinematicsCore:
                     airframe.stop()
                 self._telemetry_deadline = 0  # the operator waits for the report that the motors are off
 
-    def due(self, key: Key) -> bool:
-        """Return False: the airframes move at their own rate."""
-        return False
-
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Advance all drones to `now` and publish their positions."""
         if self._begin is not None and (self._faults or self._wind_ends < inf):

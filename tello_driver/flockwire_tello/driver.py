@@ -98,10 +98,6 @@ class DriverCore:
         else:
             self._client.receive(data, t)
 
-    def due(self, key: Key) -> bool:
-        """Return False: it steps at its own rate."""
-        return False
-
     def correct(self, by: int) -> None:
         """Record that `now` jumps ahead by `by` ns (back if negative): this time has not passed."""
         self._time.correct(by)
