@@ -99,6 +99,25 @@ def test_a_pilot_that_restarts_and_sees_its_own_body_flies_on(restarted):
     assert restarted.core._pilot._body.watched is False
 
 
+@pytest.mark.parametrize(("obeys_after", "phase"), [(1.5, Phase.FORMATION), (9.0, Phase.LANDING)])
+def test_a_drone_that_lost_its_pose_in_the_take_off_may_obey_late(cockpit, obeys_after, phase):
+    agent = cockpit(SLOW | {"control.law": "paper"})
+    agent.run(0.1)
+    agent.order("takeoff")
+    agent.run(0.5)
+    agent.silent = {"pose", "nearby"}
+    agent.run(0.5)
+    agent.silent.clear()
+    agent.run(1.5)
+    assert agent.phase is Phase.HOLD
+    agent.order("start", agent.now)
+    agent.leader, agent.holds_still = (9.0, 0.0, 1.0), True
+    agent.run(obeys_after)
+    agent.holds_still = False
+    agent.run(0.1)
+    assert agent.phase is phase
+
+
 def test_one_that_is_not_examined_may_be_pushed(flyer):
     flyer.leader = (9.0, 0.0, 1.0)
     exchange(flyer, 2.0, answer=0.0)

@@ -43,6 +43,7 @@ def test_both_hold_and_the_others_fly_on(fly: Callable[..., Any], drones: list[i
 FENCE = {"min": [-4.0, -4.0, -0.5], "max": [4.0, 4.0, 3.0]}
 LASTING = {"at": 3.0, "kind": "swap", "drones": [1, 2], "duration": 20.0}
 RESTART = {"at": 4.0, "kind": "restart", "process": "gateway"}  # it takes the exchanged names for right
+WIDE = {"control.rate_hz": 20, "gateway.rate_hz": 20}
 SLOW = {"control.law": "extended", "control.rate_hz": 20, "gateway.rate_hz": 20, "limits.fence": FENCE}
 
 
@@ -89,3 +90,17 @@ def test_two_whose_pilots_restart_with_the_gateway_come_down_inside_the_fence(fl
     room, places = flown.world.swarm.limits.fence.room(), ways(flown)
     assert max(room.outside(place) for way in places.values() for place in way) == 0.0
     assert all(way[-1][2] <= 0.0 for way in places.values())
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("law", ["extended", "paper"])
+def test_nobody_is_taken_for_another_though_gateway_and_pilot_restart_in_a_gusty_wind(
+    fly: Callable[..., Any], law: str
+) -> None:
+    wind = {"wind": {"velocity": [1.0, 0.0, 0.0], "gust": 0.5}, "airframes.kinematics.gain": 0.8}
+    compensated = {"control.disturbance": 1.5} if law == "extended" else {}
+    restarts = [{"at": at, "kind": "restart", "process": who} for at, who in ((4.0, "gateway"), (4.2, "uav2"))]
+    flown = fly(WIDE | wind | compensated | {"control.law": law}, *restarts, duration=12.0)
+    said = {reason for i in range(1, 5) for _, _, reason in flown.phases(uav(i))}
+    assert not [reason for reason in said if "body" in reason]
+    assert flown.phases("uav2", 5.0)

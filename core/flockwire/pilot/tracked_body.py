@@ -27,6 +27,7 @@ FREE = frozenset({Phase.HOLD, Phase.FORMATION})  # on the ground, and near it, a
 WRONG = Reason(APART, "the tracker or the airframe is wrong", "examine both before the next start")
 JUMP = 2.0  # times limits.speed: faster is a jump, which the gateway judges
 ABSENCE = 3 * SECOND // 10  # ns without a pose after which the body is examined: less than any gateway takes to restart
+OBEYS_AFTER = 2 * SECOND  # ns after a take-off: one that takes off by itself obeys after its reply
 ENOUGH = 5.0  # m of commanded path after which an examined body is the drone's
 WIND = 1.5  # m/s of drift of a drone without poses, or control.disturbance
 NOISE = 0.2  # m
@@ -53,7 +54,7 @@ class TrackedBody:
         self._speed, self._wind = limits.speed if guard is None else guard.fastest, parameters.disturbance
         self._response: Response | None = None  # while it is examined
         self._airframe, self._zero = airframe, limits.staleness.command_zero
-        self._looked = 0
+        self._looked = self._climbed = 0  # when it was looked at, and when it took off, Unix ns
 
     def examine(self) -> None:
         """Examine whether it is another drone's, from now on."""
@@ -82,6 +83,7 @@ class TrackedBody:
         residual, response = self._residual, self._response
         if phase not in IN_FLIGHT:
             self.apart, self._response, self.watched = 0.0, None, residual is not None
+        self._climbed = now if phase is Phase.TAKEOFF else min(self._climbed, now)
         if motion is None or telemetry is None or phase not in FREE or not self._obeys(telemetry, gap):
             if residual is not None:
                 residual.reset()
@@ -92,7 +94,7 @@ class TrackedBody:
         travelled = self._airframe.travelled(since)
         if residual is not None and residual.update(motion.stopping, travelled, since):
             self.apart = residual.speed
-        if response is not None:
+        if response is not None and now - self._climbed > OBEYS_AFTER:
             floor = motion.position[2] - telemetry.height
             self._judge(response, response.update(motion.stopping, travelled, floor, since))
 
