@@ -197,6 +197,8 @@ def study(
     from flockwire_cli import study as studies  # noqa: PLC0415  (numpy)
 
     if search or liveness or replay is not None:
+        if pdf:
+            refuse("--pdf: a search draws no figures; remove it")
         from flockwire_cli import search as searches  # noqa: PLC0415  (cma, ribs)
 
     loaded = load(swarm).swarm

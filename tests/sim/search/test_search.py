@@ -107,6 +107,12 @@ def known(point: tuple[float, ...]) -> Judged:
     return Judged({"distance": Margin(away - 0.1, 1.0, "uav1", "")}, cell=("stop" if point[0] > 0.5 else "", "", ""))
 
 
+def test_figures_as_pdf_of_a_search_are_refused(files: tuple[Path, Path], tmp_path: Path) -> None:
+    result = flockwire(*files, "--search", "--pdf", "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    assert result.stderr == "flockwire: --pdf: a search draws no figures; remove it\n"
+
+
 def test_the_search_goes_where_the_margin_is_least_and_draws_do_not() -> None:
     search, least, flown = Search(4, 5), 9.0, 0
     while flown < 500:
