@@ -105,6 +105,7 @@ class EventInjector:
     ) -> None:
         self.world_ended = False
         self._world, self._events, self._faults, self._recorder = world, events, faults, recorder
+        self.moving = {KINEMATICS.kind, *(name for name, row in world.plan.rows.items() if row.driver)}  # the airframes
         self._drivers = [world.processes[name] for name, row in world.plan.rows.items() if row.driver]
 
     def begin(self) -> None:
@@ -119,8 +120,7 @@ class EventInjector:
 
     def frozen(self, at: float) -> bool:
         """Return whether the simulated airframes stand still `at` s, by a fault."""
-        moving = {KINEMATICS.kind, *(driver.identity for driver in self._drivers)}
-        freezes = (fault for fault in self._faults if isinstance(fault, Freeze) and fault.process in moving)
+        freezes = (fault for fault in self._faults if isinstance(fault, Freeze) and fault.process in self.moving)
         return any(fault.at <= at < fault.at + fault.duration for fault in freezes)
 
     def _end_world(self) -> None:

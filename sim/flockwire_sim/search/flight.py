@@ -10,7 +10,7 @@ from typing import Literal
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.loading import SwarmFileError, parse_swarm
 from flockwire.process.fault_file import FaultFileError
-from flockwire.process.faults import AirframeFailure, Fault, Visitor
+from flockwire.process.faults import AirframeFailure, ClockStep, Fault, Visitor
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import CONSOLE
@@ -88,7 +88,9 @@ class Flight:
         self._quiet = not (faults or events)
         self.world = World(swarm, seed, duration, faults, self.recorder.take, stations=stations)
         self._injector = EventInjector(self.world, events, faults, self.recorder)
-        self._fails = {uav(f.drone): f.at for f in reversed(faults) if isinstance(f, AirframeFailure)}
+        moving = self._injector.moving  # an airframe fails by the clock of its process
+        early = sum(max(f.step, 0.0) for f in faults if isinstance(f, ClockStep) and f.process in moving)
+        self._fails = {uav(f.drone): f.at - early for f in reversed(faults) if isinstance(f, AirframeFailure)}
         self._recovery = Recovery(self.world, self.recorder, faults) if mode == "liveness" else None
 
     def fly(self, bounds: Bounds = BOUNDS) -> Flown:
