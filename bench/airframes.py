@@ -30,7 +30,6 @@ from flockwire_sim.world import World
 
 SWARM = Path(__file__).parent / "separation" / "five_tello.toml"
 DURATION, TAIL = 30.0, 0.03  # s, m
-LEADER_GAIN = 1.0  # 1/s: the leader's loop is closed on its position, and the lag that is wrong is in it
 WIND = {"velocity": [0.8, 0.6, 0.0], "gust": 0.5}  # 1 m/s, gusting 0.5
 
 
@@ -59,6 +58,8 @@ CASES = {
     "weak and slow, wind": Case(0.7, 1.3, 1.3, wind=True),
     "strong and slow, wind": Case(1.3, 1.3, 1.3, wind=True),
     "strong and fast, wind": Case(1.3, 0.7, 0.7, wind=True),
+    "weak and fast, wind": Case(0.7, 0.7, 0.7, wind=True),
+    "strong and late, wind": Case(1.3, 0.7, 1.3, wind=True),
     "rotorpy": Case(rotors=True),
     "rotorpy, wind": Case(wind=True, rotors=True),
 }
@@ -85,7 +86,7 @@ def fly(case: Case, disturbance: float, law: str, number: int) -> Result:
         import rotor_airframe  # noqa: PLC0415  (needs rotorpy, which the other cases do not)
 
         rotor_airframe.replace_kinematics()
-    changes = {"limits": {"speed": 3.0}, "control": {"law": law}, "leader": {"tracking_gain": LEADER_GAIN}}
+    changes = {"limits": {"speed": 3.0}, "control": {"law": law}}
     table = merged(swarm_table(SWARM), changes)
     if case.rotors:
         table["airframes"]["kinematics"]["dead_time"] = rotor_airframe.OWN_DELAY

@@ -72,6 +72,7 @@ class CourseParameters(NamedTuple):
     trajectory: Trajectory
     gain: float  # 1/s, of the position loop
     filtered: bool  # whether it has a safety filter
+    ahead: float  # s, lag and dead time of the airframe
     delay: float  # s, from a command to the pose that shows its effect
     braking: float  # m/s^2
     separation: Separation
@@ -170,6 +171,7 @@ def course_parameters(swarm: Swarm) -> CourseParameters:
         trajectory=swarm.leader.trajectory.build(),
         gain=swarm.leader.tracking_gain,
         filtered=swarm.control.filtered,
+        ahead=airframe.lag + airframe.dead_time,
         delay=airframe.lag + airframe.dead_time + REACTION_PERIODS / swarm.control.rate_hz,
         braking=swarm.limits.acceleration,
         separation=swarm.avoidance.kept,

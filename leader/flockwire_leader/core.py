@@ -32,6 +32,7 @@ class FlyingLeader:
         self.prompt = frozenset({MISSION})
         self.period = pilot.period
         self._course = Course(course)
+        self._compensates = pilot.guard is not None and pilot.disturbance > 0.0
         self._teleoperation = None if teleoperation is None else Teleoperation(teleoperation)
         self._flown: Mission | None = None  # the order of the course
 
@@ -86,7 +87,8 @@ class FlyingLeader:
         elif was is not Phase.FORMATION:
             course.resume(motion.position, (now - mission.start) / SECOND)
         t = (pilot.stamp - mission.start) / SECOND
-        return course.velocity(motion.position, pilot.bodies, t, (now - pilot.born) / SECOND)
+        stopping = motion.stopping if self._compensates else None
+        return course.velocity(motion.position, pilot.bodies, t, (now - pilot.born) / SECOND, stopping)
 
 
 def make_core(start: Start) -> FlyingLeader | TrackedLeader | VirtualLeader:

@@ -5,6 +5,10 @@
 p_error falls from 1 to 0 as the leader falls behind the goal x_d(s). p_place is 1 where the goal is too near to a body:
 there the goal continues, and waits on the other side. With the safety filter the correction is rotated around
 obstacles; without it (law "paper") there is no guard and no sidestep, and the trajectory does not wait.
+
+Where disturbances are compensated, the leader's stopping point y is led instead, which obeys its commands at once:
+
+    u_0 = p x_d'(s + p A) + K (x_d(s + p A) − y),     A = lag + dead time        (ours)
 """
 
 from __future__ import annotations
@@ -31,6 +35,7 @@ class Course:
     def __init__(self, parameters: CourseParameters) -> None:
         self._trajectory, self._gain, self._filtered = parameters.trajectory, parameters.gain, parameters.filtered
         self.time = TrajectoryTime(LONGEST_STEP if self._filtered else inf)
+        self._ahead = parameters.ahead
         self._delay, self._braking, self._separation = parameters.delay, parameters.braking, parameters.separation
         self._sidestep = Sidestep(parameters.sidestep, SIDE_SWITCH_TIME)
         self._detour = parameters.detour
@@ -51,19 +56,28 @@ class Course:
         self.time.resume(t)
         self._place(position, self.time.at(t))
 
-    def velocity(self, position: Vector, bodies: Sequence[Body], t: float, now: float) -> Vector:
-        """Return the desired velocity, m/s, at `position` (m) and mission time `t`; `now` has any origin (s)."""
+    def velocity(
+        self, position: Vector, bodies: Sequence[Body], t: float, now: float, stopping: Vector | None = None
+    ) -> Vector:
+        """Return the desired velocity, m/s, at `position` (m) and mission time `t`; `now` has any origin (s).
+
+        `stopping` is the stopping point, m, that is led; None: the position itself.
+        """
         s = self.time.at(t)
         error, rate = self._seen_from(position, s)
         s = self.time.advance(t, self._wanted_pace(error, norm(rate), bodies) if self._filtered else 1.0)
         if self.time.pace < 1.0:
             error, rate = self._seen_from(position, s)
         speed, rate = norm(rate), scale(rate, self.time.pace)
+        led = error
+        if stopping is not None:
+            led, rate = self._seen_from(stopping, s + self.time.pace * self._ahead)
+            rate = scale(rate, self.time.pace)
         if self._filtered:
             offset, sideways = self._around(error, rate, position, bodies, now)
             if offset is not ZERO:
-                error, rate = add(error, offset), add(rate, sideways)
-        correction = scale(error, self._gain)
+                error, led, rate = add(error, offset), add(led, offset), add(rate, sideways)
+        correction = scale(led, self._gain)
         self._passed += speed * (s - self._s)
         self._s = s
         if self._filtered:
@@ -89,7 +103,7 @@ class Course:
         self._origin, self._s = subtract(position, self._trajectory.position(s)), s
 
     def _seen_from(self, position: Vector, s: float) -> tuple[Vector, Vector]:
-        """Return the error x_d(s) − x_0, m, and the rate x_d'(s), m/s."""
+        """Return the error x_d(s) − `position`, m, and the rate x_d'(s), m/s."""
         goal = add(self._origin, self._trajectory.position(s))
         return subtract(goal, position), self._trajectory.rate(s)
 

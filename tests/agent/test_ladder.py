@@ -111,6 +111,9 @@ def test_a_landing_descends_though_the_wind_that_it_compensates_has_ended(cockpi
     assert agent.velocity[2] == pytest.approx(-descent, abs=0.06)
     agent.run(3.0)
     assert agent.phase in (Phase.GROUNDED, Phase.READY)
+    agent.run(0.3)
+    assert agent.phase in (Phase.GROUNDED, Phase.READY)
+    assert agent.velocity[2] <= 0.0  # blind, it does not take off with what it compensated
 
 
 @pytest.mark.parametrize("law", ["extended", "paper"])

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import dist, exp, hypot
+from math import dist, exp, hypot, sin
 from typing import Any
 
 import pytest
+from flockwire.control.disturbance import DisturbedAirframe
+from flockwire.control.first_order_lag import lagged_motion
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.vector import ZERO, Vector, add, scale, subtract
 from flockwire.parameters import course_parameters
@@ -185,3 +187,43 @@ def test_a_new_flight_begins_without_the_bend_of_the_last_one(make_swarm: Callab
     assert abs(bent[1]) > 0.05
     course.restart(position, 0.0)
     assert course.velocity(position, (), 0.01, 1.0) == pytest.approx((0.306, 0.0, 0.0))
+
+
+def test_a_stopping_point_is_led_with_the_goal_of_when_the_drone_would_stop(make_swarm: Callable[..., Any]) -> None:
+    """On a circle: the stopping point is lag and dead time ahead of the drone."""
+    tello = {"airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}}
+    swarm = make_swarm({**FREE, **tello, "leader.trajectory": {"kind": "circle", "radius": 0.5, "rate": 0.4}})
+    course, way = Course(course_parameters(swarm)), swarm.leader.trajectory.build()
+    course.restart(way.position(0.0), 0.0)
+    for t in (0.0, 0.05, 0.1):
+        ahead = way.position(t + 0.35)
+        assert dist(course.velocity(way.position(t), (), t, t, ahead), way.rate(t + 0.35)) < 1e-9
+        behind = course.velocity(way.position(t), (), t, t, subtract(ahead, (0.1, 0.0, 0.0)))
+        assert dist(behind, add(way.rate(t + 0.35), (0.2, 0.0, 0.0))) < 1e-9
+
+
+def test_a_leader_in_wind_with_a_wrong_airframe_stays_on_its_course(fly_leader_in_wind: Any) -> None:
+    """Weak and slow by 30 %, in a wind that swings once in three seconds."""
+    assert fly_leader_in_wind() < 0.025
+
+
+@pytest.fixture
+def fly_leader_in_wind(make_swarm: Callable[..., Any]) -> Callable[[], float]:
+    def run() -> float:
+        tello = {"airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}}
+        swarm = make_swarm({**FREE, **tello, "leader.trajectory": {"kind": "circle", "radius": 0.5, "rate": 0.4}})
+        course, way = Course(course_parameters(swarm)), swarm.leader.trajectory.build()
+        x = way.position(0.0)
+        course.restart(x, 0.0)
+        state, v, sent, errors = DisturbedAirframe(0.25, 0.1, 2.0, 6.0), ZERO, [ZERO] * 14, []
+        for k in range(3000):
+            t = k / 100
+            motion = state.measure(x, t, t)
+            sent.append(state.command(course.velocity(x, (), t, t, motion.stopping), t))
+            wind = (0.04 * sin(2.1 * t), 0.0, 0.0)
+            x, v = lagged_motion(x, v, add(scale(sent[-14], 0.7), wind), 0.325, 0.01)
+            if t > 15.0:
+                errors.append(dist(x, way.position(t + 0.01)))
+        return max(errors)
+
+    return run

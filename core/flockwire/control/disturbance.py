@@ -1,36 +1,39 @@
-"""An airframe that wind, or a wrong gain, moves beside its commands: the disturbance is estimated and compensated.
+"""An airframe that wind, or a wrong gain, moves beside its commands: both are estimated and compensated.
 
-    lag v' + v = u(t − D) + w,   x' = v
+    lag v' + v = g u(t − D) + w,   x' = v
 
-Law and safety filter choose the velocity v_c that is to be flown; the command is u = v_c − d, d the estimate of w. The
-airframe is followed (airframe_state.py) in a frame that drifts as the estimate says, where it obeys its model with the
-rest w − d as its only disturbance, so the estimate does not wait for the command's way through the airframe:
+Law and safety filter choose the velocity v_c that is to be flown. The command is u = (v_c − d) / g with the estimates d
+of w and g of the horizontal gain (airframe_gain.py). With u~ = v_c − d the airframe is followed (airframe_state.py) in
+a frame that drifts as the estimate says. There it obeys its model with the rest w − d as its only disturbance, so the
+estimate does not wait for the command's way through the airframe:
 
-    lag s' + s = d,   S' = s,   x~ = x − S,   v~ = v − s   =>   lag v~' + v~ = u(t − D) + (w − d)
-    r = (x~ + lag v~ − ∫ u(t − D))' = w − d
+    lag s' + s = d,   S' = s,   x~ = x − S,   v~ = v − s   =>   lag v~' + v~ = u~(t − D) + (w − d)
+    r = (x~ + lag v~ − ∫ u~(t − D))' = w − d
     d' = 2 r / T + p,   p' = r / T^2,   |d| <= most        (ours)
-    y = x + lag v + ∫_{t−D}^{now} (u + d)   =>   y' = v_c + (w − d) + O(d')
+    y = x + lag v + ∫_{t−D}^{now} (u~ + d)   =>   y' = v_c + (w − d) + O(d')
 
 So (T d/dt + 1)^2 (w − d) = T^2 w'': d follows a wind that is constant or changes evenly without error. While d = w, the
-stopping point y obeys y' = v_c as without wind: law and filter see no difference. With the wrong gain g, w contains
-(g − 1) u(t − D): at slow changes the loop through d has the gain |g − 1|.
+stopping point y obeys y' = v_c as without wind: law and filter see no difference. T is shorter the better the gain is
+known: with a gain that is wrong the loop through d has less margin.
 """
 
 from __future__ import annotations
 
 from math import copysign
 
+from flockwire.control.airframe_gain import AirframeGain
 from flockwire.control.airframe_state import AirframeState
 from flockwire.control.first_order_lag import lagged_motion
 from flockwire.domain.motion import Motion
 from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
 
-TIME_CONSTANT = 0.3  # s, T: below it, an airframe whose lag or dead time is wrong by 30 % begins to oscillate
+UNCERTAIN, CERTAIN = 0.42, 0.28  # s, T while the gain is not known, and when it is (docs/theory.md)
+VELOCITY_TIME_CONSTANT = 0.07  # s, of the airframe's velocity: a slower one costs the loop its margin
 WHOLE, LEVEL, VERTICAL = (1.0, 1.0, 1.0), (1.0, 1.0, 0.0), (0.0, 0.0, 1.0)  # axes of an estimate
 
 
 class DisturbedAirframe:
-    """As AirframeState, with the estimate of the disturbance, at most `most` > 0 m/s; at first there is none.
+    """As AirframeState, with the estimates of the disturbance, at most `most` > 0 m/s, at first none, and of the gain.
 
     A position that jumps faster than `fastest`, m/s, changes no estimate.
     """
@@ -39,16 +42,23 @@ class DisturbedAirframe:
         self.disturbance: Vector = ZERO  # m/s, d
         self.last_command: Vector = ZERO  # m/s, the newest v_c
         self._lag, self._dead_time, self._most, self._fastest = lag, dead_time, most, fastest
-        self._state = AirframeState(lag, dead_time)
+        self._state = AirframeState(lag, dead_time, VELOCITY_TIME_CONSTANT)
+        self._gain = AirframeGain(lag, dead_time)
         self._slope: Vector = ZERO  # m/s^2, p
         self._drift, self._drifted = ZERO, ZERO  # m/s and m, s and S at the stamp
         self._stamp = 0.0
         self._rest: Vector | None = None  # m, x~ + lag v~ − ∫ u(t − D) at the stamp; None: not known or not free
 
+    @property
+    def gain(self) -> float:
+        """The estimated horizontal gain."""
+        return self._gain.value
+
     def reset(self) -> None:
         """Forget the estimate: the airframe does not fly."""
         self.disturbance = self._slope = self._drift = ZERO
         self._rest = None
+        self._gain.reset()
 
     def limit_vertical(self, most: float) -> None:
         """Limit the vertical part of the estimate to `most`, m/s."""
@@ -58,8 +68,11 @@ class DisturbedAirframe:
 
     def command(self, velocity: Vector, now: float) -> Vector:
         """Return the command that makes the airframe fly `velocity`, m/s, from `now` (s) on, and record it."""
-        self.last_command, given = velocity, subtract(velocity, self.disturbance)
-        self._state.command(given, now)
+        through, gain = subtract(velocity, self.disturbance), self.gain
+        given = (through[0] / gain, through[1] / gain, through[2])
+        self.last_command = velocity
+        self._state.command(through, now)
+        self._gain.command(given, velocity, now)
         return given
 
     def measure(self, position: Vector, stamp: float, now: float, learns: Vector | None = WHOLE) -> Motion:
@@ -74,9 +87,14 @@ class DisturbedAirframe:
         motion = self._state.measure(subtract(position, self._drifted), stamp, now)
         if dt != 0.0:
             self._learn(subtract(motion.stopping, self._state.travelled(now)), dt, learns)
+        velocity = add(motion.velocity, self._drift)
+        if learns is None or not learns[0]:
+            self._gain.restart()
+        elif dt > 0.0:
+            self._gain.measure(position, velocity, stamp)
         waits = now - stamp + self._dead_time
         ahead = add(scale(self._drift, self._lag), scale(self.disturbance, waits))
-        return Motion(position, add(motion.velocity, self._drift), add(add(motion.stopping, self._drifted), ahead))
+        return Motion(position, velocity, add(add(motion.stopping, self._drifted), ahead))
 
     def travelled(self, when: float) -> Vector:
         """Return the integral of the commands up to `when`, m."""
@@ -84,7 +102,7 @@ class DisturbedAirframe:
 
     def speed(self, most: float) -> float:
         """Return the speed, m/s, of v_c that keeps every command within `most`."""
-        return max(0.0, most - norm(self.disturbance))
+        return max(0.0, min(1.0, self.gain) * most - norm(self.disturbance))
 
     def _learn(self, rest: Vector, dt: float, learns: Vector | None) -> None:
         """Update the estimate by the change of `rest`, m, in `dt` s."""
@@ -94,11 +112,13 @@ class DisturbedAirframe:
             return
         x, y, z = change = subtract(rest, last)
         if x * x + y * y + z * z > (self._fastest * dt) ** 2:
+            self._gain.restart()
             return
         moved, slope = _part(change, learns), _part(self._slope, learns)
-        found = add(self.disturbance, add(scale(moved, 2.0 / TIME_CONSTANT), scale(slope, dt)))
+        constant = UNCERTAIN + self._gain.certainty * (CERTAIN - UNCERTAIN)
+        found = add(self.disturbance, add(scale(moved, 2.0 / constant), scale(slope, dt)))
         self.disturbance = limit(found, self._most)
-        self._slope = add(slope, scale(moved, TIME_CONSTANT**-2)) if self.disturbance is found else ZERO
+        self._slope = add(slope, scale(moved, constant**-2)) if self.disturbance is found else ZERO
 
 
 def _part(v: Vector, axes: Vector) -> Vector:

@@ -38,7 +38,7 @@ from flockwire.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, ag
 from flockwire.pilot.place import Place
 from flockwire.pilot.surroundings import Surroundings
 from flockwire.pilot.tracked_body import ABSENCE, PERIOD, WRONG, TrackedBody
-from flockwire.pilot.trim import forget_disturbance, limit_descent, make_airframe, measured
+from flockwire.pilot.trim import forget_disturbance, make_airframe, measured, trim
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import STOP, Key
@@ -150,8 +150,7 @@ class Pilot:
         motion = self.motion
         self._wanted = wanted
         velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity()
-        if self.flight.phase is Phase.LANDING:
-            limit_descent(self._airframe, self._limits.vertical_speed, motion is None)
+        trim(self._airframe, self.flight.phase, self._limits.vertical_speed, motion is None)
         velocity = self._airframe.command(velocity, (now - self.born) / SECOND) or velocity
         return [(self._command_key, from_fields(Command, (self.stamp, self._frame, velocity, 0.0)))]
 

@@ -24,10 +24,17 @@ def make_airframe(parameters: PilotParameters) -> AirframeState | DisturbedAirfr
     return DisturbedAirframe(lag, dead_time, most, JUMP * parameters.limits.speed)
 
 
-def limit_descent(airframe: AirframeState | DisturbedAirframe, vertical_speed: float, blind: bool) -> None:
-    """Limit what is compensated in a landing at `vertical_speed`, m/s: a `blind` one descends at half of it or more."""
-    if isinstance(airframe, DisturbedAirframe):
+def trim(airframe: AirframeState | DisturbedAirframe, phase: Phase, vertical_speed: float, blind: bool) -> None:
+    """Limit what is compensated in a landing at `vertical_speed`, m/s: a `blind` one descends at half of it or more.
+
+    On the ground nothing is: without a pose, what was learned in flight would take off again.
+    """
+    if not isinstance(airframe, DisturbedAirframe):
+        return
+    if phase is Phase.LANDING:
         airframe.limit_vertical((0.5 if blind else 1.0) * vertical_speed)
+    elif blind and phase not in IN_FLIGHT:
+        airframe.reset()
 
 
 def forget_disturbance(airframe: AirframeState | DisturbedAirframe) -> None:
