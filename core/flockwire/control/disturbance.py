@@ -27,7 +27,7 @@ from flockwire.control.first_order_lag import lagged_motion
 from flockwire.domain.motion import Motion
 from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
 
-UNCERTAIN, CERTAIN = 0.42, 0.28  # s, T while the gain is not known, and when it is (docs/theory.md)
+UNCERTAIN, CERTAIN = 0.5, 0.28  # s, T while the gain is not known, and when it is (docs/theory.md)
 VELOCITY_TIME_CONSTANT = 0.07  # s, of the airframe's velocity: a slower one costs the loop its margin
 WHOLE, LEVEL, VERTICAL = (1.0, 1.0, 1.0), (1.0, 1.0, 0.0), (0.0, 0.0, 1.0)  # axes of an estimate
 

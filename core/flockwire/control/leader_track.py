@@ -19,11 +19,12 @@ FORGET = 1.0  # s without a pose after which the track restarts, as it does at a
 def leader_time_constant(depth: int) -> float:
     """Return the time constant T, s, of the tracker of the leader's velocity for a swarm of `depth` hops.
 
-        T = 0.15 s + 0.01 s · depth        (ours)
+        T = max(0.15 s + 0.01 s · depth, 0.022 s · depth)        (ours)
 
     The deepest drone extrapolates the longest, so noise has most effect there; a slower tracker is later in turns.
+    Beyond 12 hops T is a share of the age: the noise of the deepest estimate stays below twice that of the first.
     """
-    return 0.15 + 0.01 * depth
+    return max(0.15 + 0.01 * depth, 0.022 * depth)
 
 
 class LeaderTrack:

@@ -20,6 +20,14 @@ def test_a_leader_that_flies_straight_costs_nothing() -> None:
 
 def test_deep_swarms_track_the_leader_more_slowly() -> None:
     assert leader_time_constant(1) < leader_time_constant(20)
+    assert leader_time_constant(10) == 0.25
+
+
+@pytest.mark.parametrize("depth", [4, 10, 13, 20, 40])
+def test_noise_at_most_doubles_along_a_chain(depth: int) -> None:
+    """30 ms and a period of 10 ms a hop."""
+    first, last = (noise_gain(leader_time_constant(depth), 0.04 * hops, 0.01) for hops in (1, depth))
+    assert last <= 2.0 * first
 
 
 def test_a_track_restarts_after_a_gap() -> None:
