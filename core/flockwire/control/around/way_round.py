@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import asin, atan2, cos, hypot, pi, remainder, sin, sqrt, tau
+from math import asin, atan2, cos, hypot, pi, remainder, sin, tau
 
 from flockwire.control.around.bent_place import DetourParameters, stands
 from flockwire.control.around.free_place import Disc
@@ -152,9 +152,9 @@ class WayRound:
         """Return what stands around, relative to the stopping point, the other bodies, and whether a drone is ahead.
 
         An obstacle stands where it will be, seen from the place, when the drone is there: by v (rho − R) / v_max
-        farther back. A drone's disc is the section of its sphere at the own height: sqrt(R^2 − dz^2).
+        farther back.
         """
-        origin = ox, oy, oz = subtract(motion.position, motion.stopping)
+        origin = ox, oy, _ = subtract(motion.position, motion.stopping)
         (gx, gy), (vx, vy, _), kept = to_go, velocity, self._parameters.separation.drone + SPARE
         discs: list[Disc] = []
         others: list[Body] = []
@@ -170,8 +170,7 @@ class WayRound:
                 else:
                     others.append(body)
                 continue
-            x, y, rise = body.relative_position
-            x, y, rise = ox + x, oy + y, oz + rise
+            x, y = ox + body.relative_position[0], oy + body.relative_position[1]
             if hypot(gx - x, gy - y) < kept:
                 others.append(body)
                 continue
@@ -179,8 +178,8 @@ class WayRound:
             drones = drones or (gap < kept + BEFORE and x * gx + y * gy > 0.7 * gap * reach)
             if hypot(body.velocity[0] - vx, body.velocity[1] - vy) > together:
                 others.append(body)
-            elif rise * rise < kept * kept:
-                discs.append((x, y, sqrt(kept * kept - rise * rise)))
+            else:
+                discs.append((x, y, kept))
         self._in_gap = drones and walled
         return discs, others, drones
 

@@ -172,13 +172,6 @@ def test_the_side_is_shorter_where_the_place_flies_to() -> None:
         assert (turned[1] > 0.0) == left
 
 
-@pytest.mark.parametrize(("below", "straight"), [(0.3, False), (0.46, True)])
-def test_who_is_below_another_drone_needs_no_way_round_it(below: float, straight: bool) -> None:
-    other = Body(BodyKind.DRONE, (0.6, 0.1, below), 0.0)
-    turned, _ = WayRound(PARAMETERS, 3.0).turned((1.0, 0.0, 0.0), at(ZERO), ZERO, (2.0, 0.0), [other], 0.0)
-    assert (turned == (1.0, 0.0, 0.0)) == straight
-
-
 def test_a_side_that_leads_back_is_given_up_where_the_other_one_opens() -> None:
     """Each change of the side is kept for long, but not one that leads back: a drone flew to and fro for 10 s."""
     way, found = WayRound(PARAMETERS, 3.0), []
