@@ -29,7 +29,7 @@ COMPILED = (
     *(f"leader/flockwire_leader/{name}.py" for name in ("core", "course", "teleoperation", "virtual")),
     *(f"mocap_gateway/flockwire_mocap/{name}.py" for name in TRACKED),
     *(f"kinematics/flockwire_kinematics/{name}.py" for name in ("airframe", "core", "drone")),
-    "recorder/flockwire_recorder/chunked.py",
+    *(f"recorder/flockwire_recorder/{name}.py" for name in ("chunked", "trace")),
     *(f"sim/flockwire_sim/{name}.py" for name in ("flight", "network", "process", "virtual_time")),
 )
 LEFT_ALONE = {  # of whole folders: no mathematics in floats, or a class that others may build on

@@ -19,7 +19,6 @@ from flockwire.pilot.neighbourhood import Neighbourhood
 from flockwire.pilot.orders import flown_formation, is_known
 from flockwire.pilot.pilot import Pilot
 from flockwire.process.cores import Core, Start
-from flockwire.process.faults import AgentFault
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
@@ -161,9 +160,11 @@ class AgentCore:
 def make_core(start: Start) -> Core:
     """Return the core of one follower's agent, which lies if a fault says so."""
     parameters = agent_parameters(start.plan.swarm, start.drone)
-    lies = tuple(fault for fault in start.faults if isinstance(fault, AgentFault) and fault.drone == start.drone)
-    if not lies:
+    if not start.faults:
         return AgentCore(parameters, start.now)
-    from flockwire_agent.lying import LyingAgent  # noqa: PLC0415  (few flights have such a fault)
+    from flockwire.process.faults import AgentFault  # noqa: PLC0415  (few flights have such a fault)
 
-    return LyingAgent(parameters, start.now, lies, start.took_off)
+    from flockwire_agent.lying import LyingAgent  # noqa: PLC0415
+
+    lies = tuple(fault for fault in start.faults if isinstance(fault, AgentFault) and fault.drone == start.drone)
+    return LyingAgent(parameters, start.now, lies, start.took_off) if lies else AgentCore(parameters, start.now)

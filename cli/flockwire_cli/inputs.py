@@ -110,10 +110,12 @@ def planned(swarm: Swarm) -> Plan:
 
 def faults_of(path: Path | None, plan: Plan) -> tuple[Fault, ...]:
     """Return the faults of a file, empty without one; or refuse it."""
-    from flockwire.process.fault_file import FaultFileError, load_faults  # noqa: PLC0415
+    if path is None:
+        return ()
+    from flockwire.process.fault_file import FaultFileError, load_faults  # noqa: PLC0415  (0.3 MB)
 
     try:
-        return load_faults(path, plan) if path is not None else ()
+        return load_faults(path, plan)
     except FaultFileError as error:
         refuse(str(error))
 

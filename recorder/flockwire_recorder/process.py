@@ -22,8 +22,9 @@ from flockwire.wire.schemas import ROS_TYPES
 from flockwire.wire.status import Report, counted
 
 from flockwire_recorder.core import PERIOD, RecorderCore
+from flockwire_recorder.full import TraceFullError
 from flockwire_recorder.parts import next_part
-from flockwire_recorder.trace import TraceFullError, TraceWriter, describe, logged_at, published_at
+from flockwire_recorder.trace import TraceWriter, describe, logged_at, published_at
 
 FLUSH_EVERY = 2  # drains: with what is in batches, at most 0.2 s is lost with the process
 

@@ -24,6 +24,7 @@ from flockwire.wire.inbox import BURST
 from flockwire.wire.schemas import schema_text
 
 from flockwire_recorder.chunked import ChunkedWriter
+from flockwire_recorder.full import TraceFullError
 
 FAULTS = "faults"  # of the metadata
 METADATA = "flockwire"
@@ -34,13 +35,6 @@ SPOOLED = 64 * 1024  # bytes of the index in memory before they go to a file bes
 MOST_PUBLISHERS = 64  # publishers of one topic with their own channel; all others share one
 OTHERS = b"others".ljust(16, b"\0")
 SEQUENCE_MASK = 0xFFFF_FFFF  # MCAP keeps 32 bits of a sequence number
-
-
-class TraceFullError(OSError):
-    """Nothing more can be written: the disk is full, or gone."""
-
-    def __str__(self) -> str:
-        return f"{self.filename}: {self.strerror}"
 
 
 def describe(

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from hashlib import blake2b
 from typing import NamedTuple
 
+from flockwire.domain.fields import from_fields
 from flockwire.domain.time import SECOND
 from flockwire.process.cores import Core, Datagram, Networked
 from flockwire.process.stepping import StatusPublisher, Stepper, at_once, tick_period
@@ -281,7 +282,8 @@ class VirtualProcess:
                     loaded.append(link)
                 load.append((place, sample))
             if tap is not None:
-                tap(Published(self._scheduler.now, now, key, outlet.topic, publisher, sequence, sample))
+                true = self._scheduler.now
+                tap(from_fields(Published, (true, now, key, outlet.topic, publisher, sequence, sample)))
 
     def _depart(self) -> None:
         loaded, self._loaded = self._loaded, []

@@ -15,8 +15,8 @@ from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground.director import Director, Stage
 from flockwire.ground.operator import OperatorCore
 from flockwire.ground.order import Order
-from flockwire.process.cores import Core, Start, make_core
-from flockwire.process.faults import Fault, of_core
+from flockwire.process.cores import Core, Start, make_core, of_core
+from flockwire.process.faults import Fault
 from flockwire.process.timekeeping import patience, timekeeping
 from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import Key

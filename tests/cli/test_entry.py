@@ -54,6 +54,15 @@ def test_a_process_loads_no_search_for_plugins_and_who_asks_for_packages_later_g
     assert done.stdout.strip() == pydantic.VERSION
 
 
+def test_a_process_finds_time_zones_where_python_does_without_the_variables_of_its_build():
+    line = "from flockwire_cli.entry import spare_build_variables as spare; spare(); import os, sys, zoneinfo"
+    line += "; assert 'sysconfig' in sys.modules and not any(name.startswith('_sysconfigdata') for name in sys.modules)"
+    line += "; assert 'PYTHONTZPATH' not in os.environ; here = zoneinfo.TZPATH; zoneinfo.reset_tzpath()"
+    line += "; print(here == zoneinfo.TZPATH)"
+    done = subprocess.run([sys.executable, "-c", line], capture_output=True, text=True, check=True)
+    assert done.stdout == "True\n"
+
+
 def test_help_of_a_process_is_as_wide_as_the_terminal_says(monkeypatch):
     wide = {}
     for columns in ("50", "120"):

@@ -24,8 +24,9 @@ from flockwire_analysis import report
 from flockwire_analysis.reading import read_trace
 from flockwire_cli.verdict import conclude
 from flockwire_recorder import process
+from flockwire_recorder.full import TraceFullError
 from flockwire_recorder.process import Recorder
-from flockwire_recorder.trace import TraceFullError, TraceWriter, describe
+from flockwire_recorder.trace import TraceWriter, describe
 from mcap.reader import make_reader
 
 

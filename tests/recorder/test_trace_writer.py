@@ -12,7 +12,8 @@ import recorded_flights
 from flockwire.domain.pose import Pose
 from flockwire.wire.codec import encode
 from flockwire_analysis.reading import read_trace
-from flockwire_recorder.trace import TraceFullError, TraceWriter
+from flockwire_recorder.full import TraceFullError
+from flockwire_recorder.trace import TraceWriter
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 

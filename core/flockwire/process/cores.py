@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import NamedTuple, Protocol, cast, runtime_checkable
+from typing import TYPE_CHECKING, NamedTuple, Protocol, cast, runtime_checkable
 
 from flockwire.objects import load_object
-from flockwire.process.faults import Fault
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report
+
+if TYPE_CHECKING:
+    from flockwire.process.faults import Fault
 
 
 class Randomness(Protocol):
@@ -135,6 +137,11 @@ class Ground:
     def may_end(self, now: int) -> bool:
         """Return True."""
         return True
+
+
+def of_core(faults: tuple[Fault, ...], plan: Plan, identity: str) -> tuple[Fault, ...]:
+    """Return those of `faults` that the core of `identity` injects itself."""
+    return tuple(fault for fault in faults if fault.kind in plan.rows[identity].faults)
 
 
 def make_core(start: Start) -> Core:

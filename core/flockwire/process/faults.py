@@ -11,7 +11,6 @@ from pydantic import ConfigDict, Field
 
 from flockwire.swarm.model import uav
 from flockwire.swarm.tables import Finite, Model, NotNegative, Point, Positive, Probability
-from flockwire.wire.plan import Plan
 
 SIM_ONLY = ("clock",)
 
@@ -208,8 +207,3 @@ def told(fault: Fault) -> str:
         case _:
             whom = uav(fault.drone)
     return f"{fault.kind} {whom}".strip()
-
-
-def of_core(faults: tuple[Fault, ...], plan: Plan, identity: str) -> tuple[Fault, ...]:
-    """Return those of `faults` that the core of `identity` injects itself."""
-    return tuple(fault for fault in faults if fault.kind in plan.rows[identity].faults)

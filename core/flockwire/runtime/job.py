@@ -7,15 +7,18 @@ import logging
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from flockwire import clock
 from flockwire.objects import load_object
-from flockwire.process.faults import Fault
 from flockwire.runtime.detours import DetoursError, read_detours
 from flockwire.runtime.session import EndpointInUseError, Session, connect
 from flockwire.security.files import CredentialsError, default_folder
 from flockwire.security.verification import verify
 from flockwire.wire.plan import Plan
+
+if TYPE_CHECKING:
+    from flockwire.process.faults import Fault
 
 
 @dataclass(frozen=True, slots=True)

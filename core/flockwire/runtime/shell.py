@@ -13,8 +13,7 @@ from contextlib import AbstractAsyncContextManager, nullcontext
 from random import Random
 
 from flockwire import clock
-from flockwire.process.cores import Core, Start, make_core
-from flockwire.process.faults import of_core
+from flockwire.process.cores import Core, Start, make_core, of_core
 from flockwire.process.stepping import StatusPublisher, StepCounts, Stepper, at_once, tick_period
 from flockwire.process.timekeeping import Timekeeping, patience
 from flockwire.runtime.datagrams import Sockets, served
