@@ -118,6 +118,35 @@ def test_a_drone_that_lost_its_pose_in_the_take_off_may_obey_late(cockpit, obeys
     assert agent.phase is phase
 
 
+def test_a_drone_that_lost_its_pose_just_after_the_take_off_may_obey_late(cockpit):
+    agent = cockpit(SLOW | {"control.law": "paper"})
+    agent.run(0.1)
+    agent.order("takeoff")
+    while agent.phase is not Phase.HOLD:
+        agent.step()
+    agent.silent = {"pose", "nearby"}
+    agent.run(0.35)
+    agent.silent.clear()
+    agent.run(0.02)
+    agent.order("start", agent.now)
+    agent.leader, agent.holds_still = (9.0, 0.0, 1.0), True
+    agent.run(1.5)
+    agent.holds_still = False
+    agent.run(0.1)
+    assert agent.phase is Phase.FORMATION
+
+
+def test_a_height_is_not_compared_with_an_old_telemetry(restarted):
+    restarted.run(0.5)
+    restarted.leader, restarted.silent = (0.0, 0.0, 4.0), {"telemetry"}
+    restarted.run(2.0)
+    assert restarted.position[2] > 2.0
+    assert restarted.phase is Phase.FORMATION
+    restarted.silent.clear()
+    restarted.run(2.0)
+    assert restarted.phase is Phase.FORMATION
+
+
 def test_one_that_is_not_examined_may_be_pushed(flyer):
     flyer.leader = (9.0, 0.0, 1.0)
     exchange(flyer, 2.0, answer=0.0)

@@ -34,7 +34,10 @@ class Identity:
 
     def take_foreign(self, pose: Pose) -> None:
         """Receive a pose that cannot be the drone's own."""
-        self.doubt, self.is_lost = self.doubt or IdentityDoubt(pose.stamp, pose.frame, pose.stamp), True
+        doubt = self.doubt
+        if not self.is_lost and (doubt is None or pose.stamp - doubt.stamp > LASTS):  # an earlier one is over
+            self.doubt = IdentityDoubt(pose.stamp, pose.frame, pose.stamp)
+        self.is_lost = True
 
     def forget(self) -> None:
         """Begin again: the drone is on the ground."""
@@ -43,12 +46,14 @@ class Identity:
     def doubted(self, now: int) -> float:
         """Return the time, s, since the tracker gave the drone's name to another body; 0 without a doubt.
 
-        One from the future is of a clock that was set back since: the gateway repeats it if it lasts.
+        One from the future is of a clock that was set back since: the gateway repeats it if it lasts, and one that
+        remains counts from `now` on.
         """
         doubt = self.doubt
         if doubt is None or (now - doubt.stamp > LASTS and not self.is_lost):
             return 0.0
-        if doubt.stamp - now > LASTS and not self.is_lost:
-            self.doubt = None
+        if doubt.stamp - now > LASTS:
+            self.doubt = doubt = doubt._replace(stamp=now, since=now) if self.is_lost else None
+        if doubt is None:
             return 0.0
         return max((now - doubt.since) / SECOND, 1e-9)

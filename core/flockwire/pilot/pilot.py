@@ -250,6 +250,8 @@ class Pilot:
             self._mark(inputs, missing, unready, hold, land)
         if phase is not was:
             self._place.forget()
+            if was is Phase.TAKEOFF:
+                self._body.took_off(now)
             if phase in IN_FLIGHT and was not in IN_FLIGHT and airborne:  # this process was started in flight
                 self._body.examine()
         if phase not in IN_FLIGHT and (phase is not was or self._identity.is_lost):

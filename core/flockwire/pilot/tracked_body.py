@@ -54,7 +54,11 @@ class TrackedBody:
         self._speed, self._wind = limits.speed if guard is None else guard.fastest, parameters.disturbance
         self._response: Response | None = None  # while it is examined
         self._airframe, self._zero = airframe, limits.staleness.command_zero
-        self._looked = self._climbed = 0  # when it was looked at, and when it took off, Unix ns
+        self._looked = self._climbed = 0  # when it was looked at, and when its take-off ended, Unix ns
+
+    def took_off(self, now: int) -> None:
+        """Record that the drone's take-off ended at `now` (Unix ns)."""
+        self._climbed = now
 
     def examine(self) -> None:
         """Examine whether it is another drone's, from now on."""
@@ -83,7 +87,7 @@ class TrackedBody:
         residual, response = self._residual, self._response
         if phase not in IN_FLIGHT:
             self.apart, self._response, self.watched = 0.0, None, residual is not None
-        self._climbed = now if phase is Phase.TAKEOFF else min(self._climbed, now)
+        self._climbed = min(self._climbed, now)  # a clock may be set back
         if motion is None or telemetry is None or phase not in FREE or not self._obeys(telemetry, gap):
             if residual is not None:
                 residual.reset()
@@ -94,7 +98,9 @@ class TrackedBody:
         travelled = self._airframe.travelled(since)
         if residual is not None and residual.update(motion.stopping, travelled, since):
             self.apart = residual.speed
-        if response is not None and now - self._climbed > OBEYS_AFTER:
+        if response is not None and now - telemetry.stamp > LONGEST_GAP:
+            response.reset()  # neither its height nor whether it obeys is known
+        elif response is not None and now - self._climbed > OBEYS_AFTER:
             floor = motion.position[2] - telemetry.height
             self._judge(response, response.update(motion.stopping, travelled, floor, since))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flockwire.domain.pose import IdentityDoubt
+from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND
 from flockwire.pilot.identity import LASTS, Identity
 
@@ -47,3 +47,22 @@ def test_a_doubt_remains_if_the_poses_ended_with_it() -> None:
 def test_a_doubt_that_ended_does_not_begin_again_when_the_clock_is_set_back():
     identity, now = doubtful()
     assert [identity.doubted(at) for at in (now, now - 5 * SECOND, now)] == [1.0, 0.0, 0.0]
+
+
+def test_a_doubt_that_remains_counts_from_a_clock_that_is_set_back():
+    identity, now = doubtful()
+    identity.take_pose(now + SECOND)
+    early = now - 3600 * SECOND
+    assert [identity.doubted(at) for at in (now + SECOND, early, early + 6 * SECOND)] == [2.0, 1e-9, 6.0]
+
+
+def test_a_foreign_pose_counts_from_itself_after_a_doubt_that_is_over():
+    identity, now = doubtful()
+    for at in range(now + FRAME, now + 60 * SECOND, 10 * FRAME):
+        identity.take_pose(at)
+    foreign = now + 61 * SECOND
+    identity.take_pose(foreign)
+    identity.take_foreign(Pose(foreign, "world", (9.0, 0.0, 1.0)))
+    assert (identity.is_lost, identity.doubted(foreign + SECOND)) == (True, 1.0)
+    identity.take_foreign(Pose(foreign + 2 * SECOND, "world", (9.0, 0.0, 1.0)))
+    assert identity.doubted(foreign + 3 * SECOND) == 3.0
