@@ -27,12 +27,12 @@ class Pipe:
         self._changed.set()
 
     async def fill(self, reader: asyncio.StreamReader) -> None:
-        """Receive bytes up to their end, while there is room; a reset is an end."""
+        """Receive bytes up to their end, while there is room; any failure is an end."""
         data = None
         while data != END:
             try:
                 data = await reader.read(LARGEST)
-            except ConnectionError:
+            except OSError:
                 data = END
             self._stream.take(data, asyncio.get_running_loop().time())
             self._changed.set()
@@ -41,19 +41,24 @@ class Pipe:
                 await self._room.wait()
 
     async def empty(self, writer: asyncio.StreamWriter) -> None:
-        """Write the bytes as they become due, then their end; raises OSError if nobody takes them."""
-        while True:
-            self._changed.clear()
-            for data in self._stream.due(asyncio.get_running_loop().time()):
-                if data == END:
-                    writer.write_eof()
-                    return
-                writer.write(data)
-            self._room.set()
-            await writer.drain()
-            with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout_at(self._stream.next_arrival()):
-                    await self._changed.wait()
+        """Write the bytes as they become due, then their end; end earlier if nobody takes them."""
+        with contextlib.suppress(OSError):
+            while await self._write_due(writer):
+                with contextlib.suppress(TimeoutError):
+                    async with asyncio.timeout_at(self._stream.next_arrival()):
+                        await self._changed.wait()
+
+    async def _write_due(self, writer: asyncio.StreamWriter) -> bool:
+        """Write what is due; returns whether more may follow."""
+        self._changed.clear()
+        for data in self._stream.due(asyncio.get_running_loop().time()):
+            if data == END:
+                writer.write_eof()
+                return False
+            writer.write(data)
+        self._room.set()
+        await writer.drain()
+        return True
 
 
 class Connection:
@@ -62,9 +67,12 @@ class Connection:
     def __init__(self, there: Direction, back: Direction) -> None:
         self.pipes = (Pipe(there), Pipe(back))
         self._task = asyncio.current_task()
+        self._writers: list[asyncio.StreamWriter] = []  # to the dialler, then to the listener
 
     def abort(self) -> None:
-        """End it at once."""
+        """End it at once; bytes that are not sent yet are lost."""
+        for writer in self._writers:
+            writer.transport.abort()
         if self._task is not None:
             self._task.cancel()
 
@@ -77,22 +85,24 @@ class Connection:
     ) -> None:
         """Pass on the dialler's bytes, and those of the listener at `address` once the link is `passable`.
 
-        It ends with both directions, when nobody listens, or when the dialler gives up before it is answered.
+        It ends when each direction has ended or has nobody who takes its bytes, when nobody listens, or when the
+        dialler gives up before it is answered.
         """
         there, back = self.pipes
-        writers = [writer]
+        self._writers.append(writer)
         try:
             async with asyncio.TaskGroup() as group:
-                received = group.create_task(there.fill(reader))
-                received.add_done_callback(lambda _: self.abort() if len(writers) < 2 else None)
+                filling = [group.create_task(there.fill(reader))]
+                filling[0].add_done_callback(lambda _: self.abort() if len(self._writers) < 2 else None)
                 await passable.wait()
                 far_reader, far_writer = await asyncio.open_connection(*address)
-                writers.append(far_writer)
-                group.create_task(there.empty(far_writer))
-                group.create_task(back.fill(far_reader))
-                group.create_task(back.empty(writer))
+                self._writers.append(far_writer)
+                filling.append(group.create_task(back.fill(far_reader)))
+                await asyncio.wait([group.create_task(there.empty(far_writer)), group.create_task(back.empty(writer))])
+                for one in filling:
+                    one.cancel()
         except* OSError:  # the dialler tries again
             pass
         finally:
-            for one in writers:
-                one.close()
+            for each in self._writers:
+                each.close()

@@ -199,3 +199,50 @@ async def test_at_its_end_everything_is_closed(bench):
     assert bench.listener.said == [b""]
     with pytest.raises(ConnectionRefusedError):
         await bench.dial()
+
+
+@on_bench
+async def test_what_a_dialler_said_before_it_was_gone_arrives_though_it_is_answered(bench):
+    _, writer, answer = await bench.linked()
+    bench.relay.there.cut()
+    writer.write(b"bye")
+    await until(lambda: bench.relay.held == 3)
+    writer.transport.abort()
+    for _ in range(20):
+        answer.write(b"?")
+        await settle()
+    assert bench.listener.ends == 0
+    bench.relay.there.mend()
+    await until(lambda: bench.listener.ends == 1)
+    assert bench.listener.said == [b"bye"]
+    await until(lambda: bench.relay.connections == 0)
+
+
+@on_bench
+async def test_what_a_listener_said_before_it_was_gone_arrives_though_it_is_answered(bench):
+    reader, writer, answer = await bench.linked()
+    bench.relay.back.cut()
+    answer.write(b"bye")
+    await until(lambda: bench.relay.held == 3)
+    answer.transport.abort()
+    for _ in range(20):
+        writer.write(b"?")
+        await settle()
+    assert bench.relay.connections == 1
+    bench.relay.back.mend()
+    assert await reader.read() == b"bye"
+
+
+@on_bench
+async def test_at_its_end_bytes_that_nobody_takes_keep_no_connection_open(bench):
+    _, writer, answer = await bench.linked()
+    writer.transport.pause_reading()
+    answer.write(bytes(1_000_000) * 40)
+    await until(lambda: bench.relay.held >= MOST_HELD)
+    bench.relay.end()
+
+    def hung_up():
+        writer.write(b"?")
+        return writer.transport.is_closing()
+
+    await until(hung_up)
