@@ -159,9 +159,9 @@ class Tower:
         while time.monotonic() < deadline:
             now = clock.now()
             for source in self._sources:
-                received = source.take(now)
-                if received is not None:
-                    self.statuses[received.message.identity] = received.message
+                status = source.message(now)
+                if status is not None:
+                    self.statuses[status.identity] = status
             fresh = {name: status for name, status in self.statuses.items() if now - status.stamp < 1_000_000_000}
             if met(fresh):
                 return fresh
