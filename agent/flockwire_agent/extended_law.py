@@ -7,11 +7,11 @@ y is the airframe's stopping point. The safety filter around the law, not a pote
 
 from __future__ import annotations
 
+from flockwire.control.airframe.first_order_lag import lead, stopping_reference
 from flockwire.control.around.bent_place import BentPlace
 from flockwire.control.around.sidestep import Sidestep
 from flockwire.control.around.way_of_mover import WayOfMover
 from flockwire.control.around.way_round import WayRound
-from flockwire.control.first_order_lag import lead, stopping_reference
 from flockwire.control.graph import LEADER
 from flockwire.control.leader_track import LeaderTrack
 from flockwire.control.observer import relay_step

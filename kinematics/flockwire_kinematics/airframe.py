@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from flockwire.control.first_order_lag import lagged_motion
+from flockwire.control.airframe.first_order_lag import lagged_motion
 from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, scale

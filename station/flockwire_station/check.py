@@ -10,8 +10,8 @@ from math import inf, sqrt
 # eigenvalue of 1000 drones takes twelve seconds instead of one. It is read at numpy's import.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+from flockwire.control.airframe.first_order_lag import critical_gain, smallest_smoothing
 from flockwire.control.convergence import convergence, smallest_observer_gain
-from flockwire.control.first_order_lag import critical_gain, smallest_smoothing
 from flockwire.control.graph import LEADER
 from flockwire.control.leader_track import leader_time_constant, motion_error, noise_gain
 from flockwire.domain.vector import norm

@@ -7,8 +7,8 @@ from math import dist, exp, hypot, sin
 from typing import Any
 
 import pytest
-from flockwire.control.disturbance import DisturbedAirframe
-from flockwire.control.first_order_lag import lagged_motion
+from flockwire.control.airframe.disturbance import DisturbedAirframe
+from flockwire.control.airframe.first_order_lag import lagged_motion
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.vector import ZERO, Vector, add, scale, subtract
 from flockwire.parameters import course_parameters

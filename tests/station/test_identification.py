@@ -8,7 +8,7 @@ from random import Random
 
 import numpy as np
 import pytest
-from flockwire.control.first_order_lag import lagged
+from flockwire.control.airframe.first_order_lag import lagged
 from flockwire.domain.body import Nearby
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND

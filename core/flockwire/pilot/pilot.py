@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from flockwire.control.disturbance import DisturbedAirframe
+from flockwire.control.airframe.disturbance import DisturbedAirframe
 from flockwire.control.guard import Guard
 from flockwire.domain.airframe import Command, FlightState, Telemetry
 from flockwire.domain.body import Body

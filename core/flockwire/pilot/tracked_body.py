@@ -7,10 +7,10 @@ while move as the drone does, within wider limits.
 
 from __future__ import annotations
 
-from flockwire.control.airframe_state import AirframeState
-from flockwire.control.disturbance import DisturbedAirframe
-from flockwire.control.motion_residual import MotionResidual
-from flockwire.control.response import Response
+from flockwire.control.airframe.disturbance import DisturbedAirframe
+from flockwire.control.airframe.motion_residual import MotionResidual
+from flockwire.control.airframe.response import Response
+from flockwire.control.airframe.state import AirframeState
 from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.motion import Motion
 from flockwire.domain.pose import Pose

@@ -1,9 +1,9 @@
-"""When a pilot learns the disturbance of its airframe (control/disturbance.py): in free flight, as commanded."""
+"""When a pilot learns the disturbance of its airframe (control/airframe/disturbance.py): free, as commanded."""
 
 from __future__ import annotations
 
-from flockwire.control.airframe_state import AirframeState
-from flockwire.control.disturbance import LEVEL, VERTICAL, WHOLE, DisturbedAirframe
+from flockwire.control.airframe.disturbance import LEVEL, VERTICAL, WHOLE, DisturbedAirframe
+from flockwire.control.airframe.state import AirframeState
 from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.motion import Motion
 from flockwire.domain.vector import Vector

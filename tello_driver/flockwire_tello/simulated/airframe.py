@@ -13,7 +13,7 @@ from dataclasses import replace
 from math import atan2, cos, pi, sin
 from typing import NamedTuple
 
-from flockwire.control.first_order_lag import lagged
+from flockwire.control.airframe.first_order_lag import lagged
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import ZERO, Vector, add, scale
 from flockwire.process.driving import GRAVITY

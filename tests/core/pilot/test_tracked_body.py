@@ -1,7 +1,7 @@
 """Where a drone can be after a time without poses."""
 
 import pytest
-from flockwire.control.airframe_state import AirframeState
+from flockwire.control.airframe.state import AirframeState
 from flockwire.domain.motion import Motion
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND

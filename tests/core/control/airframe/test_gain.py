@@ -2,9 +2,9 @@ from math import sin
 from random import Random
 
 import pytest
-from flockwire.control.airframe_gain import HIGHEST, LOWEST, AirframeGain, BandPass
-from flockwire.control.disturbance import DisturbedAirframe
-from flockwire.control.first_order_lag import lagged_motion
+from flockwire.control.airframe.disturbance import DisturbedAirframe
+from flockwire.control.airframe.first_order_lag import lagged_motion
+from flockwire.control.airframe.gain import HIGHEST, LOWEST, AirframeGain, BandPass
 from flockwire.domain.vector import ZERO, add, scale, subtract
 from hypothesis import given, settings
 from hypothesis import strategies as st

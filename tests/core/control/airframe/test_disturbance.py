@@ -2,10 +2,10 @@ from itertools import pairwise
 from math import dist
 
 import pytest
-from flockwire.control.airframe_gain import SETTLED, AirframeGain
-from flockwire.control.airframe_state import AirframeState
-from flockwire.control.disturbance import LEVEL, VERTICAL, WHOLE, DisturbedAirframe
-from flockwire.control.first_order_lag import lagged_motion
+from flockwire.control.airframe.disturbance import LEVEL, VERTICAL, WHOLE, DisturbedAirframe
+from flockwire.control.airframe.first_order_lag import lagged_motion
+from flockwire.control.airframe.gain import SETTLED, AirframeGain
+from flockwire.control.airframe.state import AirframeState
 from flockwire.domain.vector import ZERO, add, scale, subtract
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -3,7 +3,7 @@
 from math import cos, pi, sin
 
 import pytest
-from flockwire.control.response import Response
+from flockwire.control.airframe.response import Response
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,6 +1,6 @@
 """Whether a drone's tracked body moves as it is commanded.
 
-The stopping point y of an airframe obeys y' = u (airframe_state.py). A tracker that moves the body away at a velocity d
+The stopping point y of an airframe obeys y' = u (state.py). A tracker that moves the body away at a velocity d
 makes its pilot command −d, so the body stays and the residual is d. No other sensor on board knows the position.
 
     E <- LP(y' − u),   U <- LP(u),   LP: first order, T = 3 s        (ours)

@@ -3,7 +3,7 @@
     lag v' + v = g u(t − D) + w,   x' = v
 
 Law and safety filter choose the velocity v_c that is to be flown. The command is u = (v_c − d) / g with the estimates d
-of w and g of the horizontal gain (airframe_gain.py). With u~ = v_c − d the airframe is followed (airframe_state.py) in
+of w and g of the horizontal gain (gain.py). With u~ = v_c − d the airframe is followed (state.py) in
 a frame that drifts as the estimate says. There it obeys its model with the rest w − d as its only disturbance, so the
 estimate does not wait for the command's way through the airframe:
 
@@ -21,9 +21,9 @@ from __future__ import annotations
 
 from math import copysign
 
-from flockwire.control.airframe_gain import AirframeGain
-from flockwire.control.airframe_state import AirframeState
-from flockwire.control.first_order_lag import lagged_motion
+from flockwire.control.airframe.first_order_lag import lagged_motion
+from flockwire.control.airframe.gain import AirframeGain
+from flockwire.control.airframe.state import AirframeState
 from flockwire.domain.motion import Motion
 from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
 

@@ -1,6 +1,6 @@
 """Whether a body that may be another drone's moves as this drone does.
 
-The stopping point y of an airframe obeys y' = u + w (airframe_state.py), w the wind and what its model lacks. A pilot
+The stopping point y of an airframe obeys y' = u + w (state.py), w the wind and what its model lacks. A pilot
 that steers by the pose of another drone sees that drone's motion instead: if the two have exchanged their names,
 y' = −u as they fly away from their places; if the other one hovers, y' = 0; and if it lands, the height z of the pose
 falls, but not the height h that the own airframe measures.

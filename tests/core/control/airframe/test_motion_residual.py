@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import cos, sin
 
 import pytest
-from flockwire.control.motion_residual import MotionResidual
+from flockwire.control.airframe.motion_residual import MotionResidual
 
 STEP = 0.1  # s
 
