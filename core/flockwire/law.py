@@ -7,7 +7,7 @@ flies any class of this form. Positions are m, velocities m/s, world frame (ENU)
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import inf
 from typing import NamedTuple, Protocol
 
@@ -26,7 +26,7 @@ from flockwire.swarm.tables import Finite, NotNegative, Parameters, Positive
 __all__ = [
     "SECOND", "ZERO", "Body", "BodyKind", "Decision", "Finite", "Law", "LawSettings", "LeaderMotion", "Motion",
     "NeighbourEstimate", "NotNegative", "Observation", "Parameters", "Positive", "Reference", "Vector",
-    "add", "distance", "limit", "norm", "scale", "subtract",
+    "add", "distance", "limit", "norm", "paper_law", "scale", "subtract",
 ]  # fmt: skip
 
 
@@ -121,3 +121,17 @@ def check_decision(decision: Decision) -> None:
 
 def _malformed(decision: Decision) -> ValueError:
     return ValueError(f"a vector must have three numbers, the stamp must be an int, in ns: {decision}")
+
+
+def paper_law(
+    settings: LawSettings,
+    observe: Callable[[Vector, Sequence[tuple[float, Vector]], ObserverParameters, float], Vector],
+) -> Law:
+    """Return the paper's law with another observer.
+
+    `observe` returns the new estimate of the leader (m) from the last one, each neighbour's weight and estimate (m),
+    the gains of `[observer]` and the time since the last step (s).
+    """
+    from flockwire_agent.paper_law import PaperLaw  # noqa: PLC0415  (which is made of this module's types)
+
+    return PaperLaw(settings, observe)

@@ -24,7 +24,7 @@ PAGE = (Path(__file__).parents[2] / "docs" / "own_law.md").read_text(encoding="u
 @pytest.fixture
 def observer(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     """Return the page's module with an observer, importable as my_observer."""
-    (text,) = (block for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if "(PaperLaw)" in block)
+    (text,) = (block for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if "paper_law(" in block)
     module = ModuleType("my_observer")
     exec(text, vars(module))
     monkeypatch.setitem(sys.modules, "my_observer", module)
