@@ -291,7 +291,8 @@ class Pilot:
 
     def _set_back(self, now: int) -> None:
         """Count the ages of what came before from `now` (Unix ns) on: the own clock was set back."""
-        self.waits_since = min(self.waits_since, now)
+        self.waits_since, self._down_since = min(self.waits_since, now), min(self._down_since, now)
+        self.flight.set_back(now)
         if self._pose is not None and self._pose.stamp > now + AHEAD:
             self._pose = self._pose._replace(stamp=now)
         if self._telemetry is not None and self._telemetry.stamp > now + AHEAD:
