@@ -295,6 +295,8 @@ class Pilot:
         self.flight.set_back(now)
         if self._pose is not None and self._pose.stamp > now + AHEAD:
             self._pose = self._pose._replace(stamp=now)
+            if self.flight.phase in IN_FLIGHT:  # nobody knows how long the next pose was awaited
+                self._body.examine()
         if self._telemetry is not None and self._telemetry.stamp > now + AHEAD:
             self._telemetry = self._telemetry._replace(stamp=now)
         if self._surroundings.stamp > now + AHEAD:
