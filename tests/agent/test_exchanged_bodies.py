@@ -2,6 +2,7 @@
 
 import pytest
 from flockwire.domain.airframe import FlightState
+from flockwire.domain.time import SECOND
 from flockwire.domain.vector import add, scale
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import APART
@@ -145,6 +146,20 @@ def test_a_height_is_not_compared_with_an_old_telemetry(restarted):
     restarted.silent.clear()
     restarted.run(2.0)
     assert restarted.phase is Phase.FORMATION
+
+
+def test_an_absence_in_which_the_clock_is_set_back_is_one(flyer):
+    """A gateway that restarts with another clock sets back that of its pilots."""
+    flyer.silent = {"pose", "nearby"}
+    flyer.run(0.6)
+    flyer.now -= 3600 * SECOND
+    flyer.step()
+    flyer.silent.clear()
+    flyer.run(0.1)
+    flyer.position = add(flyer.position, (0.3, 0.0, 0.0))
+    exchange(flyer, 3.0, answer=-1.0)
+    assert flyer.phase is Phase.LANDING
+    assert flyer.report.detail.startswith("its tracked body moves ")
 
 
 def test_one_that_is_not_examined_may_be_pushed(flyer):

@@ -9,7 +9,7 @@ from flockwire.domain.motion import Leading
 from flockwire.domain.pose import IdentityDoubt
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import add
-from flockwire.pilot.phases import SHUTDOWN
+from flockwire.pilot.phases import OUTDATED, SHUTDOWN
 from flockwire.pilot.pilot import DRIVER_LOST
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.phase import Phase
@@ -67,6 +67,49 @@ def test_when_its_clock_is_set_back_what_came_before_does_not_stay_fresh(flyer, 
     assert (flyer.phase, flyer.velocity) == (Phase.HOLD, STILL)
     flyer.run(1.0)
     assert (flyer.phase, flyer.velocity) == (Phase.LANDING, (0.0, 0.0, -0.7))
+
+
+def test_when_its_clock_is_set_back_a_lost_leader_is_not_forgotten(flyer):
+    flyer.leader_phase, flyer.leading = Phase.GROUNDED, Leading.IS_DOWN
+    flyer.run(2.0)
+    assert flyer.phase is Phase.HOLD
+    flyer.now -= 3600 * SECOND
+    flyer.run(5.2)
+    assert flyer.phase is Phase.LANDING
+    assert flyer.report.detail.startswith("the leader lost")
+
+
+def test_when_its_clock_is_set_back_a_pilot_that_must_end_still_lands(flyer):
+    flyer.core.retire(flyer.now)
+    flyer.now -= 3600 * SECOND
+    flyer.run(1.1)
+    assert flyer.phase is Phase.LANDING
+
+
+def test_when_its_clock_is_set_back_a_pilot_that_started_in_flight_still_waits_10_s_for_an_order(cockpit):
+    agent = cockpit()
+    agent.state, agent.position = FlightState.FLYING, (3.0, 0.0, 1.0)
+    agent.run(1.0)
+    agent.now -= 3600 * SECOND
+    agent.run(9.9)
+    assert agent.phase is Phase.HOLD
+    agent.run(0.2)
+    assert agent.phase is Phase.LANDING
+
+
+def test_when_its_clock_is_set_back_an_order_of_before_its_start_takes_no_drone_off_but_a_new_one_does(cockpit):
+    agent = cockpit()
+    agent.now -= SECOND
+    agent.order("takeoff")
+    agent.now += 2 * SECOND
+    agent.run(0.1)
+    assert agent.report.detail == OUTDATED
+    agent.now -= 3600 * SECOND
+    agent.run(0.2)
+    assert (agent.phase, agent.report.detail) == (Phase.READY, OUTDATED)
+    agent.order("takeoff")
+    agent.run(0.2)
+    assert agent.phase is Phase.TAKEOFF
 
 
 def test_when_the_tracker_confuses_its_body_it_holds_at_once_then_lands(flyer):

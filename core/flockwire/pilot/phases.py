@@ -53,12 +53,15 @@ class FlightPhases:
         self.orders = Orders()
         self.mission: Mission | None = None  # the order in force
         self._born = born  # a take-off needs a later order
+        self._outdated = False  # the order in force is not later
         self._retired: int | None = None  # start of its shutdown, Unix ns
 
     def order(self, mission: Mission, now: int) -> bool:
         """Receive an order at `now` (Unix ns); returns whether the order in force changed."""
         another = self.orders.take(mission, now)
         self.mission = self.orders.mission
+        if another and self.mission is not None:
+            self._outdated = self.mission.stamp <= self._born
         return another
 
     def stop(self) -> None:
@@ -70,6 +73,11 @@ class FlightPhases:
     def retire(self, now: int) -> None:
         """Start the shutdown at `now` (Unix ns): hold, then land, and do not take off again."""
         self._retired = now if self._retired is None else self._retired
+
+    def set_back(self, now: int) -> None:
+        """Count times from `now` (Unix ns) on that began later: the own clock was set back."""
+        self._born = min(self._born, now)
+        self._retired = None if self._retired is None else min(self._retired, now)
 
     def mission_time(self, now: int) -> float | None:
         """Return the formation's time t in s at `now` (Unix ns), None before a start order."""
@@ -138,7 +146,7 @@ class FlightPhases:
         mission = self.mission
         if mission is None or verb not in ("takeoff", "start"):
             return Phase.READY, ""
-        outdated = self.orders.spent or mission.stamp <= self._born
+        outdated = self.orders.spent or self._outdated
         return (Phase.READY, OUTDATED) if outdated else (Phase.TAKEOFF, "")
 
 

@@ -291,9 +291,12 @@ class Pilot:
 
     def _set_back(self, now: int) -> None:
         """Count the ages of what came before from `now` (Unix ns) on: the own clock was set back."""
-        self.waits_since = min(self.waits_since, now)
+        self.waits_since, self._down_since = min(self.waits_since, now), min(self._down_since, now)
+        self.flight.set_back(now)
         if self._pose is not None and self._pose.stamp > now + AHEAD:
             self._pose = self._pose._replace(stamp=now)
+            if self.flight.phase in IN_FLIGHT:  # nobody knows how long the next pose was awaited
+                self._body.examine()
         if self._telemetry is not None and self._telemetry.stamp > now + AHEAD:
             self._telemetry = self._telemetry._replace(stamp=now)
         if self._surroundings.stamp > now + AHEAD:

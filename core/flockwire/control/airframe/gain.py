@@ -53,8 +53,9 @@ class AirframeGain:
         self._passes = BandPass(), BandPass(), BandPass()  # of X, U and V
 
     def command(self, given: Vector, wanted: Vector, now: float) -> None:
-        """Record the command u and the wanted velocity v_c, m/s, of `now` (s)."""
-        if self._coming and self._coming[0][0] < now - LONGEST_GAP:
+        """Record the command u and the wanted velocity v_c, m/s, of `now` (s), earlier only if a clock is set back."""
+        coming = self._coming
+        if coming and (coming[0][0] < now - LONGEST_GAP or coming[-1][0] > now + self._dead_time):
             self.restart()
         self._coming.append((now + self._dead_time, given, wanted))
 
