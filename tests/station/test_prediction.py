@@ -55,8 +55,11 @@ def test_a_flight_without_an_end_leaves_the_fence_some_day(swarm):
 
 def test_the_default_leader_and_those_of_the_first_files_stay_inside():
     table = tomllib.loads(laid_out_in_readme())
-    five, twenty = (tomllib.loads(swarm_text(f"s{count}", count, ideal=False)) for count in (5, 20))
-    for made in (table, five, twenty):
+    for made in (
+        table,
+        tomllib.loads(swarm_text("five", 5, ideal=False)),
+        tomllib.loads(swarm_text("twenty", 20, ideal=True)),
+    ):
         assert not list(predicted(parse_swarm(made, "test.toml"), 0.0))
 
 
