@@ -17,7 +17,7 @@ from flockwire_recorder.trace import count_lost, published_at
 
 from flockwire_analysis.observed import Observed, Shown, append_change, keep, observed, shown
 from flockwire_analysis.recorded import ProcessRecord, StateChange, Trace, is_repeated
-from flockwire_analysis.series import Columns, Sighting
+from flockwire_analysis.series import Columns, Movers
 
 
 @dataclass(slots=True)
@@ -135,10 +135,11 @@ class Collector:
             self._malformed, closed, lost_bytes,
         )  # fmt: skip
 
-    def _movers(self) -> dict[int, tuple[Sighting, ...]]:
+    def _movers(self) -> dict[int, Movers]:
         """Return what each drone sensed of moving bodies."""
         sensed = {i: self._columns.get(Key("nearby", uav(i))) for i in self.plan.swarm.flying}
-        return {i: tuple(sorted(one.movers)) for i, one in sensed.items() if one is not None and one.movers}
+        movers = {i: one.movers() for i, one in sensed.items() if one is not None}
+        return {i: one for i, one in movers.items() if len(one.stamps)}
 
     def _held(self) -> tuple[Mission, ...]:
         """Return the orders that a pilot obeyed, as recorded, by time, without rejected ones."""

@@ -43,14 +43,13 @@ def moving_bodies(trace: Trace, stamps: Integers) -> Iterator[tuple[int, list[Mo
 def _placed(trace: Trace, number: int, stamps: Integers) -> Iterator[tuple[int, MovingBody]]:
     """Yield what one drone sensed last in each step, in the world frame, with the step's index."""
     seen = trace.movers[number]
-    at = np.array([sighting.stamp for sighting in seen], np.int64)
-    indices = np.searchsorted(stamps, at)
-    newest = {int(index): int(stamp) for index, stamp in zip(indices, at, strict=True)}
-    places = interpolated(trace.positions(number), at)
-    for index, place, (stamp, body) in zip(indices.tolist(), places.tolist(), seen, strict=True):
-        if index < len(stamps) and stamp == newest[index] and np.isfinite(place).all():
-            (x, y, z), (dx, dy, dz) = place, body.relative_position
-            yield index, MovingBody(x + dx, y + dy, body.radius, z + dz if dz < -BELOW else None)
+    steps = np.searchsorted(stamps, seen.stamps)
+    newest = seen.stamps[np.searchsorted(steps, steps, side="right") - 1]
+    positions = interpolated(trace.positions(number), seen.stamps) + seen.bodies[:, :3]
+    shown = (steps < len(stamps)) & (seen.stamps == newest) & np.isfinite(positions).all(axis=1)
+    rows = zip(steps[shown].tolist(), positions[shown].tolist(), seen.bodies[shown].tolist(), strict=True)
+    for index, (x, y, z), (_, _, above, radius) in rows:
+        yield index, MovingBody(x, y, radius, z if above < -BELOW else None)
 
 
 def _add(bodies: list[MovingBody], new: MovingBody) -> None:

@@ -15,7 +15,7 @@ from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 
 from flockwire_analysis.observed import Observed, Shown
-from flockwire_analysis.series import Columns, Series, Sighting
+from flockwire_analysis.series import Columns, Movers, Series
 
 
 def is_repeated(kind: str) -> bool:
@@ -57,7 +57,7 @@ class Trace:
     plan: Plan
     metadata: dict[str, str]
     series: dict[Key, Series]
-    movers: dict[int, tuple[Sighting, ...]]
+    movers: dict[int, Movers]
     missions: tuple[Mission, ...]
     stops: tuple[Stop, ...]
     vitals: tuple[ProcessRecord, ...]

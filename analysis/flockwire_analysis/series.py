@@ -5,11 +5,10 @@ from __future__ import annotations
 from array import array
 from dataclasses import dataclass
 from math import hypot, inf
-from typing import NamedTuple
 
 import numpy as np
 from flockwire.domain.airframe import Command, Telemetry
-from flockwire.domain.body import Body, BodyKind, Nearby
+from flockwire.domain.body import BodyKind, Nearby
 from flockwire.domain.motion import Estimate
 from flockwire.domain.pose import Pose
 from flockwire.wire.codec import Message
@@ -46,21 +45,26 @@ class Series:
         return len(self.stamps)
 
 
-class Sighting(NamedTuple):
-    """A moving body that is not a drone, relative to the drone that senses it at `stamp` (Unix ns)."""
+@dataclass(frozen=True, slots=True)
+class Movers:
+    """Moving bodies that are not drones as one drone sensed them, in the order of their stamps.
 
-    stamp: int
-    body: Body
+    `stamps` (Unix ns, shape n) of the drone's pose, and `bodies` (m, shape n x 4): place relative to the drone, radius.
+    """
+
+    stamps: Integers
+    bodies: Floats
 
 
 class Columns:
-    """Collects the rows of one series: the messages of a key of this `kind`; `movers` are those in it, as they came."""
+    """Collects the rows of one series: the messages of a key of this `kind`, and the moving bodies in them."""
 
     def __init__(self, kind: str) -> None:
         self._times = array("q")
         self._values = array("d")
         self._width = _WIDTHS.get(ROWS[kind].message, 0)
-        self.movers: list[Sighting] = []
+        self._sensed_at = array("q")
+        self._sensed = array("d")
 
     def add(self, message: Message, published: int, logged: int, sequence: int) -> None:
         """Add a message, with its times of publication and logging (Unix ns), and its publisher's count."""
@@ -76,9 +80,18 @@ class Columns:
                 self._values.extend((message.state, message.battery, message.height, message.command_age))
             case Nearby():
                 movers = [body for body in message.bodies if body.kind is BodyKind.MOVER]
-                self.movers += [Sighting(message.stamp, body) for body in movers]
+                for body in movers:
+                    self._sensed_at.append(message.stamp)
+                    self._sensed.extend((*body.relative_position, body.radius))
                 gaps = [hypot(*body.relative_position) - body.radius for body in movers]
                 self._values.append(min(gaps, default=inf))
+
+    def movers(self) -> Movers:
+        """Return the moving bodies in the added messages."""
+        stamps = np.array(self._sensed_at, np.int64)
+        bodies = np.array(self._sensed, np.float64).reshape(len(stamps), 4).clip(-NOWHERE, NOWHERE)
+        order = np.argsort(stamps, kind="stable")
+        return Movers(stamps[order], bodies[order])
 
     def series(self) -> Series:
         """Return the added messages, in the order of their stamps."""

@@ -1,5 +1,6 @@
 """A person is where the drones sensed it, once, whoever sensed it."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from flockwire_analysis.moving_bodies import moving_bodies
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.replay import flight_data
 from flockwire_analysis.sampled import sampled
-from flockwire_analysis.series import Columns, Sighting
+from flockwire_analysis.series import NOWHERE, Columns
 from flockwire_analysis.tracking import places
 
 STEP = SECOND // 100
@@ -34,11 +35,11 @@ def sensing(quiet):
         movers = {}
         for number in drones:
             at = [tuple(place) for place in places(quiet, number, stamps).tolist()]
-            movers[number] = tuple(
-                Sighting(int(stamp), Body(BodyKind.MOVER, to_axis(position, center, height), 0.3))
-                for stamp, position in zip(stamps, at, strict=True)
-                for center in centers
-            )
+            columns = Columns("nearby")
+            for stamp, position in zip(stamps.tolist(), at, strict=True):
+                bodies = [Body(BodyKind.MOVER, to_axis(position, center, height), 0.3) for center in centers]
+                columns.add(Nearby(stamp, "world", tuple(bodies)), stamp, stamp, 0)
+            movers[number] = columns.movers()
         return replace(quiet, movers=movers)
 
     return build
@@ -81,9 +82,17 @@ def test_the_page_has_them_in_millimetres_and_a_crowd_in_fewer_steps(sensing, mo
     assert len(flight_data(sensing(2))["movers"]) == pytest.approx(len(data["movers"]) / 3, abs=1)
 
 
-def test_a_message_to_a_drone_gives_its_moving_bodies_alone():
-    person = Body(BodyKind.MOVER, (1.0, 0.0, 0.0), 0.4)
+def test_messages_to_a_drone_give_its_moving_bodies_alone_by_stamp():
+    person, far = Body(BodyKind.MOVER, (1.0, 0.0, 0.0), 0.4), Body(BodyKind.MOVER, (-1e308, 0.0, 0.0), 1e308)
     columns = Columns("nearby")
-    columns.add(Nearby(7, "world", (Body(BodyKind.DRONE, (0.5, 0.0, 0.0), 0.0), person)), 8, 9, 0)
-    assert columns.movers == [(7, person)]
-    assert columns.series().values.tolist() == [[pytest.approx(0.6)]]
+    columns.add(Nearby(8, "world", (far,)), 8, 9, 0)
+    columns.add(Nearby(7, "world", (Body(BodyKind.DRONE, (0.5, 0.0, 0.0), 0.0), person)), 8, 9, 1)
+    movers = columns.movers()
+    assert movers.stamps.tolist() == [7, 8]
+    assert movers.bodies.tolist() == [[1.0, 0.0, 0.0, 0.4], [-NOWHERE, 0.0, 0.0, NOWHERE]]
+    assert columns.series().values[0].tolist() == [pytest.approx(0.6)]
+
+
+def test_a_body_at_no_place_of_this_world_does_not_prevent_the_page(sensing):
+    trace = sensing(1, centers=((1e308, 1e308, 0.0),))
+    assert json.dumps(flight_data(trace), allow_nan=False)
