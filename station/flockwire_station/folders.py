@@ -50,7 +50,7 @@ def complete_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
         if here:
             made = renew_keys(plan, folder)
             if made and keys is not None:
-                which = "a new authority and all keys" if made[0] in plan.authorities else ", ".join(made)
+                which = "a new authority and all keys" if set(plan.authorities) <= set(made) else ", ".join(made)
                 print(f"flockwire: warning: --keys = {folder}: made {which} there")
         for identity in (*plan.processes_on(host), OPERATOR.kind):
             load_credentials(folder, identity, clock.utc(), plan.issuer(identity), plan.authorities)

@@ -31,3 +31,13 @@ def test_renewed_keys_are_named(plan, tmp_path, capsys):
     (folder / "uav1.crt").unlink()
     complete_keys(tmp_path / "lab.toml", plan, folder, "local")
     assert capsys.readouterr().out == f"flockwire: warning: --keys = {folder}: made uav1 there\n"
+
+
+def test_keys_of_a_new_authority_of_operators_are_not_all_keys(plan, tmp_path, capsys):
+    folder = tmp_path / "keys"
+    make_keys(plan, folder, clock.utc())
+    (folder / "operators.crt").unlink()
+    complete_keys(tmp_path / "lab.toml", plan, folder, "local")
+    assert (
+        capsys.readouterr().out == f"flockwire: warning: --keys = {folder}: made operators, operator, console there\n"
+    )
