@@ -55,6 +55,8 @@ class Pipe:
             if data == END:
                 writer.write_eof()
                 return False
+            if writer.is_closing():
+                return False
             writer.write(data)
         self._room.set()
         await writer.drain()

@@ -246,3 +246,21 @@ async def test_at_its_end_bytes_that_nobody_takes_keep_no_connection_open(bench)
         return writer.transport.is_closing()
 
     await until(hung_up)
+
+
+def test_bytes_that_nobody_takes_any_more_are_dropped_without_a_word(caplog):
+    @on_bench
+    async def test(bench):
+        _, writer, answer = await bench.linked()
+        bench.relay.back.cut()
+        for count in range(1, 11):
+            answer.write(b"?")
+            await until(lambda count=count: bench.relay.held == count)
+        writer.transport.abort()
+        await until(lambda: bench.listener.ends == 1)
+        bench.relay.back.mend()
+        answer.close()
+        await until(lambda: bench.relay.connections == 0)
+
+    test()
+    assert [record.message for record in caplog.records] == []
