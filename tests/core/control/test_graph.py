@@ -47,7 +47,8 @@ def test_a_wrong_graph_is_refused_by_name(followers, edges, rule):
 
 
 def test_the_control_path_does_not_import_numpy():
-    modules = ("graph", "observer", "formation", "key_frames", "survey", "potential", "protocol", "first_order_lag")
+    lag = "airframe.first_order_lag"
+    modules = ("graph", "observer", "formation", "key_frames", "survey", "potential", "protocol", lag)
     imports = ", ".join(f"flockwire.control.{module}" for module in modules)
     code = f"import sys, {imports}; sys.exit('numpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
