@@ -33,6 +33,11 @@ WIND = 1.5  # m/s of drift of a drone without poses, or control.disturbance
 NOISE = 0.2  # m
 
 
+def obeys(telemetry: Telemetry | None, zero: float) -> bool:
+    """Return whether a drone flies by its commands: its driver got one less than `zero` s ago."""
+    return telemetry is not None and telemetry.state is FlightState.FLYING and telemetry.command_age <= zero
+
+
 class TrackedBody:
     """The body of the drone of `parameters`, flown with commands that `airframe` records.
 
@@ -88,7 +93,8 @@ class TrackedBody:
         if phase not in IN_FLIGHT:
             self.apart, self._response, self.watched = 0.0, None, residual is not None
         self._climbed = min(self._climbed, now)  # a clock may be set back
-        if motion is None or telemetry is None or phase not in FREE or not self._obeys(telemetry, gap):
+        looked = 0 < gap <= LONGEST_GAP
+        if motion is None or telemetry is None or phase not in FREE or not (looked and obeys(telemetry, self._zero)):
             if residual is not None:
                 residual.reset()
             if response is not None:
@@ -103,11 +109,6 @@ class TrackedBody:
         elif response is not None and now - self._climbed > OBEYS_AFTER:
             floor = motion.position[2] - telemetry.height
             self._judge(response, response.update(motion.stopping, travelled, floor, since))
-
-    def _obeys(self, telemetry: Telemetry, gap: int) -> bool:
-        """Return whether the drone flies by its commands, and the last look was `gap` ns ago: not long."""
-        flies = telemetry.state is FlightState.FLYING and telemetry.command_age <= self._zero
-        return flies and 0 < gap <= LONGEST_GAP
 
     def _judge(self, response: Response, apart: float) -> None:
         """Land a body that is `apart`, m/s; end the examination of one that moved as commanded for long enough."""

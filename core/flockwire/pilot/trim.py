@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from flockwire.control.airframe.disturbance import LEVEL, VERTICAL, WHOLE, DisturbedAirframe
 from flockwire.control.airframe.state import AirframeState
-from flockwire.domain.airframe import FlightState, Telemetry
+from flockwire.domain.airframe import Telemetry
 from flockwire.domain.motion import Motion
 from flockwire.domain.vector import Vector
 from flockwire.parameters import PilotParameters
 from flockwire.pilot.phases import IN_FLIGHT
-from flockwire.pilot.tracked_body import JUMP
+from flockwire.pilot.tracked_body import JUMP, obeys
 from flockwire.wire.phase import Phase
 
 LOW = 0.3  # m above the ground, below which it may hold a drone that lands
@@ -62,8 +62,7 @@ def measured(
         return airframe.measure(position, *times)
     if phase not in IN_FLIGHT:
         airframe.reset()
-    obeys = telemetry is not None and telemetry.command_age <= zero and telemetry.state is FlightState.FLYING
     learns = LEARNED.get(phase)
     if phase is Phase.LANDING and position[2] < ground + LOW:
         learns = VERTICAL
-    return airframe.measure(position, *times, learns if obeys else None)
+    return airframe.measure(position, *times, learns if obeys(telemetry, zero) else None)
