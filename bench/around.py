@@ -79,7 +79,7 @@ class Watch:
         kind, owner = published.key
         if kind not in ("truth", "mission") and not (self._virtual and kind == "pose" and owner == "uav0"):
             return
-        message: Any = published.sample.opened()[0]
+        message: Any = published.message
         if isinstance(message, Mission):
             self._began = self._began or published.at
             self._judged_from = self._began + round(min((f["at"] for f in self._flight.faults), default=0.0) * SECOND)

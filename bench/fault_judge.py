@@ -115,8 +115,7 @@ class Judge:
         self._recorder.take(published)
         if published.key.kind not in ("truth", "mission"):
             return
-        opened = published.sample.opened()
-        match opened[0] if opened is not None else None:
+        match published.message:
             case Pose(position=position):
                 self._frame[published.key.owner] = position
             case Mission(verb=verb):

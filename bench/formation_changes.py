@@ -98,9 +98,7 @@ class Judge:
         """Take one message."""
         if published.key.kind not in ("truth", "command", "status", "mission"):
             return
-        opened = published.sample.opened()
-        assert opened is not None
-        match opened[0]:
+        match published.message:
             case Pose(position=position):
                 if published.at != self._at:
                     self._judge()

@@ -62,8 +62,7 @@ class Watch:
         """Receive one message."""
         if published.key.kind not in ("truth", "mission"):
             return
-        opened = published.sample.opened()
-        message = opened[0] if opened is not None else None
+        message = published.message
         if isinstance(message, Mission) and message.verb == "start":
             self._start = message.start
         elif isinstance(message, Pose):

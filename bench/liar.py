@@ -121,7 +121,7 @@ def fly(graph: str, law: str, lie: str) -> Flown:
     def take(published: Published) -> None:
         nonlocal took_off
         trace.take(published)
-        message: Any = published.sample.opened()[0]
+        message: Any = published.message
         if isinstance(message, Mission) and message.verb == "takeoff":
             took_off = took_off or published.at
         t = (published.at - took_off) / SECOND if took_off else -1.0
@@ -174,9 +174,8 @@ class Alarms(Judge):
     def take(self, published: Published) -> None:
         """Receive what is published, and note alarms."""
         super().take(published)
-        opened = published.sample.opened() if published.key.kind == "status" else None
-        if opened is not None and isinstance(opened[0], Status):
-            self._alarmed(opened[0])
+        if published.key.kind == "status" and isinstance(status := published.message, Status):
+            self._alarmed(status)
 
     def _alarmed(self, status: Status) -> None:
         report = status.report

@@ -100,8 +100,7 @@ class Watch:
         """Look at a message."""
         if published.key.kind not in ("truth", "mission"):
             return
-        opened = published.sample.opened()
-        message: Any = opened[0] if opened else None
+        message: Any = published.message
         if isinstance(message, Mission):
             self._began = self._began or published.at
         elif isinstance(message, Pose):

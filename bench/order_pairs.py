@@ -91,13 +91,11 @@ class Seen:
         """Take one message."""
         if published.key.kind not in ("status", "mission"):
             return
-        opened = published.sample.opened()
-        assert opened is not None
-        match opened[0]:
-            case Status(identity=identity, report=report):
+        match published.message:
+            case Status(stamp=stamp, identity=identity, report=report):
                 was, self.reports[identity] = self.reports.get(identity), report
                 if was is None or (was.phase, was.newest) != (report.phase, report.newest):
-                    self.changed = opened[0].stamp
+                    self.changed = stamp
             case Mission() as mission:
                 self.given.setdefault(mission.giver >> 16, set()).add(mission.version)
 

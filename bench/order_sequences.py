@@ -218,9 +218,7 @@ class Watch:
         """Take one message."""
         if published.key.kind != "status":
             return
-        opened = published.sample.opened()
-        assert opened is not None
-        if not isinstance(status := opened[0], Status) or status.identity not in self.pilots:
+        if not isinstance(status := published.message, Status) or status.identity not in self.pilots:
             return
         was = self.reports.get(status.identity)
         now, self.reports[status.identity] = status.report, status.report

@@ -66,7 +66,7 @@ class Watch:
         kind, owner = published.key
         if kind not in ("truth", "mission"):
             return
-        message: Any = published.sample.opened()[0]
+        message: Any = published.message
         if isinstance(message, Mission):
             self._order = message
         elif isinstance(message, Pose):

@@ -67,8 +67,7 @@ class Counts:
             self._poses[owner] += 1
         if kind != "status":
             return
-        opened = published.sample.opened()
-        status = opened[0] if opened is not None else None
+        status = published.message
         if isinstance(status, Status):
             self._count(status)
         t = (published.at - EPOCH) / SECOND

@@ -47,8 +47,7 @@ class Watch:
 
     def take(self, published: Published) -> None:
         """Look at a message, and at the pilots."""
-        opened = published.sample.opened()
-        message: Any = opened[0] if opened else None
+        message: Any = published.message
         if isinstance(message, Mission):
             self._began = self._began or published.at
         elif isinstance(message, Pose) and published.key.kind == "truth":

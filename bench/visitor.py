@@ -42,8 +42,7 @@ class Watch:
 
     def take(self, published: Published) -> None:
         """Look at a message."""
-        opened = published.sample.opened()
-        message: Any = opened[0] if opened else None
+        message: Any = published.message
         owner = published.key.owner
         if isinstance(message, Mission):
             self._began = self._began or published.at

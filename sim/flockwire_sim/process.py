@@ -36,6 +36,12 @@ class Published(NamedTuple):
     sequence: int
     sample: Sample
 
+    @property
+    def message(self) -> Message | None:
+        """The message, None if it is malformed."""
+        opened = self.sample.opened()
+        return opened[0] if opened is not None else None
+
 
 Tap = Callable[[Published], None]
 MakeTimekeeping = Callable[[Callable[[int], None]], Timekeeping]  # takes the object that corrects the own clock

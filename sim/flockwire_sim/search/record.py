@@ -266,6 +266,6 @@ class Recorder:
 
 
 def _opened(published: Published, kind: type[Kind]) -> Kind:
-    opened = published.sample.opened()
-    assert opened is not None and isinstance(opened[0], kind)  # noqa: S101  (the simulated process encoded it)
-    return opened[0]
+    message = published.message
+    assert isinstance(message, kind)  # noqa: S101  (the simulated process encoded it)
+    return message
