@@ -15,6 +15,7 @@ from flockwire.wire.inbox import inbox_of
 from flockwire.wire.keys import Key
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
+from flockwire.wire.processes import GATEWAY
 from flockwire.wire.status import Report, Status
 
 GROUND = (Phase.GROUNDED, Phase.READY)
@@ -84,13 +85,14 @@ class Source:
 
 
 class SimulatedSwarm:
-    """The pilots of `plan`, and what was published to them; stands for a session."""
+    """The pilots of `plan`, a gateway, and what was published to them; stands for a session."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
         self.pilots = {name: SimulatedPilot(name) for name in plan.pilots.values()}
         self.others = tuple(name for name in plan.started if name not in self.pilots)
         self.published: list[Mission | Stop] = []
+        self._gateway = Orders()
         self._drones = {uav(drone): name for drone, name in plan.pilots.items()}
 
     def __enter__(self) -> SimulatedSwarm:
@@ -105,6 +107,7 @@ class SimulatedSwarm:
     def all(self, phase: Phase, mission: Mission | None = None) -> None:
         for pilot in self.pilots.values():
             pilot.phase, pilot.mission = phase, mission
+        self._gateway = Orders()
 
     def linked(self) -> tuple[str, ...]:
         return self.plan.dials["operator"]
@@ -119,6 +122,8 @@ class SimulatedSwarm:
         orders = [order for _, order in messages if isinstance(order, Mission | Stop)]
         for order in orders:
             self.published.append(order)
+            if isinstance(order, Mission):
+                self._gateway.take(order, clock.now())
             for pilot in self.pilots.values():
                 pilot.take(order)
 
@@ -127,7 +132,8 @@ class SimulatedSwarm:
             pilot = self.pilots[self._drones[key.owner]]
             return None if pilot.silent else Telemetry(now, "world", pilot.state, 1.0, 0.0, 0.0, pilot.told)
         if key.owner in self.others:
-            return status(key.owner, Report("serving"), now)
+            mission = self._gateway.mission if key.owner == GATEWAY.kind else None
+            return status(key.owner, Report("serving", mission=mission), now)
         pilot = self.pilots[key.owner]
         if pilot.silent:
             return None

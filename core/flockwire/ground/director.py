@@ -75,7 +75,7 @@ class Director:
         if order is None and self.stage not in (Stage.FLYING, Stage.OVER) and now - self._since > STAGE_TIME:
             order = self._out_of_patience(fleet)
         if order is None and standing.order is not None and self.stage is not Stage.OVER and now - self._sent >= REPEAT:
-            order = self._again(standing.order, fleet) if fleet.unconfirmed(standing.order) else None
+            order = self._again(standing.order, fleet) if fleet.lacking(standing.order) else None
         if order is not None:
             self._sent = now
         return order

@@ -10,6 +10,7 @@ from flockwire.domain.time import SECOND
 from flockwire.pilot.orders import came_down, rank
 from flockwire.swarm.model import uav
 from flockwire.wire.phase import Phase
+from flockwire.wire.processes import GATEWAY
 from flockwire.wire.status import Report, Status
 
 STALE = 2 * SECOND  # ns, maximum age of a status or telemetry
@@ -131,6 +132,13 @@ class Fleet:
         """Return the pilots that have not confirmed exactly this order."""
         return tuple(pilot for drone, pilot in self.pilots.items() if not self._obeys(drone, order))
 
+    def lacking(self, order: Mission) -> tuple[str, ...]:
+        """Return who is to get this order again: unconfirmed pilots, and a gateway that repeats another one."""
+        gateway = self._statuses.get(GATEWAY.kind)
+        if gateway is None or self.now - gateway.stamp >= STALE or _received(gateway.report, order):
+            return self.unconfirmed(order)
+        return (*self.unconfirmed(order), gateway.identity)
+
     def overruled(self, order: Mission) -> Mission | None:
         """Return an order in force for a pilot that names `order` and so ends it; None if there is none."""
         missions = (status.report.mission for status in self.fresh.values())
@@ -155,7 +163,7 @@ class Fleet:
         if drone not in self.fresh:
             return False
         report = self.fresh[drone].report
-        if report.mission is None or not (order.version in report.newest or _is_again(report.mission, order)):
+        if report.mission is None or not _received(report, order):
             return False
         down = order.verb == "hold" and report.phase in ON_GROUND  # pilots that do not know it do not take off
         return down or report.mission.verb == order.verb
@@ -174,6 +182,11 @@ def unrecorded(recorders: Iterable[str], statuses: Mapping[str, Status]) -> str:
     """Return which recorder could not record the whole flight by its last status, empty when all could."""
     reports = {identity: statuses[identity].report for identity in recorders if identity in statuses}
     return "; ".join(f"{identity}: {last.detail}" for identity, last in reports.items() if last.phase == Phase.FULL)
+
+
+def _received(report: Report, order: Mission) -> bool:
+    """Return whether a process has received `order`, or its repetition by a station that knew it."""
+    return order.version in report.newest or (report.mission is not None and _is_again(report.mission, order))
 
 
 def _is_again(mission: Mission, order: Mission) -> bool:

@@ -66,8 +66,9 @@ class Giving(ABC):
         missing, late = fleet.unconfirmed(mission), fleet.now - self._standing.since >= ANSWER_TIME
         stronger = fleet.overruled(mission) or self._stronger(mission)
         if not missing:
-            sometimes(f"answer: {mission.verb}, confirmed")
-            self._answer(fleet, missing, note=note)
+            if late or not fleet.lacking(mission):
+                sometimes(f"answer: {mission.verb}, confirmed")
+                self._answer(fleet, missing, note=note)
         elif stronger is not None and (rank(mission) == 0 or late):
             sometimes(f"answer: {mission.verb}, another one holds")
             reason = f"{stronger.verb} holds for {', '.join(missing)}, ordered meanwhile or by another station"

@@ -68,7 +68,8 @@ class Pilot:
             self.phase, self.detail, mission=orders.mission, position=self.position,
             concurrent=orders.concurrent, order_age=orders.age(now),
         )  # fmt: skip
-        return Status(self.died or now, "world", PILOTS[self.drone], report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
+        identity = "gateway" if self.phase is Phase.TRACKING else PILOTS[self.drone]
+        return Status(self.died or now, "world", identity, report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
 
     def telemetry(self, now):
         state = self.state
@@ -214,6 +215,15 @@ def test_an_order_is_repeated_until_every_pilots_status_names_it(tower):
     again = tower.orders(0.5)
     assert again == [first] * 5  # with the same stamp: to who has it already it is no news
     tower.pilots["uav2"].deaf = False
+    assert tower.orders(0.1) == [first]
+    assert tower.orders(1.0) == []
+
+
+def test_an_order_is_repeated_until_the_gateway_has_it_too(tower):
+    tower.pilots["gateway"] = gateway = Pilot(0, Phase.TRACKING, deaf=True)
+    (first,) = tower.orders(0.1, **dict.fromkeys(PILOTS.values(), Phase.READY))
+    assert tower.orders(0.5) == [first] * 5
+    gateway.deaf = False
     assert tower.orders(0.1) == [first]
     assert tower.orders(1.0) == []
 

@@ -82,6 +82,17 @@ def test_who_is_silent_or_has_no_order_has_not_confirmed():
     assert known.unconfirmed(LAND) == ("leader", "uav3")
 
 
+def test_a_gateway_that_repeats_another_order_gets_this_one_again_but_confirms_nothing():
+    pilots = [status(identity, Report("landing", mission=LAND)) for identity in PILOTS.values()]
+    for mission, lacks in ((None, True), (HOLD, True), (LAND, False)):
+        known = fleet([*pilots, status("gateway", Report("tracking", mission=mission))])
+        assert known.unconfirmed(LAND) == ()
+        assert known.lacking(LAND) == (("gateway",) if lacks else ())
+    silent = status("gateway", Report("tracking"), OLD)
+    assert fleet(pilots).lacking(LAND) == fleet([*pilots, silent]).lacking(LAND) == ()
+    assert fleet(pilots[:1]).lacking(LAND) == ("uav3",)
+
+
 def test_a_drone_of_which_nothing_is_known_is_not_down():
     assert fleet().not_down() == ("uav0", "uav3")
     down = fleet(states={0: telemetry(FlightState.STOPPED), 3: telemetry(FlightState.GROUNDED)})

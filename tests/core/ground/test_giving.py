@@ -3,7 +3,7 @@ from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.ground.fleet import Fleet
-from flockwire.ground.giving import ChangeGiving
+from flockwire.ground.giving import ANSWER_TIME, ChangeGiving, DownGiving
 from flockwire.ground.order import Answer, Order
 from flockwire.ground.starting import StartGiving
 from flockwire.wire.status import Report, Status
@@ -68,6 +68,17 @@ def test_a_change_that_who_conducts_gave_once_more_is_confirmed(change):
     assert change.step(fleet(statuses(later, again), later)) is None
     assert change.answer.confirmed == PILOTS
     assert change.answer.failure == ""
+
+
+def test_an_order_is_answered_when_the_gateway_that_repeats_it_has_it_or_is_late(make_plan):
+    landing = DownGiving(make_plan(), Order("land"), OURS, NOW)
+    land = landing.step(fleet(statuses(NOW), NOW))
+    gateway = statuses(NOW)["leader"]._replace(identity="gateway")
+    for ago, repeats in ((SECOND, True), (ANSWER_TIME, False)):
+        later = NOW + ago
+        known = statuses(later, land) | {"gateway": gateway._replace(stamp=later)}
+        assert landing.step(fleet(known, later)) == (land if repeats else None)
+    assert landing.answer == Answer(PILOTS)
 
 
 def test_a_start_ends_with_a_landing_that_came_beside_anothers_start(make_plan):
