@@ -59,6 +59,19 @@ def test_without_its_pose_it_stops_at_once_and_lands_after_a_second(flyer):
     assert flyer.report.detail.startswith("own pose lost")
 
 
+def test_without_its_pose_a_landing_under_way_waits_for_it_as_long(flyer):
+    flyer.order("land")
+    flyer.run(0.3)
+    assert flyer.velocity[2] < -0.5
+    flyer.silent = {"pose"}
+    flyer.run(0.12)
+    assert (flyer.phase, flyer.velocity) == (Phase.LANDING, STILL)
+    flyer.run(0.87)
+    assert flyer.velocity == STILL
+    flyer.run(0.02)
+    assert (flyer.phase, flyer.velocity) == (Phase.LANDING, (0.0, 0.0, -0.7))
+
+
 @pytest.mark.parametrize("back", [5, 600], ids=["in flight", "before its start"])
 def test_when_its_clock_is_set_back_what_came_before_does_not_stay_fresh(flyer, back):
     flyer.now -= back * SECOND
@@ -152,7 +165,7 @@ def test_a_landing_descends_though_the_wind_that_it_compensates_has_ended(cockpi
     agent.silent = silent
     agent.run(1.2)
     assert agent.velocity[2] == pytest.approx(-descent, abs=0.06)
-    agent.run(3.0)
+    agent.run(5.0)
     assert agent.phase in (Phase.GROUNDED, Phase.READY)
     agent.run(0.3)
     assert agent.phase in (Phase.GROUNDED, Phase.READY)

@@ -52,7 +52,7 @@ def fly(make_plan: Callable[..., Plan]) -> Callable[..., Flown]:
         world = World(plan.swarm, seed, duration, parse_faults({"faults": list(faults)}, plan, "test"), seen.append)
         prepare(world)
         flown = Flown(world, world.run())
-        messages = [(published, published.sample.opened()[0]) for published in seen]
+        messages = [(published, published.message) for published in seen]
         off = next((published.at for published, m in messages if isinstance(m, Mission)), EPOCH)
         flown.published = [((published.at - off) / SECOND, published, message) for published, message in messages]
         return flown

@@ -142,6 +142,23 @@ def test_a_partition_cuts_both_directions(fly: Fly) -> None:
     assert max(ages) > 0.3  # but is not received
 
 
+def test_one_above_another_does_not_land_on_it_when_the_one_below_gets_no_commands(fly: Fly) -> None:
+    """Found by draws (bench/search.py): all lose their poses as they land; drivers below hover until `command_land`."""
+    places = ((0.0, 0.0, 0.8), (1.4, 0.0, 0.0), (1.4, 0.0, 0.8), (-1.4, 0.3, 0.4))
+    rows = ["t,drone,x,y,z", *(f"{t},{i},{x},{y},{z}" for i, (x, y, z) in enumerate(places, 1) for t in (0, 1000))]
+    pairs = {
+        "control.law": "extended",
+        "formation": {"kind": "key_frames", "file": "pairs.csv", "frames": "\n".join(rows)},
+        "leader.trajectory.velocity": [0.0, 0.0, 0.0],
+    }
+    alone = {"at": 8.0, "kind": "partition", "processes": ["kinematics", "uav3"], "duration": 3.0}
+    flown = fly(pairs, alone)
+    at = {owner: {m.stamp: m.position for _, m in flown.of("truth", owner, 7.0)} for owner in ("uav2", "uav3")}
+    assert (
+        min(math.dist(at["uav2"][stamp], at["uav3"][stamp]) for stamp in at["uav2"] if at["uav2"][stamp][2] > 0) > 0.5
+    )
+
+
 def test_a_slow_link_makes_estimates_old(fly: Fly) -> None:
     slow = {"at": 4.0, "kind": "link", "from": "uav1", "to": "uav2", "duration": 2.0, "delay": 0.1}
     flown = fly(None, slow, duration=8.0)

@@ -273,7 +273,7 @@ class Pilot:
         low = position[2] <= self._parameters.ground + STANDS
         if low and phase is Phase.LANDING and self._inputs.telemetry > OVERDUE:
             forget_disturbance(self._airframe)
-            return self._blind_velocity()  # any other command may push it along the ground, or take it off
+            return (0.0, 0.0, -limits.vertical_speed)  # any other may push it along the ground, or take it off
         if phase is not Phase.FORMATION:
             wanted = self._place.velocity(phase, position, self.bodies)
         speed, grounding = speed_limit(self._inputs, limits), phase in (Phase.LANDING, Phase.TAKEOFF)
@@ -285,8 +285,13 @@ class Pilot:
         return wanted if grounding else limit(self._room.inwards(wanted, position), speed)
 
     def _blind_velocity(self) -> Vector:
-        """Return the velocity command without a fresh pose: straight down when landing, else zero."""
-        landing = self.flight.phase is Phase.LANDING
+        """Return the velocity command without a fresh pose: straight down when landing, else zero.
+
+        A landing under way waits as one that begins for this reason: all who lose their poses at once descend at once.
+        """
+        inputs, stale = self._inputs, self._limits.staleness
+        waits = stale.pose_zero < inputs.pose <= stale.pose_land and not (inputs.apart or self._identity.is_lost)
+        landing = self.flight.phase is Phase.LANDING and not waits
         return (0.0, 0.0, -self._limits.vertical_speed) if landing else ZERO
 
     def _set_back(self, now: int) -> None:
