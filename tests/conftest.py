@@ -29,11 +29,14 @@ Changes = Mapping[str, object]
 DOCS = Path(__file__).parents[1] / "docs"
 
 
-MACHINES = {"test_console", "test_hosts"}  # wait for a browser and for machines more than they compute
+MACHINES = {"test_console", "test_containers", "test_hosts"}  # wait for a browser, an image, other machines
 
 
 def group(module: Path) -> str:
-    """Return which tests run in one process with those of a module, one after the other: one swarm flies at a time."""
+    """Return which tests run in one process with those of a module, one after the other: one swarm flies at a time.
+
+    Those of MACHINES are in their own process: a swarm of theirs may fly beside.
+    """
     if module.parent.name != "integration":
         return str(module)
     return "machines" if module.stem in MACHINES else "flights"
