@@ -114,6 +114,8 @@ PYTEST = [
     "-m", "not integration and not long",
 ]  # fmt: skip
 DRAWS = [".venv/bin/python", "bench/drawn_flights.py", "--rounds"]
+SEARCH = [".venv/bin/python", "bench/first_violation.py", "--method"]
+SEARCHES = {"search": "search", "search-draws": "draws"}  # columns and their methods
 
 
 def _failed_test(output: str) -> str:

@@ -1,13 +1,14 @@
 """Mutants: seeded defects of the safety path, and what finds each: the suite, drawn flights, any other command.
 
     .venv/bin/python bench/mutants.py [--columns suite draws] [--out runs/mutants]
-    .venv/bin/python bench/mutants.py --column 'search=.venv/bin/flockwire study worst.toml --search' --columns search
+    .venv/bin/python bench/mutants.py --columns search search-draws
+    .venv/bin/python bench/mutants.py --column 'worst=.venv/bin/flockwire study worst.toml --search' --columns worst
     .venv/bin/python bench/mutants.py --only 'ladder: blind landing hovers' --again
 
 bench/mutants/ has them as tables: a name, what is wrong, a file, and the text that replaces another. Each is put into a
 copy of the tree, where each column runs until it finds it: exit status 1. `suite` runs the module's own tests, then
-those beside them, then all that start no process, then those that do (`--stages`). `draws` flies drawn flights. The
-unchanged copy comes first; a column that finds something there is not run. Results are kept in OUT/results.jsonl, and
+those beside them, then all that start no process, then those that do (`--stages`). `draws` flies drawn flights, `search`
+and `search-draws` the same number of flights of a search's space, chosen by the search and independently. The unchanged copy comes first; a column that finds something there is not run. Results are kept in OUT/results.jsonl, and
 a call that was ended continues; `--again` runs the named ones, or without names those that survived, once more.
 """
 
@@ -24,7 +25,21 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 
-from mutant_columns import DRAWS, STAGES, UNCHANGED, Column, Copy, Mutant, Result, commanded, judge, mutants, suite
+from mutant_columns import (
+    DRAWS,
+    SEARCH,
+    SEARCHES,
+    STAGES,
+    UNCHANGED,
+    Column,
+    Copy,
+    Mutant,
+    Result,
+    commanded,
+    judge,
+    mutants,
+    suite,
+)
 
 
 class Results:
@@ -109,7 +124,8 @@ def main() -> int:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit("ended"))
     own = {name: commanded(name, shlex.split(command)) for name, _, command in map(_split, options.column)}
     columns: dict[str, Column] = {
-        "suite": suite(tuple(options.stages)), "draws": commanded("draws", [*DRAWS, str(options.rounds)]), **own,
+        "suite": suite(tuple(options.stages)), "draws": commanded("draws", [*DRAWS, str(options.rounds)]),
+        **{name: commanded(name, [*SEARCH, method]) for name, method in SEARCHES.items()}, **own,
     }  # fmt: skip
     if unknown := set(options.columns) - set(columns):
         parser.error(f"--columns: there is no column {', '.join(sorted(unknown))}, only {', '.join(columns)}")

@@ -6,7 +6,7 @@ import pytest
 from flockwire.domain.airframe import FlightState
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.motion import Leading
-from flockwire.domain.pose import IdentityDoubt
+from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import add
 from flockwire.pilot.phases import OUTDATED, SHUTDOWN
@@ -70,6 +70,19 @@ def test_without_its_pose_a_landing_under_way_waits_for_it_as_long(flyer):
     assert flyer.velocity == STILL
     flyer.run(0.02)
     assert (flyer.phase, flyer.velocity) == (Phase.LANDING, (0.0, 0.0, -0.7))
+
+
+def test_a_landing_does_not_wait_for_poses_that_always_come_late(flyer):
+    flyer.order("land")
+    flyer.run(0.3)
+    flyer.silent = {"pose"}
+    climbing = []
+    for _ in range(115):
+        pose = Pose(flyer.now - 3 * SECOND // 10, "world", flyer.position)  # as from a clock that is behind
+        flyer.core.receive(Key("pose", "uav1"), pose, flyer.now)
+        flyer.step()
+        climbing.append(flyer.velocity[2])
+    assert climbing == [-0.7] * 10 + [0.0] * 90 + [-0.7] * 15
 
 
 @pytest.mark.parametrize("back", [5, 600], ids=["in flight", "before its start"])

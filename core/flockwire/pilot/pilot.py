@@ -17,7 +17,7 @@ from flockwire.domain.marks import Holding
 from flockwire.domain.motion import Motion
 from flockwire.domain.order import Stop
 from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND
+from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import ZERO, Vector, limit
 from flockwire.parameters import PilotParameters
 from flockwire.pilot.identity import Identity
@@ -149,7 +149,7 @@ class Pilot:
             return []
         motion = self.motion
         self._wanted = wanted
-        velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity()
+        velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity(now)
         trim(self._airframe, self.flight.phase, self._limits.vertical_speed, motion is None)
         velocity = self._airframe.command(velocity, (now - self.born) / SECOND) or velocity
         return [(self._command_key, from_fields(Command, (self.stamp, self._frame, velocity, 0.0)))]
@@ -284,13 +284,13 @@ class Pilot:
             return self._guard.velocity(wanted, motion, self.bodies, seen, now, last, self.dt, speed, grounding)
         return wanted if grounding else limit(self._room.inwards(wanted, position), speed)
 
-    def _blind_velocity(self) -> Vector:
+    def _blind_velocity(self, now: int) -> Vector:
         """Return the velocity command without a fresh pose: straight down when landing, else zero.
 
         A landing under way waits as one that begins for this reason: all who lose their poses at once descend at once.
         """
-        inputs, stale = self._inputs, self._limits.staleness
-        waits = stale.pose_zero < inputs.pose <= stale.pose_land and not (inputs.apart or self._identity.is_lost)
+        foreign = self._inputs.apart or self._identity.is_lost
+        waits = not foreign and 0 <= now - self._body.seen_at <= nanoseconds(self._limits.staleness.pose_land)
         landing = self.flight.phase is Phase.LANDING and not waits
         return (0.0, 0.0, -self._limits.vertical_speed) if landing else ZERO
 
