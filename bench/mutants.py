@@ -7,9 +7,10 @@
 
 bench/mutants/ has them as tables: a name, what is wrong, a file, and the text that replaces another. Each is put into a
 copy of the tree, where each column runs until it finds it: exit status 1. `suite` runs the module's own tests, then
-those beside them, then all that start no process, then those that do (`--stages`). `draws` flies drawn flights, `search`
-and `search-draws` the same number of flights of a search's space, chosen by the search and independently. The unchanged copy comes first; a column that finds something there is not run. Results are kept in OUT/results.jsonl, and
-a call that was ended continues; `--again` runs the named ones, or without names those that survived, once more.
+those beside them, then all that start no process, then those that do (`--stages`). `draws` flies drawn flights,
+`search` and `search-draws` as many flights of a search's space, chosen by the search and independently. The unchanged
+copy comes first; a column that finds something there is not run. Results are kept in OUT/results.jsonl, and a call that
+was ended continues; `--again` runs the named ones, or without names those that survived, once more.
 """
 
 from __future__ import annotations

@@ -113,7 +113,9 @@ class Guard:
         if active != self._active:
             self._active = active
             self._mark(active, spaces, sliver is not None, centre == last)
-        return limit(v, max(speed, norm(last)))
+        if grounding:  # whatever is above: the ground may be nearer than the pose has it
+            vz = max(vz, min(-own.vertical_speed - TOUCHING, last[2] + braking * dt))
+        return limit((vx, vy, vz), max(speed, norm(last)))
 
     def _mark(self, active: int, spaces: list[HalfSpace], sliver: bool, changes: bool) -> None:
         """Record the constraints that hold the velocity, by the bits of `active`, the newest space lowest."""

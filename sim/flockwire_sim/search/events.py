@@ -26,6 +26,7 @@ STOP, TOLD_TO_END, STATION_FROZEN, STATION_LOST = "stop", "told to end", "statio
 SECOND_STATION = "second station"  # gives orders of its own beside the one that conducts
 EVENTS = (STOP, TOLD_TO_END, STATION_FROZEN, STATION_LOST, SECOND_STATION)
 WORLD_ENDED = 2.0  # s from the end of the kinematics to that of the flight
+MOTORS_SEEN = 2.0  # s after a freeze of an airframe
 DOWN_FOR = 10  # looks, 0.1 s apart, at which all are down before a flight without an operator ends
 
 
@@ -119,9 +120,12 @@ class EventInjector:
                 self._later(fault.at, self._end_world)
 
     def frozen(self, at: float) -> bool:
-        """Return whether the simulated airframes stand still `at` s, by a fault."""
+        """Return whether the simulated airframes stand still `at` s, by a fault, or drivers do not see them move yet.
+
+        A Tello's driver sees by the motors' time, in whole seconds, whether they run.
+        """
         freezes = (fault for fault in self._faults if isinstance(fault, Freeze) and fault.process in self.moving)
-        return any(fault.at <= at < fault.at + fault.duration for fault in freezes)
+        return any(fault.at <= at < fault.at + fault.duration + MOTORS_SEEN for fault in freezes)
 
     def _end_world(self) -> None:
         self.world_ended = True

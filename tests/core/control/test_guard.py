@@ -86,6 +86,19 @@ def test_a_drone_about_to_touch_down_is_not_moved_sideways_fast(make_swarm, heig
     assert (hypot(*last) > 1.0) == (height > 0.5)
 
 
+def test_what_is_above_does_not_drive_a_landing_into_the_ground(make_swarm):
+    """The pose of another drone may have it higher than it is; a fast descent before the landing slows down at once."""
+    parameters = guard_parameters(make_swarm({"control.law": "extended"}), 1)
+    above, motion = Body(BodyKind.MOVER, (0.0, 0.05, 0.1), 0.4), Motion((0.0, 0.0, 1.0), (0.0,) * 3, (0.0, 0.0, 1.0))
+    for grounding, fastest in ((True, 0.9), (False, 3.0)):
+        filtered, last, slowing = Guard(parameters), (0.0, 0.0, -2.0), 1.1 / (parameters.acceleration * 0.01)
+        for step in range(1, 40):
+            at = step * SECOND // 100
+            last = filtered.velocity((0.0, 0.0, -0.7), motion, (above,), at, at, last, 0.01, 3.0, grounding)
+            assert not grounding or step < slowing or last[2] >= -fastest - 1e-9
+        assert (last[2] < -1.0) == (not grounding)
+
+
 def settled(parameters, wanted, place=(0.0, 0.0, 1.0), age=0.0, body=None, grounding=False):
     """Return what a drone that stays at `place` may fly at in the end; `body`: its x at last; it comes at 0.5 m/s."""
     filtered, last = Guard(parameters), (0.0, 0.0, 0.0)
