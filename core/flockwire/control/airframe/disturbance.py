@@ -27,7 +27,7 @@ from flockwire.control.airframe.state import AirframeState
 from flockwire.domain.motion import Motion
 from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
 
-UNCERTAIN, CERTAIN = 0.5, 0.28  # s, T while the gain is not known, and when it is (docs/theory.md)
+UNCERTAIN, CERTAIN = 0.5, 0.22  # s, T while the gain is not known, and when it is (docs/theory.md)
 VELOCITY_TIME_CONSTANT = 0.07  # s, of the airframe's velocity: a slower one costs the loop its margin
 WHOLE, LEVEL, VERTICAL = (1.0, 1.0, 1.0), (1.0, 1.0, 0.0), (0.0, 0.0, 1.0)  # axes of an estimate
 
@@ -115,10 +115,11 @@ class DisturbedAirframe:
             self._gain.restart()
             return
         moved, slope = _part(change, learns), _part(self._slope, learns)
-        constant = UNCERTAIN + self._gain.certainty * (CERTAIN - UNCERTAIN)
-        found = add(self.disturbance, add(scale(moved, 2.0 / constant), scale(slope, dt)))
+        level = 1.0 / (UNCERTAIN + self._gain.certainty * (CERTAIN - UNCERTAIN))
+        rates = (level, level, 1.0 / UNCERTAIN)  # 1/T by axis: the vertical gain is never known
+        found = add(self.disturbance, add(_part(moved, scale(rates, 2.0)), scale(slope, dt)))
         self.disturbance = limit(found, self._most)
-        self._slope = add(slope, scale(moved, constant**-2)) if self.disturbance is found else ZERO
+        self._slope = add(slope, _part(_part(moved, rates), rates)) if self.disturbance is found else ZERO
 
 
 def _part(v: Vector, axes: Vector) -> Vector:

@@ -3,7 +3,7 @@
     lag v' + v = g u(t − D) + w,   x' = v
     X = F (x + lag v)',   U = F u(t − D),   F(s) = tau s / (1 + tau s)^2
     low = (∫ X·U + P) / (∫ U·U + P),   high = (∫ X·X + P) / (∫ X·U + P),   while |V| > max(0.03 m/s, 0.3 |U|)
-    g is the value in [low, high] nearest to 1; its certainty (low/high)^4 c^2 / (1 + c^2), c = ∫ U·U / P       (ours)
+    g is the value in [low, high] nearest to 1; its certainty (low/high)^2 c^2 / (1 + c^2), c = ∫ U·U / P       (ours)
 
 The command u opposes the wind, so ∫ U·W <= 0, W = F w: the least squares of X on U, `low`, take wind for a gain that
 is too small, and those of U on X, `high`, for one that is too large (Frisch's bounds of errors in variables). What both
@@ -88,7 +88,7 @@ class AirframeGain:
         if xu > 0.0:
             low, high = (xu + PRIOR) / (uu + PRIOR), (xx + PRIOR) / (xu + PRIOR)
             self.value = min(max(low, min(1.0, high), LOWEST), HIGHEST)
-            self.certainty = min(low / high, 1.0) ** 4 * uu * uu / (uu * uu + PRIOR * PRIOR)
+            self.certainty = min(low / high, 1.0) ** 2 * uu * uu / (uu * uu + PRIOR * PRIOR)
 
     def _effect(self, begin: float, end: float) -> tuple[Level, Level]:
         """Return the integrals of u and v_c in effect from `begin` to `end` (s), m."""
