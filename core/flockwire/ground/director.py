@@ -1,7 +1,8 @@
 """Conducts a flight: takes off when all are ready, starts when all hold, lands when the time is over.
 
-It relies on messages, not on silence: an order is repeated until every pilot has confirmed it, and a flight ends when
-the telemetry of every drone reports that it is down.
+It relies on messages, not on silence: an order is repeated until every pilot has confirmed it and the gateway, which
+repeats it for processes that start later, has it. A flight ends when the telemetry of every drone reports that it is
+down.
 """
 
 from __future__ import annotations

@@ -40,6 +40,11 @@ class Fleet:
             if drone in telemetry and now - telemetry[drone].stamp < STALE
         }
 
+    @property
+    def _gateway(self) -> Status | None:
+        status = self._statuses.get(GATEWAY.kind)
+        return status if status is not None and self.now - status.stamp < STALE else None
+
     def without(self, drones: Collection[int]) -> Fleet:
         """Return the fleet without `drones`."""
         if not drones:
@@ -102,10 +107,11 @@ class Fleet:
         return max((one for one in flown if one is not None and one.in_formation), key=_precedence, default=None)
 
     def rival(self, order: Mission) -> Report | None:
-        """Return the report of a pilot that obeys another, concurrent upward order."""
+        """Return the report of a pilot that obeys another, concurrent upward order, or of a gateway that repeats it."""
+        gateway = self._gateway
         rivals = [
             status.report
-            for status in self.fresh.values()
+            for status in (*self.fresh.values(), *((gateway,) if gateway is not None else ()))
             if (other := status.report.mission) is not None
             and not rank(other)
             and other.version != order.version
@@ -133,9 +139,9 @@ class Fleet:
         return tuple(pilot for drone, pilot in self.pilots.items() if not self._obeys(drone, order))
 
     def lacking(self, order: Mission) -> tuple[str, ...]:
-        """Return who is to get this order again: unconfirmed pilots, and a gateway that repeats another one."""
-        gateway = self._statuses.get(GATEWAY.kind)
-        if gateway is None or self.now - gateway.stamp >= STALE or _received(gateway.report, order):
+        """Return who is to get this order again: unconfirmed pilots, and a gateway that repeats another one or none."""
+        gateway = self._gateway
+        if gateway is None or _received(gateway.report, order):
             return self.unconfirmed(order)
         return (*self.unconfirmed(order), gateway.identity)
 

@@ -62,13 +62,15 @@ class Giving(ABC):
         self.answer = Answer(confirmed, missing, refusal, note)
 
     def _repeat(self, mission: Mission, fleet: Fleet, note: str = "") -> Mission | None:
-        """Return `mission` again; answer if all obey it, the time is over, or another order replaced it."""
+        """Return `mission` again; answer if all have it, the time is over, or another order replaced it."""
         missing, late = fleet.unconfirmed(mission), fleet.now - self._standing.since >= ANSWER_TIME
         stronger = fleet.overruled(mission) or self._stronger(mission)
         if not missing:
-            if late or not fleet.lacking(mission):
+            lacking = ", ".join(fleet.lacking(mission))
+            if late or not lacking:
                 sometimes(f"answer: {mission.verb}, confirmed")
-                self._answer(fleet, missing, note=note)
+                unheard = f"not received by {lacking}, which repeats orders for processes that start later"
+                self._answer(fleet, missing, note=unheard if lacking else note)
         elif stronger is not None and (rank(mission) == 0 or late):
             sometimes(f"answer: {mission.verb}, another one holds")
             reason = f"{stronger.verb} holds for {', '.join(missing)}, ordered meanwhile or by another station"

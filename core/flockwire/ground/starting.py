@@ -66,6 +66,6 @@ class StartGiving(ChangeGiving):
             if not late and order.formation != self._order.formation:
                 sometimes("answer: start, another formation holds")
                 self.answer = Answer(refusal="another formation was ordered meanwhile, by another station")
-            elif not late or fleet.now - director.since >= ANSWER_TIME + LEAD_TIME:
+            elif not (late or fleet.lacking(order)) or fleet.now - director.since >= ANSWER_TIME + LEAD_TIME:
                 sometimes("answer: start, not all in formation" if late else "answer: start, confirmed")
                 self._answer(fleet, late)

@@ -228,6 +228,21 @@ def test_an_order_is_repeated_until_the_gateway_has_it_too(tower):
     assert tower.orders(1.0) == []
 
 
+def test_an_order_that_the_gateway_rejects_for_a_rival_is_given_again_with_the_rival_named(tower):
+    tower.pilots["gateway"] = gateway = Pilot(0, Phase.TRACKING)
+    gateway.mission = rival = Mission(BEGAN - SECOND, "world", "takeoff", giver=THEIRS - 2)
+    gateway.phase = None  # its status comes after the order
+    (first,) = tower.orders(0.1, **dict.fromkeys(PILOTS.values(), Phase.READY))
+    gateway.phase = Phase.TRACKING
+    again = tower.orders(0.1)
+    assert [order.verb for order in again] == ["takeoff"]
+    assert rival.version in again[0].knows
+    assert first.version in again[0].knows
+    tower.orders(0.1)
+    assert gateway.mission is again[0]
+    assert tower.orders(1.0) == []
+
+
 def test_an_order_is_repeated_no_faster_than_needed(tower):
     tower.pilots["uav2"].deaf = True
     tower.all(Phase.READY)

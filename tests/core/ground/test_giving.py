@@ -78,7 +78,8 @@ def test_an_order_is_answered_when_the_gateway_that_repeats_it_has_it_or_is_late
         later = NOW + ago
         known = statuses(later, land) | {"gateway": gateway._replace(stamp=later)}
         assert landing.step(fleet(known, later)) == (land if repeats else None)
-    assert landing.answer == Answer(PILOTS)
+    unheard = "not received by gateway, which repeats orders for processes that start later"
+    assert landing.answer == Answer(PILOTS, note=unheard)
 
 
 def test_a_start_ends_with_a_landing_that_came_beside_anothers_start(make_plan):
