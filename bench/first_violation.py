@@ -34,6 +34,8 @@ def flown(where: Space, seeker: Chooser, flights: int) -> Iterator[tuple[int, Ju
         asked, found = seeker.ask(), list[Judged]()
         orders: Iterable[Order] = enumerate((where.case(one.point, one.seed) for one in asked), number)
         for order in orders:
+            if order[0] == flights:
+                return
             found.append(fly_numbered(order)[1])
             yield order[0], found[-1]
         seeker.tell(asked, found)
@@ -41,7 +43,7 @@ def flown(where: Space, seeker: Chooser, flights: int) -> Iterator[tuple[int, Ju
 
 
 def main() -> int:
-    """Fly; returns 1 with a violation."""
+    """Fly; returns 1 with a violation, 2 if a flight could not be flown."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--method", choices=METHODS, default=METHODS[0])
     parser.add_argument("--flights", type=int, default=150)
@@ -50,6 +52,9 @@ def main() -> int:
     where = space(options.seed)
     seeker: Chooser = (Search if options.method == METHODS[0] else Draws)(where.size, options.seed)
     for number, judged in flown(where, seeker, options.flights):
+        if judged.refused:
+            print(f"flight {number}: {judged.refused}")
+            return 2
         if judged.violations:
             print(f"flight {number}: {'; '.join(judged.violations)}")
             return 1

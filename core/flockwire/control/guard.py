@@ -99,6 +99,9 @@ class Guard:
         floor = room.low[2] if grounding else own.floor
         recovery = own.vertical_speed if grounding else inf  # a landing must not fly back at full speed, but descend
         spaces += room.half_spaces(motion.position, motion.stopping, floor, self._rate, braking, speed, recovery)
+        lowest = min(-own.vertical_speed - TOUCHING, last[2] + braking * dt) if grounding else -inf
+        if grounding:  # the ground may be nearer than the pose has it
+            spaces.append((0.0, 0.0, 1.0, lowest))
         centre, radius, sliver = speed_and_acceleration(last, speed, braking * dt)
         if sliver is not None:
             spaces.append(sliver)
@@ -113,9 +116,7 @@ class Guard:
         if active != self._active:
             self._active = active
             self._mark(active, spaces, sliver is not None, centre == last)
-        if grounding:  # whatever is above: the ground may be nearer than the pose has it
-            vz = max(vz, min(-own.vertical_speed - TOUCHING, last[2] + braking * dt))
-        return limit((vx, vy, vz), max(speed, norm(last)))
+        return limit((vx, vy, max(vz, lowest)), max(speed, norm(last)))  # nor if not all can be satisfied
 
     def _mark(self, active: int, spaces: list[HalfSpace], sliver: bool, changes: bool) -> None:
         """Record the constraints that hold the velocity, by the bits of `active`, the newest space lowest."""

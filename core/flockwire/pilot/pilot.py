@@ -38,7 +38,7 @@ from flockwire.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, ag
 from flockwire.pilot.place import Place
 from flockwire.pilot.surroundings import Surroundings
 from flockwire.pilot.tracked_body import ABSENCE, PERIOD, WRONG, TrackedBody
-from flockwire.pilot.trim import forget_disturbance, make_airframe, measured, trim
+from flockwire.pilot.trim import forget_disturbance, hovering, make_airframe, measured, trim
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import STOP, Key
@@ -88,6 +88,7 @@ class Pilot:
         self._place = Place(parameters)  # the place of hold or take-off
         self._inputs = Inputs(NEVER, NEVER, NEVER, NEVER, 1.0, 0.0)
         self._stepped = now
+        self._waited = 0.0  # s that this landing has waited for poses
         self._down_since = 0  # time of the leader's loss, Unix ns
         self._rungs = Holding()
         self.take: dict[Key, Callable[[Any], None]] = {  # handlers of messages, by key
@@ -149,8 +150,8 @@ class Pilot:
             return []
         motion = self.motion
         self._wanted = wanted
-        velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity(now)
         trim(self._airframe, self.flight.phase, self._limits.vertical_speed, motion is None)
+        velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity(now)
         velocity = self._airframe.command(velocity, (now - self.born) / SECOND) or velocity
         return [(self._command_key, from_fields(Command, (self.stamp, self._frame, velocity, 0.0)))]
 
@@ -250,6 +251,7 @@ class Pilot:
             self._mark(inputs, missing, unready, hold, land)
         if phase is not was:
             self._place.forget()
+            self._waited = 0.0
             if was is Phase.TAKEOFF:
                 self._body.took_off(now)
             if phase in IN_FLIGHT and was not in IN_FLIGHT and airborne:  # this process was started in flight
@@ -287,12 +289,17 @@ class Pilot:
     def _blind_velocity(self, now: int) -> Vector:
         """Return the velocity command without a fresh pose: straight down when landing, else zero.
 
-        A landing under way waits as one that begins for this reason: all who lose their poses at once descend at once.
+        A landing under way first waits as long as one that begins for this reason, so that all who lose their poses at
+        the same time descend at the same time; once in all, however often its pose is lost.
         """
-        foreign = self._inputs.apart or self._identity.is_lost
-        waits = not foreign and 0 <= now - self._body.seen_at <= nanoseconds(self._limits.staleness.pose_land)
-        landing = self.flight.phase is Phase.LANDING and not waits
-        return (0.0, 0.0, -self._limits.vertical_speed) if landing else ZERO
+        if self.flight.phase is not Phase.LANDING:
+            return ZERO
+        foreign, patience = self._inputs.apart or self._identity.is_lost, self._limits.staleness.pose_land
+        waits = not foreign and 0 <= now - self._body.seen_at <= nanoseconds(patience) and self._waited <= patience
+        if not waits:
+            return (0.0, 0.0, -self._limits.vertical_speed)
+        self._waited += self.dt
+        return hovering(self._airframe)
 
     def _set_back(self, now: int) -> None:
         """Count the ages of what came before from `now` (Unix ns) on: the own clock was set back."""

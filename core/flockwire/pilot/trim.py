@@ -6,7 +6,7 @@ from flockwire.control.airframe.disturbance import LEVEL, VERTICAL, WHOLE, Distu
 from flockwire.control.airframe.state import AirframeState
 from flockwire.domain.airframe import Telemetry
 from flockwire.domain.motion import Motion
-from flockwire.domain.vector import Vector
+from flockwire.domain.vector import ZERO, Vector
 from flockwire.parameters import PilotParameters
 from flockwire.pilot.phases import IN_FLIGHT
 from flockwire.pilot.tracked_body import JUMP, obeys
@@ -35,6 +35,11 @@ def trim(airframe: AirframeState | DisturbedAirframe, phase: Phase, vertical_spe
         airframe.limit_vertical((0.5 if blind else 1.0) * vertical_speed)
     elif blind and phase not in IN_FLIGHT:
         airframe.reset()
+
+
+def hovering(airframe: AirframeState | DisturbedAirframe) -> Vector:
+    """Return the velocity, m/s, at which a landing waits: what is compensated does not lift it, it may have ended."""
+    return (0.0, 0.0, min(0.0, airframe.disturbance[2])) if isinstance(airframe, DisturbedAirframe) else ZERO
 
 
 def forget_disturbance(airframe: AirframeState | DisturbedAirframe) -> None:

@@ -14,7 +14,7 @@ from flockwire.process.faults import Fault, Freeze
 from flockwire.swarm.reading import error_lines
 from flockwire.swarm.tables import Model, NotNegative, Positive
 from flockwire.wire.plan import Plan
-from flockwire.wire.processes import CONSOLE, KINEMATICS, OPERATOR
+from flockwire.wire.processes import CONSOLE, DRIVER, KINEMATICS, OPERATOR
 from pydantic import Field, ValidationError
 
 from flockwire_sim.fault_injection import refusal
@@ -125,7 +125,8 @@ class EventInjector:
         A Tello's driver sees by the motors' time, in whole seconds, whether they run.
         """
         freezes = (fault for fault in self._faults if isinstance(fault, Freeze) and fault.process in self.moving)
-        return any(fault.at <= at < fault.at + fault.duration + MOTORS_SEEN for fault in freezes)
+        unseen = MOTORS_SEEN if self._world.plan.of_kind(DRIVER.kind) else 0.0
+        return any(fault.at <= at < fault.at + fault.duration + unseen for fault in freezes)
 
     def _end_world(self) -> None:
         self.world_ended = True
