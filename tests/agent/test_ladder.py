@@ -59,17 +59,31 @@ def test_without_its_pose_it_stops_at_once_and_lands_after_a_second(flyer):
     assert flyer.report.detail.startswith("own pose lost")
 
 
-def test_without_its_pose_a_landing_under_way_waits_for_it_as_long(flyer):
+BELOW = (Body(BodyKind.DRONE, (0.1, 0.0, -0.8), 0.0),)
+
+
+def test_without_its_pose_a_landing_above_another_drone_waits_for_it_as_long(flyer):
     flyer.order("land")
     flyer.run(0.3)
     assert flyer.velocity[2] < -0.5
-    flyer.silent = {"pose"}
+    flyer.silent, flyer.bodies = {"pose"}, BELOW
     flyer.run(0.12)
     assert (flyer.phase, flyer.velocity) == (Phase.LANDING, STILL)
     flyer.run(0.87)
     assert flyer.velocity == STILL
     flyer.run(0.02)
     assert (flyer.phase, flyer.velocity) == (Phase.LANDING, (0.0, 0.0, -0.7))
+
+
+@pytest.mark.parametrize("place", [(0.1, 0.0, 0.8), (0.6, 0.0, -0.8)], ids=["below it", "beside it"])
+def test_without_its_pose_a_landing_with_nobody_below_descends(flyer, place):
+    """Who is above descends too, and must not reach it."""
+    flyer.order("land")
+    flyer.run(0.3)
+    flyer.silent, flyer.bodies = {"pose"}, (Body(BodyKind.DRONE, place, 0.0),)
+    for _ in range(100):
+        flyer.step()
+        assert flyer.velocity[2] < -0.5
 
 
 @pytest.mark.parametrize("law", ["extended", "paper"])
@@ -79,7 +93,7 @@ def test_a_landing_ends_though_its_pose_comes_only_every_now_and_then(cockpit, l
     agent.order("land")
     agent.run(0.2)
     for _ in range(4):
-        agent.silent = {"pose"}
+        agent.silent, agent.bodies = {"pose"}, BELOW
         agent.run(0.7)
         agent.silent.clear()
         agent.run(0.02)
@@ -89,7 +103,7 @@ def test_a_landing_ends_though_its_pose_comes_only_every_now_and_then(cockpit, l
 def test_a_landing_does_not_wait_for_poses_that_always_come_late(flyer):
     flyer.order("land")
     flyer.run(0.3)
-    flyer.silent = {"pose"}
+    flyer.silent, flyer.bodies = {"pose"}, BELOW
     climbing = []
     for _ in range(115):
         pose = Pose(flyer.now - 3 * SECOND // 10, "world", flyer.position)  # as from a clock that is behind
@@ -190,7 +204,7 @@ def test_a_landing_descends_though_the_wind_that_it_compensates_has_ended(cockpi
     assert agent.velocity[2] > 0.9
     agent.order("land")
     agent.silent = silent
-    height = agent.position[2]
+    height, agent.bodies = agent.position[2], BELOW if silent else ()
     agent.run(1.2)
     assert agent.velocity[2] == pytest.approx(-descent, abs=0.1)
     assert agent.position[2] < height

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from flockwire.control.airframe.disturbance import DisturbedAirframe
+from flockwire.control.around.free_place import is_above
 from flockwire.control.guard import Guard
 from flockwire.domain.airframe import Command, FlightState, Telemetry
 from flockwire.domain.body import Body
@@ -289,14 +290,14 @@ class Pilot:
     def _blind_velocity(self, now: int) -> Vector:
         """Return the velocity command without a fresh pose: straight down when landing, else zero.
 
-        A landing under way first waits as long as one that begins for this reason, so that all who lose their poses at
-        the same time descend at the same time; once in all, however often its pose is lost.
+        Above another body, a landing under way first waits as long as one that begins for this reason: who is below may
+        have lost its pose, or its commands, too. It waits once in all, however often its pose is lost.
         """
         if self.flight.phase is not Phase.LANDING:
             return ZERO
         foreign, patience = self._inputs.apart or self._identity.is_lost, self._limits.staleness.pose_land
         waits = not foreign and 0 <= now - self._body.seen_at <= nanoseconds(patience) and self._waited <= patience
-        if not waits:
+        if not (waits and is_above(self.bodies, self._parameters.separation)):
             return (0.0, 0.0, -self._limits.vertical_speed)
         self._waited += self.dt
         return hovering(self._airframe)

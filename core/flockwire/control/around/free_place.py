@@ -50,6 +50,15 @@ def landing_place(
     return (chosen[0], chosen[1], place[2]), free
 
 
+def is_above(bodies: Sequence[Body], separation: Separation) -> bool:
+    """Return whether one of `bodies` is below, or nearly."""
+    for body in bodies:
+        x, y, z = body.relative_position
+        if z <= 0.0 and hypot(x, y) < separation.from_axis(body) + SPARE:
+            return True
+    return False
+
+
 def is_free(place: Corner, discs: Sequence[Disc]) -> bool:
     """Return whether `place`, m, is outside every disc."""
     px, py = place
