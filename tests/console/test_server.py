@@ -2,8 +2,9 @@
 
 import asyncio
 import os
+import signal
 import socket
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 
 import aiohttp
 import pytest
@@ -162,5 +163,7 @@ def test_an_order_waits_for_no_plan_of_a_change_and_ends_it(make_plan, verb, mon
     change = {"order": "formation", "failed": "another order was given meanwhile", "note": ""}
     assert change in asyncio.run(run())
     assert swarm.orders == [verb]
+    with suppress(ChildProcessError):  # the loop that ends with the test may not have waited for it
+        assert os.waitpid(int(began.read_text()), 0)[1] == signal.SIGKILL
     with pytest.raises(ProcessLookupError):
         os.kill(int(began.read_text()), 0)
