@@ -122,7 +122,7 @@ class EventInjector:
     def frozen(self, at: float) -> bool:
         """Return whether the simulated airframes stand still `at` s, by a fault, or drivers do not see them move yet.
 
-        A Tello's driver sees by the motors' time, in whole seconds, whether they run.
+        A driver may see only by the motors' time, in whole seconds, whether they run.
         """
         freezes = (fault for fault in self._faults if isinstance(fault, Freeze) and fault.process in self.moving)
         unseen = MOTORS_SEEN if self._world.plan.of_kind(DRIVER.kind) else 0.0
