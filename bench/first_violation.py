@@ -9,37 +9,22 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterable, Iterator
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from flockwire.loading import parse_swarm
-from flockwire_sim.search.flight import Judged, Order, fly_numbered
-from flockwire_sim.search.seeking import Chooser, Draws, Search
+from flockwire_sim.search.campaign import Entry, conduct
+from flockwire_sim.search.flight import fly_numbered
 from flockwire_sim.search.space import SearchPlan, Space, usual_space
 from flockwire_sim.study.file import load_study
+from flockwire_sim.study.ledger import Ledger
 from search import METHODS, five
 
 
-def space(seed: int) -> Space:
-    """Return the space of flights of the paper's leader and its first two followers."""
-    table = five()
-    table["drones"], table["graph"] = table["drones"][:3], {"edges": [[0, 1], [1, 2]]}
-    swarm = parse_swarm(table, "three drones")
-    return Space(load_study(None, usual_space(table, swarm, "safety") | {"seed": seed}, SearchPlan), table, swarm)
-
-
-def flown(where: Space, seeker: Chooser, flights: int) -> Iterator[tuple[int, Judged]]:
-    """Yield the number of each flight, and what it showed."""
-    number = 0
-    while number < flights:
-        asked, found = seeker.ask(), list[Judged]()
-        orders: Iterable[Order] = enumerate((where.case(one.point, one.seed) for one in asked), number)
-        for order in orders:
-            if order[0] == flights:
-                return
-            found.append(fly_numbered(order)[1])
-            yield order[0], found[-1]
-        seeker.tell(asked, found)
-        number += len(asked)
+def ends(entry: Entry) -> bool:
+    """Return whether the search ends with a flight."""
+    return bool(entry.judged.refused or entry.judged.violations)
 
 
 def main() -> int:
@@ -49,15 +34,16 @@ def main() -> int:
     parser.add_argument("--flights", type=int, default=150)
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
-    where = space(options.seed)
-    seeker: Chooser = (Search if options.method == METHODS[0] else Draws)(where.size, options.seed)
-    for number, judged in flown(where, seeker, options.flights):
-        if judged.refused:
-            print(f"flight {number}: {judged.refused}")
-            return 2
-        if judged.violations:
-            print(f"flight {number}: {'; '.join(judged.violations)}")
-            return 1
+    table = five()
+    table["drones"], table["graph"] = table["drones"][:3], {"edges": [[0, 1], [1, 2]]}
+    swarm = parse_swarm(table, "three drones")
+    asked = {"method": options.method, "runs": options.flights, "seed": options.seed}
+    plan = load_study(None, usual_space(table, swarm, "safety") | asked, SearchPlan)
+    with TemporaryDirectory() as folder, Ledger(Path(folder), plan, table, Entry) as ledger:
+        conduct(plan, Space(plan, table, swarm), ledger, partial(map, fly_numbered), ends)
+    for entry in filter(ends, ledger.results):
+        print(f"flight {entry.number}: {entry.judged.refused or '; '.join(entry.judged.violations)}")
+        return 2 if entry.judged.refused else 1
     return 0
 
 

@@ -41,9 +41,10 @@ class Fleet:
         }
 
     @property
-    def _gateway(self) -> Status | None:
+    def _gateway(self) -> tuple[Status, ...]:
+        """The gateway's status, none if there is no fresh one."""
         status = self._statuses.get(GATEWAY.kind)
-        return status if status is not None and self.now - status.stamp < STALE else None
+        return (status,) if status is not None and self.now - status.stamp < STALE else ()
 
     def without(self, drones: Collection[int]) -> Fleet:
         """Return the fleet without `drones`."""
@@ -108,10 +109,9 @@ class Fleet:
 
     def rival(self, order: Mission) -> Report | None:
         """Return the report of a pilot that obeys another, concurrent upward order, or of a gateway that repeats it."""
-        gateway = self._gateway
         rivals = [
             status.report
-            for status in (*self.fresh.values(), *((gateway,) if gateway is not None else ()))
+            for status in (*self.fresh.values(), *self._gateway)
             if (other := status.report.mission) is not None
             and not rank(other)
             and other.version != order.version
@@ -140,10 +140,8 @@ class Fleet:
 
     def lacking(self, order: Mission) -> tuple[str, ...]:
         """Return who is to get this order again: unconfirmed pilots, and a gateway that repeats another one or none."""
-        gateway = self._gateway
-        if gateway is None or _received(gateway.report, order):
-            return self.unconfirmed(order)
-        return (*self.unconfirmed(order), gateway.identity)
+        others = [status.identity for status in self._gateway if not _received(status.report, order)]
+        return (*self.unconfirmed(order), *others)
 
     def overruled(self, order: Mission) -> Mission | None:
         """Return an order in force for a pilot that names `order` and so ends it; None if there is none."""

@@ -64,7 +64,7 @@ class DisturbedAirframe:
         """Limit the vertical part of the estimate to `most`, m/s."""
         x, y, z = self.disturbance
         if abs(z) > most:
-            self.disturbance, self._slope = (x, y, copysign(most, z)), _part(self._slope, LEVEL)
+            self.disturbance, self._slope = (x, y, copysign(most, z)), _by_axis(self._slope, LEVEL)
 
     def command(self, velocity: Vector, now: float) -> Vector:
         """Return the command that makes the airframe fly `velocity`, m/s, from `now` (s) on, and record it."""
@@ -114,14 +114,14 @@ class DisturbedAirframe:
         if x * x + y * y + z * z > (self._fastest * dt) ** 2:
             self._gain.restart()
             return
-        moved, slope = _part(change, learns), _part(self._slope, learns)
+        moved, slope = _by_axis(change, learns), _by_axis(self._slope, learns)
         level = 1.0 / (UNCERTAIN + self._gain.certainty * (CERTAIN - UNCERTAIN))
         rates = (level, level, 1.0 / UNCERTAIN)  # 1/T by axis: the vertical gain is never known
-        found = add(self.disturbance, add(_part(moved, scale(rates, 2.0)), scale(slope, dt)))
+        found = add(self.disturbance, add(_by_axis(moved, scale(rates, 2.0)), scale(slope, dt)))
         self.disturbance = limit(found, self._most)
-        self._slope = add(slope, _part(_part(moved, rates), rates)) if self.disturbance is found else ZERO
+        self._slope = add(slope, _by_axis(_by_axis(moved, rates), rates)) if self.disturbance is found else ZERO
 
 
-def _part(v: Vector, axes: Vector) -> Vector:
-    """Return `v` along the `axes` that are 1, 0 along the others."""
-    return (v[0] * axes[0], v[1] * axes[1], v[2] * axes[2])
+def _by_axis(v: Vector, factors: Vector) -> Vector:
+    """Return `v`, each component times its own factor."""
+    return (v[0] * factors[0], v[1] * factors[1], v[2] * factors[2])

@@ -32,11 +32,7 @@ def landing_place(
     if not bodies:
         return place, True
     x, y, _ = position
-    discs = [
-        (x + body.relative_position[0], y + body.relative_position[1], separation.from_axis(body))
-        for body in bodies
-        if body.relative_position[2] <= 0.0
-    ]
+    discs = _not_above((x, y), bodies, separation)
     free = is_free((x, y), discs)
     if free and is_free((place[0], place[1]), discs):
         return place, True
@@ -52,11 +48,17 @@ def landing_place(
 
 def is_above(bodies: Sequence[Body], separation: Separation) -> bool:
     """Return whether one of `bodies` is below, or nearly."""
-    for body in bodies:
-        x, y, z = body.relative_position
-        if z <= 0.0 and hypot(x, y) < separation.from_axis(body) + SPARE:
-            return True
-    return False
+    own = (0.0, 0.0)
+    return not is_free(own, [(x, y, r + SPARE) for x, y, r in _not_above(own, bodies, separation)])
+
+
+def _not_above(place: Corner, bodies: Sequence[Body], separation: Separation) -> list[Disc]:
+    """Return the discs that the `bodies` that are not above occupy; they are relative to `place`, m."""
+    return [
+        (place[0] + body.relative_position[0], place[1] + body.relative_position[1], separation.from_axis(body))
+        for body in bodies
+        if body.relative_position[2] <= 0.0
+    ]
 
 
 def is_free(place: Corner, discs: Sequence[Disc]) -> bool:
