@@ -95,7 +95,7 @@ class Judge:
         judged = judge(flown, recorder, list(flight.faults), self._bounds)
         contact, bad = judged.margins.get("contact"), judged.violations
         if NO_PLACE in marks:  # a drone without a place to land hovers, and the director says so
-            bad = [what for what in bad if not what.startswith(("down:", "over:"))]
+            bad = [what for what in bad if not what.startswith(("down:", "over:", "landing:"))]
         for fault in flight.faults:  # each excuses its own drone, not the others
             for name in UNOWED.get(fault["kind"], ()):
                 if name in judged.margins and uav(fault["drone"]) in (

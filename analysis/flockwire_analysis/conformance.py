@@ -68,10 +68,14 @@ class _Replay:
     def __init__(self, trace: Trace, number: int, life: Life) -> None:
         self._trace, self._number, self._life = trace, number, life
         self._telemetry = trace.of("telemetry", number)
+        self._newest = 0  # stamp, Unix ns
+        self._set_back = False  # its clock: stamps of others are none of its own before this one
 
     def deviations(self) -> Iterator[str]:
         past: set[Version] = set()  # of these none holds again
         for before, after in pairwise(self._life.history):
+            self._newest = max(self._newest, before.stamp)
+            self._set_back = after.stamp < self._newest
             orders = self._orders(before, after)
             where = f"{uav(self._number)} at {(after.stamp - self._trace.begin) / SECOND:.1f} s of the recording"
             if after.phase not in self._phases(before, after, orders):
@@ -148,6 +152,8 @@ class _Replay:
         """Return whether the drone may have flown, by the telemetry from `first` to `last` (Unix ns, 0: none)."""
         if not last:
             return (False,)
+        if self._set_back:
+            return (False, True)
         stamps, states = self._telemetry.stamps, self._telemetry.values[:, 0]
         known = (stamps >= first - TOLERANCE) & (stamps <= last + TOLERANCE)
         found = {bool(state in AIRBORNE) for state in states[known]} | ({False} if not first else set())
@@ -159,7 +165,7 @@ class _Replay:
             return (after.mission,)
         ends = (before.mission, after.mission)
         known = {version_of(order) for order in ends}
-        given = range(before.stamp - UNSEEN, after.stamp + SECOND)
+        given = range(before.stamp - UNSEEN, (self._trace.end if self._set_back else after.stamp) + SECOND)
         return (*ends, *(one for one in self._trace.missions if one.version not in known and one.stamp in given))
 
 

@@ -8,6 +8,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 
 from flockwire.loading import parse_swarm
+from flockwire_sim.coverage import Coverage
 from flockwire_sim.search.campaign import Entry, conduct
 from flockwire_sim.search.flight import Judged, Order, fly, fly_numbered
 from flockwire_sim.search.seeking import worst_of
@@ -20,7 +21,7 @@ from flockwire_sim.study.ledger import Ledger
 from flockwire_sim.study.variation import rehearse, swarm_table
 from flockwire_sim.study.workers import Workers, cluster, local
 
-from flockwire_cli.study import shown
+from flockwire_cli.study import shown, write_marks
 
 
 def search(
@@ -103,6 +104,7 @@ def _conclude(space: Space, entries: dict[int, Entry], out: Path, stopped: str) 
             print(f"  the smallest of {flights} flights that violate it: {smallest[name]}", flush=True)
     write_search(found, commands, smallest, out)
     print(f"  search: {out / 'search.json'}")
+    write_marks(Coverage.of(judged.marks for judged in found.values()), out)
     if stopped:
         print(f"flockwire: {stopped}; the same command continues", file=sys.stderr)
         return 1

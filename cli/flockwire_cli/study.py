@@ -62,11 +62,15 @@ def study(
     if findings.results:
         write_worst(findings, table, out)
         write_study(findings, checked, out, pdf)
-        coverage = Coverage.of(result.marks for result in ledger.results)
-        (out / MARKS).write_text("\n".join(coverage.table()) + "\n", encoding="utf-8")
         _print(findings, out)
-        print(f"  marks: {coverage.line}: {out / MARKS}")
+        write_marks(Coverage.of(result.marks for result in ledger.results), out)
     return _verdict(findings, stopped)
+
+
+def write_marks(coverage: Coverage, out: Path) -> None:
+    """Write the table of the marks that the flights reached, print how many they are. Raises OSError."""
+    (out / MARKS).write_text("\n".join(coverage.table()) + "\n", encoding="utf-8")
+    print(f"  marks: {coverage.line}: {out / MARKS}")
 
 
 def _fly(plan: Study, table: Table, ledger: Ledger[Result], workers: Workers) -> str:

@@ -92,3 +92,20 @@ def test_a_deviation_fails_the_flight(good_flight):
     (failure,) = summarise(trace).failures()
     assert failure.startswith("conformance: 1 (uav2 at ")
     assert failure.endswith("s of the recording: formation after landing (land, land)), must be none")
+
+
+def test_a_clock_that_is_set_back_says_nothing_about_the_airframe():
+    """Stamps of telemetry are the driver's: those that fit to the pilot's new clock came while it was on the ground."""
+    collector = Collector(swarm_of(), {})
+    for place in range(60):
+        stamp = BEGIN + place * SECOND // 10
+        known = Telemetry(stamp, "world", GROUNDED if place < 20 else FLYING, 1.0, 0.0, 0.0)
+        collector.add("telemetry", Key("telemetry", "uav1"), known, place, stamp, stamp)
+        own = stamp if place < 50 else stamp - 4 * SECOND
+        phase, order = ("ready", None) if place < 20 else ("take-off", TAKEOFF) if place < 30 else ("formation", START)
+        if place == 29:
+            phase = "hold"
+        report = Report(phase, telemetry_age=0.0, mission=order)
+        status = Status(own, "world", "uav1", report, 10 * place, 0, 0, 0, 0, 0.0, 0, (), ())
+        collector.add("status", Key("status", "uav1"), status, place, own, stamp)
+    assert deviations(collector.trace(None)) == ()

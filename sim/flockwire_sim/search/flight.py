@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Literal
 
+from flockwire.domain.marks import marked
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.loading import SwarmFileError, parse_swarm
 from flockwire.process.fault_file import FaultFileError
@@ -50,6 +51,7 @@ class Judged:
     world_ended: bool = False
     refused: str = ""  # why the case is not a flight
     cell: tuple[str, str, str] = ("", "", "")  # of the least margin: last rung, last fault, phase
+    marks: dict[str, int] = field(default_factory=dict)  # times that each was reached
 
     @classmethod
     def broken(cls, error: str) -> Judged:
@@ -128,7 +130,9 @@ def fly(case: Case, say: Callable[[str], None] | None = None, bounds: Bounds = B
     except (SwarmFileError, FaultFileError, StudyError) as error:
         return Judged({}, refused=str(error).replace("\n", "; "))
     flight = Flight(swarm, case.seed, case.duration, injected, case.mode, say)
-    return judge(flight.fly(bounds), flight.recorder, case.faults, bounds)
+    with marked() as marks:
+        flown = flight.fly(bounds)
+    return replace(judge(flown, flight.recorder, case.faults, bounds), marks=marks)
 
 
 Order = tuple[int, Case]

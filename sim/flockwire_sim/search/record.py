@@ -6,6 +6,7 @@ from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -19,6 +20,8 @@ from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
+from flockwire_analysis.collecting import Collector
+from flockwire_analysis.conformance import deviations
 from flockwire_analysis.series import Booleans, Floats
 
 from flockwire_sim.process import Published
@@ -27,17 +30,19 @@ from flockwire_sim.world import EPOCH
 
 Kind = TypeVar("Kind")
 DOWN = 0.0  # m, height of a drone on the ground
+OF_THE_PROTOCOL = ("status", "telemetry", "mission", "stop")  # kinds that show what pilots did by which orders
 
 
 @dataclass(frozen=True, slots=True)
 class Reports:
-    """The statuses of one pilot: times (s after the order to take off), phases and ages, one for each."""
+    """The statuses of one pilot: times (s after the order to take off), phases, ages and batteries, one for each."""
 
     times: Floats
     phases: tuple[str, ...]
     pose_ages: Floats  # s, -1 without a pose
     nearby_ages: Floats
     telemetry_ages: Floats
+    batteries: Floats  # share of full, -1 without telemetry
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +69,7 @@ class Flown:
     took_off: bool
     stopped: float  # time of the first emergency stop, infinite without one
     refused: tuple[tuple[float, str], ...]  # take-offs that a landing forbids: s since it was ordered, whose
+    deviations: tuple[str, ...]  # what pilots did against the protocol (flockwire_analysis/conformance.py)
     failure: str  # why the flight failed, empty if it did not
     seconds: float  # of the whole flight
     fails: dict[str, float]  # times at which motors fail
@@ -91,6 +97,7 @@ class Recorder:
         self._swarm, self._begin, self._say = plan.swarm, begin, say
         self._stale = plan.swarm.limits.staleness
         self._pilots = {identity: uav(drone) for drone, identity in plan.pilots.items()}
+        self._protocol = Collector(plan.swarm, {})
         self._took_off: int | None = None
         self._at = EPOCH
         self._truth: dict[str, list[tuple[int, Vector]]] = defaultdict(list)
@@ -110,6 +117,11 @@ class Recorder:
 
     def take(self, published: Published) -> None:
         """Receive what is published."""
+        if published.key.kind in OF_THE_PROTOCOL:
+            self._protocol.add(
+                (published.publisher, published.key), published.key, published.message, published.sequence,
+                published.sent, published.at,
+            )  # fmt: skip
         take = self._take.get(published.key.kind)
         if take is not None:
             self._at = published.at
@@ -161,6 +173,7 @@ class Recorder:
             self._took_off is not None,
             np.inf if self._stopped is None else self.seconds(self._stopped),
             tuple(self._refused),
+            deviations(self._protocol.trace(Path("memory"))),
             failure,
             (end - EPOCH) / SECOND,
             **about,
@@ -168,8 +181,10 @@ class Recorder:
 
     def _reported(self, rows: list[tuple[int, Status]]) -> Reports:
         reports = [status.report for _, status in rows]
-        ages = np.array([(one.pose_age, one.nearby_age, one.telemetry_age) for one in reports]).reshape(-1, 3).T
-        return Reports(self._times([at for at, _ in rows]), tuple(one.phase for one in reports), *ages)
+        shown = [(one.pose_age, one.nearby_age, one.telemetry_age, one.battery) for one in reports]
+        return Reports(
+            self._times([at for at, _ in rows]), tuple(one.phase for one in reports), *np.array(shown).reshape(-1, 4).T
+        )
 
     def _stated(self, rows: list[tuple[int, Telemetry]]) -> States:
         return States(

@@ -14,14 +14,16 @@ from itertools import combinations
 from math import isfinite
 
 import numpy as np
+from flockwire.control.graph import LEADER
 from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND
 from flockwire.process.driving import FROZEN
+from flockwire.swarm.model import uav
 from flockwire.wire.phase import Phase
 from flockwire_analysis.separation import surface_distance
 from flockwire_analysis.series import Booleans, Floats
 
-from flockwire_sim.search.record import Flown
+from flockwire_sim.search.record import Flown, Reports
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +37,7 @@ class Bounds:
     hard: float = 0.3  # m/s above `limits.vertical_speed` from which on a touch-down is too fast
     fence: float = 0.5  # m beyond `limits.fence.margin`
     silence: float = 5.0  # s to be on the ground after an input is lost, besides that of the descent
+    landing: float = 10.0  # s to be on the ground after a pilot began to land, besides that of the descent
     stop: float = 1.0  # s until the motors are off
     rung: float = 0.3  # s after its age in `limits.staleness` until a rung is reached
     obeyed: float = 3.0  # s in which an order has reached whoever can be reached
@@ -104,6 +107,8 @@ def _all(flown: Flown, bounds: Bounds) -> Iterator[tuple[str, Margin]]:
             yield from _of_drone(flown, owner, bounds)
             yield from _rungs(flown, owner, bounds)
     yield from _formed(flown)
+    for what in flown.deviations[:1]:
+        yield "protocol", Margin(-1.0, 0.0, what.split()[0], what)
     for since, owner in flown.refused:
         yield (
             "order",
@@ -266,6 +271,17 @@ def _rungs(flown: Flown, owner: str, bounds: Bounds) -> Iterator[tuple[str, Marg
             ("telemetry: land", reports.telemetry_ages, stale.telemetry_land, flying),
         ):
             yield from _rung(owner, name, reports.times, ages, limit + bounds.rung, awake & wrong)
+        low = (reports.batteries >= 0.0) & (reports.batteries < flown.swarm.limits.battery_land) & awake & flying
+        yield from _rung(owner, "battery: land", reports.times, owed(reports.times, low), bounds.rung, flying)
+        yield from _landing(flown, owner, reports, bounds)
+        leads = flown.poses.get(uav(LEADER))
+        if leads is not None and owner != uav(LEADER):
+            silent = age(reports.times, leads)  # what its neighbours pass on is not younger
+            for name, limit, wrong in (
+                ("leader estimate: hold", stale.estimates_hold, forming),
+                ("leader estimate: land", stale.estimates_land, flying),
+            ):
+                yield from _rung(owner, name, reports.times, silent, limit + bounds.rung, awake & wrong)
     if states is not None:
         flying = np.array([state is FlightState.FLYING for state in states.states], np.bool_)
         elapsed = np.diff(states.times, prepend=-np.inf)
@@ -274,6 +290,18 @@ def _rungs(flown: Flown, owner: str, bounds: Bounds) -> Iterator[tuple[str, Marg
         ages = np.minimum(states.command_ages, age(states.times, states.times[begins]))  # a pause restarts its limit
         free = flying & ~falling(flown, owner, states.times)
         yield from _rung(owner, "driver: land", states.times, ages, stale.command_land + bounds.rung, free)
+
+
+def _landing(flown: Flown, owner: str, reports: Reports, bounds: Bounds) -> Iterator[tuple[str, Margin]]:
+    """Yield: always, who lands is on the ground within T. It may wait for its pose, and for a free place, once each."""
+    times, limits = reports.times, flown.swarm.limits
+    bound = bounds.landing + limits.fence.high[2] / limits.vertical_speed
+    lands = np.array([phase == Phase.LANDING for phase in reports.phases], np.bool_)
+    lands &= (placed(flown, owner, times)[:, 2] > bounds.in_the_air) & ~falling(flown, owner, times)
+    if (states := flown.states.get(owner)) is not None:
+        lands &= age(times, states.times) < SILENT  # a driver that is frozen or dead owes nothing
+    late, at = always(times[lands], -owed(times, lands)[lands])
+    yield "landing", Margin(1.0 + late / bound, at, owner, f"{owner} lands for {-late:.1f} s")
 
 
 def _rung(

@@ -128,10 +128,13 @@ def usual_space(table: Table, swarm: Swarm, mode: Mode) -> dict[str, Any]:
     for place, obstacle in enumerate(table.get("obstacles", ())):
         for axis in (0, 1):
             spans[f"obstacles.{place}.center.{axis}"] = _round(obstacle["center"][axis], SMALL)
-    places = [drone.start[:2] for drone in swarm.drones]
-    low, high = [min(axis) for axis in zip(*places, strict=True)], [max(axis) for axis in zip(*places, strict=True)]
-    box = [float(ceil(b - a) + 1) for a, b in zip(low, high, strict=True)]
-    centre = [(a + b) / 2.0 for a, b in zip(low, high, strict=True)]
+    box, centre = [], []
+    for axis, places in enumerate(list(zip(*(drone.start for drone in swarm.drones), strict=True))[:2]):
+        width, middle = ceil(max(places) - min(places)) + 1, (min(places) + max(places)) / 2.0
+        low = max(middle - width / 2.0, swarm.limits.fence.low[axis])
+        high = min(middle + width / 2.0, swarm.limits.fence.high[axis])
+        box.append(high - low)
+        centre.append((low + high) / 2.0)
     return {"random": spans, "starts": {"box": box, "centre": centre}}
 
 

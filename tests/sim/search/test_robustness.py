@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -29,6 +30,12 @@ TIMES = np.arange(0.0, 20.0, STEP)
 NAMES = ("uav0", "uav1")
 
 
+def reported(phases: Sequence[Phase], pose_ages: np.ndarray | float = 0.0) -> Reports:
+    """The reports of a pilot with a full battery, whose other inputs are fresh."""
+    fresh = np.zeros(len(TIMES))
+    return Reports(TIMES, tuple(phases), fresh + pose_ages, fresh, fresh, fresh + 1.0)
+
+
 def smooth(seed: int) -> Flown:
     """A flight of two drones on smooth random paths, whose poses and commands have pauses."""
     chance = np.random.default_rng(seed)
@@ -45,10 +52,10 @@ def smooth(seed: int) -> Flown:
     flying = tuple(FlightState.FLYING for _ in TIMES)
     return Flown(
         SWARM, dict.fromkeys(NAMES, TIMES), places, poses, commands,
-        {name: Reports(TIMES, (Phase.HOLD,) * len(TIMES), *np.zeros((3, len(TIMES)))) for name in NAMES},
+        dict.fromkeys(NAMES, reported([Phase.HOLD] * len(TIMES))),
         {name: States(TIMES, flying, np.zeros(len(TIMES), np.bool_), np.zeros(len(TIMES))) for name in NAMES},
-        took_off=True, stopped=np.inf, refused=(), failure="", seconds=20.0, fails={}, world_ended=False, formed=(),
-        tails={}, visited=False,
+        took_off=True, stopped=np.inf, refused=(), deviations=(), failure="", seconds=20.0, fails={}, world_ended=False,
+        formed=(), tails={}, visited=False,
     )  # fmt: skip
 
 
@@ -142,12 +149,58 @@ def test_a_stop_is_owed_until_the_motors_are_off() -> None:
 def test_a_rung_is_owed_from_its_age_on() -> None:
     ages = np.where(TIMES > 5.0, TIMES - 5.0, 0.0)
     phases = tuple(Phase.FORMATION if t < 5.25 else Phase.HOLD for t in TIMES)
-    reports = {name: Reports(TIMES, phases, ages, *np.zeros((2, len(TIMES)))) for name in NAMES}
+    reports = dict.fromkeys(NAMES, reported(phases, ages))
     found = margins(flew(reports=reports))["rung"]
     assert found.violated  # it holds for 15 s without a pose
     landing = tuple(phase if t < 6.05 else Phase.LANDING for phase, t in zip(phases, TIMES, strict=True))
     reports = {name: replace(report, phases=landing) for name, report in reports.items()}
     assert margins(flew(reports=reports))["rung"].value == pytest.approx(1.0 - 1.0 / 1.3)
+
+
+def test_an_empty_battery_lands() -> None:
+    phases = [Phase.FORMATION if t < 5.25 else Phase.LANDING for t in TIMES]
+    empty = replace(reported(phases), batteries=np.where(TIMES < 5.0, 1.0, 0.05))
+    flown = flew(places={"uav0": still(1.0), "uav1": still(1.0)}, reports={"uav1": empty})
+    assert margins(flown)["rung"].value == pytest.approx(1.0 - 0.2 / 0.3)
+    late = replace(empty, phases=(Phase.HOLD,) * len(TIMES))
+    unknown = replace(late, batteries=np.where(TIMES < 5.0, 1.0, -1.0))
+    assert margins(replace(flown, reports={"uav1": late}))["rung"].violated
+    assert not margins(replace(flown, reports={"uav1": unknown}))["rung"].violated
+
+
+def test_without_the_leaders_pose_a_follower_holds_and_lands() -> None:
+    leads = TIMES[TIMES < 5.05]
+
+    def margin(last: float, phase: Phase, owner: str = "uav1") -> Margin | None:
+        phases = [phase if t < last else Phase.LANDING for t in TIMES]
+        reports = {owner: reported(phases)}
+        return margins(flew(poses={"uav0": leads}, reports=reports, states={})).get("rung")
+
+    assert margin(6.05, Phase.FORMATION).value == pytest.approx(1.0 - 1.0 / 1.3)
+    assert margin(6.65, Phase.FORMATION).what == "uav1 not at leader estimate: hold after 1.60 s"
+    assert not margin(10.05, Phase.HOLD).violated
+    assert margin(10.65, Phase.HOLD).violated
+    assert not margin(10.65, Phase.HOLD, "uav0").violated
+
+
+def test_a_landing_lasts_its_descent_and_what_it_may_wait() -> None:
+    def landing(down: float) -> Margin:
+        places = still(1.0)
+        places[down < TIMES] = 0.0
+        lands = reported([Phase.HOLD if t < 1.95 else Phase.LANDING for t in TIMES])
+        return margins(flew(places={"uav0": places, "uav1": still(0.0)}, reports={"uav0": lands}))["landing"]
+
+    bound = BOUNDS.landing + 2.0 / SWARM.limits.vertical_speed
+    assert landing(5.05).value == pytest.approx(1.0 - 3.0 / bound)
+    assert landing(5.05).what == "uav0 lands for 3.0 s"
+    assert landing(19.0).violated
+
+
+def test_what_the_protocol_forbids_is_a_violation() -> None:
+    assert "protocol" not in margins(flew())
+    forbidden = margins(flew(deviations=("uav1 at 2.0 s of the recording: take-off after landing (land, land)",)))
+    assert forbidden["protocol"].violated
+    assert forbidden["protocol"].who == "uav1"
 
 
 def test_the_limit_of_a_driver_restarts_after_its_own_pause() -> None:
@@ -156,7 +209,7 @@ def test_the_limit_of_a_driver_restarts_after_its_own_pause() -> None:
     def driven(kept: np.ndarray) -> float:
         flying = (FlightState.FLYING,) * int(kept.sum())
         states = States(TIMES[kept], flying, np.zeros(len(flying), np.bool_), ages[kept])
-        return margins(flew(states={"uav0": states}))["rung"].value
+        return margins(flew(states={"uav0": states}, reports={}))["rung"].value
 
     assert driven(TIMES < 5.95) == pytest.approx(1.0 - 0.9 / 1.3)
     assert driven(TIMES < 6.95) == pytest.approx(1.0 - 1.9 / 1.3)

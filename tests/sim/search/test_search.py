@@ -85,6 +85,14 @@ def test_a_point_is_a_flight_with_its_faults_in_order(files: tuple[Path, Path]) 
     assert SECOND_STATION in kinds
 
 
+def test_the_usual_space_starts_inside_the_fence() -> None:
+    narrow = table() | {"limits": {"fence": {"min": [-0.2, -0.3, -0.5], "max": [5.0, 5.0, 2.0]}}}
+    starts = usual_space(narrow, parse_swarm(narrow, "pair"), "safety")["starts"]
+    assert starts == {"box": pytest.approx([1.7, 0.8]), "centre": pytest.approx([0.65, 0.1])}
+    wide = usual_space(table(), parse_swarm(table(), "pair"), "safety")["starts"]
+    assert wide == {"box": [2.0, 1.0], "centre": [0.5, 0.0]}
+
+
 @pytest.mark.parametrize(
     ("text", "rule"),
     [
