@@ -224,7 +224,11 @@ class Director:
         if news is None or (own is None and self.stage is not Stage.PREPARING):
             return
         if rank(news) == 0 and (own is None or self.stage is Stage.LANDING):
-            sometimes("director: does not follow an upward order")
+            if own is not None and own.verb == "land" and own.version in news.knows:  # obeyed once all were down
+                sometimes("director: over, another station started again")
+                self.stage = Stage.OVER
+            else:
+                sometimes("director: does not follow an upward order")
             return
         if own is not None and 0 < rank(news) < rank(own):  # a hold does not cancel a landing
             sometimes("director: does not follow a hold as it lands")

@@ -128,6 +128,13 @@ class EventInjector:
         unseen = MOTORS_SEEN if self._world.plan.of_kind(DRIVER.kind) else 0.0
         return any(fault.at <= at < fault.at + fault.duration + unseen for fault in freezes)
 
+    def retire(self) -> None:
+        """Tell pilots and drivers to end, as their parent does that ends; the flight ends once all are down."""
+        processes = self._world.processes
+        for process in [*self._drivers, *(processes[pilot] for pilot in self._world.plan.pilots.values())]:
+            process.retire()
+        self._end_when_down()
+
     def _end_world(self) -> None:
         self.world_ended = True
         self._later(WORLD_ENDED, self._world.scheduler.stop)
@@ -145,9 +152,7 @@ class EventInjector:
                 self._later(event.duration, processes[OPERATOR.kind].thaw)
             case StationLoss():
                 processes[OPERATOR.kind].kill()
-                for process in [*self._drivers, *(processes[pilot] for pilot in self._world.plan.pilots.values())]:
-                    process.retire()
-                self._end_when_down()
+                self.retire()
             case SecondStation():
                 at = 0.0
                 for after, verb in event.orders:

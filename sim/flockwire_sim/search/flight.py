@@ -105,6 +105,9 @@ class Flight:
             failure = ""
         else:
             failure = world.run().failure
+            if not recorder.all_down():  # the station ends, and with it the processes that it started
+                self._injector.retire()
+                scheduler.run(EPOCH + nanoseconds(bounds.longest))
         end = scheduler.now
         if recorder.was_stopped:  # the flight is over when all motors are off: let the drones fall
             scheduler.run(scheduler.now + FALL)

@@ -453,6 +453,16 @@ def test_another_operators_landing_during_take_off_ends_it(tower):
     assert (tower.stage, tower.failure) == (Stage.LANDING, "")
 
 
+def test_a_landing_after_which_another_operator_started_again_is_over(flying):
+    """A station that was frozen over its landing finds the drones in the air again, by an order that knew of it."""
+    land = flying.director.land(flying.now)
+    flying.take(land)
+    flying.all(Phase.LANDING, 0.2)
+    flying.take(Mission(flying.now, "world", "start", giver=THEIRS, knows=(land.version,)))
+    assert flying.all(Phase.FORMATION, 0.2) == []
+    assert (flying.stage, flying.failure) == (Stage.OVER, "")
+
+
 def hold_by_another(tower):
     tower.take(Mission(tower.now + 1, "world", "hold"))
 
