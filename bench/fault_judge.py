@@ -19,8 +19,9 @@ from flockwire.wire.processes import CONSOLE
 from flockwire_sim.process import Published
 from flockwire_sim.search.events import SECOND_STATION
 from flockwire_sim.search.flight import FALL, judge
+from flockwire_sim.search.margin import BOUNDS, Bounds
 from flockwire_sim.search.record import Recorder
-from flockwire_sim.search.robustness import BOUNDS, Bounds, closest
+from flockwire_sim.search.robustness import closest
 from flockwire_sim.world import EPOCH, World
 from rare_draws import APART, HAND, ORDERS, UPLINK
 

@@ -9,6 +9,7 @@ has a folder of `flockwire study`, with the commands that fly the worst again. E
 from __future__ import annotations
 
 import argparse
+import signal
 import subprocess
 import sys
 import tomllib
@@ -91,6 +92,7 @@ def main() -> int:
     parser.add_argument("--families", default=",".join(FAMILIES))
     parser.add_argument("--out", type=Path, default=Path("runs/search"))
     options = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit("ended"))  # and with it the study that flies
     names = options.families.split(",")
     statuses = [fly(name, method, options) for name in names for method in METHODS]
     for name in names:

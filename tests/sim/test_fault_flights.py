@@ -12,7 +12,7 @@ from fault_judge import Result, fly, fly_rare
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
 from flockwire_sim.coverage import Coverage
-from flockwire_sim.search.robustness import BOUNDS
+from flockwire_sim.search.margin import BOUNDS
 from flockwire_sim.search.rungs import RUNGS
 from rare_draws import RARE_KINDS, rare_faults
 

@@ -17,10 +17,12 @@ from flockwire.wire.plan import Plan
 from flockwire.wire.processes import CONSOLE
 
 from flockwire_sim.search.events import Event, EventInjector, SecondStation, parse_events
+from flockwire_sim.search.flown import Flown
 from flockwire_sim.search.formation import tails
 from flockwire_sim.search.liveness import Recovery
-from flockwire_sim.search.record import Flown, Recorder
-from flockwire_sim.search.robustness import BOUNDS, Bounds, Margin, first_outside, margins
+from flockwire_sim.search.margin import BOUNDS, Bounds, Margin
+from flockwire_sim.search.record import Recorder
+from flockwire_sim.search.robustness import first_outside, margins
 from flockwire_sim.study.file import StudyError
 from flockwire_sim.study.variation import Table
 from flockwire_sim.world import EPOCH, World

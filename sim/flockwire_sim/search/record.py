@@ -1,11 +1,10 @@
-"""What one virtual flight showed, as arrays: a tap collects it, `Flown` holds it."""
+"""A tap that records one virtual flight: its arrays, its rungs, what happens in words."""
 
 from __future__ import annotations
 
 from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -16,67 +15,22 @@ from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 from flockwire.pilot.phases import IN_FLIGHT
-from flockwire.swarm.model import Swarm, uav
+from flockwire.swarm.model import uav
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 from flockwire_analysis.collecting import Collector
 from flockwire_analysis.conformance import deviations
-from flockwire_analysis.series import Booleans, Floats
+from flockwire_analysis.series import Floats
 
 from flockwire_sim.process import Published
+from flockwire_sim.search.flown import Flown, Reports, States
 from flockwire_sim.search.rungs import told
 from flockwire_sim.world import EPOCH
 
 Kind = TypeVar("Kind")
 DOWN = 0.0  # m, height of a drone on the ground
 OF_THE_PROTOCOL = ("status", "telemetry", "mission", "stop")  # kinds that show what pilots did by which orders
-
-
-@dataclass(frozen=True, slots=True)
-class Reports:
-    """The statuses of one pilot: times (s after the order to take off), phases, ages and batteries, one for each."""
-
-    times: Floats
-    phases: tuple[str, ...]
-    pose_ages: Floats  # s, -1 without a pose
-    nearby_ages: Floats
-    telemetry_ages: Floats
-    batteries: Floats  # share of full, -1 without telemetry
-
-
-@dataclass(frozen=True, slots=True)
-class States:
-    """The telemetry of one drone: times, states, whether a stop was received, ages of the command."""
-
-    times: Floats
-    states: tuple[FlightState, ...]
-    stopped: Booleans
-    command_ages: Floats
-
-
-@dataclass(frozen=True, slots=True)
-class Flown:
-    """One flight, by drone (`uav0` ...). Times are s after the order to take off, before it they are negative."""
-
-    swarm: Swarm
-    times: dict[str, Floats]  # of the true positions
-    places: dict[str, Floats]  # m, one row for each of the times
-    poses: dict[str, Floats]  # times at which its pose was published
-    commands: dict[str, Floats]  # times at which its pilot published a command
-    reports: dict[str, Reports]
-    states: dict[str, States]
-    took_off: bool
-    stopped: float  # time of the first emergency stop, infinite without one
-    refused: tuple[tuple[float, str], ...]  # take-offs that a landing forbids: s since it was ordered, whose
-    deviations: tuple[str, ...]  # what pilots did against the protocol (flockwire_analysis/conformance.py)
-    failure: str  # why the flight failed, empty if it did not
-    seconds: float  # of the whole flight
-    fails: dict[str, float]  # times at which motors fail
-    world_ended: bool  # the simulated airframes ended or stand still, drones and all
-    formed: tuple[tuple[float, float], ...]  # s until the formation stood again where it was owed, and the bound
-    visited: bool  # a person or another body was in the field: drones avoid it as they land, too
-    tails: dict[str, tuple[float, float]]  # at the end of a formation that had time to settle: time, largest error, m
 
 
 class Recorder:

@@ -10,8 +10,9 @@ import pytest
 from flockwire.domain.airframe import FlightState
 from flockwire.loading import parse_swarm
 from flockwire.wire.phase import Phase
-from flockwire_sim.search.record import Flown, Reports, States
-from flockwire_sim.search.robustness import BOUNDS, Margin, age, closest, first_outside, margins, owed
+from flockwire_sim.search.flown import Flown, Reports, States
+from flockwire_sim.search.margin import BOUNDS, Margin, age, owed
+from flockwire_sim.search.robustness import closest, first_outside, margins
 
 rtamt = pytest.importorskip("rtamt")  # its parser needs a Python below 3.13
 SWARM = parse_swarm(

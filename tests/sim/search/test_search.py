@@ -14,7 +14,7 @@ from flockwire_cli import search as searches
 from flockwire_cli.main import app
 from flockwire_sim.search.events import SECOND_STATION, parse_events
 from flockwire_sim.search.flight import Case, Judged, fly
-from flockwire_sim.search.robustness import Margin
+from flockwire_sim.search.margin import Margin
 from flockwire_sim.search.seeking import Candidate, Search
 from flockwire_sim.search.shrinking import shrunk
 from flockwire_sim.search.space import Genes, SearchPlan, Space, usual_space
