@@ -3,17 +3,18 @@
     python bench/around.py [FAMILY ...] [--flights 4] [--jobs 2] [--law extended] [--airframe tello] [--each]
 
 Each flight is drawn by its family and number (around_cases.py) and flown in virtual time. A follower is off its place
-if it is more than 0.1 m from it. Its place is forbidden within the kept distance of an obstacle or a person. `late` is
+if it is more than 0.1 m from it. Its place is forbidden within the kept distance of an obstacle or a person. `away` is
 the longest time for which a follower was off a place that was not forbidden meanwhile (from the person's start on),
-`stuck` the number of flights that end with such a follower after more than SOON s. Exit status 1 if a flight is not
-good: docs/theory.md, section 6, has the bars.
+`late` that since the last thing was in its way: an obstacle, a person or a drone within the distance to be kept from
+the straight line to its place. `stuck` is the number of flights that end with a follower that is away for more than
+SOON s. Exit status 1 if a flight is not good: docs/theory.md, section 6, has the bars.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
@@ -22,6 +23,7 @@ from math import dist, hypot, inf
 from typing import Any
 
 from around_cases import FAMILIES, IDEAL, KEPT, TELLO, Flight, merged
+from flockwire.control.barrier import nearest_on_segment
 from flockwire.domain.order import Mission
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
@@ -35,8 +37,8 @@ from flockwire_sim.world import World
 
 OFF = 0.1  # m from its place from which on a follower is off it
 EVERY = 5  # instants of 10 ms between two looks at the places
-SOON = 15.0  # s off a free place, at most, behind an obstacle
-BACK = 5.0  # s, behind a person
+SOON = 15.0  # s off its place, at most, since the last thing was in the way
+BACK = 5.0  # s off a free place, behind a person
 SLACK, GRACE = 1.5, 3.0  # times the shortest detour and the forbidden time, and s more: bars of crossings
 DETOUR_TOLERANCE = 0.05  # m
 SLOWER = 2.5  # times the free way's time: bar of exchanges
@@ -52,6 +54,7 @@ class Result:
     person: float = inf
     deviation: float = 0.0  # since each follower was first at its place
     off: float = 0.0  # s off the place since then, of the worst follower
+    away: float = 0.0
     late: float = 0.0
     settled: float = inf  # s until all were at their places for the first time and stayed to the end
     stuck: int = 0  # followers off a place at the end that had been free for SOON
@@ -70,8 +73,8 @@ class Watch:
         self._leader: Vector = swarm.leader.start or (0.0, 0.0, 0.0)
         self._arrived: set[int] = set()
         self._off = dict.fromkeys(swarm.followers, 0.0)  # s off its place since it arrived
-        self._free = dict.fromkeys(swarm.followers, 0.0)  # s for which its place has been free
-        self._late = dict.fromkeys(swarm.followers, 0.0)  # s of these off it, until now
+        self._away = dict.fromkeys(swarm.followers, 0.0)  # s off it while it was not forbidden, until now
+        self._late = dict.fromkeys(swarm.followers, 0.0)  # s of these since something was in the way
         self._settled = 0.0
 
     def take(self, published: Published) -> None:
@@ -99,7 +102,7 @@ class Watch:
         result = self._result
         result.off = max(self._off.values())
         result.settled = self._settled
-        result.stuck = sum(1 for late in self._late.values() if late > SOON)
+        result.stuck = sum(1 for away in self._away.values() if away > SOON)
 
     def _look(self) -> None:
         if not self._start or self._stamp < self._start or (self._end and self._stamp > self._end):
@@ -115,9 +118,10 @@ class Watch:
         if self._looked % EVERY == 0:
             for rank, i in enumerate(self._swarm.followers):
                 place = add(self._leader, self._formation.offset(rank, (now - self._start) / SECOND))
-                self._judge(i, dist(places[uav(i)], place), self._forbidden(place))
+                self._judge(i, place)
 
-    def _judge(self, i: int, error: float, forbidden: bool) -> None:
+    def _judge(self, i: int, place: Vector) -> None:
+        error = dist(self._places[uav(i)], place)
         result, dt, off = self._result, EVERY * 0.01, error > OFF
         if off:
             self._settled = (self._stamp - self._start) / SECOND
@@ -126,9 +130,12 @@ class Watch:
         if i in self._arrived:
             result.deviation = max(result.deviation, error)
             self._off[i] += dt if off else 0.0
-        counts = off and not forbidden and self._stamp > self._judged_from
-        self._late[i] = self._late[i] + dt if counts else 0.0
-        result.late = max(result.late, self._late[i])
+        counts = off and not self._in_the_way(place, place, ()) and self._stamp > self._judged_from
+        self._away[i] = self._away[i] + dt if counts else 0.0
+        others = (self._places[uav(j)] for j in self._swarm.flying if j != i)
+        free = counts and not self._in_the_way(self._places[uav(i)], place, others)
+        self._late[i] = self._late[i] + dt if free else 0.0
+        result.away, result.late = max(result.away, self._away[i]), max(result.late, self._late[i])
 
     def _persons(self) -> Iterator[tuple[tuple[float, float], float]]:
         t = (self._stamp - self._began) / SECOND
@@ -138,9 +145,15 @@ class Watch:
                 (x, y, _), (vx, vy, _) = fault["start"], fault["velocity"]
                 yield (x + since * vx, y + since * vy), self._swarm.gateway.person_radius
 
-    def _forbidden(self, place: Vector) -> bool:
+    def _in_the_way(self, begin: Vector, end: Vector, drones: Iterable[Vector]) -> bool:
+        """Return whether an obstacle, a person or one of `drones` is too near to the line from `begin` to `end`."""
         discs = [*(((o.center[0], o.center[1]), o.radius) for o in self._swarm.obstacles), *self._persons()]
-        return any(dist(place[:2], center) < radius + KEPT for center, radius in discs)
+        kept = [(center, radius + KEPT) for center, radius in discs]
+        kept += [((x, y), self._swarm.avoidance.safe.drone) for x, y, _ in drones]
+        return any(
+            hypot(*nearest_on_segment((begin[0] - x, begin[1] - y, 0.0), (end[0] - x, end[1] - y, 0.0))) < distance
+            for (x, y), distance in kept
+        )
 
 
 def fly(family: str, number: int, law: str, airframe: dict[str, Any]) -> Result:
@@ -175,9 +188,10 @@ def _bars(family: str, flight: Flight, result: Result, speed: float) -> Iterator
         yield "off", result.off, SLACK * flight.forbidden + GRACE, True
     elif family == "person":
         yield "person", result.person, 0.3, False
-        yield "late", result.late, BACK, True
+        yield "away", result.away, BACK, True
     else:
         yield "late", result.late, SOON, True
+        yield "stuck", float(result.stuck), 0.0, True
 
 
 def row(name: str, results: list[Result]) -> str:
@@ -191,7 +205,7 @@ def row(name: str, results: list[Result]) -> str:
     return (
         f"{name:12}{f'{good} of {len(results)}':>14}{min(r.drones for r in results):9.3f}"
         f"{min(r.obstacles for r in results):11.3f}{min(r.person for r in results):9.3f}"
-        f"{spread('deviation'):>12}{spread('off'):>13}{spread('late'):>13}{spread('settled'):>13}"
+        f"{spread('deviation'):>12}{spread('off'):>13}{spread('away'):>13}{spread('late'):>13}{spread('settled'):>13}"
         f"{sum(result.stuck > 0 for result in results):7}"
     )
 
@@ -210,7 +224,7 @@ def main() -> None:
     numbers = range(options.first, options.first + options.flights)
     airframe = TELLO if options.airframe == "tello" else IDEAL
     print(
-        f"{'':12}{'good':>14}{'drones':>9}{'obstacles':>11}{'person':>9}{'deviation':>12}{'off':>13}{'late':>13}{'settled':>13}{'stuck':>7}"
+        f"{'':12}{'good':>14}{'drones':>9}{'obstacles':>11}{'person':>9}{'deviation':>12}{'off':>13}{'away':>13}{'late':>13}{'settled':>13}{'stuck':>7}"
     )
     bad = False
     with ProcessPoolExecutor(options.jobs) as pool:
