@@ -34,11 +34,9 @@ COMPILED = (
 )
 LEFT_ALONE = {  # of whole folders: no mathematics in floats, or a class that others may build on
     "__init__.py",
-    "process.py",
     "convergence.py",
     "survey.py",
     "paper_law.py",
-    "extended_law.py",
 }
 
 
@@ -69,4 +67,4 @@ class CustomBuildHook(BuildHookInterface[Any]):
 def _files(entry: Path) -> list[Path]:
     if not entry.is_dir():
         return [entry]  # mypyc reports one that is not there
-    return sorted(file for file in entry.glob("*.py") if file.name not in LEFT_ALONE)
+    return sorted(file for file in entry.rglob("*.py") if file.name not in LEFT_ALONE)

@@ -7,6 +7,7 @@ y is the airframe's stopping point. The safety filter around the law, not a pote
 
 from __future__ import annotations
 
+from flockwire.compiling import mypyc_attr
 from flockwire.control.airframe.first_order_lag import lead, stopping_reference
 from flockwire.control.around.bent_place import BentPlace
 from flockwire.control.around.sidestep import Sidestep
@@ -23,6 +24,7 @@ from flockwire.law import Decision, LawSettings, NeighbourEstimate, Observation,
 SIDE_SWITCH_TIME = 3.0  # s without progress after which a drone changes the side; each drone adds its own share
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class ExtendedLaw:
     """The extended law for one follower."""
 
