@@ -18,7 +18,7 @@ from flockwire.swarm.model import uav
 from flockwire.wire.processes import CONSOLE
 from flockwire_sim.process import Published
 from flockwire_sim.search.events import SECOND_STATION
-from flockwire_sim.search.flight import FALL, judge
+from flockwire_sim.search.flight import FALL, OVERTIME, judge
 from flockwire_sim.search.margin import BOUNDS, Bounds
 from flockwire_sim.search.record import Recorder
 from flockwire_sim.search.robustness import closest
@@ -82,7 +82,7 @@ class Judge:
     def fly(self) -> Result:
         """Fly, judge the end too."""
         flight, recorder, injector, scheduler = self.flight, self._recorder, self._injector, self.world.scheduler
-        scheduler.at(EPOCH + nanoseconds(self._bounds.longest), lambda _: scheduler.stop())
+        scheduler.at(EPOCH + nanoseconds(self._bounds.longest) + OVERTIME, lambda _: scheduler.stop())
         injector.begin()
         with marked() as marks:
             outcome = self.world.run()

@@ -58,8 +58,8 @@ class SimulatedSource:
                 drone = self._drones[key]
                 self._truths[drone] = message
                 self._complete = self._completeness.report(drone, now)
-            case Mission() if message.verb == "takeoff" and message.stamp > (self._took_off or 0):
-                self._took_off = message.stamp
+            case Mission() if message.verb == "takeoff":
+                self.took_off(message.stamp)
 
     def took_off(self, stamp: int) -> None:
         """Count faults from `stamp` (Unix ns), unless they count already."""

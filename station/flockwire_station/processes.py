@@ -112,13 +112,14 @@ class Children:
         """End all processes, in the order of their ranks, and wait for them; flying drones land first.
 
         Kills processes that do not end in time, but none with a flying drone: after a second interrupt these end by
-        themselves.
+        themselves, and so does a host without any, on which drones of other hosts may depend.
         """
         rows = self._host.plan.rows
         ranks = sorted({rows[identity].rank for identity in self._running})
         flyers = {identity for identity in self._running if rows[identity].flies}
         await asyncio.gather(*(self._end(self._running[i], LANDING_TIME, interrupted) for i in flyers))
-        if all(self._running[i].poll() is not None for i in flyers):
+        impatient = interrupted is not None and interrupted.count > 1
+        if (flyers or not impatient) and all(self._running[i].poll() is not None for i in flyers):
             for rank in ranks:
                 others = [i for i in self._running if rows[i].rank == rank and i not in flyers]
                 await asyncio.gather(

@@ -168,6 +168,17 @@ def test_a_second_interrupt_leaves_flying_drones_and_kills_no_process(family):
     asyncio.run(run())
 
 
+def test_a_second_interrupt_leaves_the_gateway_of_other_hosts_drones(family):
+    async def run():
+        await family.start("gateway", "recorder")
+        family.interrupted.count = 2
+        async with asyncio.timeout(SOON):
+            await family.children.end(family.interrupted)
+        assert not family.when("gateway", "told")  # it ends once no drone needs its poses
+
+    asyncio.run(run())
+
+
 def test_a_child_outlives_the_object_that_started_it_and_every_loop(family):
     async def run():
         await family.start("uav1")

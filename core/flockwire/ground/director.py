@@ -183,7 +183,10 @@ class Director:
         if self.stage is Stage.FLYING and self._duration and now - self._took_off >= self._duration:
             sometimes("director: its time is over")
             return self.land(now)
-        if self.stage is Stage.LANDING and not fleet.not_down(self._since):
+        if self.stage is Stage.LANDING and self.order is not None and fleet.restarted(self.order):
+            sometimes("director: over, another station started again")
+            self.stage = Stage.OVER
+        elif self.stage is Stage.LANDING and not fleet.not_down(self._since):
             all_confirmed = self.order is None or not fleet.unconfirmed(self.order)
             if all_confirmed or now - self._since >= STALE:  # no pilot obeys an earlier order
                 sometimes("director: over" if all_confirmed else "director: over, though a pilot is silent")
@@ -193,11 +196,10 @@ class Director:
     def _take_off(self, fleet: Fleet) -> Mission | None:
         """Return the order that takes all off; a drone that joins a flying formation gets its restart."""
         now, running = fleet.now, fleet.flown()
-        if self.ordered == "hold":
-            return None
-        if self._without and self.order is None:  # pilots must know the drones that are left out
-            sometimes("director: leaves drones out")
-            return self._go(self.stage, self._mission(now, "prepare"))
+        if self.ordered == "hold" or any(fleet.phase(drone) == Phase.LANDING for drone in fleet.pilots):
+            return None  # an order would end their landing
+        if self._without and self.order is None and (order := self._left_out(running, now)) is not None:
+            return self._go(self.stage, order)
         if not fleet.all_in(Phase.READY, Phase.HOLD, Phase.FORMATION):
             return None
         if problems(self._swarm, fleet):
@@ -209,6 +211,16 @@ class Director:
             return self._go(Stage.TAKING_OFF, running._replace(stamp=now, verb="start", without=self._without))
         sometimes("director: takes off")
         return self._go(Stage.TAKING_OFF, self._mission(now, "takeoff"))
+
+    def _left_out(self, running: Mission | None, now: int) -> Mission | None:
+        """Return the order by which pilots know the drones that are left out, None if those `running` know them."""
+        if running is None:
+            sometimes("director: leaves drones out")
+            return self._mission(now, "prepare")
+        if set(self._without) <= set(running.without):
+            return None
+        sometimes("director: leaves drones out of a flying formation")
+        return running._replace(stamp=now, verb="formation", without=self._without)
 
     def _start(self, now: int) -> Mission:
         """Return the order to start the formation, so that all start together."""
@@ -224,11 +236,7 @@ class Director:
         if news is None or (own is None and self.stage is not Stage.PREPARING):
             return
         if rank(news) == 0 and (own is None or self.stage is Stage.LANDING):
-            if own is not None and own.verb == "land" and own.version in news.knows:  # obeyed once all were down
-                sometimes("director: over, another station started again")
-                self.stage = Stage.OVER
-            else:
-                sometimes("director: does not follow an upward order")
+            sometimes("director: does not follow an upward order")
             return
         if own is not None and 0 < rank(news) < rank(own):  # a hold does not cancel a landing
             sometimes("director: does not follow a hold as it lands")

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
-from flockwire.pilot.orders import came_down, rank
+from flockwire.pilot.orders import DOWN, came_down, rank
 from flockwire.swarm.model import uav
 from flockwire.wire.phase import Phase
 from flockwire.wire.processes import GATEWAY
@@ -147,6 +147,20 @@ class Fleet:
         """Return an order in force for a pilot that names `order` and so ends it; None if there is none."""
         missions = (status.report.mission for status in self.fresh.values())
         return next((one for one in missions if one is not None and order.version in one.knows), None)
+
+    def restarted(self, order: Mission) -> bool:
+        """Return whether every pilot obeys an upward order that names `order`, a landing: it came after all were down.
+
+        Those that it leaves out must be known to be down.
+        """
+        return all(
+            drone in self.fresh
+            and (mission := self.fresh[drone].report.mission) is not None
+            and mission.verb not in ("prepare", *DOWN)
+            and order.version in mission.knows
+            and (drone not in mission.without or self._is_down(drone, 0))
+            for drone in self.pilots
+        )
 
     def not_down(self, since: int = 0) -> tuple[str, ...]:
         """Return the drones that are in the air, or have not reported the ground after `since` (Unix ns)."""

@@ -55,7 +55,8 @@ class StartGiving(ChangeGiving):
         order = director.order
         if director.failure or (order is not None and order.verb in ENDING):
             sometimes("answer: start, its flight failed or was overtaken")
-            self.answer = Answer(refusal=director.failure) if director.failure else overtaken(director.ordered)
+            hover = "; the others stay in the air: `flockwire land` lands them" if fleet.flies else ""
+            self.answer = Answer(refusal=director.failure + hover) if director.failure else overtaken(director.ordered)
         elif director.stage is Stage.PREPARING and since >= LOOK_TIME + READY_TIME:
             sometimes("answer: start, not ready")
             why = "; ".join(director.unready(fleet))

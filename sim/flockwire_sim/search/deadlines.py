@@ -69,7 +69,8 @@ def _rungs(flown: Flown, owner: str, reports: Reports, bounds: Bounds) -> Iterat
     flying[1:] &= ~rested[:-1]  # a pilot whose drone flies all the same decides in its next step
     forming, flying = awake & (phases == Phase.FORMATION), awake & flying
     leads = flown.poses.get(uav(LEADER)) if owner != uav(LEADER) else None
-    silent = age(times, leads) if leads is not None else np.zeros(len(times))  # what is passed on is not younger
+    # What is passed on is not younger; a process counts from its own beginning.
+    silent = np.minimum(age(times, leads), age(times, reports.begun)) if leads is not None else np.zeros(len(times))
     low = flying & (reports.batteries >= 0.0) & (reports.batteries < limits.battery_land)
     for name, ages, limit, wrong in (
         ("own pose: hold", reports.pose_ages, stale.pose_zero, forming),

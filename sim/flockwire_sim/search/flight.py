@@ -28,6 +28,7 @@ from flockwire_sim.study.variation import Table
 from flockwire_sim.world import EPOCH, World
 
 Mode = Literal["safety", "liveness"]
+OVERTIME = SECOND  # ns after the longest flight, at which one that is not over is cut off
 FALL = SECOND  # ns: more than a fall from the fence's top takes
 
 
@@ -90,6 +91,7 @@ class Flight:
         self.recorder = Recorder(Plan(swarm.in_simulation()), self._begin, say)
         self._visited = any(isinstance(fault, Visitor) for fault in faults)
         self._quiet = not (faults or events)
+        self._shared = any(isinstance(event, SecondStation) for event in events)  # who may end a landing
         self.world = World(swarm, seed, duration, faults, self.recorder.take, stations=stations)
         self._injector = EventInjector(self.world, events, faults, self.recorder)
         moving = self._injector.moving  # an airframe fails by the clock of its process
@@ -100,16 +102,16 @@ class Flight:
     def fly(self, bounds: Bounds = BOUNDS) -> Flown:
         """Fly it to its end."""
         world, recorder, scheduler = self.world, self.recorder, self.world.scheduler
-        scheduler.at(EPOCH + nanoseconds(bounds.longest), lambda _: scheduler.stop())
+        scheduler.at(EPOCH + nanoseconds(bounds.longest) + OVERTIME, lambda _: scheduler.stop())
         if self._recovery is not None:
             self._recovery.begin()
-            scheduler.run(EPOCH + nanoseconds(bounds.longest))
+            scheduler.run(EPOCH + nanoseconds(bounds.longest) + OVERTIME)
             failure = ""
         else:
             failure = world.run().failure
-            if not recorder.all_down():  # the station ends, and with it the processes that it started
+            if self._shared and not recorder.all_down():  # `up` ends the processes that it started
                 self._injector.retire()
-                scheduler.run(EPOCH + nanoseconds(bounds.longest))
+                scheduler.run(EPOCH + nanoseconds(bounds.longest) + OVERTIME)
         end = scheduler.now
         if recorder.was_stopped:  # the flight is over when all motors are off: let the drones fall
             scheduler.run(scheduler.now + FALL)
@@ -119,7 +121,7 @@ class Flight:
             fails=self._fails,
             world_ended=self._injector.world_ended or self._injector.frozen(recorder.seconds(end)),
             visited=self._visited,
-            formed=self._recovery.formed if self._recovery is not None else (),
+            formed=(self._recovery.formed((end - EPOCH) / SECOND),) if self._recovery is not None else (),
             tails=tails(recorder, world.swarm) if self._quiet and not failure else {},
         )
 

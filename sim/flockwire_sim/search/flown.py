@@ -19,6 +19,7 @@ class Reports:
     nearby_ages: Floats
     telemetry_ages: Floats
     batteries: Floats  # share of full, -1 without telemetry
+    begun: Floats  # times of the first status of each of its processes
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,10 +23,10 @@ ON_GROUND = (Phase.GROUNDED, Phase.READY)
 
 
 class Recovery:
-    """Conducts one flight of `world` under `faults`; `formed` has what was owed: s that it took, and the bound."""
+    """Conducts one flight of `world` under `faults`."""
 
     def __init__(self, world: World, recorder: Recorder, faults: tuple[Fault, ...]) -> None:
-        self.formed: tuple[tuple[float, float], ...] = ()
+        self._took: float | None = None  # s, until the formation stood, or was given up
         self._world, self._recorder, self._swarm = world, recorder, world.swarm
         self._healed = max((fault.at + getattr(fault, "duration", RESTART_TIME) for fault in faults), default=0.0)
         self._bound = self._swarm.checks.settle_within
@@ -40,9 +40,16 @@ class Recovery:
         self._world.scheduler.at(EPOCH + nanoseconds(FIRST_START), lambda _: self._order("start"))
         self._world.scheduler.at(EPOCH + nanoseconds(FIRST_START + EVERY), self._look)
 
+    def formed(self, seconds: float) -> tuple[float, float]:
+        """Return how long a flight of `seconds` took until it was in formation again, s, and the bound.
+
+        One that never was, not even in the air, took all its time.
+        """
+        return (seconds if self._took is None else self._took, self._bound)
+
     def _look(self, _: object) -> None:
         now = self._recorder.seconds(self._world.scheduler.now)
-        if self.formed:
+        if self._took is not None:
             if self._recorder.all_down():
                 self._world.scheduler.stop()
                 return
@@ -63,7 +70,7 @@ class Recovery:
             self._order("start")
 
     def _end(self, took: float) -> None:
-        self.formed = ((took, self._bound),)
+        self._took = took
         self._recorder.tell(f"formation after {took:.2f} s")
         self._order("land")
 

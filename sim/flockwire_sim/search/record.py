@@ -136,9 +136,13 @@ class Recorder:
     def _reported(self, rows: list[tuple[int, Status]]) -> Reports:
         reports = [status.report for _, status in rows]
         shown = [(one.pose_age, one.nearby_age, one.telemetry_age, one.battery) for one in reports]
+        pose, nearby, telemetry, battery = np.array(shown).reshape(-1, 4).T
+        steps = [0, *(status.steps for _, status in rows)]
+        begun = [at for k, (at, status) in enumerate(rows) if not k or status.steps < steps[k]]
         return Reports(
-            self._times([at for at, _ in rows]), tuple(one.phase for one in reports), *np.array(shown).reshape(-1, 4).T
-        )
+            self._times([at for at, _ in rows]), tuple(one.phase for one in reports), pose, nearby, telemetry, battery,
+            self._times(begun),
+        )  # fmt: skip
 
     def _stated(self, rows: list[tuple[int, Telemetry]]) -> States:
         return States(

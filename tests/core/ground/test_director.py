@@ -458,9 +458,43 @@ def test_a_landing_after_which_another_operator_started_again_is_over(flying):
     land = flying.director.land(flying.now)
     flying.take(land)
     flying.all(Phase.LANDING, 0.2)
-    flying.take(Mission(flying.now, "world", "start", giver=THEIRS, knows=(land.version,)))
+    again = Mission(flying.now, "world", "start", giver=THEIRS, knows=(land.version,))
+    flying.take(again)
     assert flying.all(Phase.FORMATION, 0.2) == []
     assert (flying.stage, flying.failure) == (Stage.OVER, "")
+
+
+def test_a_landing_that_one_drone_missed_is_not_over_when_another_operator_prepares(flying):
+    """It is given on until that one has it, too: only an upward order of all shows that all were down."""
+    flying.pilots["uav2"].deaf = True
+    land = flying.director.land(flying.now)
+    flying.take(land)
+    flying.step(0.2, leader=Phase.LANDING, uav1=Phase.LANDING)
+    flying.take(Mission(flying.now, "world", "prepare", giver=THEIRS, knows=(land.version,), without=(2,)))
+    assert flying.step(0.3) == ["land"] * 3
+    assert flying.stage is Stage.LANDING
+    flying.take(Mission(flying.now, "world", "start", giver=THEIRS, knows=(land.version,), without=(2,)))
+    flying.step(0.2, leader=Phase.FORMATION, uav1=Phase.FORMATION)
+    assert flying.stage is Stage.LANDING
+
+
+def test_who_starts_without_a_drone_waits_for_those_that_land(tower):
+    tower.director = conducting(without=(2,))
+    assert tower.step(0.3, leader=Phase.LANDING, uav1=Phase.READY, uav2=Phase.GROUNDED) == []
+    assert tower.step(leader=Phase.READY) == ["prepare"]
+
+
+@pytest.mark.parametrize(("left", "orders"), [((2,), []), ((), ["formation"])])
+def test_who_starts_without_a_drone_leaves_a_flying_formation_as_it_is(tower, left, orders):
+    """It has that drone left out already, or is told so; nobody holds, its time goes on, even if nobody can join."""
+    running = Mission(BEGAN - SECOND, "world", "start", BEGAN, giver=THEIRS, without=left)
+    for pilot in tower.pilots.values():
+        pilot.mission = running
+    tower.director = conducting(without=(2,))
+    given = tower.orders(0.1, leader=Phase.FORMATION, uav1=(Phase.GROUNDED, "battery"), uav2=Phase.GROUNDED)
+    assert [(order.verb, order.start, order.without) for order in given] == [(verb, BEGAN, (2,)) for verb in orders]
+    joins = tower.orders(0.1, uav1=Phase.READY)
+    assert [(order.verb, order.start, order.without) for order in joins] == [("start", BEGAN, (2,))]
 
 
 def hold_by_another(tower):

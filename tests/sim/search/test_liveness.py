@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import tomllib
+from dataclasses import replace
 from typing import Any
 
+import pytest
 from flockwire_sim.search.flight import Case, Judged, fly
+from flockwire_sim.search.liveness import Recovery
+from flockwire_sim.search.margin import BOUNDS
 
 SWARM = """
 name = "pair"
@@ -37,8 +41,9 @@ def test_a_short_fault_is_over_by_itself() -> None:
     assert judged.margins["down"].value == 1.0
 
 
-def test_who_landed_is_started_once_more() -> None:
-    judged, told = flown({"at": 3.0, "kind": "tracker", "drone": 1, "duration": 2.0})
+@pytest.mark.parametrize("duration", [2.0, 6.0])
+def test_who_landed_is_started_once_more(duration: float) -> None:
+    judged, told = flown({"at": 3.0, "kind": "tracker", "drone": 1, "duration": duration})
     assert "own pose: land" in judged.rungs
     assert judged.violations == []
     assert starts(told) == 2
@@ -47,3 +52,9 @@ def test_who_landed_is_started_once_more() -> None:
 def test_a_formation_that_stays_away_is_a_violation() -> None:
     judged, _ = flown({"at": 3.0, "kind": "kill", "process": "uav1"})
     assert [violation.partition(":")[0] for violation in judged.violations] == ["formation"]
+
+
+def test_a_flight_that_never_takes_off_is_a_violation(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Recovery, "_order", lambda *_: None)
+    judged = fly(Case(tomllib.loads(SWARM), [], 0, 8.0, "liveness"), bounds=replace(BOUNDS, longest=10.0))
+    assert [violation.partition(":")[0] for violation in judged.violations] == ["formation", "over"]

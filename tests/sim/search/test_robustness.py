@@ -34,7 +34,7 @@ NAMES = ("uav0", "uav1")
 def reported(phases: Sequence[Phase], pose_ages: np.ndarray | float = 0.0) -> Reports:
     """The reports of a pilot with a full battery, whose other inputs are fresh."""
     fresh = np.zeros(len(TIMES))
-    return Reports(TIMES, tuple(phases), fresh + pose_ages, fresh, fresh, fresh + 1.0)
+    return Reports(TIMES, tuple(phases), fresh + pose_ages, fresh, fresh, fresh + 1.0, TIMES[:1])
 
 
 def smooth(seed: int) -> Flown:
@@ -182,6 +182,9 @@ def test_without_the_leaders_pose_a_follower_holds_and_lands() -> None:
     assert not margin(10.05, Phase.HOLD).violated
     assert margin(10.65, Phase.HOLD).violated
     assert not margin(10.65, Phase.HOLD, "uav0").violated
+    late = replace(reported([Phase.HOLD if t < 10.65 else Phase.LANDING for t in TIMES]), begun=np.array([0.0, 7.0]))
+    restarted = flew(poses={"uav0": leads}, reports={"uav1": late}, states={})
+    assert not margins(restarted)["rung"].violated  # it counts from its own beginning
 
 
 def test_a_landing_lasts_its_descent_and_what_it_may_wait() -> None:
