@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
-from flockwire.pilot.orders import DOWN, came_down, rank
+from flockwire.pilot.orders import came_down, rank
 from flockwire.swarm.model import uav
 from flockwire.wire.phase import Phase
 from flockwire.wire.processes import GATEWAY
@@ -156,7 +156,8 @@ class Fleet:
         return all(
             drone in self.fresh
             and (mission := self.fresh[drone].report.mission) is not None
-            and mission.verb not in ("prepare", *DOWN)
+            and not rank(mission)
+            and mission.verb != "prepare"
             and order.version in mission.knows
             and (drone not in mission.without or self._is_down(drone, 0))
             for drone in self.pilots
