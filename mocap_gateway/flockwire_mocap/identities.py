@@ -22,6 +22,7 @@ RESTORED = SECOND  # ns for which names must be right until the doubt ends
 BLACKOUT = (
     2 * SECOND // 5
 )  # ns without any body after which motion identifies nothing: the next frame counts as the first
+NOISE = 3.0  # times the tolerance: a body that jumps less far is not another's, if nobody's last place is nearer
 FORGOTTEN = 3 * SECOND  # ns without any body after which a doubt ends: the next frame counts as the first
 
 
@@ -86,7 +87,9 @@ class Identities:
 
     def _suspect(self, claim: Claim, believable: set[int]) -> None:
         """Put the claim's drone in doubt, and the drone that was at this place, if any."""
-        fresh = (i for i in self._fresh(claim.stamp) if i not in believable)
+        fresh = [i for i in self._fresh(claim.stamp) if i not in believable]
+        if self._is_noise(claim, fresh):
+            return
         for other in self._others(claim, fresh):
             new = [drone for drone in (claim.drone, other) if drone not in self.doubts]
             self.swaps += bool(new)
@@ -134,6 +137,7 @@ class Identities:
         pairs = sorted(
             (self._distance(owner, claim.position), owner, claim.drone)
             for claim in pool
+            if not self._is_noise(claim, self.doubts)
             for owner in self.doubts
             if owner in known and self.jumps.flies(known[owner], claim.stamp, claim.position)
         )
@@ -170,6 +174,15 @@ class Identities:
         last, stamp, position = self.jumps.last, claim.stamp, claim.position
         found = [i for i in drones if i != claim.drone and self.jumps.flies(last[i], stamp, position)]
         return sorted(found, key=lambda i: self._distance(i, claim.position))
+
+    def _is_noise(self, claim: Claim, drones: Iterable[int]) -> bool:
+        """Return whether the drone of the nearest last place cannot have flown to the claim's, but almost.
+
+        Among `drones` and the one that is named: another one, unseen for longer, can often have flown there.
+        """
+        nearest = min((claim.drone, *drones), key=lambda i: self._distance(i, claim.position))
+        last, near = self.jumps.last.get(nearest), self._distance(nearest, claim.position) <= NOISE * self._tolerance
+        return last is not None and near and not self.jumps.flies(last, claim.stamp, claim.position)
 
     def _distance(self, drone: int, position: Vector) -> float:
         last = self.jumps.last.get(drone)

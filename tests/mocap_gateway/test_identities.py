@@ -52,6 +52,22 @@ def test_a_usual_flight_passes_whole(field):
     assert (field.doubted, field.identities.swaps, field.identities.jumps.jumps) == (set(), 0, 0)
 
 
+@pytest.mark.parametrize("doubted", [False, True])
+def test_a_noisy_pose_is_not_that_of_a_drone_that_is_lost(field, doubted):
+    """That one, unseen for long, might have flown there; for the seen one it is too far, but nobody else was nearer."""
+    if doubted:
+        field.swap(1, 2)
+        field.step()
+        field.swap(1, 2)
+        field.step(5)
+    field.step(30, lost=(0,))
+    x, y, z = field.place(1)
+    assert field.step(lost=(0,), ghost=(1, (x, y, z + 0.2))) == {2}
+    assert field.step(lost=(0,)) == {1, 2}
+    assert field.step() == {0, 1, 2}
+    assert field.doubted == ({1, 2} if doubted else set())
+
+
 @pytest.mark.parametrize(("a", "b"), [(0, 1), (1, 2), (0, 2)])
 def test_a_swap_is_seen_in_its_first_frame_and_both_keep_their_own_poses(field, a, b):
     field.swap(a, b)
