@@ -81,7 +81,13 @@ class Identities:
             return True
         if self._on_another(claim, claims):
             return False
-        missing = [i for i in self._fresh(stamp) if stamp - self.jumps.stamp(i) > GAP]
+        named = {other.drone for other in claims}
+        missing = [
+            i
+            for i in self._fresh(stamp)
+            if stamp - self.jumps.stamp(i) > GAP
+            or (i not in named and self.jumps.flies(self.jumps.last[i], stamp, position))  # it was just here
+        ]
         nearest = min(missing, key=lambda i: self._distance(i, position), default=drone)
         return nearest == drone or self._distance(nearest, position) > distance(last.position, position)
 

@@ -52,6 +52,16 @@ def test_a_usual_flight_passes_whole(field):
     assert (field.doubted, field.identities.swaps, field.identities.jumps.jumps) == (set(), 0, 0)
 
 
+@pytest.mark.parametrize("frames", [6, 20, 40])
+def test_a_swap_with_a_body_that_is_lost_is_seen_in_its_first_frame(field, frames):
+    """The name of the lost one is on the other's body, the other name on none."""
+    field.step(frames, lost=(0,))
+    field.swap(0, 1)
+    assert field.step(lost=(0,)) == {1, 2}
+    assert field.doubted == {0, 1}
+    assert field.step(100) == {0, 1, 2}
+
+
 @pytest.mark.parametrize("doubted", [False, True])
 def test_a_noisy_pose_is_not_that_of_a_drone_that_is_lost(field, doubted):
     """That one, unseen for long, might have flown there; for the seen one it is too far, but nobody else was nearer."""
