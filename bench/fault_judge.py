@@ -91,7 +91,7 @@ class Judge:
                 scheduler.run(scheduler.now + FALL)
         flown = recorder.flown(
             EPOCH + nanoseconds(outcome.seconds), outcome.failure, fails=self._fails, world_ended=injector.world_ended,
-            formed=(), tails={}, visited=self._visited,
+            still=(), formed=(), tails={}, visited=self._visited,
         )  # fmt: skip
         judged = judge(flown, recorder, list(flight.faults), self._bounds)
         contact, bad = judged.margins.get("contact"), judged.violations

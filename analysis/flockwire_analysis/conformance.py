@@ -83,7 +83,8 @@ class _Replay:
             if version_of(before.mission) == version_of(after.mission):
                 continue
             past.update(version for version in (version_of(before.mission),) if version is not None)
-            if version_of(after.mission) in past or not _may_hold(before, after, orders):
+            latest = self._trace.end if self._set_back else after.stamp  # of its clock between the two
+            if version_of(after.mission) in past or not _may_hold(before, after, orders, latest):
                 yield f"{where}: {_verb(after)} holds after {_verb(before)}"
 
     def _phases(self, before: Observed, after: Observed, orders: tuple[Mission | None, ...]) -> frozenset[Phase]:
@@ -169,8 +170,11 @@ class _Replay:
         return (*ends, *(one for one in self._trace.missions if one.version not in known and one.stamp in given))
 
 
-def _may_hold(before: Observed, after: Observed, orders: tuple[Mission | None, ...]) -> bool:
-    """Return whether the order of `after` may have taken the place of that of `before`, one of `orders` between."""
+def _may_hold(before: Observed, after: Observed, orders: tuple[Mission | None, ...], latest: int) -> bool:
+    """Return whether the order of `after` may have taken the place of that of `before`, one of `orders` between.
+
+    Both came by `latest` (Unix ns) of the pilot's clock.
+    """
     order = after.mission
     if order is None:
         return False
@@ -178,8 +182,8 @@ def _may_hold(before: Observed, after: Observed, orders: tuple[Mission | None, .
         taken = Orders()
         taken.mission, taken.concurrent = before.mission, before.concurrent
         if between is not None and between.version not in (version_of(before.mission), order.version):
-            taken.take(between, after.stamp)
-        taken.take(order, after.stamp)
+            taken.take(between, latest)
+        taken.take(order, latest)
         if version_of(taken.mission) == order.version:
             return True
     return False

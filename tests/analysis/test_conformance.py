@@ -109,3 +109,15 @@ def test_a_clock_that_is_set_back_says_nothing_about_the_airframe():
         status = Status(own, "world", "uav1", report, 10 * place, 0, 0, 0, 0, 0.0, 0, (), ())
         collector.add("status", Key("status", "uav1"), status, place, own, stamp)
     assert deviations(collector.trace(None)) == ()
+
+
+def test_an_order_that_came_before_a_clock_was_set_back_was_not_from_the_future():
+    collector = Collector(swarm_of(), {})
+    for place, (own, phase, order) in enumerate([(0, "ready", None), (-5, "take-off", TAKEOFF)]):
+        stamp = BEGIN + place * SECOND // 10
+        known = Telemetry(stamp, "world", FLYING if place else GROUNDED, 1.0, 0.0, 0.0)
+        collector.add("telemetry", Key("telemetry", "uav1"), known, place, stamp, stamp)
+        report = Report(phase, telemetry_age=0.0, mission=order)
+        status = Status(stamp + own * SECOND, "world", "uav1", report, 10 * place, 0, 0, 0, 0, 0.0, 0, (), ())
+        collector.add("status", Key("status", "uav1"), status, place, status.stamp, stamp)
+    assert deviations(collector.trace(None)) == ()

@@ -14,7 +14,7 @@ from flockwire.wire.phase import Phase
 from flockwire_analysis.series import Booleans, Floats
 
 from flockwire_sim.search.flown import Flown, Reports, States
-from flockwire_sim.search.margin import SILENT, Bounds, Margin, age, always, falling, owed, placed
+from flockwire_sim.search.margin import SILENT, Bounds, Margin, age, always, falling, moving, owed, placed
 
 
 def deadlines(flown: Flown, owner: str, times: Floats, flies: Booleans, bounds: Bounds) -> Iterator[tuple[str, Margin]]:
@@ -54,7 +54,7 @@ def _stops(flown: Flown, owner: str, states: States, bounds: Bounds) -> Iterator
     off = states.stopped | np.array([s in (FlightState.STOPPED, FlightState.GROUNDED) for s in states.states])
     pending = (states.times >= flown.stopped) & ~off
     pause = np.diff(states.times, prepend=states.times[:1]) > SILENT
-    late, at = always(states.times, -owed(states.times, pending & ~pause))
+    late, at = always(states.times, -owed(states.times, pending & ~pause & moving(flown, states.times)))
     yield "stop", Margin(1.0 + late / bounds.stop, at, owner, f"{owner} flies {-late:.2f} s after a stop")
 
 
@@ -89,7 +89,7 @@ def _driver_rung(flown: Flown, owner: str, states: States, bounds: Bounds) -> It
     flying = np.array([state is FlightState.FLYING for state in states.states], np.bool_)
     elapsed = np.diff(states.times, prepend=-np.inf)
     jumped = np.diff(states.command_ages, prepend=0.0) > elapsed + FROZEN / SECOND  # its clock, not the silence
-    begins = (elapsed > SILENT) | jumped
+    begins = (elapsed > SILENT) | jumped | ~moving(flown, states.times)
     ages = np.minimum(states.command_ages, age(states.times, states.times[begins]))
     free = flying & ~falling(flown, owner, states.times)
     limit = flown.swarm.limits.staleness.command_land + bounds.rung
@@ -102,6 +102,7 @@ def _landing(flown: Flown, owner: str, reports: Reports, bounds: Bounds) -> Iter
     bound = bounds.landing + limits.fence.high[2] / limits.vertical_speed
     lands = np.array([phase == Phase.LANDING for phase in reports.phases], np.bool_)
     lands &= (placed(flown, owner, times)[:, 2] > bounds.in_the_air) & ~falling(flown, owner, times)
+    lands &= moving(flown, times)
     if (states := flown.states.get(owner)) is not None:
         lands &= age(times, states.times) < SILENT  # a driver that is frozen or dead owes nothing
     late, at = always(times[lands], -owed(times, lands)[lands])

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 from flockwire.domain.time import nanoseconds
 from flockwire.ground.order import Order
 from flockwire.process.fault_file import parse_faults
-from flockwire.process.faults import Fault, Freeze
+from flockwire.process.faults import ClockStep, Fault, Freeze
 from flockwire.swarm.reading import error_lines
 from flockwire.swarm.tables import Model, NotNegative, Positive
 from flockwire.wire.plan import Plan
@@ -119,14 +119,24 @@ class EventInjector:
             if fault.kind == "kill" and fault.process in drivers:
                 self._later(fault.at, self._end_world)
 
-    def frozen(self, at: float) -> bool:
-        """Return whether the simulated airframes stand still `at` s, by a fault, or drivers do not see them move yet.
+    @property
+    def still(self) -> tuple[tuple[float, float], ...]:
+        """From when to when the simulated airframes stand still, s: by a freeze, or as their clock was set back."""
+        found: list[tuple[float, float]] = []
+        for fault in self._faults:
+            if isinstance(fault, Freeze) and fault.process in self.moving:
+                found.append((fault.at, fault.at + fault.duration))
+            elif isinstance(fault, ClockStep) and fault.process == KINEMATICS.kind and fault.step < 0.0:
+                found.append((fault.at, fault.at - fault.step))
+        return tuple(found)
+
+    def frozen(self, begin: float, end: float) -> bool:
+        """Return whether the airframes stood still between two times, s, or drivers did not see them move yet.
 
         A driver may see only by the motors' time, in whole seconds, whether they run.
         """
-        freezes = (fault for fault in self._faults if isinstance(fault, Freeze) and fault.process in self.moving)
         unseen = MOTORS_SEEN if self._world.plan.of_kind(DRIVER.kind) else 0.0
-        return any(fault.at <= at < fault.at + fault.duration + unseen for fault in freezes)
+        return any(first <= end and begin < last + unseen for first, last in self.still)
 
     def retire(self) -> None:
         """Tell pilots and drivers to end, as their parent does that ends; the flight ends once all are down."""

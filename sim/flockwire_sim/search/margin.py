@@ -84,6 +84,14 @@ def falling(flown: Flown, owner: str, times: Floats) -> Booleans:
     return (times >= flown.stopped) | (times >= flown.fails.get(owner, np.inf))
 
 
+def moving(flown: Flown, times: Floats) -> Booleans:
+    """Return at which of `times` the simulated airframes do not stand still, which no real one does in the air."""
+    moves = np.ones(len(times), np.bool_)
+    for begin, end in flown.still:
+        moves &= (times < begin) | (times > end)
+    return moves
+
+
 def placed(flown: Flown, owner: str, times: Floats) -> Floats:
     """Return the newest true positions of a drone at `times`, m."""
     place = np.searchsorted(flown.times[owner], times, "right") - 1

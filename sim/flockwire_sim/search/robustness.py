@@ -12,7 +12,7 @@ from flockwire_analysis.series import Booleans, Floats
 
 from flockwire_sim.search.deadlines import deadlines
 from flockwire_sim.search.flown import Flown
-from flockwire_sim.search.margin import BOUNDS, PAUSE, SILENT, Bounds, Margin, age, always, falling, placed
+from flockwire_sim.search.margin import BOUNDS, PAUSE, SILENT, Bounds, Margin, age, always, falling, moving, placed
 
 
 def margins(flown: Flown, bounds: Bounds = BOUNDS) -> dict[str, Margin]:
@@ -96,17 +96,26 @@ def _of_drone(flown: Flown, owner: str, bounds: Bounds) -> Iterator[tuple[str, M
     flies = (places[:, 2] > bounds.in_the_air) & ~falling(flown, owner, times)
     limits, states = flown.swarm.limits, flown.states.get(owner)
     # A driver that is frozen or dead owes nothing.
-    steered = flies if states is None else flies & (age(times, states.times) < SILENT)
+    awake = moving(flown, times) if states is None else moving(flown, times) & (age(times, states.times) < SILENT)
+    steered = flies & awake
     for obstacle in flown.swarm.obstacles:
         gap, at = always(times[steered], surface_distance(places[steered], obstacle))
         yield "clearance", Margin(gap / bounds.obstacle - 1.0, at, owner, f"{owner} {gap:.3f} m from an obstacle")
     room, reach = limits.fence.room(), limits.fence.margin + bounds.fence
-    beyond = np.array([room.outside((x, y, z)) for x, y, z in places[steered].tolist()])
-    inside, at = always(times[steered], -beyond)
+    beyond = np.zeros(len(times))
+    beyond[flies] = [room.outside((x, y, z)) for x, y, z in places[flies].tolist()]
+    owing = steered & ~_spoiled(beyond > 0.0, awake)  # nor to be inside at once, once it is awake again
+    inside, at = always(times[owing], -beyond[owing])
     yield "fence", Margin(1.0 + inside / reach, at, owner, f"{owner} {-inside:.2f} m outside the fence")
     seen = places * (0.0, 0.0, 1.0) if flown.visited else places
     yield from _contacts(owner, times, seen, falling(flown, owner, times), limits.vertical_speed + bounds.hard)
     yield from deadlines(flown, owner, times, steered, bounds)
+
+
+def _spoiled(outside: Booleans, awake: Booleans) -> Booleans:
+    """Return which times outside follow, or precede, times outside that are not `awake`, without a break."""
+    runs = np.cumsum(np.diff(outside, prepend=False))
+    return outside & np.isin(runs, runs[outside & ~awake])
 
 
 def first_outside(flown: Flown) -> float | None:

@@ -56,7 +56,7 @@ def smooth(seed: int) -> Flown:
         dict.fromkeys(NAMES, reported([Phase.HOLD] * len(TIMES))),
         {name: States(TIMES, flying, np.zeros(len(TIMES), np.bool_), np.zeros(len(TIMES))) for name in NAMES},
         took_off=True, stopped=np.inf, refused=(), deviations=(), failure="", seconds=20.0, fails={}, world_ended=False,
-        formed=(), tails={}, visited=False,
+        still=(), formed=(), tails={}, visited=False,
     )  # fmt: skip
 
 
@@ -133,7 +133,7 @@ def flew(**changes: object) -> Flown:
     return replace(smooth(0), **changes)
 
 
-def still(height: float, x: float = 0.0) -> np.ndarray:
+def still_at(height: float, x: float = 0.0) -> np.ndarray:
     return np.tile([x, 0.0, height], (len(TIMES), 1))
 
 
@@ -161,7 +161,7 @@ def test_a_rung_is_owed_from_its_age_on() -> None:
 def test_an_empty_battery_lands() -> None:
     phases = [Phase.FORMATION if t < 5.25 else Phase.LANDING for t in TIMES]
     empty = replace(reported(phases), batteries=np.where(TIMES < 5.0, 1.0, 0.05))
-    flown = flew(places={"uav0": still(1.0), "uav1": still(1.0)}, reports={"uav1": empty})
+    flown = flew(places={"uav0": still_at(1.0), "uav1": still_at(1.0)}, reports={"uav1": empty})
     assert margins(flown)["rung"].value == pytest.approx(1.0 - 0.2 / 0.3)
     late = replace(empty, phases=(Phase.HOLD,) * len(TIMES))
     unknown = replace(late, batteries=np.where(TIMES < 5.0, 1.0, -1.0))
@@ -189,10 +189,10 @@ def test_without_the_leaders_pose_a_follower_holds_and_lands() -> None:
 
 def test_a_landing_lasts_its_descent_and_what_it_may_wait() -> None:
     def landing(down: float) -> Margin:
-        places = still(1.0)
+        places = still_at(1.0)
         places[down < TIMES] = 0.0
         lands = reported([Phase.HOLD if t < 1.95 else Phase.LANDING for t in TIMES])
-        return margins(flew(places={"uav0": places, "uav1": still(0.0)}, reports={"uav0": lands}))["landing"]
+        return margins(flew(places={"uav0": places, "uav1": still_at(0.0)}, reports={"uav0": lands}))["landing"]
 
     bound = BOUNDS.landing + 2.0 / SWARM.limits.vertical_speed
     assert landing(5.05).value == pytest.approx(1.0 - 3.0 / bound)
@@ -225,12 +225,12 @@ def test_the_limit_of_a_driver_restarts_after_its_own_pause() -> None:
 
 
 def test_the_end_the_contact_and_orders_have_margins() -> None:
-    high = flew(places={"uav0": still(0.0), "uav1": still(1.5, x=2.0)})
+    high = flew(places={"uav0": still_at(0.0), "uav1": still_at(1.5, x=2.0)})
     assert margins(high)["down"] == Margin(pytest.approx(-29.0), TIMES[-1], "uav1", "ended at 1.50 m")
     assert "down" not in margins(replace(high, world_ended=True))
-    falls = still(0.0)
+    falls = still_at(0.0)
     falls[:100, 2] = 2.0 * (100 - np.arange(100)) * STEP
-    assert margins(flew(places={"uav0": falls, "uav1": still(0.0)}))["contact"].value == pytest.approx(-1.0)
+    assert margins(flew(places={"uav0": falls, "uav1": still_at(0.0)}))["contact"].value == pytest.approx(-1.0)
     assert margins(flew(refused=((4.5, "uav1"),)))["order"].value == pytest.approx(-0.5)
     assert margins(flew(seconds=90.0))["over"].value == pytest.approx(-0.2)
     assert margins(flew(formed=((5.0, 20.0),)))["formation"].value == pytest.approx(0.75)
@@ -238,21 +238,21 @@ def test_the_end_the_contact_and_orders_have_margins() -> None:
 
 
 def test_who_falls_is_not_judged_but_struck() -> None:
-    near = flew(places={"uav0": still(1.0), "uav1": still(1.0, x=0.1)}, fails={"uav1": 0.0})
+    near = flew(places={"uav0": still_at(1.0), "uav1": still_at(1.0, x=0.1)}, fails={"uav1": 0.0})
     assert "distance" not in margins(near)
     assert closest(near, falls=True) == pytest.approx(0.1)
     assert margins(replace(near, fails={}))["distance"].value == pytest.approx(-0.5)
 
 
 def test_a_driver_that_is_frozen_owes_neither_fence_nor_clearance() -> None:
-    away = still(1.0, x=-2.0)
+    away = still_at(1.0, x=-2.0)
     away[100:, :2] = (0.0, 6.0)  # through an obstacle, over the fence
     away[95:100, :2] = (0.0, 2.0)
     frozen = replace(smooth(0).states["uav0"], times=TIMES[:91])
     states = {
         "uav0": replace(frozen, states=frozen.states[:91], stopped=frozen.stopped[:91], command_ages=np.zeros(91))
     }
-    places = {"uav0": away, "uav1": still(1.0)}
+    places = {"uav0": away, "uav1": still_at(1.0)}
     driven = margins(flew(places=places))
     assert driven["fence"].violated
     assert driven["clearance"].violated
@@ -261,8 +261,25 @@ def test_a_driver_that_is_frozen_owes_neither_fence_nor_clearance() -> None:
     assert not owed_by_others["clearance"].violated
 
 
+def test_who_is_outside_once_its_driver_is_awake_again_may_come_back() -> None:
+    def margin(back: float, again: float = 99.0, still: tuple[tuple[float, float], ...] = ()) -> float:
+        places = still_at(1.0)
+        out = ((TIMES > 6.0) & (back > TIMES)) | (again < TIMES)
+        places[out, 0] = 5.0
+        awake = (TIMES < 5.0) | (TIMES > 9.0) if not still else TIMES >= 0.0
+        driver = smooth(0).states["uav0"]
+        states = replace(driver, times=TIMES[awake], states=driver.states[: awake.sum()],
+                         stopped=driver.stopped[awake], command_ages=driver.command_ages[awake])  # fmt: skip
+        flown = flew(places={"uav0": places, "uav1": still_at(0.0)}, states={"uav0": states}, still=still)
+        return margins(flown)["fence"].value
+
+    assert margin(10.0) == 1.0
+    assert margin(10.0, again=12.0) == pytest.approx(-1.0)
+    assert margin(10.0, still=((5.0, 9.0),)) == 1.0  # the world was frozen
+
+
 def test_the_first_time_outside_the_fence() -> None:
-    places = still(1.0)
+    places = still_at(1.0)
     places[50:, 0] = 3.5
-    assert first_outside(flew(places={"uav0": places, "uav1": still(1.0)})) == pytest.approx(5.0)
-    assert first_outside(flew(places={"uav0": still(1.0), "uav1": still(1.0)})) is None
+    assert first_outside(flew(places={"uav0": places, "uav1": still_at(1.0)})) == pytest.approx(5.0)
+    assert first_outside(flew(places={"uav0": still_at(1.0), "uav1": still_at(1.0)})) is None
