@@ -237,6 +237,19 @@ def test_on_the_ground_it_is_not_pushed_along_though_no_telemetry_tells_that_it_
     assert hypot(*agent.velocity[:2]) > 0.1
 
 
+def test_a_landing_by_the_pose_of_a_body_on_the_ground_ends(cockpit):
+    """Its driver says that it flies, its poses that it stands, with no free place near: they are another body's."""
+    agent = cockpit({"control.law": "extended"}).fly()
+    agent.order("land")
+    agent.position = (agent.position[0], agent.position[1], 0.01)
+    agent.bodies = (Body(BodyKind.DRONE, (0.1, 0.0, 0.0), 0.0),)
+    agent.holds_still = True
+    agent.run(0.5)
+    assert hypot(*agent.velocity[:2]) > 0.1
+    agent.run(0.8)
+    assert (agent.phase, agent.velocity) == (Phase.LANDING, (0.0, 0.0, -0.7))
+
+
 @pytest.mark.parametrize("ends", [0, 30])
 def test_a_landing_after_a_side_wind_that_has_ended_stays_over_its_place(cockpit, ends):
     agent = cockpit({"control.law": "extended", "control.disturbance": 2.0, "formation.rate": 0.001}).fly()

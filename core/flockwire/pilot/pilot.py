@@ -56,6 +56,7 @@ DRIVER_LOST = 10.0  # s of silence after which a driver counts as dead
 LONGEST_STEP = 0.1  # s: longer pauses count as this
 OVERDUE = 0.3  # s, age of telemetry that comes ten times a second
 STANDS = 0.1  # m above the ground: a drone that lands and is lower may stand there
+STOOD = 1.0  # s so low, by its poses, after which one that still flies lands straight down: they may be another body's
 
 
 class Pilot:
@@ -89,7 +90,7 @@ class Pilot:
         self._place = Place(parameters)  # the place of hold or take-off
         self._inputs = Inputs(NEVER, NEVER, NEVER, NEVER, 1.0, 0.0)
         self._stepped = now
-        self._waited = 0.0  # s that this landing has waited for poses
+        self._waited = self._stood = 0.0  # s that this landing has waited for poses, and had poses on the ground
         self._down_since = 0  # time of the leader's loss, Unix ns
         self._rungs = Holding()
         self.take: dict[Key, Callable[[Any], None]] = {  # handlers of messages, by key
@@ -252,7 +253,7 @@ class Pilot:
             self._mark(inputs, missing, unready, hold, land)
         if phase is not was:
             self._place.forget()
-            self._waited = 0.0
+            self._waited = self._stood = 0.0
             if was is Phase.TAKEOFF:
                 self._body.took_off(now)
             if phase in IN_FLIGHT and was not in IN_FLIGHT and airborne:  # this process was started in flight
@@ -273,10 +274,11 @@ class Pilot:
         position, limits, phase = motion.position, self._limits, self.flight.phase
         if phase not in IN_FLIGHT:
             return ZERO
-        low = position[2] <= self._parameters.ground + STANDS
-        if low and phase is Phase.LANDING and self._inputs.telemetry > OVERDUE:
-            forget_disturbance(self._airframe)
-            return (0.0, 0.0, -limits.vertical_speed)  # any other may push it along the ground, or take it off
+        if phase is Phase.LANDING and position[2] <= self._parameters.ground + STANDS:
+            self._stood += self.dt
+            if self._inputs.telemetry > OVERDUE or self._stood > STOOD:
+                forget_disturbance(self._airframe)
+                return (0.0, 0.0, -limits.vertical_speed)  # any other may push it along the ground, or take it off
         if phase is not Phase.FORMATION:
             wanted = self._place.velocity(phase, position, self.bodies)
         speed, grounding = speed_limit(self._inputs, limits), phase in (Phase.LANDING, Phase.TAKEOFF)

@@ -113,7 +113,7 @@ class Flight:
                 self._injector.retire()
                 scheduler.run(EPOCH + nanoseconds(bounds.longest) + OVERTIME)
         end = scheduler.now
-        if recorder.was_stopped:  # the flight is over when all motors are off: let the drones fall
+        if recorder.was_stopped or self._fails:  # the flight is over when all motors are off: let the drones fall
             scheduler.run(scheduler.now + FALL)
         return recorder.flown(
             end,
