@@ -32,11 +32,10 @@ COMPILED = (
     *(f"recorder/flockwire_recorder/{name}.py" for name in ("chunked", "trace")),
     *(f"sim/flockwire_sim/{name}.py" for name in ("flight", "network", "process", "virtual_time")),
 )
-LEFT_ALONE = {  # of whole folders: no mathematics in floats, or a class that others may build on
+LEFT_ALONE = {  # of whole folders: no mathematics in floats
     "__init__.py",
     "convergence.py",
     "survey.py",
-    "paper_law.py",
 }
 
 

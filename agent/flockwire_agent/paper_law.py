@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from flockwire.compiling import mypyc_attr
 from flockwire.control.observer import ObserverParameters, explicit_step, implicit_step, rate_estimate
 from flockwire.control.potential import repulsion
 from flockwire.control.protocol import control_input
@@ -14,6 +15,7 @@ from flockwire.law import Decision, LawSettings, Observation
 ObserverStep = Callable[[Vector, Sequence[tuple[float, Vector]], ObserverParameters, float], Vector]
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class PaperLaw:
     """(8) and (9) for one follower; `observe` is a step of another observer, with the arguments of `implicit_step`."""
 

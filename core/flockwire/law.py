@@ -134,4 +134,10 @@ def paper_law(
     """
     from flockwire_agent.paper_law import PaperLaw  # noqa: PLC0415  (which is made of this module's types)
 
-    return PaperLaw(settings, observe)
+    def observed(
+        last: Vector, estimates: Sequence[tuple[float, Vector]], parameters: ObserverParameters, dt: float
+    ) -> Vector:
+        x, y, z = observe(last, estimates, parameters, dt)  # an array, too
+        return (float(x), float(y), float(z))
+
+    return PaperLaw(settings, observed)

@@ -9,11 +9,12 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
 from flockwire.control.protocol import control_input
 from flockwire.domain.motion import LeaderMotion, Motion
 from flockwire.domain.time import SECOND
-from flockwire.law import NeighbourEstimate, Observation, Reference
+from flockwire.law import NeighbourEstimate, Observation, Reference, paper_law
 from flockwire.parameters import law_settings
 from flockwire.swarm.model import Swarm
 from flockwire_agent.paper_law import PaperLaw
@@ -53,6 +54,14 @@ def test_the_estimate_is_the_observers_and_the_command_that_of_the_papers_protoc
     offset, rate = seen.reference.offset(SECOND), seen.reference.rate(SECOND)
     wanted = control_input(seen.motion.position, offset, rate, own.estimate.position, (0.0,) * 3, settings.protocol)
     assert own.velocity == pytest.approx(wanted)
+
+
+def test_an_observer_may_return_an_array(make_swarm: Callable[..., Swarm]) -> None:
+    settings = law_settings(make_swarm(), 1)
+    law = paper_law(settings, lambda *_: np.array([1.0, 2.0, 3.0]))  # type: ignore[arg-type, return-value]
+    decision = law.step(observed(LeaderMotion((1.5, 0.0, 1.0)), make_swarm()), SECOND)
+    assert decision.estimate is not None
+    assert decision.estimate.position == (1.0, 2.0, 3.0)
 
 
 def test_it_flies(observer: ModuleType, fly_flock: Callable[..., Any]) -> None:
