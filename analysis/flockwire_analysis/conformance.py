@@ -156,6 +156,8 @@ class _Replay:
         if self._set_back:
             return (False, True)
         stamps, states = self._telemetry.stamps, self._telemetry.values[:, 0]
+        if not len(stamps) or stamps[0] > first + TOLERANCE:  # the recording of it began later
+            return (False, True)
         known = (stamps >= first - TOLERANCE) & (stamps <= last + TOLERANCE)
         found = {bool(state in AIRBORNE) for state in states[known]} | ({False} if not first else set())
         return tuple(found) if known.any() else (False, True)

@@ -121,3 +121,16 @@ def test_an_order_that_came_before_a_clock_was_set_back_was_not_from_the_future(
         status = Status(stamp + own * SECOND, "world", "uav1", report, 10 * place, 0, 0, 0, 0, 0.0, 0, (), ())
         collector.add("status", Key("status", "uav1"), status, place, status.stamp, stamp)
     assert deviations(collector.trace(None)) == ()
+
+
+def test_a_recording_that_begins_between_two_statuses_says_nothing_about_the_airframe_before():
+    collector = Collector(swarm_of(), {})
+    for place, (phase, order) in enumerate([("ready", None), ("take-off", TAKEOFF)]):
+        stamp = BEGIN + place * SECOND // 10
+        if place:
+            known = Telemetry(stamp, "world", FLYING, 1.0, 0.0, 0.0)
+            collector.add("telemetry", Key("telemetry", "uav1"), known, place, stamp, stamp)
+        report = Report(phase, telemetry_age=0.0, mission=order)
+        status = Status(stamp, "world", "uav1", report, 10 * place, 0, 0, 0, 0, 0.0, 0, (), ())
+        collector.add("status", Key("status", "uav1"), status, place, stamp, stamp)
+    assert deviations(collector.trace(None)) == ()
