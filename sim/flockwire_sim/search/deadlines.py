@@ -10,11 +10,12 @@ from flockwire.domain.airframe import FlightState
 from flockwire.domain.time import SECOND
 from flockwire.process.driving import FROZEN
 from flockwire.swarm.model import uav
+from flockwire.swarm.tables import Limits
 from flockwire.wire.phase import Phase
 from flockwire_analysis.series import Booleans, Floats
 
 from flockwire_sim.search.flown import Flown, Reports, States
-from flockwire_sim.search.margin import SILENT, Bounds, Margin, age, always, falling, moving, owed, placed
+from flockwire_sim.search.margin import SILENT, Bounds, Margin, age, always, awake, falling, moving, owed, placed
 
 
 def deadlines(flown: Flown, owner: str, times: Floats, flies: Booleans, bounds: Bounds) -> Iterator[tuple[str, Margin]]:
@@ -28,13 +29,17 @@ def deadlines(flown: Flown, owner: str, times: Floats, flies: Booleans, bounds: 
         yield from _landing(flown, owner, reports, bounds)
 
 
+def _descent(limits: Limits) -> float:
+    """Return s from the top of the fence to the ground."""
+    return limits.fence.high[2] / limits.vertical_speed
+
+
 def _silences(flown: Flown, owner: str, times: Floats, flies: Booleans, bounds: Bounds) -> Iterator[tuple[str, Margin]]:
     """Yield: always, who lost its pose, or its pilot's commands, for as long as the ladder has it, is down within T.
 
     T includes the descent from the top of the fence.
     """
-    limits, stale = flown.swarm.limits, flown.swarm.limits.staleness
-    bound = bounds.silence + limits.fence.high[2] / limits.vertical_speed
+    stale, bound = flown.swarm.limits.staleness, bounds.silence + _descent(flown.swarm.limits)
     for name, events, limit in (
         ("pose", flown.poses.get(owner, np.empty(0)), stale.pose_land),
         ("commands", flown.commands.get(owner, np.empty(0)), stale.command_land),
@@ -62,12 +67,12 @@ def _rungs(flown: Flown, owner: str, reports: Reports, bounds: Bounds) -> Iterat
     """Yield: always, no pilot does what an age in `limits.staleness` or its battery forbids, but for `bounds.rung`."""
     limits, times, phases = flown.swarm.limits, reports.times, np.array(reports.phases)
     stale = limits.staleness
-    awake = (np.diff(times, prepend=-np.inf) < SILENT) & (times > 0.0)  # not just thawed
-    awake &= ~falling(flown, owner, times)
+    runs = (np.diff(times, prepend=-np.inf) < SILENT) & (times > 0.0)  # and is not just thawed
+    runs &= ~falling(flown, owner, times)
     flying = np.isin(phases, (Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION))
     rested = np.isin(phases, (Phase.GROUNDED, Phase.READY))
     flying[1:] &= ~rested[:-1]  # a pilot whose drone flies all the same decides in its next step
-    forming, flying = awake & (phases == Phase.FORMATION), awake & flying
+    forming, flying = runs & (phases == Phase.FORMATION), runs & flying
     leads = flown.poses.get(uav(LEADER)) if owner != uav(LEADER) else None
     # What is passed on is not younger; a process counts from its own beginning.
     silent = np.minimum(age(times, leads), age(times, reports.begun)) if leads is not None else np.zeros(len(times))
@@ -98,13 +103,10 @@ def _driver_rung(flown: Flown, owner: str, states: States, bounds: Bounds) -> It
 
 def _landing(flown: Flown, owner: str, reports: Reports, bounds: Bounds) -> Iterator[tuple[str, Margin]]:
     """Yield: always, who lands is on the ground within T. It may wait for its pose, and for a free place, once each."""
-    times, limits = reports.times, flown.swarm.limits
-    bound = bounds.landing + limits.fence.high[2] / limits.vertical_speed
+    times, bound = reports.times, bounds.landing + _descent(flown.swarm.limits)
     lands = np.array([phase == Phase.LANDING for phase in reports.phases], np.bool_)
     lands &= (placed(flown, owner, times)[:, 2] > bounds.in_the_air) & ~falling(flown, owner, times)
-    lands &= moving(flown, times)
-    if (states := flown.states.get(owner)) is not None:
-        lands &= age(times, states.times) < SILENT  # a driver that is frozen or dead owes nothing
+    lands &= awake(flown, owner, times)
     late, at = always(times[lands], -owed(times, lands)[lands])
     yield "landing", Margin(1.0 + late / bound, at, owner, f"{owner} lands for {-late:.1f} s")
 

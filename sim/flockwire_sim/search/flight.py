@@ -102,16 +102,17 @@ class Flight:
     def fly(self, bounds: Bounds = BOUNDS) -> Flown:
         """Fly it to its end."""
         world, recorder, scheduler = self.world, self.recorder, self.world.scheduler
-        scheduler.at(EPOCH + nanoseconds(bounds.longest) + OVERTIME, lambda _: scheduler.stop())
+        cut_off = EPOCH + nanoseconds(bounds.longest) + OVERTIME
+        scheduler.at(cut_off, lambda _: scheduler.stop())
         if self._recovery is not None:
             self._recovery.begin()
-            scheduler.run(EPOCH + nanoseconds(bounds.longest) + OVERTIME)
+            scheduler.run(cut_off)
             failure = ""
         else:
             failure = world.run().failure
             if self._shared and not recorder.all_down():  # `up` ends the processes that it started
                 self._injector.retire()
-                scheduler.run(EPOCH + nanoseconds(bounds.longest) + OVERTIME)
+                scheduler.run(cut_off)
         end = scheduler.now
         if recorder.was_stopped or self._fails:  # the flight is over when all motors are off: let the drones fall
             scheduler.run(scheduler.now + FALL)

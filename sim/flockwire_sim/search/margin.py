@@ -92,6 +92,12 @@ def moving(flown: Flown, times: Floats) -> Booleans:
     return moves
 
 
+def awake(flown: Flown, owner: str, times: Floats) -> Booleans:
+    """Return at which of `times` a drone's driver runs and its airframe moves: otherwise it owes nothing."""
+    moves, states = moving(flown, times), flown.states.get(owner)
+    return moves if states is None else moves & (age(times, states.times) < SILENT)
+
+
 def placed(flown: Flown, owner: str, times: Floats) -> Floats:
     """Return the newest true positions of a drone at `times`, m."""
     place = np.searchsorted(flown.times[owner], times, "right") - 1

@@ -5,7 +5,6 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -19,10 +18,10 @@ from flockwire.swarm.model import uav
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
-from flockwire_analysis.collecting import Collector
 from flockwire_analysis.conformance import deviations
 from flockwire_analysis.series import Floats
 
+from flockwire_sim.flight import TraceInMemory
 from flockwire_sim.process import Published
 from flockwire_sim.search.flown import Flown, Reports, States
 from flockwire_sim.search.rungs import told
@@ -51,7 +50,7 @@ class Recorder:
         self._swarm, self._begin, self._say = plan.swarm, begin, say
         self._stale = plan.swarm.limits.staleness
         self._pilots = {identity: uav(drone) for drone, identity in plan.pilots.items()}
-        self._protocol = Collector(plan.swarm, {})
+        self._protocol = TraceInMemory(plan.swarm, 0)
         self._took_off: int | None = None
         self._at = EPOCH
         self._truth: dict[str, list[tuple[int, Vector]]] = defaultdict(list)
@@ -72,10 +71,7 @@ class Recorder:
     def take(self, published: Published) -> None:
         """Receive what is published."""
         if published.key.kind in OF_THE_PROTOCOL:
-            self._protocol.add(
-                (published.publisher, published.key), published.key, published.message, published.sequence,
-                published.sent, published.at,
-            )  # fmt: skip
+            self._protocol.take(published)
         take = self._take.get(published.key.kind)
         if take is not None:
             self._at = published.at
@@ -127,7 +123,7 @@ class Recorder:
             self._took_off is not None,
             np.inf if self._stopped is None else self.seconds(self._stopped),
             tuple(self._refused),
-            deviations(self._protocol.trace(Path("memory"))),
+            deviations(self._protocol.trace()),
             failure,
             (end - EPOCH) / SECOND,
             **about,

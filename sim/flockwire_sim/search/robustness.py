@@ -12,7 +12,7 @@ from flockwire_analysis.series import Booleans, Floats
 
 from flockwire_sim.search.deadlines import deadlines
 from flockwire_sim.search.flown import Flown
-from flockwire_sim.search.margin import BOUNDS, PAUSE, SILENT, Bounds, Margin, age, always, falling, moving, placed
+from flockwire_sim.search.margin import BOUNDS, PAUSE, Bounds, Margin, always, awake, falling, placed
 
 
 def margins(flown: Flown, bounds: Bounds = BOUNDS) -> dict[str, Margin]:
@@ -94,17 +94,15 @@ def _of_drone(flown: Flown, owner: str, bounds: Bounds) -> Iterator[tuple[str, M
     begun = times >= 0.0
     times, places = times[begun], flown.places[owner][begun]
     flies = (places[:, 2] > bounds.in_the_air) & ~falling(flown, owner, times)
-    limits, states = flown.swarm.limits, flown.states.get(owner)
-    # A driver that is frozen or dead owes nothing.
-    awake = moving(flown, times) if states is None else moving(flown, times) & (age(times, states.times) < SILENT)
-    steered = flies & awake
+    limits, driven = flown.swarm.limits, awake(flown, owner, times)
+    steered = flies & driven
     for obstacle in flown.swarm.obstacles:
         gap, at = always(times[steered], surface_distance(places[steered], obstacle))
         yield "clearance", Margin(gap / bounds.obstacle - 1.0, at, owner, f"{owner} {gap:.3f} m from an obstacle")
     room, reach = limits.fence.room(), limits.fence.margin + bounds.fence
     beyond = np.zeros(len(times))
     beyond[flies] = [room.outside((x, y, z)) for x, y, z in places[flies].tolist()]
-    owing = steered & ~_spoiled(beyond > 0.0, awake)  # nor to be inside at once, once it is awake again
+    owing = steered & ~_spoiled(beyond > 0.0, driven)  # nor to be inside at once, once it is awake again
     inside, at = always(times[owing], -beyond[owing])
     yield "fence", Margin(1.0 + inside / reach, at, owner, f"{owner} {-inside:.2f} m outside the fence")
     seen = places * (0.0, 0.0, 1.0) if flown.visited else places
