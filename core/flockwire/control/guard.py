@@ -15,7 +15,7 @@ from flockwire.domain.fields import from_fields
 from flockwire.domain.marks import Holding
 from flockwire.domain.motion import Motion
 from flockwire.domain.time import SECOND
-from flockwire.domain.vector import Vector, add, limit, norm, scale, subtract
+from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
 
 BODY_TIME_CONSTANT = 0.05  # s, of the trackers of nearby bodies
 STOPPING_DISTANCE_FACTOR = 1.25  # stopping-distance factor: the airframe is known to about 20 %
@@ -68,6 +68,7 @@ class Guard:
         self._tracks = BodyTracks(BODY_TIME_CONSTANT)
         self._epoch = 0  # Unix ns, time 0 of the tracks
         self._kinds: list[BodyKind] = []  # of the bodies that constrain the velocity
+        self._uncertain: list[int] = []  # the places of those that may be elsewhere: the spaces of lost bodies
         self._active = 0  # the constraints that held the last velocity, a bit each
         self._clauses = Holding()
 
@@ -106,7 +107,7 @@ class Guard:
         if sliver is not None:
             spaces.append(sliver)
         # If not all can be satisfied, the sliver may be violated, but not the limit of speed.
-        v, violation = nearest_velocity(seen, spaces, radius, centre)
+        v, violation = nearest_velocity(seen, spaces, radius, centre, self._uncertain)
         vx, vy, vz = v
         dx, dy, dz = vx - centre[0], vy - centre[1], vz - centre[2]
         rim = radius - _TOUCHES
@@ -157,8 +158,9 @@ class Guard:
         slowness = parameters.slowness
         own = scale(subtract(motion.stopping, motion.position), STOPPING_DISTANCE_FACTOR if slowness else 1.0)
         horizon = STOPPING_DISTANCE_FACTOR * slowness + (now - stamp) / SECOND
-        found = []
+        found: list[HalfSpace] = []
         self._kinds.clear()
+        self._uncertain.clear()
         for body in bodies:
             x, y, z = body.relative_position
             vx, vy, vz = body.velocity
@@ -173,6 +175,8 @@ class Guard:
                 separation, stopping, (vx, vy, vz), drone, distance, rate, parameters.acceleration, speed, recovery
             )
             if space is not None:
+                if body.kind is BodyKind.OBSTACLE and body.velocity != ZERO:  # its surface grows
+                    self._uncertain.append(len(found))
                 found.append(space)
                 self._kinds.append(body.kind)
         return found

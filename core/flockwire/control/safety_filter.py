@@ -12,16 +12,22 @@ HalfSpace = tuple[float, float, float, float]
 
 _TOLERANCE = 1e-12  # m/s, tolerance of a half-space for rounding
 _PARALLEL = 1e-9  # sine of the angle below which two planes count as parallel
+_UNCERTAIN = 0.5  # weight of the violation of an uncertain half-space
 
 
 def nearest_velocity(
-    wanted: Vector, half_spaces: Sequence[HalfSpace], radius: float, centre: Vector = ZERO
+    wanted: Vector,
+    half_spaces: Sequence[HalfSpace],
+    radius: float,
+    centre: Vector = ZERO,
+    uncertain: Sequence[int] = (),
 ) -> tuple[Vector, float]:
     """Return the velocity v, m/s, and the largest violation t >= 0, m/s, that it could not avoid.
 
-        minimise |v − wanted|   subject to   n_k·v >= b_k − t,   |v − centre| <= radius        (ours)
+        minimise |v − wanted|   subject to   w_k n_k·v >= w_k b_k − t,   |v − centre| <= radius        (ours)
 
     with t the smallest for which such a velocity exists: 0 as long as the half-spaces and the ball have a common point.
+    The weight w_k is 1, or 1/2 for the half-spaces whose places are in `uncertain`: these are violated more.
     The half-spaces are added one by one. If one is violated, the solution is on its plane, and there, again one by one,
     on the line of two planes or at the point of three: exact, in linear time on average.
     """
@@ -31,8 +37,12 @@ def nearest_velocity(
     v, failed = _solve(goal, False, shifted, radius)
     violation = 0.0
     if failed < len(shifted):
-        v, violation = _least_violation(v, failed, shifted, radius)
-        relaxed = [(x, y, z, b - violation - 4.0 * _TOLERANCE) for x, y, z, b in shifted]
+        weights = [_UNCERTAIN if place in uncertain else 1.0 for place in range(len(shifted))]
+        weighted = [(w * x, w * y, w * z, w * b) for w, (x, y, z, b) in zip(weights, shifted, strict=True)]
+        v, violation = _least_violation(v, failed, weighted, radius)
+        relaxed = [
+            (x, y, z, b - violation / w - 4.0 * _TOLERANCE) for w, (x, y, z, b) in zip(weights, shifted, strict=True)
+        ]
         nearest, failed = _solve(goal, False, relaxed, radius)
         if failed == len(relaxed):
             v = nearest

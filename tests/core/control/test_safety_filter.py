@@ -60,13 +60,14 @@ def candidates(
     return [point + move]
 
 
-def enumerated(wanted, spaces, radius, centre) -> tuple[float, float]:
+def enumerated(wanted, spaces, radius, centre, uncertain=()) -> tuple[float, float]:
     """Return the least violation and, when that is 0, the distance of the nearest velocity."""
     c, goal = np.array(centre), np.array(wanted) - np.array(centre)
     planes = [(np.array(s[:3]), s[3] - np.array(s[:3]) @ c) for s in spaces]
+    weighted = [(n / 2, b / 2) if place in uncertain else (n, b) for place, (n, b) in enumerate(planes)]
 
     def violation(v: np.ndarray) -> float:
-        return max((b - n @ v for n, b in planes), default=-1.0)
+        return max((b - n @ v for n, b in weighted), default=-1.0)
 
     points = [
         v for k in range(4) for some in combinations(planes, k) for v in candidates(list(some), radius, goal, False)
@@ -76,7 +77,7 @@ def enumerated(wanted, spaces, radius, centre) -> tuple[float, float]:
         return 0.0, min(float(np.linalg.norm(v - goal)) for v in feasible)
     worst = []
     for k in range(1, 5):
-        for some in combinations(planes, k):
+        for some in combinations(weighted, k):
             (n, b), *others = some
             bisectors = [((m - n) / np.linalg.norm(m - n), (d - b) / np.linalg.norm(m - n)) for m, d in others
                          if np.linalg.norm(m - n) > 1e-9]  # fmt: skip
@@ -84,12 +85,16 @@ def enumerated(wanted, spaces, radius, centre) -> tuple[float, float]:
     return min(worst), 0.0
 
 
-@given(st.integers(0, 10**9), st.sampled_from([0.2, 0.6, 1.0, 2.0]))
-def test_it_is_as_good_as_enumeration(seed: int, hardest: float) -> None:
+@given(st.integers(0, 10**9), st.sampled_from([0.2, 0.6, 1.0, 2.0]), st.sets(st.integers(0, 5)))
+def test_it_is_as_good_as_enumeration(seed: int, hardest: float, uncertain: set[int]) -> None:
     wanted, spaces, radius, centre = problem(seed, hardest)
-    v, claimed = nearest_velocity(wanted, spaces, radius, centre)
-    violation, distance = enumerated(wanted, spaces, radius, centre)
-    met = max((b - x * v[0] - y * v[1] - z * v[2] for x, y, z, b in spaces), default=0.0)
+    v, claimed = nearest_velocity(wanted, spaces, radius, centre, tuple(uncertain))
+    violation, distance = enumerated(wanted, spaces, radius, centre, uncertain)
+    weights = [0.5 if place in uncertain else 1.0 for place in range(len(spaces))]
+    met = max(
+        (w * (b - x * v[0] - y * v[1] - z * v[2]) for w, (x, y, z, b) in zip(weights, spaces, strict=True)),
+        default=0.0,
+    )
     assert np.linalg.norm(np.array(v) - centre) <= radius + 1e-9
     assert met <= violation + 1e-9
     assert claimed == pytest.approx(max(violation, 0.0), abs=1e-9)
@@ -112,6 +117,13 @@ def test_between_two_bodies_too_close_it_shares_the_violation() -> None:
     v, violation = nearest_velocity((0.0, 0.5, 0.0), [(1.0, 0.0, 0.0, 0.4), (-1.0, 0.0, 0.0, 0.2)], 1.0)
     assert v == pytest.approx((0.1, 0.5, 0.0), abs=1e-9)
     assert violation == pytest.approx(0.3)
+
+
+def test_between_a_wall_and_what_may_be_there_the_wall_is_violated_less() -> None:
+    spaces = [(1.0, 0.0, 0.0, 0.4), (-1.0, 0.0, 0.0, 0.2)]
+    v, violation = nearest_velocity((0.0, 0.5, 0.0), spaces, 1.0, uncertain=(0,))
+    assert v == pytest.approx((0.0, 0.5, 0.0), abs=1e-9)
+    assert violation == pytest.approx(0.2)
 
 
 def test_three_planes_meet_in_a_point() -> None:
