@@ -176,7 +176,8 @@ class EventInjector:
 
     def _end_when_down(self, looks: int = 0) -> None:
         """End the flight that has no operator any more once all have been down for a second, or the world is gone."""
-        down = self._recorder.all_down() or not any(one.alive for one in self._drivers)
+        self.world_ended |= not self._world.processes[KINEMATICS.kind].alive  # a restarted one has nobody in the air
+        down = self._recorder.all_down() or self.world_ended or not any(one.alive for one in self._drivers)
         looks = looks + 1 if down else 0
         if looks > DOWN_FOR:
             self._world.scheduler.stop()

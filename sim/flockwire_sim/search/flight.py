@@ -110,12 +110,13 @@ class Flight:
             failure = ""
         else:
             failure = world.run().failure
-            if self._shared and not recorder.all_down():  # `up` ends the processes that it started
-                self._injector.retire()
-                scheduler.run(cut_off)
         end = scheduler.now
         if recorder.was_stopped or self._fails:  # the flight is over when all motors are off: let the drones fall
-            scheduler.run(scheduler.now + FALL)
+            scheduler.run(end + FALL)
+        if self._shared and not recorder.all_down():  # `up` ends the processes that it started
+            self._injector.retire()
+            scheduler.run(cut_off)
+            end = scheduler.now
         return recorder.flown(
             end,
             failure,
