@@ -13,16 +13,15 @@ import signal
 import subprocess
 import sys
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from random import Random
 from typing import Any
 
 import tomli_w
 from fault_draws import SWARMS, stacked, tighten_fence
-from flockwire_sim.search.campaign import Entry
+from flockwire_sim.search.corpus import flown
 from flockwire_sim.search.seeking import worst_of
-from pydantic import TypeAdapter
 
 METHODS = ("search", "draws")
 Table = dict[str, Any]
@@ -60,12 +59,6 @@ FAMILIES: dict[str, tuple[Callable[[], Table], Table]] = {
     "above": (above, {"kinds": ["tracker", "cut", "freeze", "partition", "link", "restart", "lag", "second station"]}),
     "narrow": (narrow, {}),
 }
-
-
-def flown(folder: Path) -> Iterator[Entry]:
-    """Yield the flights of a search in a folder."""
-    for line in (folder / "runs.jsonl").read_text().splitlines():
-        yield TypeAdapter(Entry).validate_json(line)
 
 
 def fly(name: str, method: str, options: argparse.Namespace) -> int:

@@ -187,6 +187,9 @@ def study(
         bool, typer.Option("--liveness", help="With --search: faults end, then the formation must come back.")
     ] = False,
     first: Annotated[bool, typer.Option("--first", help="With --search: end at the first violation.")] = False,
+    corpus: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="With --search: fly first what an earlier search found.")
+    ] = None,
     replay: Annotated[
         Path | None, typer.Option(metavar="FAULTS", exists=True, help="Fly what a search found again: its faults.")
     ] = None,
@@ -196,6 +199,8 @@ def study(
 
     from flockwire_cli import study as studies  # noqa: PLC0415  (numpy)
 
+    if corpus is not None and not (search or liveness):
+        refuse("--corpus: only a search has one; add --search")
     if search or liveness or replay is not None:
         if pdf:
             refuse("--pdf: a search draws no figures; remove it")
@@ -211,7 +216,7 @@ def study(
         if search or liveness:
             options |= {"mode": mode} if liveness else {}
             raise typer.Exit(
-                searches.search(swarm, file, options, folder, jobs or os.cpu_count() or 1, scheduler, first)
+                searches.search(swarm, file, options, folder, jobs or os.cpu_count() or 1, scheduler, first, corpus)
             )
         status = studies.study(swarm, file, options, folder, jobs or os.cpu_count() or 1, scheduler, pdf)
     except (StudyError, SwarmFileError) as error:

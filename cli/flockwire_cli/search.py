@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 
 from flockwire.loading import parse_swarm
 from flockwire_sim.coverage import Coverage
+from flockwire_sim.search import corpus
 from flockwire_sim.search.campaign import Entry, conduct
 from flockwire_sim.search.flight import Judged, Order, fly, fly_numbered
-from flockwire_sim.search.seeking import worst_of
+from flockwire_sim.search.seeking import Candidate, worst_of
 from flockwire_sim.search.shrinking import shrunk
 from flockwire_sim.search.space import SearchPlan, Space, usual_space
 from flockwire_sim.search.writing import read_case, write_case, write_search
@@ -25,9 +26,18 @@ from flockwire_cli.study import shown, write_marks
 
 
 def search(
-    swarm: Path, file: Path | None, options: dict[str, object], out: Path, jobs: int, scheduler: str, first: bool
+    swarm: Path,
+    file: Path | None,
+    options: dict[str, object],
+    out: Path,
+    jobs: int,
+    scheduler: str,
+    first: bool,
+    earlier: Path | None = None,
 ) -> int:
     """Search (`first`: up to the first violation), write and print what was found.
+
+    `earlier` is the folder of a search whose flights are flown first.
 
     Returns the exit status: 1 with a violation, or if it was stopped. Raises StudyError and SwarmFileError for bad
     input, before anything is written; OSError if `out` fails.
@@ -42,9 +52,10 @@ def search(
         space = Space(plan, table, checked)
     except StudyError as error:
         raise StudyError("\n".join(f"{file or swarm}: {line}" for line in str(error).split("\n"))) from None
+    known = corpus.read(earlier, space.size) if earlier is not None else ()
     place: AbstractContextManager[Workers] = cluster(scheduler) if scheduler else local(jobs)
     with place as workers, Ledger(out, plan, table, Entry) as ledger:
-        stopped = _fly(plan, space, ledger, workers, first)
+        stopped = _fly(plan, space, ledger, workers, first, known)
         entries = {entry.number: entry for entry in ledger.results if entry.number < plan.runs}
     return _conclude(space, entries, out, stopped)
 
@@ -66,7 +77,9 @@ def replay(swarm: Path, faults: Path, seed: int, duration: float, mode: str) -> 
     return bool(judged.violations)
 
 
-def _fly(plan: SearchPlan, space: Space, ledger: Ledger[Entry], workers: Workers, first: bool) -> str:
+def _fly(
+    plan: SearchPlan, space: Space, ledger: Ledger[Entry], workers: Workers, first: bool, known: Sequence[Candidate]
+) -> str:
     """Fly what the ledger lacks; returns why it stopped early, or nothing."""
     violating = 0
 
@@ -80,7 +93,7 @@ def _fly(plan: SearchPlan, space: Space, ledger: Ledger[Entry], workers: Workers
             advance(f"{violating} with a violation")
             return first and violating > 0
 
-        conduct(plan, space, ledger, flown, step)
+        conduct(plan, space, ledger, flown, step, known)
 
     return shown(run, plan.runs, 0, "0 with a violation")
 

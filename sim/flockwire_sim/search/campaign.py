@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from flockwire_sim.search.flight import Judged, Order
@@ -24,14 +24,23 @@ class Entry:
 Fly = Callable[[Iterable[Order]], Iterator[tuple[int, Judged]]]
 
 
-def conduct(plan: SearchPlan, space: Space, ledger: Ledger[Entry], flown: Fly, step: Callable[[Entry], bool]) -> None:
+def conduct(
+    plan: SearchPlan,
+    space: Space,
+    ledger: Ledger[Entry],
+    flown: Fly,
+    step: Callable[[Entry], bool],
+    corpus: Sequence[Candidate] = (),
+) -> None:
     """Fly what the ledger lacks; `step` gets each flight, those of the ledger too, and returns whether to end.
+
+    A search flies the `corpus` first.
 
     Raises StudyError if the ledger's flights are not those that the plan asks for.
     """
     known = {entry.number: entry for entry in ledger.results}
     number = 0
-    seeker: Chooser = (Search if plan.method == "search" else Draws)(space.size, plan.seed)
+    seeker: Chooser = Search(space.size, plan.seed, corpus) if plan.method == "search" else Draws(space.size, plan.seed)
     while number < plan.runs:
         asked = dict(enumerate(seeker.ask()[: plan.runs - number], start=number))
         found: dict[int, Judged] = {}

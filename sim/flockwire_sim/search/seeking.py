@@ -77,10 +77,11 @@ class Draws:
 
 
 class Search:
-    """Looks for the least margins in the unit cube of `size` dimensions."""
+    """Looks for the least margins in the unit cube of `size` dimensions; flies `corpus` first."""
 
-    def __init__(self, size: int, seed: int) -> None:
+    def __init__(self, size: int, seed: int, corpus: Sequence[Candidate] = ()) -> None:
         self._size, self._seed, self._turns = size, seed, 0
+        self._corpus = list(corpus)
         counts = [len(axis) for axis in AXES]
         self.archive = GridArchive(
             solution_dim=size, dims=counts, ranges=[(-0.5, count - 0.5) for count in counts], seed=seed
@@ -97,6 +98,9 @@ class Search:
 
     def ask(self) -> list[Candidate]:
         """Return the next flights."""
+        if self._corpus:
+            known, self._corpus = self._corpus[:BATCH], self._corpus[BATCH:]
+            return known
         self._turns += 1
         if self._turns <= BEGINNING // BATCH or self._turns % 2:
             points, focus = list(self._broad()), ""

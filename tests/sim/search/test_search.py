@@ -6,12 +6,15 @@ import json
 import tomllib
 from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
 import pytest
 from flockwire.loading import parse_swarm
 from flockwire.wire.plan import Plan
 from flockwire_cli import search as searches
 from flockwire_cli.main import app
+from flockwire_sim.search import corpus
+from flockwire_sim.search.campaign import Entry
 from flockwire_sim.search.events import SECOND_STATION, parse_events
 from flockwire_sim.search.flight import Case, Judged, fly
 from flockwire_sim.search.margin import Margin
@@ -160,6 +163,66 @@ def test_a_search_continues_and_ends_like_one_in_a_single_call(
     ended = flockwire(*again)
     assert ended.exit_code == 0, ended.output
     assert found["least"]["distance"]["what"] in ended.output
+
+
+def test_a_search_with_a_corpus_flies_first_what_an_earlier_one_found(
+    files: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    flown_here(monkeypatch)
+    earlier, later = tmp_path / "earlier", tmp_path / "later"
+    assert flockwire(*files, "--search", "--runs", 3, "--out", earlier, "--jobs", 1).exit_code == 0
+    again = (*files, "--search", "--corpus", earlier, "--out", later, "--jobs", 1, "--seed", 7)
+    for runs in (1, 2):
+        ended = flockwire(*again, "--runs", runs)
+        assert ended.exit_code == 0, ended.output
+    known, flown = entries(earlier), entries(later)
+    assert [(one.asked.point, one.asked.seed) for one in flown] == [
+        (one.asked.point, one.asked.seed) for one in list(corpus.chosen(known))[:2]
+    ]
+    other = flockwire(*again[:-1], 8, "--runs", 4, "--random-starts", "3x3")
+    assert other.exit_code == 2
+    refused = flockwire(*files, "--search", "--corpus", tmp_path / "none", "--out", tmp_path / "new")
+    assert (refused.exit_code, "must be the folder of a search" in refused.output) == (2, True)
+    wide = flockwire(*files, "--search", "--corpus", earlier, "--out", tmp_path / "new", "--random-starts", "3x3")
+    assert (wide.exit_code, "its flights have" in wide.output) == (2, True)
+    assert not (tmp_path / "new").exists()
+
+
+def entries(folder: Path) -> list[Entry]:
+    return corpus.flown(folder)
+
+
+def found_by(number: int, value: float, **shown: Any) -> Entry:
+    return Entry(number, Candidate((0.5,), number, ""), Judged({"distance": Margin(value, 1.0, "", "")}, **shown))
+
+
+def test_a_corpus_has_what_violates_first_then_what_adds_most_and_nothing_twice() -> None:
+    plain = found_by(0, 0.91)
+    twin = found_by(1, 0.92)
+    rich = found_by(2, 0.93, marks={"a": 1, "b": 3}, rungs={"own pose: zero": 1.0, "own pose: land": 2.0})
+    worse = found_by(3, 0.31, marks={"a": 1})
+    bad = found_by(4, -0.1)
+    more = found_by(5, 0.94, marks={"b": 2})
+    often = found_by(6, 0.95, marks={"b": 4})
+    refused = Entry(7, Candidate((0.5,), 7, ""), Judged({}, refused="no flight"))
+    chosen = [one.number for one in corpus.chosen([plain, twin, rich, worse, bad, more, often, refused])]
+    assert chosen == [4, 2, 3, 6]
+
+
+def test_a_start_by_another_station_while_a_fall_is_awaited_is_landed_too() -> None:
+    failed, start = {"at": 1.0, "kind": "failure", "drone": 0}, {"kind": "second station", "orders": [[0.0, "start"]]}
+    judged = fly(Case(table(), [failed, {"at": 2.2, **start}], 0, 1.0))
+    assert judged.violations == []
+    assert judged.seconds > 5.0
+
+
+def test_who_restarts_the_airframes_as_the_station_is_lost_has_ended_the_world() -> None:
+    tellos = SWARM.replace("id = 0", 'id = 0, airframe = "tello"').replace("id = 1", 'id = 1, airframe = "tello"')
+    faults = [{"at": 3.0, "kind": "restart", "process": "kinematics"}, {"at": 3.51, "kind": "station lost"}]
+    judged = fly(Case(tomllib.loads(tellos), faults, 0, 2.0))
+    assert judged.world_ended
+    assert judged.violations == []
+    assert judged.seconds < 20.0
 
 
 def flown_here(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,65 @@
+"""A corpus: flights of an earlier search to fly first, in the order in which each adds most that was not seen before.
+
+What an earlier search reached, a change of the code may have broken. Choosing tests by what they add is the "additional
+greedy" order of test case prioritisation (Rothermel et al., 2001), and its flights the corpus of a fuzzer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+from pydantic import TypeAdapter, ValidationError
+
+from flockwire_sim.search.campaign import Entry
+from flockwire_sim.search.flight import Judged
+from flockwire_sim.search.seeking import Candidate, scaled
+from flockwire_sim.study.file import StudyError
+from flockwire_sim.study.ledger import RUNS
+
+STEP = 0.1  # of a margin: values within it are taken for the same
+
+
+def read(folder: Path, size: int) -> list[Candidate]:
+    """Return the corpus of the search in `folder`; raises StudyError for one of another space than `size` values."""
+    try:
+        found = flown(folder)
+    except (OSError, UnicodeDecodeError, ValidationError):
+        raise StudyError(f"--corpus = {folder}: must be the folder of a search") from None
+    if other := {len(entry.asked.point) for entry in found} - {size}:
+        raise StudyError(f"--corpus = {folder}: its flights have {min(other)} values, those of this search {size}")
+    return [Candidate(entry.asked.point, entry.asked.seed, "") for entry in chosen(found)]
+
+
+def flown(folder: Path) -> list[Entry]:
+    """Return the flights of a search; raises OSError, UnicodeDecodeError and pydantic's ValidationError."""
+    lines = (folder / RUNS).read_text(encoding="utf-8").splitlines()
+    return [TypeAdapter(Entry).validate_json(line) for line in lines]
+
+
+def chosen(found: Sequence[Entry]) -> Iterator[Entry]:
+    """Yield flights, each of which shows something that none before it shows: those that violate a property first."""
+    shows = {entry.number: shown(entry.judged) for entry in found if entry.judged.margins}
+    rest = [entry for entry in found if entry.number in shows]
+    seen: set[Hashable] = set()
+    while rest:
+        best = max(
+            rest, key=lambda one: (bool(one.judged.violations), len(shows[one.number] - seen), -scaled(one.judged))
+        )
+        rest.remove(best)
+        if new := shows[best.number] - seen:
+            seen |= new
+            yield best
+        rest = [entry for entry in rest if shows[entry.number] - seen]
+
+
+def shown(judged: Judged) -> set[Hashable]:
+    """Return what a flight shows: its cell, marks by how often, margins by how large, rungs by which came before."""
+    rungs = [rung for rung, _ in sorted(judged.rungs.items(), key=lambda item: item[1])]
+    return {
+        judged.cell,
+        *((mark, count.bit_length()) for mark, count in judged.marks.items()),
+        *((name, margin.value // STEP) for name, margin in judged.margins.items()),
+        *pairwise(["", *rungs]),
+    }
