@@ -18,13 +18,14 @@ from flockwire.swarm.model import uav
 from flockwire.wire.processes import CONSOLE
 from flockwire_sim.process import Published
 from flockwire_sim.search.events import SECOND_STATION
-from flockwire_sim.search.flight import FALL, OVERTIME, judge
+from flockwire_sim.search.flight import OVERTIME, fall_time, judge
 from flockwire_sim.search.margin import BOUNDS, Bounds
 from flockwire_sim.search.record import Recorder
 from flockwire_sim.search.robustness import closest
 from flockwire_sim.world import EPOCH, World
-from rare_draws import APART, HAND, ORDERS, UPLINK
+from rare_draws import APART, HAND, ORDERS, SIDE, UPLINK
 
+LOOKING = 30.0  # s for which a landing may look for a free place in a room with hardly one
 NO_PLACE = "landing place: none is free"
 UNOWED = {  # a hand still holds it; it obeys its last command; it is elsewhere until its pilot knows (docs/safety.md)
     HAND: ("down",), UPLINK: ("fence", "clearance"), APART: ("distance", "clearance", "fence"),
@@ -88,7 +89,7 @@ class Judge:
             outcome = self.world.run()
             injector.end()
             if recorder.was_stopped:  # the flight is over when all motors are off: let the drones fall
-                scheduler.run(scheduler.now + FALL)
+                scheduler.run(scheduler.now + fall_time(flight.swarm))
         flown = recorder.flown(
             EPOCH + nanoseconds(outcome.seconds), outcome.failure, fails=self._fails, world_ended=injector.world_ended,
             still=(), formed=(), tails={}, visited=self._visited,
@@ -129,8 +130,12 @@ def fly(seed: int, say: Callable[[str], None] | None = None, bounds: Bounds = BO
 
 
 def fly_rare(seed: int, say: Callable[[str], None] | None = None) -> Result:
-    """Fly the flight of `seed` with what `--rare` adds; a stop waits for a closed link, and for a late message."""
+    """Fly the flight of `seed` with what `--rare` adds.
+
+    A stop waits for a closed link, and for a late message, a landing for a place where there is hardly one.
+    """
     flight, waits = drawn(seed, rare=True), 0.0
+    landing = LOOKING if flight.swarm.limits.fence.high[0] <= 2.0 * SIDE else 0.0
     if (rare := flight.rare) is not None:
         waits = max(rare.closed_for * bool(rare.closed_links), rare.late_by * bool(rare.late_messages))
-    return Judge(flight, say, replace(BOUNDS, stop=BOUNDS.stop + waits)).fly()
+    return Judge(flight, say, replace(BOUNDS, stop=BOUNDS.stop + waits, landing=BOUNDS.landing + landing)).fly()

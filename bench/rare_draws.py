@@ -209,6 +209,11 @@ def _other_flies(plan: Plan, without: Without, chance: Random) -> Faults:
     asked = [_asked(chance.uniform(0.0, 9.0), *chance.choice(ORDERED)) for _ in range(chance.choice((0, 1, 2)))]
     last, before = plan.pilots[plan.swarm.flying[-1]], plan.pilots[plan.swarm.flying[-2]]
     cut = {"at": _moment(chance, 3.0), "kind": "cut", "from": before, "to": last, "duration": 6.0}
+    if chance.random() < 0.3:  # one lands by itself; the others are to fly on without it
+        drone = plan.swarm.flying[-1]
+        lost = {"at": 6.0 + _moment(chance, 2.0), "kind": "tracker", "drone": drone, "duration": 2.0}
+        again = _asked(chance.uniform(11.0, 15.0), "start") | {"orders": [(0.0, "start", "", (*without, drone))]}
+        return [{"at": 0.0}, started, lost, again]
     return [{"at": 0.0}, started, *asked, *([cut] if chance.random() < 0.7 else [])]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from math import inf
+from math import inf, sqrt
 from typing import Literal
 
 from flockwire.domain.marks import marked
@@ -28,8 +28,8 @@ from flockwire_sim.study.variation import Table
 from flockwire_sim.world import EPOCH, World
 
 Mode = Literal["safety", "liveness"]
+GRAVITY = 9.81  # m/s^2
 OVERTIME = SECOND  # ns after the longest flight, at which one that is not over is cut off
-FALL = SECOND  # ns: more than a fall from the fence's top takes
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +112,7 @@ class Flight:
             failure = world.run().failure
         end = scheduler.now
         if recorder.was_stopped or self._fails:  # the flight is over when all motors are off: let the drones fall
-            scheduler.run(end + FALL)
+            scheduler.run(end + fall_time(world.swarm))
         if self._shared and not recorder.all_down():  # `up` ends the processes that it started
             self._injector.retire()
             scheduler.run(cut_off)
@@ -131,6 +131,11 @@ class Flight:
 
     def _begin(self) -> None:
         self._injector.begin()
+
+
+def fall_time(swarm: Swarm) -> int:
+    """Return a time, ns, that is longer than a fall from the fence's top takes."""
+    return nanoseconds(1.0 + sqrt(2.0 * max(swarm.limits.fence.high[2], 0.0) / GRAVITY))
 
 
 def fly(case: Case, say: Callable[[str], None] | None = None, bounds: Bounds = BOUNDS) -> Judged:
