@@ -119,6 +119,7 @@ class Collector:
             {key: columns.series() for key, columns in self._columns.items()},
             self._movers(),
             self._held(),
+            tuple(mission for _, mission in sorted(self._missions.items())),
             tuple(stop for _, stop in sorted(self._stops.items())),
             tuple(
                 ProcessRecord(publisher.last, publisher.cpu / len(publisher.sequences), tuple(sorted(publisher.links)))

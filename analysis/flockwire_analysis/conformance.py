@@ -169,7 +169,7 @@ class _Replay:
         ends = (before.mission, after.mission)
         known = {version_of(order) for order in ends}
         given = range(before.stamp - UNSEEN, (self._trace.end if self._set_back else after.stamp) + SECOND)
-        return (*ends, *(one for one in self._trace.missions if one.version not in known and one.stamp in given))
+        return (*ends, *(one for one in self._trace.orders if one.version not in known and one.stamp in given))
 
 
 def _may_hold(before: Observed, after: Observed, orders: tuple[Mission | None, ...], latest: int) -> bool:

@@ -44,13 +44,13 @@ class Trace:
     """The data of a trace.
 
     `series` has the messages of each key, `movers` what each drone sensed of moving bodies, by stamp, `missions` each
-    mission once, by stamp; `vitals` one entry for each publisher of a status, `states` the changes of reported phases
-    by identity, `histories` what pilots reported of phase and orders, `shown` the changes of what pages show of a
-    process, by identity, `failed_laws` a sentence for each error of a law, `contradictions` one for each input that a
-    pilot took for false. `begin` and `end` are the first and the last log time (Unix ns). `lost` counts missing
-    messages of topics that are not repeated, and missing orders that pilots obeyed; `lost_beside` those of dispensable
-    processes alone; `malformed` the messages that could not be decoded. A trace that was not `closed` was read up to
-    its last complete record; `lost_bytes` follow it.
+    mission that a pilot obeyed once, by stamp, `orders` the others too; `vitals` one entry for each publisher of a
+    status, `states` the changes of reported phases by identity, `histories` what pilots reported of phase and orders,
+    `shown` the changes of what pages show of a process, by identity, `failed_laws` a sentence for each error of a law,
+    `contradictions` one for each input that a pilot took for false. `begin` and `end` are the first and the last log
+    time (Unix ns). `lost` counts missing messages of topics that are not repeated, and missing orders that pilots
+    obeyed; `lost_beside` those of dispensable processes alone; `malformed` the messages that could not be decoded. A
+    trace that was not `closed` was read up to its last complete record; `lost_bytes` follow it.
     """
 
     path: Path
@@ -59,6 +59,7 @@ class Trace:
     series: dict[Key, Series]
     movers: dict[int, Movers]
     missions: tuple[Mission, ...]
+    orders: tuple[Mission, ...]
     stops: tuple[Stop, ...]
     vitals: tuple[ProcessRecord, ...]
     states: dict[str, tuple[StateChange, ...]]

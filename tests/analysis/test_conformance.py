@@ -22,10 +22,12 @@ KNOWING = AGAIN._replace(knows=(*AGAIN.knows, LAND.version))
 FLYING, GROUNDED, STOPPED = FlightState.FLYING, FlightState.GROUNDED, FlightState.STOPPED
 
 
-def replayed(*reports, steps=None):
+def replayed(*reports, steps=None, orders=()):
     """Return the deviations where the pilot of uav1 reports (phase, order, state, detail), ten times a second."""
     swarm = swarm_of()
     collector = Collector(swarm, {})
+    for place, order in enumerate(orders):
+        collector.add("mission", Key("mission", ""), order, place, order.stamp, BEGIN)
     for place, (phase, order, state, *detail) in enumerate(reports):
         stamp = BEGIN + place * SECOND // 10
         known = Telemetry(stamp, "world", state, 1.0, 0.0, 0.0)
@@ -72,6 +74,13 @@ def test_one_change_that_the_protocol_forbids(before, after):
     first = ("hold", TAKEOFF, FLYING) if before[0] in ("hold", "formation", "landing") else ("ready", None, GROUNDED)
     assert replayed(before) == ()
     assert replayed(first, before, after), "is allowed"
+
+
+def test_an_order_that_was_replaced_before_any_status_showed_it_held_all_the_same():
+    """The second station's landing came 6 ms after the take-off."""
+    flight = [("ready", None, GROUNDED), ("landing", LAND, GROUNDED)]
+    assert replayed(*flight)
+    assert replayed(*flight, orders=(TAKEOFF._replace(stamp=LAND.stamp - 1), LAND)) == ()
 
 
 def test_a_process_that_was_restarted_begins_again_but_obeys_no_order_from_before():
