@@ -154,6 +154,8 @@ class GatewayCore(Ground):
                     claims.append(from_fields(Claim, (captured, drone, position, orientation)))
                     self._field.forget_unnamed(identity)
                 else:
+                    if name:
+                        self._field.forget_unnamed(identity)
                     self._field.see_other(name or unnamed(identity), captured, position)
         return sorted(claims)
 

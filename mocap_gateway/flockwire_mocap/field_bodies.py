@@ -137,7 +137,7 @@ class FieldBodies:
             self._movers[name] = Mover(self._shapes.get(name, self._usual), position, stamp)
 
     def forget_unnamed(self, identity: int) -> None:
-        """Take it that the body with the tracker's number `identity` has turned out to be a drone's."""
+        """Take it that the body with the tracker's number `identity` has got its name."""
         if self._movers:
             self._movers.pop(unnamed(identity), None)
 

@@ -245,3 +245,17 @@ def test_when_one_drones_truth_ends_the_others_poses_continue_at_the_full_rate(s
     others = {uav(i) for i in range(4)}
     assert frames[:10] == [(k, others | {"uav4"}) for k in range(10)]
     assert frames[-46:] == [(k, others) for k in range(14, 60)]
+
+
+def test_a_body_that_gets_its_name_late_is_one_body(make_swarm):
+    """Its number alone was a body of its own, which then was lost: a space that grew to 1.4 m around what is seen."""
+    source = Recording()
+    core = GatewayCore(make_swarm({"avoidance.sensing_radius": 2.0}), source)
+    for k in range(50):
+        bodies = (
+            ReportedBody(1, uav(1), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0), tracked=True),
+            ReportedBody(9, "pole" if k else "", (1.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0), tracked=True),
+        )
+        source.frames = [TrackerFrame(k, BEGAN + k * FRAME, BEGAN + k * FRAME, bodies)]
+        published = dict(core.step(BEGAN + k * FRAME))
+        assert [body.kind for body in published[Key("nearby", "uav1")].bodies] == [BodyKind.MOVER]
