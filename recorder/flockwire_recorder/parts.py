@@ -40,10 +40,10 @@ def same_flight(folder: Path, swarm: Swarm, now: datetime) -> bool:
     """Return whether the trace in `folder` is of `swarm` and was written shortly before `now`."""
     try:
         written = max(part.stat().st_mtime for part in parts(folder / FIRST))
-        described = next((record for record in WholeRecords(folder / FIRST) if isinstance(record, Metadata)), None)
-    except (OSError, ValueError):
+    except OSError:
         return False
-    if described is None or described.name != METADATA or now.timestamp() - written > SAME_FLIGHT:
+    described = _described(folder)
+    if described is None or now.timestamp() - written > SAME_FLIGHT:
         return False
     return described.metadata.get("swarm") == swarm.model_dump_json()
 
@@ -57,8 +57,23 @@ def dated_folder(out: Path, swarm: Swarm, now: datetime) -> Path:
 
 
 def newest_folder(out: Path) -> Path | None:
-    """Return the newest folder below `out` with a trace, None when there is none."""
-    return max((first.parent for first in out.glob(f"*/{FIRST}")), default=None)
+    """Return the folder below `out` whose trace was begun last, None when there is none: names may be changed."""
+    return max((first.parent for first in out.glob(f"*/{FIRST}")), key=_begun, default=None)
+
+
+def _begun(folder: Path) -> tuple[str, Path]:
+    """Return when the trace of a folder was begun (UTC, ISO 8601; empty if it does not say), and the folder."""
+    described = _described(folder)
+    return (described.metadata.get("started", "") if described is not None else "", folder)
+
+
+def _described(folder: Path) -> Metadata | None:
+    """Return what the trace of a folder begins with, None without it."""
+    try:
+        found = next((record for record in WholeRecords(folder / FIRST) if isinstance(record, Metadata)), None)
+    except (OSError, ValueError):
+        return None
+    return found if found is not None and found.name == METADATA else None
 
 
 def _is_closed(trace: Path) -> bool:

@@ -12,9 +12,9 @@ T0 = 1_790_000_000_000_000_000
 def record(tmp_path, swarm_of):
     """Return what leaves a trace in a folder, closed or cut off."""
 
-    def record(folder, closed, name="trace.mcap"):
+    def record(folder, closed, name="trace.mcap", started=T0):
         (tmp_path / folder).mkdir(exist_ok=True)
-        writer = TraceWriter(tmp_path / folder / name, describe(swarm_of(), "", 0, T0))
+        writer = TraceWriter(tmp_path / folder / name, describe(swarm_of(), "", 0, started))
         writer.close() if closed else writer.flush()
 
     return record
@@ -42,3 +42,11 @@ def test_folders_without_a_trace_are_ignored(tmp_path):
     (tmp_path / "20200101-000000").mkdir()
     assert newest_folder(tmp_path) is None
     assert newest_folder(tmp_path / "nowhere") is None
+
+
+def test_the_newest_folder_is_that_of_the_last_flight_whatever_its_name(tmp_path, record):
+    record("demo-friday", closed=True)
+    record("20261123-120000", closed=True, started=T0 + 3600 * 10**9)
+    (tmp_path / "unreadable").mkdir()
+    (tmp_path / "unreadable/trace.mcap").write_bytes(b"")
+    assert newest_folder(tmp_path) == tmp_path / "20261123-120000"
