@@ -50,9 +50,10 @@ def main() -> int:
     kept = TemporaryDirectory() if options.keep is None else nullcontext(options.keep)
     with kept as folder, Ledger(Path(folder), plan, table, Entry) as ledger:
         conduct(plan, space, ledger, partial(map, fly_numbered), ends, known)
-    for entry in filter(ends, ledger.results):
+    ended = sorted(filter(ends, ledger.results), key=lambda entry: not entry.judged.violations)
+    for entry in ended:
         print(f"flight {entry.number}: {entry.judged.refused or '; '.join(entry.judged.violations)}")
-        return 2 if entry.judged.refused else 1
+        return 1 if entry.judged.violations else 2
     return 0
 
 

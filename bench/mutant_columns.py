@@ -114,14 +114,19 @@ PYTEST = [
     "-m", "not integration and not long",
 ]  # fmt: skip
 DRAWS = [".venv/bin/python", "bench/drawn_flights.py", "--rounds"]
-SEARCH = [".venv/bin/python", "bench/first_violation.py", "--method"]
-SEARCHES = {"search": "search", "search-draws": "draws"}  # columns and their methods
+SEARCH = [".venv/bin/python", "bench/first_violation.py"]
 
 
 def _failed_test(output: str) -> str:
     """Return the first test that failed; a file that cannot be imported is none."""
     lines = [line for line in output.splitlines() if line.startswith(("FAILED", "ERROR")) and "::" in line]
     return lines[0].split(" - ")[0].partition(" ")[2] if lines else ""
+
+
+def _flight(output: str) -> str:
+    """Return the flight that was found; an error of the command is none."""
+    line = _last_line(output)
+    return line if line.startswith("flight ") else ""
 
 
 def _last_line(output: str) -> str:
@@ -132,6 +137,23 @@ def _last_line(output: str) -> str:
 def commanded(name: str, command: list[str]) -> Column:
     """Return the column of one command, whose last line says what it found."""
     return lambda _: iter([Stage(name, command, _last_line)])
+
+
+def drawn(flights: int) -> Column:
+    """Return the column of as many draws of the search's space."""
+    command = [*SEARCH, "--method", "draws", "--flights", str(flights)]
+    return lambda _: iter([Stage("draws", command, _flight)])
+
+
+def searched(corpus: Path, known: int, flights: int) -> Column:
+    """Return the column of a search: `known` flights of the unchanged copy are its corpus, kept in a folder."""
+
+    def column(mutant: Mutant | None) -> Iterator[Stage]:
+        first = ["--keep", str(corpus), "--flights", str(known)]
+        then = ["--corpus", str(corpus), "--flights", str(flights)]
+        yield Stage("search", [*SEARCH, *(first if mutant is None else then)], _flight)
+
+    return column
 
 
 class Copy:

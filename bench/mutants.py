@@ -7,10 +7,11 @@
 
 bench/mutants/ has them as tables: a name, what is wrong, a file, and the text that replaces another. Each is put into a
 copy of the tree, where each column runs until it finds it: exit status 1. `suite` runs the module's own tests, then
-those beside them, then all that start no process, then those that do (`--stages`). `draws` flies drawn flights,
-`search` and `search-draws` as many flights of a search's space, chosen by the search and independently. The unchanged
-copy comes first; a column that finds something there is not run. Results are kept in OUT/results.jsonl, and a call that
-was ended continues; `--again` runs the named ones, or without names those that survived, once more.
+those beside them, then all that start no process, then those that do (`--stages`). `draws` flies drawn flights.
+`search` and `search-draws` fly `--flights` of a search's space against each mutant: those that add most of what a
+search of the unchanged copy found (`--known` flights), and independent draws. The unchanged copy comes first; a column
+that finds something there is not run. Results are kept in OUT/results.jsonl, and a call that was ended continues;
+`--again` runs the named ones, or without names those that survived, once more.
 """
 
 from __future__ import annotations
@@ -28,8 +29,6 @@ from pathlib import Path
 
 from mutant_columns import (
     DRAWS,
-    SEARCH,
-    SEARCHES,
     STAGES,
     UNCHANGED,
     Column,
@@ -37,8 +36,10 @@ from mutant_columns import (
     Mutant,
     Result,
     commanded,
+    drawn,
     judge,
     mutants,
+    searched,
     suite,
 )
 
@@ -119,6 +120,8 @@ def main() -> int:
     parser.add_argument("--column", action="append", default=[], metavar="NAME=COMMAND", help="a column of your own")
     parser.add_argument("--stages", nargs="+", default=list(STAGES), choices=STAGES, help="of the suite")
     parser.add_argument("--rounds", type=int, default=1000, help="of drawn flights")
+    parser.add_argument("--flights", type=int, default=60, help="of search and search-draws")
+    parser.add_argument("--known", type=int, default=1000, help="flights of the search's corpus")
     parser.add_argument("--again", action="store_true", help="run those that survived, or those of --only, once more")
     parser.add_argument("--out", type=Path, default=Path("runs/mutants"))
     options = parser.parse_args()
@@ -126,7 +129,8 @@ def main() -> int:
     own = {name: commanded(name, shlex.split(command)) for name, _, command in map(_split, options.column)}
     columns: dict[str, Column] = {
         "suite": suite(tuple(options.stages)), "draws": commanded("draws", [*DRAWS, str(options.rounds)]),
-        **{name: commanded(name, [*SEARCH, method]) for name, method in SEARCHES.items()}, **own,
+        "search": searched((options.out / "corpus").resolve(), options.known, options.flights),
+        "search-draws": drawn(options.flights), **own,
     }  # fmt: skip
     if unknown := set(options.columns) - set(columns):
         parser.error(f"--columns: there is no column {', '.join(sorted(unknown))}, only {', '.join(columns)}")

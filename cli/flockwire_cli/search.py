@@ -52,6 +52,8 @@ def search(
         space = Space(plan, table, checked)
     except StudyError as error:
         raise StudyError("\n".join(f"{file or swarm}: {line}" for line in str(error).split("\n"))) from None
+    if earlier is not None and plan.method != "search":
+        raise StudyError(f"--corpus = {earlier}: method = {plan.method!r} has none; remove one of them")
     known = corpus.read(earlier, space.size) if earlier is not None else ()
     place: AbstractContextManager[Workers] = cluster(scheduler) if scheduler else local(jobs)
     with place as workers, Ledger(out, plan, table, Entry) as ledger:
