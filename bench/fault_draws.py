@@ -20,7 +20,8 @@ from flockwire_sim.search.drawing import WORLD_KINDS as OF_WORLD
 from flockwire_sim.search.events import SECOND_STATION
 from flockwire_sim.study.draws import random_starts
 from flockwire_sim.study.file import Starts
-from rare_draws import WORLD_KINDS, alter, rare_faults
+from rare_draws import WORLD_KINDS, rare_faults
+from rare_swarms import alter
 
 SWARMS = Path(__file__).parents[1] / "swarms"
 VARIANTS = {  # swarm file, law, starts drawn, share of the flights

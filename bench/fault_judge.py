@@ -23,7 +23,8 @@ from flockwire_sim.search.margin import BOUNDS, Bounds
 from flockwire_sim.search.record import Recorder
 from flockwire_sim.search.robustness import closest
 from flockwire_sim.world import EPOCH, World
-from rare_draws import APART, HAND, ORDERS, SIDE, UPLINK
+from rare_draws import APART, HAND, ORDERS, UPLINK
+from rare_swarms import SIDE
 
 LOOKING = 30.0  # s for which a landing may look for a free place in a room with hardly one
 NO_PLACE = "landing place: none is free"

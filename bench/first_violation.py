@@ -50,11 +50,11 @@ def main() -> int:
     kept = TemporaryDirectory() if options.keep is None else nullcontext(options.keep)
     with kept as folder, Ledger(Path(folder), plan, table, Entry) as ledger:
         conduct(plan, space, ledger, partial(map, fly_numbered), ends, known)
-    ended = sorted(filter(ends, ledger.results), key=lambda entry: not entry.judged.violations)
-    for entry in ended:
-        print(f"flight {entry.number}: {entry.judged.refused or '; '.join(entry.judged.violations)}")
-        return 1 if entry.judged.violations else 2
-    return 0
+    entry = min(filter(ends, ledger.results), key=lambda entry: not entry.judged.violations, default=None)
+    if entry is None:
+        return 0
+    print(f"flight {entry.number}: {entry.judged.refused or '; '.join(entry.judged.violations)}")
+    return 1 if entry.judged.violations else 2
 
 
 if __name__ == "__main__":

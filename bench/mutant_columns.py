@@ -123,26 +123,20 @@ def _failed_test(output: str) -> str:
     return lines[0].split(" - ")[0].partition(" ")[2] if lines else ""
 
 
-def _flight(output: str) -> str:
-    """Return the flight that was found; an error of the command is none."""
-    line = _last_line(output)
-    return line if line.startswith("flight ") else ""
-
-
 def _last_line(output: str) -> str:
     lines = output.strip().splitlines()
     return lines[-1] if lines else ""
 
 
-def commanded(name: str, command: list[str]) -> Column:
+def flight(output: str) -> str:
+    """Return the flight that `SEARCH` found; an error of the command is none."""
+    line = _last_line(output)
+    return line if line.startswith("flight ") else ""
+
+
+def commanded(name: str, command: list[str], found: Callable[[str], str] = _last_line) -> Column:
     """Return the column of one command, whose last line says what it found."""
-    return lambda _: iter([Stage(name, command, _last_line)])
-
-
-def drawn(flights: int) -> Column:
-    """Return the column of as many draws of the search's space."""
-    command = [*SEARCH, "--method", "draws", "--flights", str(flights)]
-    return lambda _: iter([Stage("draws", command, _flight)])
+    return lambda _: iter([Stage(name, command, found)])
 
 
 def searched(corpus: Path, known: int, flights: int) -> Column:
@@ -151,7 +145,7 @@ def searched(corpus: Path, known: int, flights: int) -> Column:
     def column(mutant: Mutant | None) -> Iterator[Stage]:
         first = ["--keep", str(corpus), "--flights", str(known)]
         then = ["--corpus", str(corpus), "--flights", str(flights)]
-        yield Stage("search", [*SEARCH, *(first if mutant is None else then)], _flight)
+        yield Stage("search", [*SEARCH, *(first if mutant is None else then)], flight)
 
     return column
 

@@ -29,6 +29,7 @@ from pathlib import Path
 
 from mutant_columns import (
     DRAWS,
+    SEARCH,
     STAGES,
     UNCHANGED,
     Column,
@@ -36,7 +37,7 @@ from mutant_columns import (
     Mutant,
     Result,
     commanded,
-    drawn,
+    flight,
     judge,
     mutants,
     searched,
@@ -130,7 +131,8 @@ def main() -> int:
     columns: dict[str, Column] = {
         "suite": suite(tuple(options.stages)), "draws": commanded("draws", [*DRAWS, str(options.rounds)]),
         "search": searched((options.out / "corpus").resolve(), options.known, options.flights),
-        "search-draws": drawn(options.flights), **own,
+        "search-draws": commanded("draws", [*SEARCH, "--method", "draws", "--flights", str(options.flights)], flight),
+        **own,
     }  # fmt: skip
     if unknown := set(options.columns) - set(columns):
         parser.error(f"--columns: there is no column {', '.join(sorted(unknown))}, only {', '.join(columns)}")

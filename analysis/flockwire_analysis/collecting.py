@@ -114,12 +114,13 @@ class Collector:
     def trace(self, path: Path, closed: bool = True, lost_bytes: int = 0) -> Trace:
         """Return the data collected from `path`."""
         lost_orders = {version for version in self._obeyed if version.stamp >= self._begin}.difference(self._missions)
+        orders = tuple(order for _, order in sorted(self._missions.items()))
         return Trace(
             path, self.plan, self._metadata,
             {key: columns.series() for key, columns in self._columns.items()},
             self._movers(),
-            self._held(),
-            tuple(mission for _, mission in sorted(self._missions.items())),
+            tuple(order for order in orders if not self._obeyed or order.version in self._obeyed),  # without rejected
+            orders,
             tuple(stop for _, stop in sorted(self._stops.items())),
             tuple(
                 ProcessRecord(publisher.last, publisher.cpu / len(publisher.sequences), tuple(sorted(publisher.links)))
@@ -141,11 +142,6 @@ class Collector:
         sensed = {i: self._columns.get(Key("nearby", uav(i))) for i in self.plan.swarm.flying}
         movers = {i: one.movers() for i, one in sensed.items() if one is not None}
         return {i: one for i, one in movers.items() if len(one.stamps)}
-
-    def _held(self) -> tuple[Mission, ...]:
-        """Return the orders that a pilot obeyed, as recorded, by time, without rejected ones."""
-        missions = (mission for _, mission in sorted(self._missions.items()))
-        return tuple(mission for mission in missions if not self._obeyed or mission.version in self._obeyed)
 
     def _lost(self, judged: bool) -> int:
         """Return the number of missing messages of keys that are judged, or of all others.

@@ -209,21 +209,18 @@ def study(
     loaded = load(swarm).swarm
     folder = out or Path("runs") / f"{loaded.name}-study-{clock.local():%Y%m%d-%H%M%S}"
     try:
-        options = studies.options_of(runs, seed, duration, random_starts)
+        options, cores = studies.options_of(runs, seed, duration, random_starts), jobs or os.cpu_count() or 1
         mode = "liveness" if liveness else "safety"
         if replay is not None:
             raise typer.Exit(searches.replay(swarm, replay, seed or 0, duration or 8.0, mode))
         if search or liveness:
             options |= {"mode": mode} if liveness else {}
-            raise typer.Exit(
-                searches.search(swarm, file, options, folder, jobs or os.cpu_count() or 1, scheduler, first, corpus)
-            )
-        status = studies.study(swarm, file, options, folder, jobs or os.cpu_count() or 1, scheduler, pdf)
+            raise typer.Exit(searches.search(swarm, file, options, folder, cores, scheduler, first, corpus))
+        raise typer.Exit(studies.study(swarm, file, options, folder, cores, scheduler, pdf))
     except (StudyError, SwarmFileError) as error:
         refuse(str(error))
     except OSError as error:
         unwritable(folder, error)
-    raise typer.Exit(status)
 
 
 @app.command()

@@ -40,7 +40,7 @@ def conduct(
     """
     known = {entry.number: entry for entry in ledger.results}
     number = 0
-    seeker: Chooser = Search(space.size, plan.seed, corpus) if plan.method == "search" else Draws(space.size, plan.seed)
+    seeker = _chooser(plan, space, corpus)
     while number < plan.runs:
         asked = dict(enumerate(seeker.ask()[: plan.runs - number], start=number))
         found: dict[int, Judged] = {}
@@ -68,3 +68,7 @@ def conduct(
                 return
         seeker.tell(list(asked.values()), [found[place] for place in asked])
         number += len(asked)
+
+
+def _chooser(plan: SearchPlan, space: Space, corpus: Sequence[Candidate]) -> Chooser:
+    return Search(space.size, plan.seed, corpus) if plan.method == "search" else Draws(space.size, plan.seed)

@@ -38,7 +38,8 @@ def flown(folder: Path) -> list[Entry]:
     Raises OSError, UnicodeDecodeError and pydantic's ValidationError.
     """
     *lines, _ = (folder / RUNS).read_text(encoding="utf-8").split("\n")
-    return [TypeAdapter(Entry).validate_json(line) for line in lines]
+    entry = TypeAdapter(Entry)
+    return [entry.validate_json(line) for line in lines]
 
 
 def chosen(found: Sequence[Entry]) -> Iterator[Entry]:

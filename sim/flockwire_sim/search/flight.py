@@ -10,6 +10,7 @@ from typing import Literal
 from flockwire.domain.marks import marked
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.loading import SwarmFileError, parse_swarm
+from flockwire.process.driving import GRAVITY
 from flockwire.process.fault_file import FaultFileError
 from flockwire.process.faults import AirframeFailure, ClockStep, Fault, Visitor
 from flockwire.swarm.model import Swarm, uav
@@ -28,7 +29,6 @@ from flockwire_sim.study.variation import Table
 from flockwire_sim.world import EPOCH, World
 
 Mode = Literal["safety", "liveness"]
-GRAVITY = 9.81  # m/s^2
 OVERTIME = SECOND  # ns after the longest flight, at which one that is not over is cut off
 
 

@@ -175,7 +175,7 @@ def test_a_search_with_a_corpus_flies_first_what_an_earlier_one_found(
     for runs in (1, 2):
         ended = flockwire(*again, "--runs", runs)
         assert ended.exit_code == 0, ended.output
-    known, flown = entries(earlier), entries(later)
+    known, flown = corpus.flown(earlier), corpus.flown(later)
     assert [(one.asked.point, one.asked.seed) for one in flown] == [
         (one.asked.point, one.asked.seed) for one in list(corpus.chosen(known))[:2]
     ]
@@ -186,10 +186,6 @@ def test_a_search_with_a_corpus_flies_first_what_an_earlier_one_found(
     wide = flockwire(*files, "--search", "--corpus", earlier, "--out", tmp_path / "new", "--random-starts", "3x3")
     assert (wide.exit_code, "its flights have" in wide.output) == (2, True)
     assert not (tmp_path / "new").exists()
-
-
-def entries(folder: Path) -> list[Entry]:
-    return corpus.flown(folder)
 
 
 def found_by(number: int, value: float, **shown: Any) -> Entry:
