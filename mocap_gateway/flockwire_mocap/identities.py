@@ -8,6 +8,7 @@ a place where no drone was is held back until further frames confirm it (jumps.p
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from itertools import combinations
 from typing import NamedTuple
 
 from flockwire.domain.quaternion import Quaternion
@@ -19,9 +20,8 @@ from flockwire_mocap.jumps import JumpFilter
 FRESH = SECOND  # ns for which a sighting identifies a body
 GAP = SECOND // 20  # ns without a drone after which its name alone does not identify a body
 RESTORED = SECOND  # ns for which names must be right until the doubt ends
-BLACKOUT = (
-    2 * SECOND // 5
-)  # ns without any body after which motion identifies nothing: the next frame counts as the first
+BLACKOUT = 2 * SECOND // 5  # ns without any body after which the next frame counts as the first
+EXCHANGED = 2.0  # times nearer to where the other one flew: names were exchanged in a blackout of less than FRESH
 NOISE = 3.0  # times the tolerance: a body that jumps less far is not another's, if nobody's last place is nearer
 FORGOTTEN = 3 * SECOND  # ns without any body after which a doubt ends: the next frame counts as the first
 
@@ -154,11 +154,37 @@ class Identities:
         return owners
 
     def _forget_blackout(self, claims: list[Claim]) -> None:
-        """Restart after a time in which no drone was seen at all, unless names were mixed up before it."""
+        """Restart after a time in which no drone was seen at all, unless names were mixed up before it or meanwhile."""
         newest = max([last[0] for last in self.jumps.last.values()], default=0)
-        if claims and not self.doubts and claims[0].stamp - newest > BLACKOUT:
-            for drone in tuple(self.jumps.last):
+        if not claims or self.doubts or claims[0].stamp - newest <= BLACKOUT:
+            return
+        if claims[0].stamp - newest < FRESH:
+            for a, b in self._exchanged(claims):
+                self.swaps += 1
+                self.doubts |= {drone: Doubt(claims[0].stamp) for drone in (a, b)}
+        for drone in tuple(self.jumps.last):
+            if drone not in self.doubts:
                 self.jumps.forget(drone)
+        if self.doubts:  # these places are taken
+            for claim in claims:
+                if claim.drone not in self.doubts:
+                    self.jumps.accept(claim.drone, claim.stamp, claim.position)
+
+    def _exchanged(self, claims: list[Claim]) -> list[tuple[int, int]]:
+        """Return the pairs of drones of which each is where the other one would be if it went on as it last moved."""
+
+        def misses(a: Claim, one: int, b: Claim, other: int) -> float:
+            at = self.jumps.predicted
+            return distance(at(one, a.stamp), a.position) + distance(at(other, b.stamp), b.position)
+
+        fresh = self._fresh(claims[0].stamp)
+        pairs = combinations([claim for claim in claims if claim.drone in fresh], 2)
+        return [
+            (a.drone, b.drone)
+            for a, b in pairs
+            if misses(a, a.drone, b, b.drone)
+            > max(EXCHANGED * misses(a, b.drone, b, a.drone), NOISE * 2.0 * self._tolerance)
+        ]
 
     def _restore(self, drone: int, right: bool, stamp: int) -> None:
         doubt = self.doubts[drone]

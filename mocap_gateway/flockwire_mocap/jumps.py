@@ -6,7 +6,9 @@ from typing import NamedTuple
 
 from flockwire.domain.fields import from_fields
 from flockwire.domain.time import SECOND
-from flockwire.domain.vector import Vector, distance
+from flockwire.domain.vector import Vector, add, distance, scale, subtract
+
+BASE = SECOND // 10  # ns, at least, between the sightings that give a velocity
 
 
 class Sighting(NamedTuple):
@@ -36,6 +38,7 @@ class JumpFilter:
         self.jumps = self.confirmed = 0
         self._max_speed, self._tolerance, self._confirmations = max_speed, tolerance, confirmations
         self.last: dict[int, Sighting] = {}
+        self._bases: dict[int, tuple[Sighting, Sighting]] = {}  # the older and the newer start of a velocity
         self._candidates: dict[int, tuple[Sighting, int]] = {}  # where it seems to be now, and how many frames agree
 
     def passes(self, identity: int, stamp: int, position: Vector) -> bool:
@@ -48,7 +51,12 @@ class JumpFilter:
 
     def accept(self, identity: int, stamp: int, position: Vector) -> None:
         """Record that the body `identity` is at `position` (m) at `stamp` (ns)."""
-        self.last[identity] = from_fields(Sighting, (stamp, position))
+        seen = self.last[identity] = from_fields(Sighting, (stamp, position))
+        base = self._bases.get(identity)
+        if base is None:
+            self._bases[identity] = seen, seen
+        elif stamp - base[1].stamp >= BASE:
+            self._bases[identity] = base[1], seen
         if self._candidates:
             self._candidates.pop(identity, None)
 
@@ -60,6 +68,7 @@ class JumpFilter:
     def forget(self, identity: int) -> None:
         """Accept the next position of the body `identity` at any place."""
         self.last.pop(identity, None)
+        self._bases.pop(identity, None)
         self._candidates.pop(identity, None)
 
     def _confirms(self, identity: int, seen: Sighting) -> bool:
@@ -72,6 +81,14 @@ class JumpFilter:
             return False
         self.confirmed += 1
         return True
+
+    def predicted(self, identity: int, stamp: int) -> Vector:
+        """Return where a body that was seen is at `stamp` (ns) if it goes on as it last moved, m."""
+        last, base = self.last[identity], self._bases[identity][0]
+        moved = last.stamp - base.stamp
+        if moved <= 0:
+            return last.position
+        return add(last.position, scale(subtract(last.position, base.position), (stamp - last.stamp) / moved))
 
     def flies(self, last: Sighting, stamp: int, position: Vector) -> bool:
         """Return whether a body can have flown from its sighting `last` to `position` (m) by `stamp` (ns)."""

@@ -153,6 +153,29 @@ def test_drones_that_restart_elsewhere_after_a_blackout_are_not_confused(field):
     assert (field.doubted, field.identities.swaps) == (set(), 0)
 
 
+@pytest.mark.parametrize("frames", [45, 60, 95])
+def test_names_that_are_exchanged_in_a_blackout_are_seen_in_the_next_frame(field, frames):
+    field.frame += frames
+    field.swap(0, 1)
+    assert field.step() == {0, 1, 2}
+    assert (field.doubted, field.identities.swaps) == ({0, 1}, 1)
+
+
+@pytest.mark.parametrize("frames", [45, 60, 95])
+def test_drones_that_pass_by_each_other_in_a_blackout_are_not_confused(frames):
+    field = Field(drones=2)
+    ahead = 0.01 * (frames + 20)  # m: they are abreast in the middle of the blackout
+
+    def passing(drone):
+        return ((0.02 * field.frame, -0.2, 1.0), (2.0 * ahead - 0.02 * field.frame, 0.2, 1.0))[drone]
+
+    field.place = passing
+    field.step(20)
+    field.frame += frames
+    assert field.step(20) == {0, 1}
+    assert field.doubted == set()
+
+
 def test_a_frame_with_two_reports_of_a_name_across_the_exchange_shows_each_body_as_its_own(field):
     before = [Claim(field.stamp + FRAME // 2, 0, field.place(0), LEVEL)]
     field.swap(0, 1)

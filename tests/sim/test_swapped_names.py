@@ -82,6 +82,22 @@ def test_two_that_are_exchanged_while_the_gateway_is_away_come_down_inside_the_f
         assert any(reason.startswith(why) for _, _, reason in flown.phases(uav(i)))
 
 
+@pytest.mark.parametrize("law", ["extended", "paper"])
+def test_two_that_are_exchanged_while_the_gateway_is_frozen_get_no_pose_of_another(
+    fly: Callable[..., Any], law: str
+) -> None:
+    """The next frame counted as the first: they flew by each other's poses, to 2.25 m outside the fence."""
+    frozen = {"at": 4.0, "kind": "freeze", "process": "gateway", "duration": 0.6}
+    flown = fly(SLOW | {"control.law": law}, frozen, LASTING | {"at": 4.2}, duration=8.0)
+    for i in range(5):
+        truth = {pose.stamp: pose.position for _, pose in flown.of("truth", uav(i))}
+        assert all(pose.position == truth[pose.stamp] for _, pose in flown.of("pose", uav(i)))
+    assert {key.owner for _, published, _ in flown.published if (key := published.key).kind == "doubt"} == {
+        "uav1",
+        "uav2",
+    }
+
+
 @pytest.mark.long
 def test_two_whose_pilots_restart_with_the_gateway_come_down_inside_the_fence(fly: Callable[..., Any]) -> None:
     """Nobody knows of the exchange any more: they flew 60 m away at first, then 1 m outside the fence."""
