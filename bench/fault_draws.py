@@ -20,7 +20,7 @@ from flockwire_sim.search.drawing import WORLD_KINDS as OF_WORLD
 from flockwire_sim.search.events import SECOND_STATION
 from flockwire_sim.study.draws import random_starts
 from flockwire_sim.study.file import Starts
-from rare_draws import WORLD_KINDS, rare_faults
+from rare_draws import WORLD_KINDS, answered, rare_faults
 from rare_swarms import alter
 
 SWARMS = Path(__file__).parents[1] / "swarms"
@@ -103,9 +103,11 @@ def drawn(seed: int, edges: list[list[int]] | None = None, rare: bool = False) -
 def _rarer(flight: Drawn, plan: Plan, chance: Random) -> Drawn:
     without = plan.swarm.flying[-1:] if chance.random() < 0.15 else ()
     kept = flight.faults[: chance.choice((0, 1, 1, 2))]
-    faults = _in_order([*kept, *rare_faults(plan, without, chance)])
+    faults = [*kept, *rare_faults(plan, without, chance)]
     after = chance.choice(("", "hold", "resume", "land", "stop"))
-    return replace(flight, faults=faults, rare=Rare.drawn(chance), without=without, after=after)
+    rare = Rare.drawn(chance)
+    faults += answered(plan, chance)
+    return replace(flight, faults=_in_order(faults), rare=rare, without=without, after=after)
 
 
 def _in_order(faults: Iterable[dict[str, Any]]) -> tuple[dict[str, Any], ...]:

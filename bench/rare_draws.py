@@ -39,6 +39,7 @@ RARE_KINDS = (ORDERS, EARLY, HAND, UPLINK, STATION_KILLED, OTHER_FLIES, CLOCK, *
 CONDUCTED = ("hold", "hold", "resume", "resume", "land", "stop", "conduct")  # by the station that conducts the flight
 ASKED = ("start", "start", "start", "formation", "formation", "hold", "land", "stop")
 ORDERED = (*((verb, "console") for verb in ASKED), *((verb, "operator") for verb in CONDUCTED))
+ANSWERED = 0.2  # of the flights
 LONG = 36.0  # s, longer than the director waits
 LANDED = 25.0  # s after the take-off, when the second station lands those whose own was killed
 
@@ -60,6 +61,19 @@ def rare_faults(plan: Plan, without: Without, chance: Random) -> Faults:
     if any(fault["kind"] in (STATION_KILLED, OTHER_FLIES) for fault in found):
         found.append(_asked(LANDED, "land"))
     return found
+
+
+def answered(plan: Plan, chance: Random) -> Faults:
+    """Draw, for some flights, a start that the landed flight's frozen station sees late, or two holds before any."""
+    if chance.random() >= ANSWERED:
+        return []
+    if chance.random() < 0.5:
+        at = chance.uniform(2.0, 8.0)
+        frozen = {"kind": "station frozen", "at": at + 0.5, "duration": 12.0}
+        return [frozen, _asked(at, "land", "operator"), _asked(at + chance.uniform(5.0, 8.0), "start")]
+    at, process = chance.uniform(0.1, 3.0), chance.choice(list(plan.pilots.values()))
+    waits = {"kind": EARLY, "at": 0.0, "process": process, "duration": 4.0}
+    return [waits, *(_asked(at + chance.uniform(0.0, 0.1), "hold", on="") for _ in range(2))]
 
 
 def _asked(at: float, verb: str, station: str = "console", on: str = "takeoff") -> dict[str, Any]:
