@@ -98,6 +98,8 @@ def fly(folder: Path, followers: int, seconds: float) -> dict[str, float]:
         "floor_gateway_cpu": 100 * bare.gateway_cpu,
         "floor_p50": bare.p50,
         "floor_p99": bare.p99,
+        "floor_delayed": 100 * bare.late_1ms,
+        "floor_delayed5": 100 * bare.late_5ms,
         "agent_cpu": 100 * statistics.median(row.cpu for row in agents),
         "agent_mb": max(row.last.resident for row in agents) / 2**20,
         "gateway_cpu": 100 * next(row.cpu for row in vitals if row.last.identity == "gateway"),
@@ -114,7 +116,7 @@ def fly(folder: Path, followers: int, seconds: float) -> dict[str, float]:
 
 COLUMNS = (
     ("agent_cpu", "  agent CPU %"), ("agent_mb", "     agent MB"), ("gateway_cpu", "    gateway %"),
-    ("p50", "     p50 ms"), ("p99", "     p99 ms"), ("delayed", ">1 ms %"), ("delayed5", ">5 ms %"),
+    ("p50", "     p50 ms"), ("p99", "     p99 ms"), ("delayed", "      >1 ms %"), ("delayed5", "      >5 ms %"),
     ("skipped", "skipped %"), ("rate", "worst rate %"), ("lost", "lost"), ("error", "error mm"),
     ("udp", "UDP floor ms"), ("timer", "timer p99 ms"),
 )  # fmt: skip

@@ -1,6 +1,6 @@
 """What a flight costs in two trees, in turns: processes, latency, memory, virtual time, calls; medians and ratios.
 
-    .venv/bin/python bench/cost.py TREE_A TREE_B [--rounds 5] [--seconds 10] [--only flights|virtual]
+    .venv/bin/python bench/cost.py TREE_A TREE_B [--rounds 5] [--seconds 10] [--followers 5 10] [--only flights|virtual]
 
 A tree is a checkout. It runs in its .compiled if it has one (scripts/compile; calls are counted in .venv), or in its
 .venv, or in this one's with PYTHONPATH. Flights are real ones of five and ten followers (agents.py): the processor time
@@ -25,6 +25,7 @@ import time
 from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import psutil
@@ -159,6 +160,7 @@ def main() -> None:
     parser.add_argument("trees", type=Tree.at, nargs=2, metavar="TREE")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--seconds", type=float, default=10.0)
+    parser.add_argument("--followers", type=int, nargs="+", default=[SMALL, LARGE])
     parser.add_argument("--only", choices=("flights", "virtual"))
     options = parser.parse_args()
     figures: dict[str, list[list[float]]] = defaultdict(lambda: [[], []])
@@ -175,8 +177,8 @@ def main() -> None:
     for number in range(options.rounds):
         print(f"round {number + 1} of {options.rounds}, load {psutil.getloadavg()[0]:.1f}", file=sys.stderr, flush=True)
         if options.only != "virtual":
-            measure(lambda tree: flight(tree, SMALL))
-            measure(lambda tree: flight(tree, LARGE))
+            for followers in options.followers:
+                measure(partial(flight, followers=followers))
         if options.only != "flights":
             measure(speeds)
     if options.only != "flights":

@@ -36,13 +36,18 @@ class Traffic(NamedTuple):
 
 
 class Floor(NamedTuple):
-    """Medians over the agents: share of a core, MB, pose to command in ms; and the gateway's share of a core."""
+    """Medians over the agents: share of a core, MB, pose to command in ms; and the gateway's share of a core.
+
+    `late_1ms` and `late_5ms` are the shares of steps that begin later than that after their pose was sent.
+    """
 
     agent_cpu: float
     agent_mb: float
     p50: float
     p99: float
     gateway_cpu: float
+    late_1ms: float
+    late_5ms: float
 
 
 def traffic(trace: Path) -> Traffic:
@@ -76,9 +81,11 @@ def floor(plan: Plan, keys: Path, carried: Traffic) -> Floor:
         found[identity] = json.loads(process.stdout.read())
         process.wait()
     agents = [found[identity] for identity in plan.of_kind(AGENT.kind)]
-    delays = sorted(delay / 1e6 for agent in agents for delay in agent["latencies"])
+    latencies, delays = (sorted(ns / 1e6 for agent in agents for ns in agent[name]) for name in ("latencies", "delays"))
     cpu, resident = (statistics.median(agent[name] for agent in agents) for name in ("cpu", "mb"))
-    return Floor(cpu, resident, statistics.median(delays), delays[int(0.99 * len(delays))], found[GATEWAY.kind]["cpu"])
+    p50, p99 = statistics.median(latencies), latencies[int(0.99 * len(latencies))]
+    late = (sum(delay > limit for delay in delays) / len(delays) for limit in (1.0, 5.0))
+    return Floor(cpu, resident, p50, p99, found[GATEWAY.kind]["cpu"], *late)
 
 
 def _task(plan: Plan, identity: str, keys: Path, carried: Traffic) -> dict[str, Any]:

@@ -52,10 +52,12 @@ def main() -> None:
     task = json.load(sys.stdin)
     session = zenoh.open(zenoh.Config.from_json5(json.dumps(task["config"])))
     publishers = Publishers(session, task["publish"], task["cadence"])
+    delays: list[int] = []
     latencies: list[int] = []
 
     def triggered(sample: zenoh.Sample) -> None:
         stamp = int.from_bytes(sample.payload.to_bytes()[:8], "little")
+        delays.append(time.monotonic_ns() - stamp)
         publishers.step(stamp)
         latencies.append(time.monotonic_ns() - stamp)
 
@@ -76,7 +78,8 @@ def main() -> None:
     (before, first), (after, last) = marks
     share = (after - before) / (task["end"] - task["begin"])
     (peak,) = (line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("VmHWM"))
-    print(json.dumps({"cpu": share, "mb": int(peak.split()[1]) / 1024, "latencies": latencies[first:last]}))
+    found = {"cpu": share, "mb": int(peak.split()[1]) / 1024}
+    print(json.dumps(found | {"delays": delays[first:last], "latencies": latencies[first:last]}))
     if task["trigger"]:
         answered.undeclare()
     session.close()  # type: ignore[no-untyped-call]
