@@ -1,10 +1,10 @@
 """Drawn virtual flights of every family in turn, until one is bad: one command for all of them.
 
-    .venv/bin/python bench/drawn_flights.py [--rounds 1000] [--first 0]
+    .venv/bin/python bench/drawn_flights.py [--rounds 1000] [--first 0] [--seconds S]
 
 A round is a flight with drawn faults (fault_flights.py) and a sequence of orders (order_sequences.py); every fifth also
 has a lost body, exchanged names and a visitor (lost_body.py, swaps.py, visitor.py). The first bad flight, or one whose
-code raises, ends it with status 1 and its family, seed and reason.
+code raises, ends it with status 1 and its family, seed and reason; S seconds of processor time end it, too.
 """
 
 from __future__ import annotations
@@ -15,7 +15,9 @@ import io
 import sys
 from collections.abc import Callable, Iterator
 from functools import cache
+from math import inf
 from pathlib import Path
+from time import process_time
 
 import fault_judge
 import lost_body
@@ -87,6 +89,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=1000)
     parser.add_argument("--first", type=int, default=0, help="the first round")
+    parser.add_argument("--seconds", type=float, default=inf, help="of processor time after which it ends")
     options = parser.parse_args()
     flown = 0
     for family, seed, bad in flights(range(options.first, options.first + options.rounds)):
@@ -94,6 +97,8 @@ def main() -> int:
         if bad:
             print(f"bad: {family}, seed {seed}: {bad}")
             return 1
+        if process_time() >= options.seconds:
+            break
     print(f"none of {flown} flights was bad")
     return 0
 

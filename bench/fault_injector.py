@@ -39,6 +39,12 @@ class Injector:
         """The time, s, since a landing was ordered beside the flight's own, and no new flight; 0 without one."""
         return 0.0 if self._landing is None else (self._world.scheduler.now - self._landing) / SECOND
 
+    @property
+    def _flies(self) -> bool:
+        """Whether a drone is in the air, or a Tello has begun to take off without its driver."""
+        airframes = self._world.processes["kinematics"]._core._airframes.values()
+        return any(one.in_the_air or one.position[2] > DOWN for one in airframes)
+
     def begin(self) -> None:
         """Start with what counts from the flight's beginning."""
         self._inject_later(lambda fault: fault["kind"] in BEFORE or fault.get("on") == "")
@@ -67,7 +73,7 @@ class Injector:
         """Have a station land all that are still up, again if need be."""
         scheduler, station = self._world.scheduler, self._world.station(identity)
         for second in range(LANDING * LANDINGS):
-            if not station.core.asked and all(place[2] <= DOWN for place in self._places.values()):
+            if not station.core.asked and not self._flies:
                 return
             if second % LANDING == 0:
                 station.ask(Order("land"))

@@ -35,6 +35,10 @@ class Mutant(NamedTuple):
     after: str
     model: str = ""
 
+    def line(self, text: str) -> int:
+        """Return the line of `text` of the file that it changes first."""
+        return text[: text.index(self.before) + len(self.before) - len(self.before.lstrip())].count("\n") + 1
+
     def applied(self, text: str) -> str:
         """Return the mutated `text` of the file; raises ValueError if `before` is not there exactly once."""
         if (count := text.count(self.before)) != 1:
@@ -139,13 +143,15 @@ def commanded(name: str, command: list[str], found: Callable[[str], str] = _last
     return lambda _: iter([Stage(name, command, found)])
 
 
-def searched(corpus: Path, known: int, flights: int) -> Column:
+def searched(corpus: Path, known: int, limits: list[str]) -> Column:
     """Return the column of a search: `known` flights of the unchanged copy are its corpus, kept in a folder."""
 
     def column(mutant: Mutant | None) -> Iterator[Stage]:
-        first = ["--keep", str(corpus), "--flights", str(known)]
-        then = ["--corpus", str(corpus), "--flights", str(flights)]
-        yield Stage("search", [*SEARCH, *(first if mutant is None else then)], flight)
+        if mutant is None:
+            yield Stage("search", [*SEARCH, "--keep", str(corpus), "--flights", str(known)], flight)
+            return
+        place = f"{mutant.file}:{mutant.line((ROOT / mutant.file).read_text(encoding='utf-8'))}"
+        yield Stage("search", [*SEARCH, "--corpus", str(corpus), "--changed", place, *limits], flight)
 
     return column
 

@@ -9,8 +9,9 @@ bench/mutants/ has them as tables: a name, what is wrong, a file, and the text t
 copy of the tree, where each column runs until it finds it: exit status 1. `suite` runs the module's own tests, then
 those beside them, then all that start no process, then those that do (`--stages`). `draws` flies drawn flights.
 `search` and `search-draws` fly `--flights` of a search's space against each mutant: those that add most of what a
-search of the unchanged copy found (`--known` flights), and independent draws. The unchanged copy comes first; a column
-that finds something there is not run. Results are kept in OUT/results.jsonl, and a call that was ended continues;
+search of the unchanged copy found (`--known` flights), near the changed line first, and independent draws. `--seconds`
+ends all three after as much processor time for each mutant. The unchanged copy comes first; a column that finds
+something there is not run. Results are kept in OUT/results.jsonl, and a call that was ended continues;
 `--again` runs the named ones, or without names those that survived, once more.
 """
 
@@ -87,7 +88,7 @@ def figures(results: Results, names: list[str], wanted: list[Mutant]) -> str:
 def run(options: argparse.Namespace, columns: Mapping[str, Column]) -> bool:
     """Run what is missing of `columns`; return whether a column found each mutant."""
     known = mutants()
-    wanted = [mutant for mutant in known if not options.only or mutant.id in options.only]
+    wanted = [mutant for mutant in known if not options.only or mutant.id in options.only][:: options.every]
     if unknown := set(options.only) - {mutant.id for mutant in known}:
         raise SystemExit(f"--only: there is no mutant {', '.join(map(repr, sorted(unknown)))}")
     options.out.mkdir(parents=True, exist_ok=True)
@@ -99,7 +100,8 @@ def run(options: argparse.Namespace, columns: Mapping[str, Column]) -> bool:
                 results.add(judge(copy, None, name, column))
             if results.outcome(UNCHANGED, name) != "survived":
                 raise SystemExit(f"{name} fails without a mutant: {results.newest[UNCHANGED, name].by}")
-            for mutant in wanted:
+        for mutant in wanted:  # in turns: a call that is ended has compared the columns by the same mutants
+            for name, column in columns.items():
                 was = results.outcome(mutant.id, name)
                 wanted_again = options.again and (options.only or was == "survived")
                 if was in ("killed", "survived") and not wanted_again:
@@ -122,16 +124,20 @@ def main() -> int:
     parser.add_argument("--stages", nargs="+", default=list(STAGES), choices=STAGES, help="of the suite")
     parser.add_argument("--rounds", type=int, default=1000, help="of drawn flights")
     parser.add_argument("--flights", type=int, default=60, help="of search and search-draws")
+    parser.add_argument("--seconds", type=float, help="processor time of draws, search and search-draws, each mutant")
+    parser.add_argument("--every", type=int, default=1, help="take one of so many mutants")
     parser.add_argument("--known", type=int, default=1000, help="flights of the search's corpus")
     parser.add_argument("--again", action="store_true", help="run those that survived, or those of --only, once more")
     parser.add_argument("--out", type=Path, default=Path("runs/mutants"))
     options = parser.parse_args()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit("ended"))
     own = {name: commanded(name, shlex.split(command)) for name, _, command in map(_split, options.column)}
+    limits = ["--flights", str(options.flights)]
+    timed = [] if options.seconds is None else ["--seconds", str(options.seconds)]
     columns: dict[str, Column] = {
-        "suite": suite(tuple(options.stages)), "draws": commanded("draws", [*DRAWS, str(options.rounds)]),
-        "search": searched((options.out / "corpus").resolve(), options.known, options.flights),
-        "search-draws": commanded("draws", [*SEARCH, "--method", "draws", "--flights", str(options.flights)], flight),
+        "suite": suite(tuple(options.stages)), "draws": commanded("draws", [*DRAWS, str(options.rounds), *timed]),
+        "search": searched((options.out / "corpus").resolve(), options.known, [*limits, *timed]),
+        "search-draws": commanded("draws", [*SEARCH, "--method", "draws", *limits, *timed], flight),
         **own,
     }  # fmt: skip
     if unknown := set(options.columns) - set(columns):

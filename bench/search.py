@@ -20,8 +20,8 @@ from typing import Any
 
 import tomli_w
 from fault_draws import SWARMS, stacked, tighten_fence
+from flockwire_sim.search.choosing import worst_of
 from flockwire_sim.search.corpus import flown
-from flockwire_sim.search.seeking import worst_of
 
 METHODS = ("search", "draws")
 Table = dict[str, Any]

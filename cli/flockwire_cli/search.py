@@ -11,8 +11,8 @@ from flockwire.loading import parse_swarm
 from flockwire_sim.coverage import Coverage
 from flockwire_sim.search import corpus
 from flockwire_sim.search.campaign import Entry, conduct
+from flockwire_sim.search.choosing import Candidate, worst_of
 from flockwire_sim.search.flight import Judged, Order, fly, fly_numbered
-from flockwire_sim.search.seeking import Candidate, worst_of
 from flockwire_sim.search.shrinking import shrunk
 from flockwire_sim.search.space import SearchPlan, Space, usual_space
 from flockwire_sim.search.writing import read_case, write_case, write_search

@@ -86,6 +86,80 @@ def test_without_its_pose_a_landing_with_nobody_below_descends(flyer, place):
         assert flyer.velocity[2] < -0.5
 
 
+ABOVE = (Body(BodyKind.DRONE, (0.1, 0.0, 0.8), 0.0),)
+
+
+def test_without_its_pose_a_drone_beneath_another_descends_at_once_until_its_pose_is_back(flyer):
+    """The driver of who is above may have no commands, and land it."""
+    flyer.silent, flyer.bodies = {"pose"}, ABOVE
+    flyer.run(0.1)
+    flyer.step()
+    assert (flyer.phase, flyer.velocity) == (Phase.HOLD, (0.0, 0.0, -0.7))
+    flyer.silent.clear()
+    flyer.step()
+    assert flyer.phase is Phase.FORMATION
+    assert flyer.velocity[2] > -0.1
+
+
+@pytest.mark.parametrize("place", [(0.45, 0.0, 0.8), (0.1, 0.0, -0.8)], ids=["beside it", "above it"])
+def test_without_its_pose_a_drone_that_is_not_beneath_another_hovers(flyer, place):
+    flyer.silent, flyer.bodies = {"pose"}, (Body(BodyKind.DRONE, place, 0.0),)
+    flyer.run(0.12)
+    for _ in range(80):
+        flyer.step()
+        assert (flyer.phase, flyer.velocity) == (Phase.HOLD, STILL)
+
+
+@pytest.mark.parametrize("lands", [False, True])
+def test_without_its_pose_a_drone_between_two_waits_as_long_as_a_driver_without_commands(cockpit, lands):
+    agent = cockpit({"limits.staleness.command_land": 0.5, "formation.rate": 0.001}).fly()
+    if lands:
+        agent.order("land")
+        agent.step()
+    agent.silent, agent.bodies = {"pose"}, (*ABOVE, *BELOW)
+    agent.run(0.12)
+    for _ in range(37):
+        agent.step()
+        assert (agent.phase, agent.velocity) == (Phase.LANDING if lands else Phase.HOLD, STILL)
+    agent.run(0.03)
+    assert agent.velocity == (0.0, 0.0, -0.7)
+
+
+def test_by_a_pose_that_is_not_its_own_nobody_knows_whether_it_is_beneath_another(flyer):
+    flyer.silent, flyer.bodies = {"pose"}, ()
+    flyer.run(0.5)
+    flyer.position, flyer.silent, flyer.bodies = add(flyer.position, (5.0, 0.0, 0.0)), set(), ABOVE
+    flyer.run(0.1)
+    assert (flyer.phase, flyer.velocity) == (Phase.HOLD, STILL)
+
+
+def test_a_pilot_that_was_frozen_takes_off_only_when_it_has_read_what_waited(cockpit):
+    agent = cockpit()
+    agent.run(0.1)
+    assert agent.phase is Phase.READY
+    agent.now += 7 * SECOND
+    agent.order("takeoff")
+    agent.step()
+    assert (agent.phase, agent.report.detail) == (Phase.GROUNDED, "was frozen, reads what waits for it")
+    agent.order("land")  # as old, and read later
+    agent.run(0.3)
+    assert agent.phase is Phase.READY
+    agent.order("takeoff")
+    agent.run(0.05)
+    assert agent.phase is Phase.TAKEOFF
+
+
+@pytest.mark.parametrize(("seconds", "phase"), [(0.9, Phase.TAKEOFF), (1.1, Phase.LANDING)])
+def test_a_pilot_that_was_frozen_as_it_took_off_for_so_long_that_its_driver_landed_it_lands(cockpit, seconds, phase):
+    agent = cockpit()
+    agent.run(0.1)
+    agent.order("takeoff")
+    agent.run(0.2)
+    agent.now += round(seconds * SECOND)
+    agent.step()
+    assert agent.phase is phase
+
+
 @pytest.mark.parametrize("law", ["extended", "paper"])
 def test_a_landing_ends_though_its_pose_comes_only_every_now_and_then(cockpit, law):
     agent = cockpit({"control.law": law}).fly()
@@ -156,7 +230,7 @@ def test_when_its_clock_is_set_back_an_order_of_before_its_start_takes_no_drone_
     agent.now -= SECOND
     agent.order("takeoff")
     agent.now += 2 * SECOND
-    agent.run(0.1)
+    agent.run(0.3)  # it was frozen, too
     assert agent.report.detail == OUTDATED
     agent.now -= 3600 * SECOND
     agent.run(0.2)

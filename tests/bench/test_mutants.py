@@ -7,7 +7,7 @@ from pathlib import Path
 
 import mutant_columns as columns
 import pytest
-from mutant_columns import ROOT, STAGES, Copy, Mutant, Result, commanded, judge, mutants, near, suite
+from mutant_columns import ROOT, STAGES, Copy, Mutant, Result, commanded, judge, mutants, near, searched, suite
 from mutants import Results, figures
 
 EACH = mutants()
@@ -75,6 +75,18 @@ def test_the_suite_begins_with_the_modules_own_tests_and_ends_with_processes() -
     assert {stage.name for stage in suite(STAGES)(None)} == {"fast", "flights", "rest", "processes"}
     assert stages["fast"].found("ERROR tests/a.py - ModuleNotFoundError: no module\n1 error") == ""
     assert stages["own"].found("..F\nFAILED tests/a.py::test_b - assert 1 == 2\n1 failed") == "tests/a.py::test_b"
+
+
+def test_a_search_is_told_which_line_changed(tmp_path: Path) -> None:
+    ladder = next(mutant for mutant in EACH if mutant.file.endswith("pilot/ladder.py"))
+    (stage,) = searched(tmp_path, 10, ["--seconds", "5"])(ladder)
+    place = stage.command[stage.command.index("--changed") + 1]
+    file, _, line = place.rpartition(":")
+    assert file == ladder.file
+    assert (
+        ladder.before.strip().splitlines()[0] in (ROOT / file).read_text(encoding="utf-8").splitlines()[int(line) - 1]
+    )
+    assert "--changed" not in next(searched(tmp_path, 10, [])(None)).command
 
 
 def test_of_several_results_the_newest_counts(tmp_path: Path) -> None:

@@ -88,3 +88,16 @@ def test_a_hard_touch_down_would_be_seen(flown: list[Result]) -> None:
 )
 def test_what_went_wrong_once(seed: int) -> None:
     assert fly(seed).bad == []
+
+
+@pytest.mark.parametrize(
+    "seed",
+    [
+        pytest.param(320390, id="without poses beneath one that its driver lands"),
+        pytest.param(321151, id="without poses between two that land"),
+        pytest.param(320093, id="a pilot that wakes up in the take-off of before"),
+        pytest.param(322183, id="a Tello that takes off as the flight ends, its driver frozen"),
+    ],
+)
+def test_what_went_wrong_once_in_rare_flights(seed: int) -> None:
+    assert fly_rare(seed).bad == []

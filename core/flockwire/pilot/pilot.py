@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from flockwire.control.airframe.disturbance import DisturbedAirframe
-from flockwire.control.around.free_place import is_above
+from flockwire.control.around.free_place import is_above, is_beneath
 from flockwire.control.guard import Guard
 from flockwire.domain.airframe import Command, FlightState, Telemetry
 from flockwire.domain.body import Body
@@ -51,10 +51,14 @@ LEFT_OUT = "left out of this flight"
 HELD_UP = Reason(
     "rung: held up, refuses", "off the ground with stopped motors: put it down on a floor that its sensor detects"
 )
+WOKE = Reason("rung: woke, refuses", "was frozen, reads what waits for it")
+OVERSLEPT = Reason("rung: woke, land", "was frozen as it took off: its driver lands it")
 SET_DOWN = Reason("rung: set down, land", "its driver lands it")
 DRIVER_LOST = 10.0  # s of silence after which a driver counts as dead
 LONGEST_STEP = 0.1  # s: longer pauses count as this
 OVERDUE = 0.3  # s, age of telemetry that comes ten times a second
+PAUSE = SECOND // 4  # ns between two steps after which it was frozen, and what came meanwhile waits
+READING = SECOND // 5  # ns to read that, in any order: a landing may be behind the take-off that it cancels
 STANDS = 0.1  # m above the ground: a drone that lands and is lower may stand there
 STOOD = 1.0  # s so low, by its poses, after which one that still flies lands straight down: they may be another body's
 
@@ -90,6 +94,7 @@ class Pilot:
         self._place = Place(parameters)  # the place of hold or take-off
         self._inputs = Inputs(NEVER, NEVER, NEVER, NEVER, 1.0, 0.0)
         self._stepped = now
+        self._pause = self._woke = 0  # ns since the last step; when the last pause ended, Unix ns
         self._waited = self._stood = 0.0  # s that this landing has waited for poses, and had poses on the ground
         self._down_since = 0  # time of the leader's loss, Unix ns
         self._rungs = Holding()
@@ -116,9 +121,12 @@ class Pilot:
         (empty: none); `neighbours` returns the positions known without a sensor (m, world frame); `leader_down`: the
         leader does not lead.
         """
-        self.dt = max(0.0, min((now - self._stepped) / SECOND, LONGEST_STEP))
-        if now < self._stepped:
+        self._pause = pause = now - self._stepped
+        self.dt = max(0.0, min(pause / SECOND, LONGEST_STEP))
+        if pause < 0:
             self._set_back(now)
+        elif pause > PAUSE:
+            self._woke = now
         self._stepped = now
         pose, inputs = self._pose, self._read(now, silence, self._leaderless(now, leader_down))
         self._inputs = inputs
@@ -245,6 +253,10 @@ class Pilot:
             land, troubled = land if land.text else SET_DOWN, True
         elif state is FlightState.HELD:
             unready, troubled = HELD_UP, True
+        if 0 <= now - self._woke < READING:
+            unready, troubled = unready if unready.text else WOKE, True
+            if was is Phase.TAKEOFF and self._pause > nanoseconds(limits.staleness.command_land):
+                land = land if land.text else OVERSLEPT
         airborne = state in AIRBORNE
         high = self._pose is not None and self._place.is_high(self._pose.position)
         situation = (now, left_out or fault or unready.text, fault or hold.text, land.text, airborne, high)
@@ -290,17 +302,23 @@ class Pilot:
         return wanted if grounding else limit(self._room.inwards(wanted, position), speed)
 
     def _blind_velocity(self, now: int) -> Vector:
-        """Return the velocity command without a fresh pose: straight down when landing, else zero.
+        """Return the velocity command without a fresh pose: straight down in a landing, or beneath a body, else zero.
 
-        Above another body, a landing under way first waits as long as one that begins for this reason: who is below may
-        have lost its pose, or its commands, too. It waits once in all, however often its pose is lost.
+        A drone above may descend at any time, as its driver does without commands. Above another body a drone waits
+        first, but between two no longer than such a driver: who is below may have lost its pose, or its commands, too.
+        A landing waits once in all, however often its pose is lost.
         """
-        if self.flight.phase is not Phase.LANDING:
+        phase, stale, separation = self.flight.phase, self._limits.staleness, self._parameters.separation
+        foreign = self._inputs.apart or self._identity.is_lost
+        beneath = not foreign and is_beneath(self.bodies, separation)
+        if phase is not Phase.LANDING and not (phase is Phase.HOLD and beneath):
             return ZERO
-        foreign, patience = self._inputs.apart or self._identity.is_lost, self._limits.staleness.pose_land
+        patience = min(stale.pose_land, stale.command_land) if beneath else stale.pose_land
         waits = not foreign and 0 <= now - self._body.seen_at <= nanoseconds(patience) and self._waited <= patience
-        if not (waits and is_above(self.bodies, self._parameters.separation)):
+        if not (waits and is_above(self.bodies, separation)):
             return (0.0, 0.0, -self._limits.vertical_speed)
+        if phase is Phase.HOLD:
+            return ZERO
         self._waited += self.dt
         return hovering(self._airframe)
 

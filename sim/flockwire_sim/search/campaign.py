@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
+from flockwire_sim.search.choosing import Candidate, Chooser, Draws, KnownFirst
 from flockwire_sim.search.flight import Judged, Order
-from flockwire_sim.search.seeking import Candidate, Chooser, Draws, Search
 from flockwire_sim.search.space import SearchPlan, Space
 from flockwire_sim.study.file import StudyError
 from flockwire_sim.study.ledger import Ledger
@@ -71,4 +71,12 @@ def conduct(
 
 
 def _chooser(plan: SearchPlan, space: Space, corpus: Sequence[Candidate]) -> Chooser:
-    return Search(space.size, plan.seed, corpus) if plan.method == "search" else Draws(space.size, plan.seed)
+    if plan.method == "draws":
+        return Draws(space.size, plan.seed)
+
+    def search() -> Chooser:
+        from flockwire_sim.search.seeking import Search  # noqa: PLC0415  (loads in seconds what a corpus needs not)
+
+        return Search(space.size, plan.seed)
+
+    return KnownFirst(corpus, search)

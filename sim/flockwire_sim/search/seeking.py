@@ -9,11 +9,9 @@ has twice the population of the one before (IPOP; Auger and Hansen, 2005).
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from math import inf
-from random import Random
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from cma import CMAEvolutionStrategy
@@ -22,6 +20,7 @@ from flockwire_analysis.series import Floats
 from ribs.archives import GridArchive
 from ribs.emitters import IsoLineEmitter
 
+from flockwire_sim.search.choosing import BATCH, Candidate, scaled
 from flockwire_sim.search.drawing import SEARCHED_KINDS
 from flockwire_sim.search.flight import Judged
 from flockwire_sim.search.rungs import RUNGS
@@ -31,57 +30,17 @@ PROPERTIES = (
     "over", "tail",
 )  # fmt: skip
 AXES = (("", *RUNGS), ("", *SEARCHED_KINDS), ("", *Phase))  # of the archive
-BATCH = 16  # flights of a turn of the archive
 BEGINNING = 48  # random ones before it varies its flights
 GENERATIONS = 12  # of one run of CMA-ES, at most
 NEAR, FAR = 0.12, 0.3  # standard deviations at its start: from a known flight, from anywhere
-USUAL = {"distance": 2.0, "clearance": 2.0, "contact": 0.3, "rung": 0.23}  # margins where all is well; 1 of the others
 REFUSED = 1e6  # objective of what is not a flight
 
 
-@dataclass(frozen=True, slots=True)
-class Candidate:
-    """A point of the unit cube to fly with `seed`; `focus` is the property that it was chosen for."""
-
-    point: tuple[float, ...]
-    seed: int
-    focus: str
-
-
-class Chooser(Protocol):
-    """Chooses flights by the results of earlier ones. Equal results, equal choices."""
-
-    def ask(self) -> list[Candidate]:
-        """Return the next flights, which may fly at the same time."""
-
-    def tell(self, asked: Sequence[Candidate], found: Sequence[Judged]) -> None:
-        """Learn the results of what was asked."""
-
-
-class Draws:
-    """Draws each flight independently: what a search must beat."""
+class Search:
+    """Looks for the least margins in the unit cube of `size` dimensions."""
 
     def __init__(self, size: int, seed: int) -> None:
-        self._size, self._chance, self._count, self._seed = size, Random(f"draws {seed}"), 0, seed  # noqa: S311
-
-    def ask(self) -> list[Candidate]:
-        """Return random points, each with its own seed."""
-        first, self._count = self._count, self._count + BATCH
-        return [
-            Candidate(tuple(round(self._chance.random(), 9) for _ in range(self._size)), self._seed + first + k, "")
-            for k in range(BATCH)
-        ]
-
-    def tell(self, asked: Sequence[Candidate], found: Sequence[Judged]) -> None:
-        """Draws learn nothing."""
-
-
-class Search:
-    """Looks for the least margins in the unit cube of `size` dimensions; flies `corpus` first."""
-
-    def __init__(self, size: int, seed: int, corpus: Sequence[Candidate] = ()) -> None:
         self._size, self._seed, self._turns = size, seed, 0
-        self._corpus = list(corpus)
         counts = [len(axis) for axis in AXES]
         self.archive = GridArchive(
             solution_dim=size, dims=counts, ranges=[(-0.5, count - 0.5) for count in counts], seed=seed
@@ -98,9 +57,6 @@ class Search:
 
     def ask(self) -> list[Candidate]:
         """Return the next flights."""
-        if self._corpus:
-            known, self._corpus = self._corpus[:BATCH], self._corpus[BATCH:]
-            return known
         self._turns += 1
         if self._turns <= BEGINNING // BATCH or self._turns % 2:
             points, focus = list(self._broad()), ""
@@ -174,21 +130,6 @@ def objective(judged: Judged, focus: str) -> float:
     return REFUSED / 1e3 if margin is None else margin.value
 
 
-def scaled(judged: Judged) -> float:
-    """Return the least margin, each relative to that of a flight without faults."""
-    return min(margin.value / USUAL.get(name, 1.0) for name, margin in judged.margins.items())
-
-
 def cell(judged: Judged) -> tuple[int, ...]:
     """Return the cell of the archive; what is not on an axis is in its first place."""
     return tuple(axis.index(name) if name in axis else 0 for axis, name in zip(AXES, judged.cell, strict=True))
-
-
-def worst_of(found: Mapping[int, Judged]) -> dict[str, int]:
-    """Return the number of the flight with the least margin of each property."""
-    worst: dict[str, int] = {}
-    for number, judged in sorted(found.items()):
-        for name, margin in judged.margins.items():
-            if name not in worst or margin.value < found[worst[name]].margins[name].value:
-                worst[name] = number
-    return worst

@@ -9,8 +9,8 @@ from typing import Any
 
 from flockwire.swarm.reading import read_toml
 
+from flockwire_sim.search.choosing import worst_of
 from flockwire_sim.search.flight import Case, Judged, Mode
-from flockwire_sim.search.seeking import worst_of
 from flockwire_sim.study.file import StudyError
 from flockwire_sim.study.findings import write_flight
 

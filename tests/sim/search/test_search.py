@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 import tomllib
+from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
@@ -13,12 +16,15 @@ from flockwire.loading import parse_swarm
 from flockwire.wire.plan import Plan
 from flockwire_cli import search as searches
 from flockwire_cli.main import app
+from flockwire_sim.coverage import declared
 from flockwire_sim.search import corpus
 from flockwire_sim.search.campaign import Entry
+from flockwire_sim.search.changed import FAR, NEAR, near
+from flockwire_sim.search.choosing import BATCH, Candidate, Draws, KnownFirst
 from flockwire_sim.search.events import SECOND_STATION, parse_events
 from flockwire_sim.search.flight import Case, Judged, fly
 from flockwire_sim.search.margin import Margin
-from flockwire_sim.search.seeking import Candidate, Search
+from flockwire_sim.search.seeking import Search
 from flockwire_sim.search.shrinking import shrunk
 from flockwire_sim.search.space import Genes, SearchPlan, Space, usual_space
 from flockwire_sim.search.writing import read_case, write_case
@@ -26,6 +32,7 @@ from flockwire_sim.study.file import StudyError, load_study
 from typer.testing import CliRunner
 from typer.testing import Result as Ended
 
+HOLDS = tuple(mark for mark in declared() if mark.startswith("director: holds, "))
 SWARM = """
 name = "pair"
 control = { rate_hz = 20 }
@@ -203,6 +210,53 @@ def test_a_corpus_has_what_violates_first_then_what_adds_most_and_nothing_twice(
     refused = Entry(7, Candidate((0.5,), 7, ""), Judged({}, refused="no flight"))
     chosen = [one.number for one in corpus.chosen([plain, twin, rich, worse, bad, more, often, refused])]
     assert chosen == [4, 2, 3, 6]
+
+
+def test_a_corpus_begins_with_the_flights_that_reach_marks_near_a_change() -> None:
+    rich = found_by(0, 0.91, marks={"a": 1, "b": 3, "c": 1})
+    there = found_by(1, 0.92, marks={"d": 1})
+    nearest = found_by(2, 0.93, marks={"e": 1})
+    bad = found_by(3, -0.1)
+    assert [one.number for one in corpus.chosen([rich, there, nearest, bad], {"d": 1, "e": 2})] == [3, 2, 1, 0]
+
+
+def test_the_marks_near_a_changed_line(tmp_path: Path) -> None:
+    file = tmp_path / "fence.py"
+    file.write_text(
+        'def hold() -> None:\n    sometimes("rung: fence, inwards")\n\n\ndef land() -> None:\n'
+        '    sometimes(f"director: holds, {stage}")\n    sometimes("no mark: at all")\n'
+    )
+    assert near(file, 1) == {"rung: fence, inwards": NEAR} | dict.fromkeys(HOLDS, FAR)
+    assert near(file, 5) == {"rung: fence, inwards": FAR} | dict.fromkeys(HOLDS, NEAR)
+    plain = tmp_path / "walls.py"
+    plain.write_text("WALLS = 4\n")
+    assert near(plain, 1) == dict.fromkeys(("rung: fence, inwards", *HOLDS), FAR)  # those of its folder
+    assert near(tmp_path / "rows.csv", 1) == near(plain, 1)
+
+
+def test_after_a_corpus_another_search_learns_what_it_showed() -> None:
+    corpus_, made = [Candidate((0.1,), k, "") for k in range(BATCH + 1)], []
+
+    class After(Draws):
+        def tell(self, asked: Sequence[Candidate], found: Sequence[Judged]) -> None:
+            made.extend(candidate.seed for candidate in asked)
+
+    chooser = KnownFirst(corpus_, lambda: After(1, 0))
+    for expected in (corpus_[:BATCH], corpus_[BATCH:]):
+        asked = chooser.ask()
+        assert asked == expected
+        chooser.tell(asked, [Judged({}) for _ in asked])
+    assert made == []
+    asked = chooser.ask()
+    assert asked == Draws(1, 0).ask()
+    chooser.tell(asked[:1], [Judged({})])
+    assert made == [*range(BATCH + 1), 0]
+
+
+def test_a_corpus_alone_does_not_load_what_chooses_after_it() -> None:
+    code = "import sys, flockwire_sim.search.campaign; print(sorted({'cma', 'ribs', 'sklearn'} & set(sys.modules)))"
+    ran = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert ran.stdout == "[]\n"
 
 
 def test_a_start_by_another_station_while_a_fall_is_awaited_is_landed_too() -> None:

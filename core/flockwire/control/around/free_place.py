@@ -52,6 +52,13 @@ def is_above(bodies: Sequence[Body], separation: Separation) -> bool:
     return not is_free(own, [(x, y, r + SPARE) for x, y, r in _not_above(own, bodies, separation)])
 
 
+def is_beneath(bodies: Sequence[Body], separation: Separation) -> bool:
+    """Return whether one of `bodies` is above: only drones are, and the spaces of lost ones."""
+    higher = [body for body in bodies if body.relative_position[2] > 0.0]
+    discs = [(body.relative_position[0], body.relative_position[1], separation.from_axis(body)) for body in higher]
+    return not is_free((0.0, 0.0), discs)
+
+
 def _not_above(place: Corner, bodies: Sequence[Body], separation: Separation) -> list[Disc]:
     """Return the discs that the `bodies` that are not above occupy; they are relative to `place`, m."""
     return [

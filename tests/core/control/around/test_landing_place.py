@@ -3,7 +3,7 @@
 from math import dist
 
 import pytest
-from flockwire.control.around.free_place import SPARE, landing_place
+from flockwire.control.around.free_place import SPARE, is_above, is_beneath, landing_place
 from flockwire.control.fence import Room
 from flockwire.domain.body import Body, BodyKind, Separation
 
@@ -29,6 +29,20 @@ def test_with_nothing_below_it_lands_on_its_place():
 
 def test_what_is_above_is_not_in_its_way():
     assert landing(HERE, HERE, (drone(0.1, 0.0, 0.6),)) == (HERE, True)
+
+
+@pytest.mark.parametrize(
+    ("body", "above", "beneath"),
+    [
+        (drone(0.1, 0.0, 0.6), False, True),
+        (drone(0.1, 0.0, -0.6), True, False),
+        (drone(KEPT + 0.01, 0.0, 0.6), False, False),
+        (Body(BodyKind.OBSTACLE, (0.6, 0.0, 0.6), 0.4), False, True),  # the space of a lost drone
+        (Body(BodyKind.OBSTACLE, (0.0, 0.3, 0.0), 0.2), True, False),
+    ],
+)
+def test_who_is_above_and_who_is_beneath(body, above, beneath):
+    assert (is_above((body,), SEPARATION), is_beneath((body,), SEPARATION)) == (above, beneath)
 
 
 def test_over_a_drone_it_takes_the_nearest_place_beside_it():
