@@ -58,7 +58,7 @@ class ExtendedLaw:
         """Return u_r − K (y − y_r), m/s, with the place bent and the correction turned round bodies; `now` in s."""
         bodies, place = observation.bodies, subtract(motion.stopping, error)
         offset, rate = self._bent.update(place, forward, motion.position, bodies, observation.dt)
-        if offset is not ZERO:
+        if offset != ZERO:
             error, forward = subtract(error, offset), add(forward, rate)
         correction = limit(scale(error, -self._gain), self._speed)
         if bodies:
