@@ -65,7 +65,9 @@ class ExtendedLaw:
             to_go = (-error[0], -error[1])
             correction, bodies = self._way.turned(correction, motion, forward, to_go, bodies, now)
         wanted = add(forward, self._sidestep.turned(correction, bodies, norm(error), now, forward))
-        return self._mover.left(wanted, error, bodies) if bodies else wanted
+        if not bodies:
+            return wanted
+        return self._mover.left(wanted, error, bodies, subtract(motion.stopping, motion.position))
 
     def _observe(self, observation: Observation, now: int) -> LeaderMotion | None:
         estimates = [
