@@ -58,14 +58,16 @@ class ExtendedLaw:
         """Return u_r − K (y − y_r), m/s, with the place bent and the correction turned round bodies; `now` in s."""
         bodies, place = observation.bodies, subtract(motion.stopping, error)
         offset, rate = self._bent.update(place, forward, motion.position, bodies, observation.dt)
-        if offset is not ZERO:
+        if offset != ZERO:
             error, forward = subtract(error, offset), add(forward, rate)
         correction = limit(scale(error, -self._gain), self._speed)
         if bodies:
             to_go = (-error[0], -error[1])
             correction, bodies = self._way.turned(correction, motion, forward, to_go, bodies, now)
         wanted = add(forward, self._sidestep.turned(correction, bodies, norm(error), now, forward))
-        return self._mover.left(wanted, error, bodies) if bodies else wanted
+        if not bodies:
+            return wanted
+        return self._mover.left(wanted, error, bodies, subtract(motion.stopping, motion.position))
 
     def _observe(self, observation: Observation, now: int) -> LeaderMotion | None:
         estimates = [

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from flockwire.control.around.way_of_mover import WayOfMover
 from flockwire.domain.airframe import Command
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
-from flockwire.domain.vector import ZERO, Vector
+from flockwire.domain.vector import ZERO, Vector, subtract
 from flockwire.parameters import LeaderParameters, leader_parameters, tracked_parameters, virtual_parameters
 from flockwire.pilot.pilot import Pilot
 from flockwire.process.cores import Start
@@ -32,6 +33,7 @@ class FlyingLeader:
         self.prompt = frozenset({MISSION})
         self.period = pilot.period
         self._course = Course(course)
+        self._mover = WayOfMover(course.detour) if course.filtered else None
         self._compensates = pilot.guard is not None and pilot.disturbance > 0.0
         self._teleoperation = None if teleoperation is None else Teleoperation(teleoperation)
         self._flown: Mission | None = None  # the order of the course
@@ -88,7 +90,10 @@ class FlyingLeader:
             course.resume(motion.position, (now - mission.start) / SECOND)
         t = (pilot.stamp - mission.start) / SECOND
         stopping = motion.stopping if self._compensates else None
-        return course.velocity(motion.position, pilot.bodies, t, (now - pilot.born) / SECOND, stopping)
+        wanted = course.velocity(motion.position, pilot.bodies, t, (now - pilot.born) / SECOND, stopping)
+        if self._mover is None or not pilot.bodies:
+            return wanted
+        return self._mover.left(wanted, ZERO, pilot.bodies, subtract(motion.stopping, motion.position))
 
 
 def make_core(start: Start) -> FlyingLeader | TrackedLeader | VirtualLeader:

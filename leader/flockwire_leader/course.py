@@ -75,7 +75,7 @@ class Course:
             rate = scale(rate, self.time.pace)
         if self._filtered:
             offset, sideways = self._around(error, rate, position, bodies, now)
-            if offset is not ZERO:
+            if offset != ZERO:
                 error, led, rate = add(error, offset), add(led, offset), add(rate, sideways)
         correction = scale(led, self._gain)
         self._passed += speed * (s - self._s)

@@ -34,6 +34,7 @@ class Seat:
         self.commands: list[tuple[Key, Command]] = []  # of the last step
         self.obstacles: list[tuple[Vector, float]] = []  # centre, radius
         self.drones: list[tuple[Vector, Vector]] = []  # where now, velocity
+        self.persons: list[tuple[Vector, Vector]] = []  # where now, velocity; 0.4 m of radius
         self.stuck = False  # the airframe stays where it is
         self.closest, self.clearance, self.jump, self.fastest = inf, inf, 0.0, 0.0
 
@@ -52,6 +53,7 @@ class Seat:
     def step(self) -> None:
         self.now += TICK
         self.drones = [(add(place, scale(v, 0.01)), v) for place, v in self.drones]
+        self.persons = [(add(place, scale(v, 0.01)), v) for place, v in self.persons]
         for kind, message in (
             ("telemetry", Telemetry(self.now, "world", self.state, self.battery, self.position[2], 0.0)),
             ("nearby", Nearby(self.now, "world", self._bodies())),
@@ -77,7 +79,8 @@ class Seat:
         drones = [Body(BodyKind.DRONE, subtract(place, self.position), 0.0) for place, _ in self.drones]
         x, y, _ = self.position
         fixed = [Body(BodyKind.OBSTACLE, (c[0] - x, c[1] - y, 0.0), radius) for c, radius in self.obstacles]
-        return (*drones, *fixed)
+        movers = [Body(BodyKind.MOVER, (p[0] - x, p[1] - y, 0.0), 0.4, v) for p, v in self.persons]
+        return (*drones, *fixed, *movers)
 
     def _fly(self) -> None:
         if self.velocity[2] > 0.0 and self.state is FlightState.GROUNDED:

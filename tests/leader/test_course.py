@@ -178,6 +178,19 @@ def test_a_hold_is_no_time_in_which_its_bend_grows(make_swarm: Callable[..., Any
     assert 0.1 < away < 1.0
 
 
+@pytest.mark.parametrize("aside", [-0.3, 0.05, 0.3])
+def test_it_leaves_the_way_of_a_person_early_and_comes_back(flying: Callable[..., Any], aside: float) -> None:
+    """With the bent goal alone it was 0.3 m beside the way's middle when the person was 1.3 m away."""
+    still = {"kind": "constant", "velocity": [0.0, 0.0, 0.0]}
+    leader = flying({"leader.trajectory": still, "limits.speed": 1.5, "avoidance.sensing_radius": 3.0})
+    x, y, _ = place = leader.position
+    leader.persons = [((x - 2.8, y - aside, 0.0), (1.0, 0.0, 0.0))]
+    leader.run(1.5)
+    assert abs(leader.position[1] - y + aside) > 0.45
+    leader.run(4.0)
+    assert leader.position == pytest.approx(place, abs=0.01)
+
+
 def test_a_new_flight_begins_without_the_bend_of_the_last_one(make_swarm: Callable[..., Any]) -> None:
     course, position = Course(course_parameters(make_swarm(FREE | leg()))), (0.0, 0.0, 1.0)
     course.restart(position, 0.0)

@@ -118,8 +118,9 @@ class DisturbedAirframe:
         level = 1.0 / (UNCERTAIN + self._gain.certainty * (CERTAIN - UNCERTAIN))
         rates = (level, level, 1.0 / UNCERTAIN)  # 1/T by axis: the vertical gain is never known
         found = add(self.disturbance, add(_by_axis(moved, scale(rates, 2.0)), scale(slope, dt)))
-        self.disturbance = limit(found, self._most)
-        self._slope = add(slope, _by_axis(_by_axis(moved, rates), rates)) if self.disturbance is found else ZERO
+        self.disturbance = limited = limit(found, self._most)
+        # By value: compiled tuples have no identity.
+        self._slope = add(slope, _by_axis(_by_axis(moved, rates), rates)) if limited == found else ZERO
 
 
 def _by_axis(v: Vector, factors: Vector) -> Vector:

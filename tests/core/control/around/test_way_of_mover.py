@@ -6,7 +6,7 @@ from math import cos, hypot, pi, sin
 
 import pytest
 from flockwire.control.around.bent_place import DetourParameters
-from flockwire.control.around.way_of_mover import WayOfMover
+from flockwire.control.around.way_of_mover import EDGE, WayOfMover
 from flockwire.control.fence import Room
 from flockwire.domain.body import Body, BodyKind, Separation
 from flockwire.domain.vector import ZERO, Vector
@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 PARAMETERS = DetourParameters(Separation(0.43, 0.33), Room((-20.0, -20.0, 0.0), (20.0, 20.0, 3.0)), 1.5, 10.0, 0.5)
 KEPT = 0.4 + 0.33 + 0.05
+FASTEST = 0.8 * (1.5**2 - 1.0) ** 0.5
 
 
 def person(behind: float, aside: float) -> Body:
@@ -36,13 +37,49 @@ def test_in_the_middle_its_place_decides_and_the_side_stays(place: float) -> Non
     assert way.left(ZERO, (1.0, -place, 0.0), [person(0.8, -0.3 * place)])[1] * place < 0.0  # pushed across it
 
 
-BEYOND = [person(0.8, KEPT), person(-0.1, 0.2), person(KEPT + 0.51, 0.2), person(0.8, 0.2)._replace(velocity=ZERO)]
+STANDING = Body(BodyKind.MOVER, (-0.8, -0.2, 0.0), 0.4, ZERO)
+YIELDING = Body(BodyKind.DRONE, (-0.8, -0.2, 0.0), 0.4, (1.0, 0.0, 0.0))
+BEYOND = [person(0.8, KEPT + EDGE), person(-0.1, 0.2), person(KEPT + 1.2, 0.2), STANDING, YIELDING]
 
 
-@pytest.mark.parametrize("body", [*BEYOND, person(0.8, 0.2)._replace(kind=BodyKind.DRONE)])
+@pytest.mark.parametrize("body", BEYOND)
 def test_outside_the_way_and_beside_what_stands_or_yields_nothing_changes(body: Body) -> None:
     wanted = (0.3, -0.2, 0.1)
     assert WayOfMover(PARAMETERS).left(wanted, (1.0, 0.0, 0.0), [body]) is wanted
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_beside_the_way_it_flies_in_no_faster_than_it_can_stop(side: float) -> None:
+    """Its place is behind the mover, on the other side of its way."""
+    wanted = (-0.5, -1.2 * side, 0.0)
+    limited = WayOfMover(PARAMETERS).left(wanted, (2.0, 1.6 * side, 0.0), [person(0.8, side * (KEPT + 0.05))])
+    assert limited == pytest.approx((-0.5, -0.25 * FASTEST * side, 0.0))
+
+
+@pytest.mark.parametrize(("aside", "leaves"), [(0.1, True), (0.7, False)])
+def test_the_farther_its_way_out_the_earlier_it_leaves(aside: float, leaves: bool) -> None:
+    found = WayOfMover(PARAMETERS).left(ZERO, (1.0, 0.0, 0.0), [person(KEPT + 0.5 + 0.6, aside)])
+    assert (found != ZERO) is leaves
+
+
+def test_what_it_will_have_flown_when_it_stops_counts() -> None:
+    leaving, left = WayOfMover(PARAMETERS), WayOfMover(PARAMETERS)
+    body = person(0.8, KEPT - 0.1)
+    assert leaving.left(ZERO, ZERO, [body])[1] == pytest.approx(0.5 * FASTEST)
+    assert left.left(ZERO, ZERO, [body], (0.0, 0.1, 0.0))[1] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_it_passes_behind_a_person_to_a_place_on_the_other_side() -> None:
+    """It neither crosses in front nor flies along with the person."""
+    way, x, y, nearest, place = WayOfMover(PARAMETERS), 0.6, -KEPT, 9.0, (-1.0, 0.8)
+    for step in range(300):
+        px, dx, dy = 0.01 * step, place[0] - x, place[1] - y
+        gap = max(hypot(dx, dy), 1.0)
+        vx, vy, _ = way.left((dx / gap, dy / gap, 0.0), (-dx, -dy, 0.0), [person(x - px, y)])
+        x, y = x + 0.01 * vx, y + 0.01 * vy
+        nearest = min(nearest, hypot(x - px, y))
+    assert nearest > 0.65  # without the safety filter
+    assert (x, y) == pytest.approx(place, abs=0.3)
 
 
 def test_who_leaves_fast_enough_is_left_alone() -> None:
