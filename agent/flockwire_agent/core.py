@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from math import dist, isfinite
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from flockwire.domain.fields import from_fields
 from flockwire.domain.motion import Estimate, Leading
@@ -27,7 +27,9 @@ from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 
 from flockwire_agent.guarded_law import GuardedLaw
-from flockwire_agent.place_auction import PlaceAuction
+
+if TYPE_CHECKING:
+    from flockwire_agent.place_auction import PlaceAuction
 
 
 class AgentCore:
@@ -55,6 +57,8 @@ class AgentCore:
         self._held: int | None = None  # the place that it holds by an auction, of that order
         self._auction: PlaceAuction | None = None
         if parameters.auction is not None:
+            from flockwire_agent.place_auction import PlaceAuction  # noqa: PLC0415  (few swarms have an auction)
+
             self._auction = PlaceAuction(parameters.auction, parameters.pilot.number, self._frame, pilot.born)
             self._waiting = Place(parameters.pilot)  # where it waits for a place
         self._judged: tuple[Observation, Decision] | None = None  # the formation of the error

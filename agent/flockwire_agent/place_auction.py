@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import dist, inf
 
-from flockwire.control.auction import LEAST, Auction
+from flockwire.control.auction import LEAST, Auction, highest_price
 from flockwire.domain.bids import Bids
 from flockwire.domain.motion import LeaderMotion, Motion
 from flockwire.domain.order import Mission
@@ -80,7 +80,7 @@ class PlaceAuction:
         if self._auction is None:
             if motion is None or leader is None:
                 return None
-            most = self._parameters.most_price
+            most = highest_price(len(self._parameters.followers), self._parameters.most_cost)
             costs = self._costs(order, subtract(motion.position, leader.position), now)
             self._auction = Auction(self._number, costs, LEAST, most, self._bidders(order))
         if phase in BIDDING and not 0 < self._silent_until - now <= LISTENING:

@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 from flockwire.control.around.bent_place import DetourParameters
 from flockwire.control.around.sidestep import SidestepParameters
-from flockwire.control.auction import MOST_PRICE
 from flockwire.control.fence import Room
 from flockwire.control.formation import Formation
 from flockwire.control.graph import LEADER
@@ -60,11 +59,6 @@ class AuctionParameters(NamedTuple):
     formations: frozenset[str]  # those whose places are shared out so, by the name in an order
     shapes: Mapping[str, Formation]  # all formations, likewise
     most_cost: float  # m^2, largest cost of a place: the fence's diagonal, squared
-
-    @property
-    def most_price(self) -> float:
-        """The highest price, m^2, that honest bidders cannot reach."""
-        return MOST_PRICE * len(self.followers) * self.most_cost
 
 
 class AgentParameters(NamedTuple):

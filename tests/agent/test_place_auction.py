@@ -4,7 +4,7 @@ from itertools import pairwise
 from math import dist, inf
 
 import pytest
-from flockwire.control.auction import LEAST
+from flockwire.control.auction import LEAST, highest_price
 from flockwire.domain.bids import NOBODY, Bid, Bids
 from flockwire.domain.motion import LeaderMotion, Motion
 from flockwire.domain.order import Change, Mission
@@ -92,7 +92,7 @@ def test_bids_of_another_order_and_bids_that_nobody_can_have_made_are_dropped(sw
     one = part(swarm)
     one.order(ORDER, NOW)
     one.step(Phase.HOLD, at(swarm, 3), LEADER, NOW)
-    most = agent_parameters(swarm, 2).auction.most_price
+    most = highest_price(4, agent_parameters(swarm, 2).auction.most_cost)
     one.take(told(FREE, FREE, FREE, (50.0, 4), order=ORDER._replace(giver=4)))
     assert (one.place, one.rejected) == (3, 0)
     for bids in ([(50.0, 4)], [(50.0, 4)] * 5, [FREE, FREE, FREE, (50.0, 7)], [FREE, FREE, FREE, (1.01 * most, 4)]):
@@ -194,4 +194,4 @@ def test_a_place_without_a_position_costs_the_most(make_swarm):
     one.order(ORDER, NOW)
     bids = one.step(Phase.HOLD, Motion((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), LEADER, NOW)
     assert one.place == 1
-    assert bids.bids[1].price < parameters.most_price
+    assert bids.bids[1].price < highest_price(4, parameters.most_cost)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from auction_flights import costs_of, drawn
 from auction_flights import fly as flown_by_bench
-from flockwire.control.auction import TOLERANCE
+from flockwire.control.auction import TOLERANCE, highest_price
 from flockwire.domain.bids import held_place
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground.order import Order
@@ -167,7 +167,7 @@ def test_a_liar_that_claims_all_places_keeps_drones_where_they_are_until_the_nex
     make_swarm: Callable[..., Any],
 ) -> None:
     swarm = make_swarm(AUCTION)
-    price = agent_parameters(swarm, 1).auction.most_price
+    price = highest_price(4, agent_parameters(swarm, 1).auction.most_cost)
     lie = {"at": 0.0, "kind": "false_bids", "drone": 2, "price": price, "duration": 8.0}
     trace = TraceInMemory(swarm, 0)
     world = World(swarm, 0, 18.0, parse_faults({"faults": [lie]}, Plan(swarm), "test"), trace.take)

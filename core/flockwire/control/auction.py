@@ -30,6 +30,11 @@ LEAST = 0.01  # m^2, smallest step of a price
 MOST_PRICE = 4.0  # highest price, in the largest possible cost, for each place
 
 
+def highest_price(places: int, most_cost: float) -> float:
+    """Return the highest price, which honest bidders do not reach, of so many places that cost `most_cost` at most."""
+    return MOST_PRICE * places * most_cost
+
+
 class Auction:
     """The part of follower `number` >= 0, which pays `costs[j]` >= 0 for place j, inf for one that is not to be had.
 

@@ -18,10 +18,9 @@ from flockwire.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire.domain.order import Mission, Stop
 from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND, TimeReply, TimeRequest
-from flockwire.wire.auction import read_bids, write_bids
 from flockwire.wire.batch import Batch, decode_batch, encode_batch
 from flockwire.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer
-from flockwire.wire.orders import read_mission, write_mission
+from flockwire.wire.orders import read_bids, read_mission, write_bids, write_mission
 from flockwire.wire.stamped import Kept, Layout, peek_length, unpack
 from flockwire.wire.status import Status, read_status, write_status
 
