@@ -11,7 +11,6 @@ from flockwire.control.assignment import least_cost
 from flockwire.control.graph import LEADER
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
-from flockwire.domain.vector import subtract
 from flockwire.loading import parse_swarm
 from flockwire.swarm.model import Swarm
 from flockwire_analysis.checks import ABOUT_THE_RECORD
@@ -99,8 +98,8 @@ def costs_of(trace: Trace, order: Mission) -> list[list[float]]:
     """Return the squared distance of each follower, at an order without a change, from each place, m^2."""
     formation = trace.swarm.build_formation(order.formation)
     at = np.array([order.stamp])
-    leader, costs = interpolated(trace.positions(LEADER), at)[0].tolist(), []
+    leader, costs = interpolated(trace.positions(LEADER), at)[0], []
     for follower in trace.swarm.followers:
-        here = subtract(interpolated(trace.positions(follower), at)[0].tolist(), leader)
+        here = interpolated(trace.positions(follower), at)[0] - leader
         costs.append([dist(here, formation.offset(rank, 0.0)) ** 2 for rank in range(formation.count)])
     return costs
