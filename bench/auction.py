@@ -1,30 +1,35 @@
 """How near to the optimum the distributed auction (control/auction.py) comes, and after how many rounds it ends.
 
     python bench/auction.py [--cases 1000] [--seed 0]
+    python bench/auction.py --flights 200
 
 Each case: 5, 9 or 12 followers start at random in 7 x 7 m, at least 0.6 m apart, a circle, grid or line has the places,
 and the cost is the squared distance, as in the operator's assignment. The links are a random tree with both directions,
 a one-way ring, or a random graph that joins all; bids are lost with a probability of 0 or 0.2. A round is one exchange
 with the neighbours. Exit status 1 if two followers hold one place, or a cost is above the bound or more than 10 % above
 the optimum.
+
+`--flights` flies the agents themselves in virtual time, 5, 8 or 12 followers on random trees with both directions
+(auction_flights.py). Exit status 1 if a flight fails a check, two hold one place, or one costs more than 10 % above.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+from concurrent.futures import ProcessPoolExecutor
 from itertools import product
 from math import dist
 from random import Random
 from statistics import median
 from typing import NamedTuple
 
+from auction_flights import COUNTS, LOSSES, Flown, fly
 from flockwire.control.assignment import least_cost
-from flockwire.control.auction import TOLERANCE, Auction
+from flockwire.control.auction import LEAST, TOLERANCE, Auction
 from flockwire.control.formation import Circle, Formation, Grid, Line
 
 SIDE, APART = 7.0, 0.6  # m
-LEAST = 0.01  # m^2, smallest step of a price
 MOST_ROUNDS = 20000
 Links = list[tuple[int, int]]
 
@@ -105,12 +110,44 @@ def run(number: int, seed: int) -> Case:
     return Case(cost, sum(costs[i][j] for i, j in enumerate(best)), rounds, conflict, count)
 
 
+def fly_all(flights: int, jobs: int) -> int:
+    """Fly and print a table; returns the exit status."""
+    with ProcessPoolExecutor(jobs) as pool:
+        found = list(pool.map(fly, range(flights)))
+    print("followers  loss  flights  failed  conflicts  agreed, s     settled, s    apart, m  above the optimum")
+    for count, loss in product(COUNTS, LOSSES):
+        some = [one for one in found if (one.followers, one.loss) == (count, loss)]
+        if some:
+            print(f"{count:9d}  {loss:4.1f}  {len(some):7d}  {row(some)}")
+    for seed, one in enumerate(found):
+        if one.failed or one.conflict:
+            print(f"flight {seed}: places {one.places}: {one.failed}")
+    print(f"bids rejected: {sum(one.rejected for one in found)}")
+    return 1 if any(one.failed or one.conflict or one.cost > 1.1 * one.optimum + 1e-9 for one in found) else 0
+
+
+def row(some: list[Flown]) -> str:
+    """Return the figures of some flights."""
+    agreed, settled = [one.agreed for one in some], [99.0 if one.settled is None else one.settled for one in some]
+    apart = min((one.separation for one in some if one.separation is not None), default=0.0)
+    above = [100.0 * (one.cost / one.optimum - 1.0) for one in some if one.optimum]
+    return (
+        f"{sum(bool(one.failed) for one in some):6d}  {sum(one.conflict for one in some):9d}"
+        f"  {median(agreed):.2f} / {max(agreed):.2f}   {median(settled):.1f} / {max(settled):.1f}"
+        f"    {apart:8.3f}  {median(above):.2f} / {max(above):.2f} %"
+    )
+
+
 def main() -> int:
     """Print the table; returns the exit status."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cases", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--flights", type=int, default=0)
+    parser.add_argument("--jobs", type=int, default=1)
     args = parser.parse_args()
+    if args.flights:
+        return fly_all(args.flights, args.jobs)
     cases = [run(number, args.seed) for number in range(args.cases)]
     print("followers   cases   conflicts   above the optimum, median / worst   rounds, median / worst")
     for count in sorted({case.followers for case in cases}):

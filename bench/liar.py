@@ -1,6 +1,7 @@
 """A process that lies with good keys, in virtual time: whom each lie harms, how far, and what notices it.
 
     .compiled/bin/python bench/liar.py [--laws extended,paper] [--graphs chain,star] [--lies "age 0 s,pose 1 m/s"]
+    .compiled/bin/python bench/liar.py --laws extended --graphs "both ways" --lies "all places"
     .compiled/bin/python bench/liar.py --honest 300 [--first 0]
 
 The paper's swarm of five flies twice by one seed: honestly, and with one lie from 8 s to 20 s after the order to take
@@ -54,6 +55,9 @@ GRAPHS = {  # [from, to]
     "three ways": [[0, 1], [0, 2], [0, 3], [1, 4], [2, 4], [3, 4]],
     "complete": [[i, j] for j in range(1, 5) for i in range(5) if i != j],
 }
+BOTH_WAYS = "both ways"  # a chain whose followers share the places out by an auction
+CHAIN = [[0, 1], [1, 2], [2, 1], [2, 3], [3, 2], [3, 4], [4, 3]]
+PLACES = {"all places": 12996.0, "all places, cheaper": 9000.0}  # m^2; the first is the highest in 20 x 20 x 3.5 m
 
 
 def _estimate(speed: float) -> list[dict[str, Any]]:
@@ -68,6 +72,10 @@ def _pose(drone: int, *velocity: float) -> list[dict[str, Any]]:
 
 def _age(age: float) -> dict[str, Any]:
     return {"at": BEGIN, "kind": "false_age", "drone": 1, "age": age, "duration": LASTS}
+
+
+def _bids(price: float) -> list[dict[str, Any]]:
+    return [{"at": BEGIN, "kind": "false_bids", "drone": 1, "price": price, "duration": LASTS}]
 
 
 KILL = {"at": BEGIN, "kind": "kill", "process": "leader"}
@@ -85,6 +93,7 @@ LIES = {
     "pose 1 m/s": _pose(2, 1.0, 0.0, 0.0),
     "pose 0.1 m/s up": _pose(2, 0.0, 0.0, 0.1),
     "leader's pose 0.2 m/s": _pose(0, -0.14, 0.14, 0.0),
+    **{name: _bids(price) for name, price in PLACES.items()},
     "height 0.5 m": [{"at": BEGIN, "kind": "false_height", "drone": 2, "offset": 0.5, "duration": LASTS}],
 }
 
@@ -103,7 +112,9 @@ class Flown:
 def swarm_of(graph: str, law: str) -> Swarm:
     """Return the paper's swarm on another graph, with the law `law`."""
     table = tomllib.loads(SWARM.read_text())
-    table["control"]["law"], table["graph"]["edges"] = law, GRAPHS[graph]
+    table["control"]["law"], table["graph"]["edges"] = law, CHAIN if graph == BOTH_WAYS else GRAPHS[graph]
+    if graph == BOTH_WAYS:
+        table["formation"]["assignment"] = "auction"
     table.setdefault("limits", {})["body_drift"] = DRIFT
     return parse_swarm(table, SWARM.name)
 
@@ -216,7 +227,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--laws", default="extended,paper")
     parser.add_argument("--graphs", default=",".join(GRAPHS))
-    parser.add_argument("--lies", default=",".join(name for name in LIES if name != "none"))
+    parser.add_argument("--lies", default=",".join(name for name in LIES if name not in ("none", *PLACES)))
     parser.add_argument("--honest", type=int, default=0, help="flights to draw, without a lie")
     parser.add_argument("--first", type=int, default=0)
     options = parser.parse_args()

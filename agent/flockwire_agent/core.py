@@ -5,19 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from math import dist, isfinite
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from flockwire.domain.fields import from_fields
 from flockwire.domain.motion import Estimate, Leading
 from flockwire.domain.order import Mission
-from flockwire.domain.vector import Vector, add
+from flockwire.domain.vector import ZERO, Vector, add
 from flockwire.law import Decision, Observation, Reference
 from flockwire.loading import make_law
 from flockwire.parameters import AgentParameters, agent_parameters
 from flockwire.pilot.ladder import shown
 from flockwire.pilot.neighbourhood import Neighbourhood
-from flockwire.pilot.orders import flown_formation, is_known
+from flockwire.pilot.orders import flown_place, is_known
 from flockwire.pilot.pilot import Pilot
+from flockwire.pilot.place import Place
 from flockwire.process.cores import Core, Start
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
@@ -26,6 +27,9 @@ from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
 
 from flockwire_agent.guarded_law import GuardedLaw
+
+if TYPE_CHECKING:
+    from flockwire_agent.place_auction import PlaceAuction
 
 
 class AgentCore:
@@ -38,7 +42,7 @@ class AgentCore:
         self.prompt = frozenset({MISSION})
         self.period = parameters.pilot.period
         self._frame = parameters.pilot.frame
-        self._estimate_key = Key("estimate", name)
+        self._estimate_key, self._bids_key = Key("estimate", name), Key("bids", name)
         self._rank, self._formations = parameters.rank, parameters.formations
         self._law = GuardedLaw(partial(make_law, parameters.law, parameters.settings), name)
         self._neighbourhood = Neighbourhood(
@@ -50,10 +54,18 @@ class AgentCore:
         )
         self._reference: Reference | None = None  # the place to fly in the formation, None in any other phase
         self._flown: Mission | None = None  # its order
+        self._held: int | None = None  # the place that it holds by an auction, of that order
+        self._auction: PlaceAuction | None = None
+        if parameters.auction is not None:
+            from flockwire_agent.place_auction import PlaceAuction  # noqa: PLC0415  (few swarms have an auction)
+
+            self._auction = PlaceAuction(parameters.auction, parameters.pilot.number, self._frame, pilot.born)
+            self._waiting = Place(parameters.pilot)  # where it waits for a place
         self._judged: tuple[Observation, Decision] | None = None  # the formation of the error
         self._take: dict[Key, Callable[[Any], None]] = {  # handlers of messages, by key
             **{Key("pose", uav(j)): self._neighbourhood.take_pose(j) for j in neighbours},
             **{Key("estimate", uav(j)): self._neighbourhood.take_estimate(j) for j in neighbours},
+            **({Key("bids", uav(j)): self._auction.take for j in neighbours if j} if self._auction else {}),
             **pilot.take,
         }
 
@@ -77,13 +89,23 @@ class AgentCore:
         fault = self._law.fault.text if self._law.fault is not None else ""
         if not fault and neighbourhood.agreement.contradicted:
             fault = neighbourhood.agreement.reason(now)
-        self._refer(pilot.observe(now, silence, missing, fault, neighbourhood.positions, leader_down))
+        phase = pilot.observe(now, silence, missing, fault, neighbourhood.positions, leader_down)
+        if self._auction is None:
+            self._refer(phase)
+        else:
+            self._refer_by(self._auction, phase)
         observation = from_fields(
             Observation, (pilot.dt, pilot.stamp, pilot.motion, estimates, pilot.bodies, self._reference)
         )
         decision = self._obey(observation, now)
-        messages = pilot.command(decision.velocity, now)
-        estimate = decision.estimate
+        estimate, wanted = decision.estimate, decision.velocity
+        if self._auction is not None and phase is Phase.FORMATION and self._reference is None:
+            wanted = self._wait()
+        messages = pilot.command(wanted, now)
+        if self._auction is not None:
+            bids = self._auction.step(phase, pilot.motion, estimate, now)
+            if bids is not None:
+                messages.append((self._bids_key, bids))
         if estimate is None:
             return messages
         told = (neighbourhood.origin, neighbourhood.hops, neighbourhood.leading)
@@ -107,6 +129,8 @@ class AgentCore:
         if agreement.count:
             counts = (*report.counts, ("estimates left out", agreement.count))
             report = report._replace(reasons=(*report.reasons, *agreement.reasons(now)), counts=counts)
+        if self._auction is not None:
+            report = self._auction.reported(report)
         if fault is None:
             return report
         detail = "" if report.detail == fault.text else report.detail
@@ -119,7 +143,25 @@ class AgentCore:
             self._reference = None
         elif self._reference is None or mission is not self._flown:
             self._flown = mission
-            self._reference = Reference(flown_formation(self._formations, mission), self._rank, mission.start)
+            formation, index = flown_place(self._formations, mission, self._rank, self._held)
+            self._reference = Reference(formation, index, mission.start)
+
+    def _refer_by(self, auction: PlaceAuction, phase: Phase) -> None:
+        """Set the place as `_refer` does: that which it holds in a formation with an auction; without one, none."""
+        if auction.place != self._held:
+            self._held, self._flown = auction.place, None
+        self._refer(phase)
+        if auction.ordered and self._held is None:
+            self._reference = None
+        if phase is not Phase.FORMATION or self._reference is not None:
+            self._waiting.forget()
+
+    def _wait(self) -> Vector:
+        """Return the velocity, m/s, that keeps the drone where it began to wait for a place."""
+        pilot = self._pilot
+        if pilot.motion is None:
+            return ZERO
+        return self._waiting.velocity(Phase.HOLD, pilot.motion.position, pilot.bodies)
 
     def _obey(self, observation: Observation, now: int) -> Decision:
         """Return the law's decision; a law that raises is not called again before the next order."""
@@ -154,6 +196,8 @@ class AgentCore:
             return
         if flight.mission is not None:
             self._neighbourhood.leave_out(flight.mission.without)
+            if self._auction is not None:
+                self._auction.order(flight.mission, now)
         self._law.restart()
 
 

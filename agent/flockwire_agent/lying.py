@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from flockwire.domain.bids import Bid, Bids
 from flockwire.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import add, scale
 from flockwire.parameters import AgentParameters
-from flockwire.process.faults import AgentFault, FalseEstimate
+from flockwire.process.faults import AgentFault, FalseBids, FalseEstimate
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
 
@@ -33,22 +34,26 @@ class LyingAgent(AgentCore):
         super().receive(key, message, now)
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
-        """Return the messages of the agent, with false estimates."""
-        messages = super().step(now)
-        return [(key, self._changed(one, now) if isinstance(one, Estimate) else one) for key, one in messages]
+        """Return the messages of the agent, with false estimates and bids."""
+        return [(key, self._changed(message, now)) for key, message in super().step(now)]
 
-    def _changed(self, estimate: Estimate, now: int) -> Estimate:
-        if self._took_off is None:
-            return estimate
+    def _changed(self, message: Message, now: int) -> Message:
+        if self._took_off is None or not isinstance(message, Estimate | Bids):
+            return message
         t = (now - self._took_off) / SECOND
         for fault in self._faults:
             since = t - fault.at
             if not 0.0 <= since < fault.duration:
                 continue
-            if isinstance(fault, FalseEstimate):
-                x, v, a = estimate.motion
+            if isinstance(fault, FalseBids):
+                if isinstance(message, Bids):
+                    message = message._replace(bids=(Bid(fault.price, fault.drone),) * len(message.bids))
+            elif isinstance(message, Bids):
+                continue
+            elif isinstance(fault, FalseEstimate):
+                x, v, a = message.motion
                 motion = LeaderMotion(add(x, scale(fault.velocity, since)), add(v, fault.velocity), a)
-                estimate = estimate._replace(motion=motion)
+                message = message._replace(motion=motion)
             else:
-                estimate = estimate._replace(origin=now - nanoseconds(fault.age), hops=0, leading=Leading.LEADS)
-        return estimate
+                message = message._replace(origin=now - nanoseconds(fault.age), hops=0, leading=Leading.LEADS)
+        return message

@@ -11,7 +11,7 @@ from flockwire.swarm.model import Swarm, uav
 
 from flockwire_analysis import gaps, outcomes
 from flockwire_analysis.conformance import deviations
-from flockwire_analysis.phases import formation_phases
+from flockwire_analysis.phases import formation_phases, shared_places
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.separation import place_outside
 from flockwire_analysis.tracking import SETTLED_BELOW, largest
@@ -105,7 +105,7 @@ def _formation(trace: Trace, figures: Summary, longest_off: float | None, missin
             "formation kept", longest_off, bounds.off_place, "s", "",
             f"more than {kept_within(trace.swarm):g} m off its place after all had settled, except near obstacles",
         ),
-        _none("places", _places_outside(trace)),
+        _none("places", (*_places_outside(trace), *shared_places(trace, bounds.settle_within))),
         _at_most(
             "formation tail", largest([phase.judged_tail_m for phase in figures.judged]), bounds.formation_tail, "m",
             unknown, "in the last 30 % of each phase, except near obstacles",

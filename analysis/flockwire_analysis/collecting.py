@@ -5,8 +5,10 @@ from __future__ import annotations
 from array import array
 from collections.abc import Hashable
 from dataclasses import dataclass, field
+from operator import attrgetter
 from pathlib import Path
 
+from flockwire.domain.bids import Bids, held_place
 from flockwire.domain.order import Mission, Stop, Version
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.codec import Message
@@ -16,7 +18,7 @@ from flockwire.wire.status import APART, LAW_FAILED, LEFT_OUT, Status
 from flockwire_recorder.trace import count_lost, published_at
 
 from flockwire_analysis.observed import Observed, Shown, append_change, keep, observed, shown
-from flockwire_analysis.recorded import ProcessRecord, StateChange, Trace, is_repeated
+from flockwire_analysis.recorded import Held, ProcessRecord, StateChange, Trace, is_repeated
 from flockwire_analysis.series import Columns, Movers
 
 
@@ -53,6 +55,8 @@ class Collector:
         self._missions: dict[Version, Mission] = {}
         self._obeyed: set[Version] = set()  # missions that a process obeyed
         self._stops: dict[int, Stop] = {}
+        self._held: dict[int, list[Held]] = {}
+        self._numbers = {uav(i): i for i in swarm.followers}
         self._states: dict[str, list[StateChange]] = {}
         self._histories: dict[str, list[Observed]] = {identity: [] for identity in self.plan.pilots.values()}
         self._shown: dict[str, list[Shown]] = {}
@@ -87,29 +91,42 @@ class Collector:
                 self._missions[message.version] = message
             case Stop():
                 self._stops[message.stamp] = message
+            case Bids():
+                self._take_bids(self._numbers[key.owner], message)
             case Status() if message.identity != key.owner:  # a status of another process is forged
                 self._malformed += 1
                 return
             case Status():
-                publisher.last = message
-                publisher.cpu += message.cpu
-                publisher.links.update(message.links)
-                if (obeyed := message.report.mission) is not None:
-                    self._obeyed.add(obeyed.version)
-                for reason in message.report.reasons:
-                    if reason.code in (LAW_FAILED, LEFT_OUT, APART):
-                        found = self._failed_laws if reason.code == LAW_FAILED else self._contradictions
-                        found[f"{message.identity}: {reason.text}"] = None
-                if (history := self._histories.get(message.identity)) is not None:
-                    keep(history, observed(message, channel))
-                states = self._states.setdefault(message.identity, [])
-                if not states or states[-1].phase != message.report.phase:
-                    states.append(StateChange(message.stamp, message.report.phase))
-                append_change(self._shown.setdefault(message.identity, []), shown(message))
+                self._take_status(publisher, channel, message)
         columns = self._columns.get(key)
         if columns is None:
             columns = self._columns[key] = Columns(key.kind)
         columns.add(message, published_at(published, logged), logged, sequence)
+
+    def _take_bids(self, number: int, message: Bids) -> None:
+        if len(message.bids) != len(self._numbers):
+            return
+        held = Held(message.stamp, message.order, held_place(message.bids, number))
+        history = self._held.setdefault(number, [])
+        if not history or history[-1][1:] != held[1:]:
+            history.append(held)
+
+    def _take_status(self, publisher: _Publisher, channel: Hashable, message: Status) -> None:
+        publisher.last = message
+        publisher.cpu += message.cpu
+        publisher.links.update(message.links)
+        if (obeyed := message.report.mission) is not None:
+            self._obeyed.add(obeyed.version)
+        for reason in message.report.reasons:
+            if reason.code in (LAW_FAILED, LEFT_OUT, APART):
+                found = self._failed_laws if reason.code == LAW_FAILED else self._contradictions
+                found[f"{message.identity}: {reason.text}"] = None
+        if (history := self._histories.get(message.identity)) is not None:
+            keep(history, observed(message, channel))
+        states = self._states.setdefault(message.identity, [])
+        if not states or states[-1].phase != message.report.phase:
+            states.append(StateChange(message.stamp, message.report.phase))
+        append_change(self._shown.setdefault(message.identity, []), shown(message))
 
     def trace(self, path: Path, closed: bool = True, lost_bytes: int = 0) -> Trace:
         """Return the data collected from `path`."""
@@ -135,6 +152,7 @@ class Collector:
             self._begin, self._end, self._recorded,
             len(lost_orders) + self._lost(judged=True), self._lost(judged=False),
             self._malformed, closed, lost_bytes,
+            {number: tuple(sorted(held, key=attrgetter("stamp"))) for number, held in self._held.items()},
         )  # fmt: skip
 
     def _movers(self) -> dict[int, Movers]:

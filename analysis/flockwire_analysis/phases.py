@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import zip_longest
+from itertools import pairwise, zip_longest
 
 import numpy as np
 from flockwire.control.formation import Formation
+from flockwire.control.graph import LEADER
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
-from flockwire.pilot.orders import flown_formation, is_known
+from flockwire.pilot.orders import flown_formation, flown_place, is_known
+from flockwire.swarm.model import uav
 
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Booleans, Floats, Integers
 
+FOREVER = 1 << 62  # ns
 TAIL = 0.3  # share of the formation phase, at its end, that judges tracking
 
 
@@ -65,6 +68,11 @@ def formation_phases(trace: Trace) -> tuple[FormationPhase, ...]:
     It ends with the next order of any kind, with a stop, or with the trace. An order without remaining time has no
     phase.
     """
+    return tuple(FormationPhase(mission.formation, span) for mission, span in _spans(trace))
+
+
+def _spans(trace: Trace) -> list[tuple[Mission, Span]]:
+    """Return each start order with its phase."""
     found = []
     for mission, following in zip_longest(trace.missions, trace.missions[1:]):
         begin = max(mission.start, mission.stamp)
@@ -72,8 +80,8 @@ def formation_phases(trace: Trace) -> tuple[FormationPhase, ...]:
         if following is not None:
             end = min(end, following.stamp)
         if mission.in_formation and begin < end:
-            found.append(FormationPhase(mission.formation, Span(begin, end)))
-    return tuple(found)
+            found.append((mission, Span(begin, end)))
+    return found
 
 
 def _end(trace: Trace, begin: int) -> int:
@@ -84,24 +92,69 @@ def _end(trace: Trace, begin: int) -> int:
 def offsets(trace: Trace, number: int, stamps: Integers) -> Floats:
     """Return follower `number`'s offset h_i(t - start), m, one row for each of `stamps` (Unix ns), NaN before a start.
 
-    The newest start is in force; one with a past time 0 is in force from its publication.
+    The newest start is in force; one with a past time 0 is in force from its publication. NaN while a follower holds no
+    place of an auction.
     """
-    index = trace.swarm.followers.index(number)
     result = np.full((len(stamps), 3), np.nan)
     starts = [mission for mission in trace.missions if mission.in_formation]
     for place, mission in enumerate(starts):
-        formation = formation_of(trace, mission)
-        if formation is None:
+        if (formations := _formations(trace, mission)) is None:
             continue
         since = max(mission.start, mission.stamp) if place else mission.start
-        rows = stamps >= since
-        times = (stamps[rows] - mission.start) / SECOND
-        result[rows] = [formation.offset(index, float(t)) for t in times] or np.empty((0, 3))
+        held = _held(trace, number, mission, since)
+        for (begin, index), (end, _) in pairwise([*held, (FOREVER, None)]):
+            rows = (stamps >= begin) & (stamps < end)
+            if index is None:
+                result[rows] = np.nan
+                continue
+            formation, which = _flown(trace, formations, mission, number, index)
+            times = (stamps[rows] - mission.start) / SECOND
+            result[rows] = [formation.offset(which, float(t)) for t in times] or np.empty((0, 3))
     return result
 
 
+def shared_places(trace: Trace, least: float) -> tuple[str, ...]:
+    """Return a sentence for each two followers that held one place at the end of a phase of `least` s or more."""
+    found = []
+    for mission, span in _spans(trace):
+        if mission.formation not in trace.swarm.auctioned or span.length < least:
+            continue
+        owners: dict[int | None, int] = {None: LEADER}
+        for number in trace.followers:
+            place = [place for at, place in _held(trace, number, mission, span.begin) if at <= span.end][-1]
+            other = owners.setdefault(place, number)
+            if place is not None and other != number:
+                found.append(f"{uav(other)} and {uav(number)} both hold place {place}")
+    return tuple(found)
+
+
 def formation_of(trace: Trace, mission: Mission) -> Formation | None:
-    """Return the formation of an order, None if the swarm does not have it."""
+    """Return the formation of an order, by the places in it; None if the swarm does not have it."""
+    formations = _formations(trace, mission)
+    return flown_formation(formations, mission) if formations is not None else None
+
+
+def _held(trace: Trace, number: int, mission: Mission, since: int) -> list[tuple[int, int | None]]:
+    """Return from when on (Unix ns), `since` at first, follower `number` had which place (rank) by an order.
+
+    Without an auction that is its own rank.
+    """
+    if mission.formation not in trace.swarm.auctioned:
+        return [(since, trace.swarm.followers.index(number))]
+    told = [one for one in trace.held.get(number, ()) if one.order == mission.version]
+    return [(since, None), *((max(since, one.stamp), one.place) for one in told)]
+
+
+def _formations(trace: Trace, mission: Mission) -> dict[str, Formation] | None:
+    """Return the formations of an order by name, None if the swarm does not have them."""
     named = {mission.formation} if mission.change is None else {mission.formation, mission.change.before}
     formations = {name: trace.swarm.build_formation(name) for name in named.intersection(trace.swarm.formation_names)}
-    return flown_formation(formations, mission) if is_known(formations, mission) else None
+    return formations if is_known(formations, mission) else None
+
+
+def _flown(
+    trace: Trace, formations: dict[str, Formation], mission: Mission, number: int, place: int
+) -> tuple[Formation, int]:
+    """Return the formation of an order, and the index in it of follower `number`, which has the `place`."""
+    held = place if mission.formation in trace.swarm.auctioned else None
+    return flown_place(formations, mission, trace.swarm.followers.index(number), held)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
 from flockwire.control.graph import LEADER
-from flockwire.domain.order import Mission, Stop
+from flockwire.domain.order import Mission, Stop, Version
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.keys import ROWS, TIME_REQUEST, Delivery, Key
 from flockwire.wire.plan import Plan
@@ -39,6 +39,14 @@ class StateChange(NamedTuple):
     phase: str
 
 
+class Held(NamedTuple):
+    """From `stamp` (Unix ns) on, a follower held the place of rank `place` by the auction of `order`, None: none."""
+
+    stamp: int
+    order: Version
+    place: int | None
+
+
 @dataclass(frozen=True)
 class Trace:
     """The data of a trace.
@@ -47,10 +55,11 @@ class Trace:
     mission that a pilot obeyed once, by stamp, `orders` the others too; `vitals` one entry for each publisher of a
     status, `states` the changes of reported phases by identity, `histories` what pilots reported of phase and orders,
     `shown` the changes of what pages show of a process, by identity, `failed_laws` a sentence for each error of a law,
-    `contradictions` one for each input that a pilot took for false. `begin` and `end` are the first and the last log
-    time (Unix ns). `lost` counts missing messages of topics that are not repeated, and missing orders that pilots
-    obeyed; `lost_beside` those of dispensable processes alone; `malformed` the messages that could not be decoded. A
-    trace that was not `closed` was read up to its last complete record; `lost_bytes` follow it.
+    `contradictions` one for each input that a pilot took for false; `held` which places followers held by auctions.
+    `begin` and `end` are the first and the last log time (Unix ns). `lost` counts missing messages of topics that are
+    not repeated, and missing orders that pilots obeyed; `lost_beside` those of dispensable processes alone; `malformed`
+    the messages that could not be decoded. A trace that was not `closed` was read up to its last complete record;
+    `lost_bytes` follow it.
     """
 
     path: Path
@@ -75,6 +84,7 @@ class Trace:
     malformed: int
     closed: bool
     lost_bytes: int
+    held: dict[int, tuple[Held, ...]] = field(default_factory=dict)
 
     @property
     def swarm(self) -> Swarm:

@@ -6,14 +6,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from flockwire.control.graph import LEADER
-from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import add
 from flockwire.ground.fleet import STALE
 from flockwire.pilot.off_place import shown_phase
-from flockwire.pilot.orders import flown_formation, is_known
+from flockwire.pilot.orders import reported_place
 from flockwire.wire.plan import Plan
-from flockwire.wire.status import Status
+from flockwire.wire.status import Report, Status
 
 
 class Scene:
@@ -30,7 +29,7 @@ class Scene:
         for number, pilot in self._plan.pilot.items():
             status = statuses.get(pilot)
             if status is not None:
-                place = self._place(number, status.report.mission, leader, now)
+                place = self._place(number, status.report, leader, now)
                 drones[number] = {**_told(status, now), "place": place}
         others = {
             identity: _told(statuses[identity], now)
@@ -39,14 +38,15 @@ class Scene:
         }
         return {"now": now / SECOND, "mission": _mission_time(statuses, now), "drones": drones, "others": others}
 
-    def _place(self, number: int, mission: Mission | None, leader: Status | None, now: int) -> list[float] | None:
+    def _place(self, number: int, report: Report, leader: Status | None, now: int) -> list[float] | None:
         """Return the place of a follower in the formation that it was ordered to fly, None if it has none."""
-        if number == LEADER or leader is None or leader.report.position is None or mission is None:
+        if number == LEADER or leader is None or leader.report.position is None or report.mission is None:
             return None
-        if not mission.in_formation or not is_known(self._formations, mission):
+        found = reported_place(self._plan.swarm, self._formations, report, number)
+        if found is None:
             return None
-        formation, rank = flown_formation(self._formations, mission), self._plan.swarm.followers.index(number)
-        offset = formation.offset(rank, (now - mission.start) / SECOND)
+        formation, index = found
+        offset = formation.offset(index, (now - report.mission.start) / SECOND)
         return [round(place, 3) for place in add(leader.report.position, offset)]
 
 

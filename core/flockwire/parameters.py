@@ -6,7 +6,7 @@ A core of an agent or of a leader knows its parameters, not the swarm. Lengths a
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import inf
+from math import dist, inf
 from typing import NamedTuple
 
 from flockwire.control.around.bent_place import DetourParameters
@@ -52,6 +52,15 @@ class PilotParameters(NamedTuple):
     formation_gain: float  # 1/s, of that push
 
 
+class AuctionParameters(NamedTuple):
+    """The parameters of a follower's part in the auction for places."""
+
+    followers: tuple[int, ...]  # the bidders, by rank
+    formations: frozenset[str]  # those whose places are shared out so, by the name in an order
+    shapes: Mapping[str, Formation]  # all formations, likewise
+    most_cost: float  # m^2, largest cost of a place: the fence's diagonal, squared
+
+
 class AgentParameters(NamedTuple):
     """The parameters of a follower's agent."""
 
@@ -64,6 +73,7 @@ class AgentParameters(NamedTuple):
     leader_kind: str
     disagreement: float  # m, between the neighbours' estimates; inf without a safety filter
     closer: frozenset[int]  # the in-neighbours that are fewer hops from the leader; likewise none
+    auction: AuctionParameters | None = None  # None if no formation has one
 
 
 class CourseParameters(NamedTuple):
@@ -141,17 +151,25 @@ def pilot_parameters(swarm: Swarm, number: int) -> PilotParameters:
 def agent_parameters(swarm: Swarm, number: int) -> AgentParameters:
     """Return the parameters of the agent of follower `number` of `swarm`."""
     neighbours, depths = swarm.topology.neighbours(number), swarm.topology.depths()
+    formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
     return AgentParameters(
         pilot=pilot_parameters(swarm, number),
         law=swarm.control.law,
         settings=law_settings(swarm, number),
         rank=swarm.followers.index(number),
-        formations={name: swarm.build_formation(name) for name in swarm.formation_names},
+        formations=formations,
         neighbours=neighbours,
         leader_kind=swarm.leader.kind,
         disagreement=swarm.limits.disagreement if swarm.control.filtered else inf,
         closer=frozenset(j for j in neighbours if swarm.control.filtered and depths[j] < depths[number]),
+        auction=auction_parameters(swarm, formations) if swarm.auctioned else None,
     )
+
+
+def auction_parameters(swarm: Swarm, formations: Mapping[str, Formation]) -> AuctionParameters:
+    """Return the parameters of the auctions of `swarm`, which has these formations."""
+    fence = swarm.limits.fence
+    return AuctionParameters(swarm.followers, swarm.auctioned, formations, dist(fence.low, fence.high) ** 2)
 
 
 def leader_parameters(swarm: Swarm) -> LeaderParameters:

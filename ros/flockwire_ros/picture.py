@@ -9,7 +9,7 @@ from flockwire.control.graph import LEADER
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, add
 from flockwire.pilot.off_place import shown_phase
-from flockwire.pilot.orders import flown_formation, is_known
+from flockwire.pilot.orders import reported_place
 from flockwire.ros.markers import Colour, Marker, Shape, marker_array
 from flockwire.swarm.model import uav
 from flockwire.wire.phase import Phase
@@ -41,7 +41,6 @@ class Picture:
         self._plan, self._statuses, swarm = plan, statuses, plan.swarm
         self._formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
         self._pilots = {uav(i): pilot for i, pilot in plan.pilot.items()}
-        self._rank = {uav(i): rank for rank, i in enumerate(swarm.followers)}
         self.positions: dict[str, Vector] = {}
         self.estimates: dict[str, Vector] = {}
         self._constant = (*self._fence(), *self._obstacles())
@@ -93,15 +92,15 @@ class Picture:
 
     def _places(self, now: int) -> dict[str, Vector]:
         """Return the places of the followers that fly a formation: the leader's position and the offset."""
-        leader, found = self.positions.get(uav(LEADER)), {}
-        for name, rank in self._rank.items():
-            status = self._statuses.get(self._pilots[name])
-            mission = status.report.mission if status is not None else None
-            if leader is None or mission is None or not mission.in_formation or status is None:
+        leader, found, swarm = self.positions.get(uav(LEADER)), {}, self._plan.swarm
+        for number in swarm.followers:
+            status = self._statuses.get(self._plan.pilot[number])
+            if leader is None or status is None or status.report.phase != Phase.FORMATION:
                 continue
-            if status.report.phase == Phase.FORMATION and is_known(self._formations, mission):
-                offset = flown_formation(self._formations, mission).offset(rank, (now - mission.start) / SECOND)
-                found[name] = add(leader, offset)
+            mission, place = status.report.mission, reported_place(swarm, self._formations, status.report, number)
+            if mission is not None and place is not None:
+                formation, index = place
+                found[uav(number)] = add(leader, formation.offset(index, (now - mission.start) / SECOND))
         return found
 
     def _fence(self) -> tuple[Marker, ...]:

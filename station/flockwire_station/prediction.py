@@ -52,6 +52,7 @@ def _of_leader(swarm: Swarm, duration: float) -> Iterator[str]:
 def _of_followers(swarm: Swarm, name: str, duration: float) -> Iterator[str]:
     key = f"formations.{name}" if name else "formation"
     formation, trajectory, limits = swarm.build_formation(name), _trajectory(swarm), swarm.limits
+    named = {number: _owner(swarm, name, rank) for rank, number in enumerate(swarm.followers)}
     room, course = limits.fence.room(), _course(swarm)
     fastest, outside = (0.0, 0.0, 0), None
     blocked: dict[tuple[int, int], float] = {}
@@ -69,16 +70,22 @@ def _of_followers(swarm: Swarm, name: str, duration: float) -> Iterator[str]:
                     blocked.setdefault((number, obstacle), t)
     speed, t, number = fastest
     if speed > limits.speed:
-        yield f"{key}: with the leader's speed {uav(number)} needs {speed:.2f} m/s, limits.speed = {limits.speed:g} m/s"
+        who = named[number]
+        yield f"{key}: with the leader's speed {who} needs {speed:.2f} m/s, limits.speed = {limits.speed:g} m/s"
     if outside is not None:
         t, number, place = outside
-        yield f"{key}: the place of {uav(number)} leaves limits.fence after {t:.1f} s, at {_shown(place)}"
+        yield f"{key}: the place of {named[number]} leaves limits.fence after {t:.1f} s, at {_shown(place)}"
     if blocked:
         (number, obstacle), t = min(blocked.items(), key=lambda one: one[1])
         yield (
-            f"{key}: obstacle {obstacle} is at the place of {uav(number)} after {t:.1f} s; it must avoid it, "
+            f"{key}: obstacle {obstacle} is at the place of {named[number]} after {t:.1f} s; it must avoid it, "
             f"as {len({drone for drone, _ in blocked})} of {len(swarm.followers)} followers must"
         )
+
+
+def _owner(swarm: Swarm, formation: str, rank: int) -> str:
+    """Return who has the place `rank`; with an auction nobody knows before the flight."""
+    return f"whoever gets place {rank}" if formation in swarm.auctioned else uav(swarm.followers[rank])
 
 
 def _instants(duration: float) -> Iterator[float]:

@@ -19,7 +19,7 @@ from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
-from flockwire.wire.status import Report
+from flockwire.wire.status import Report, Status
 from flockwire_analysis.reading import read_trace
 from waiting import wait_until
 
@@ -46,9 +46,15 @@ def test_any_order_will_do_and_each_reports_what_it_waits_for_and_ends_in_time(
     assert all("Traceback" not in fleet.log(name) for name in names)
 
 
-def test_an_agent_killed_in_flight_rejoins(in_flight: InFlight) -> None:
+BOTH_WAYS = "[[0, 1], [1, 2], [2, 1], [2, 3], [3, 2], [3, 4], [4, 3]]"
+FOLLOWERS = ("uav1", "uav2", "uav3", "uav4")
+
+
+def test_an_agent_killed_in_flight_rejoins_and_finds_the_place_that_it_held_by_the_auction(in_flight: InFlight) -> None:
     # A landing that its driver began is final: the restart of a process must take less than that waits for.
-    fleet, tower = in_flight(takeoff_height="1.5\nstaleness = { command_land = 5.0 }")
+    slow = "1.5\nstaleness = { command_land = 5.0 }"
+    fleet, tower = in_flight(takeoff_height=slow, radius='2.0\nassignment = "auction"', edges=BOTH_WAYS)
+    held = _held(tower.wait(lambda seen: sorted(_held(seen).values()) == [0, 1, 2, 3]))
     fleet.end("uav3", signal.SIGKILL)
     fleet.start("uav3")
     began = clock.now()
@@ -58,6 +64,7 @@ def test_an_agent_killed_in_flight_rejoins(in_flight: InFlight) -> None:
         return status is not None and status.stamp > began and 0.0 <= status.report.formation_error < 0.1
 
     tower.wait(lambda seen: rejoined(seen) and seen["uav4"].report.formation_error < 0.1)
+    assert _held(tower.statuses) == held
     tower.order("land")
     tower.all_in("ready")
     for name in [name for name in fleet.running if name != "recorder"]:
@@ -67,6 +74,12 @@ def test_an_agent_killed_in_flight_rejoins(in_flight: InFlight) -> None:
     assert trace.closed
     assert trace.lost == 0
     assert {mission.verb for mission in trace.missions} == {"takeoff", "start", "land"}
+    assert {uav(number): places[-1].place for number, places in trace.held.items()} == held
+
+
+def _held(seen: dict[str, Status]) -> dict[str, int]:
+    """Return the place that each follower reports."""
+    return {name: place for name in FOLLOWERS if name in seen and (place := seen[name].report.place) is not None}
 
 
 class Spy:

@@ -1,5 +1,6 @@
 """Who receives from whom: the directed communication graph with the leader as its root."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import inf
 
@@ -47,22 +48,40 @@ class Graph:
 
     def depths(self) -> dict[int, int]:
         """Return the fewest hops from the leader to each node that it reaches; {LEADER: 0} at least."""
-        out_neighbours: dict[int, list[int]] = {}
-        for source, target, _ in self.edges:
-            out_neighbours.setdefault(source, []).append(target)
-        depths = {LEADER: 0}
-        frontier = [LEADER]
-        while frontier:
-            reached: list[int] = []
-            for source in frontier:
-                for target in out_neighbours.get(source, ()):
-                    if target not in depths:
-                        depths[target] = depths[source] + 1
-                        reached.append(target)
-            frontier = reached
-        return depths
+        return _depths(LEADER, ((source, target) for source, target, _ in self.edges))
 
     def unreachable(self) -> tuple[int, ...]:
         """Return the followers with no path from the leader; empty iff Assumption 2 (a spanning tree) holds."""
         depths = self.depths()
         return tuple(i for i in self.followers if i not in depths)
+
+    def parted(self) -> tuple[int, int] | None:
+        """Return two followers so that links between followers do not lead from the first to the second, else None."""
+        if not self.followers:
+            return None
+        links, first = [(source, target) for source, target, _ in self.edges if source != LEADER], self.followers[0]
+        onwards, back = _depths(first, links), _depths(first, ((target, source) for source, target in links))
+        for i in self.followers:
+            if i not in onwards:
+                return first, i
+            if i not in back:
+                return i, first
+        return None
+
+
+def _depths(root: int, links: Iterable[tuple[int, int]]) -> dict[int, int]:
+    """Return the fewest hops from `root` to each node that `links` (source, target) lead to, itself included."""
+    targets: dict[int, list[int]] = {}
+    for source, target in links:
+        targets.setdefault(source, []).append(target)
+    depths = {root: 0}
+    frontier = [root]
+    while frontier:
+        reached: list[int] = []
+        for source in frontier:
+            for target in targets.get(source, ()):
+                if target not in depths:
+                    depths[target] = depths[source] + 1
+                    reached.append(target)
+        frontier = reached
+    return depths

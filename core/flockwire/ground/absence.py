@@ -23,6 +23,9 @@ def refusal(swarm: Swarm, without: tuple[int, ...]) -> str:
     if lost := left.unreachable():
         names, chosen = ", ".join(map(uav, lost)), ", ".join(map(str, without))
         return f"--without {chosen}: no spanning tree from the leader is left, it does not reach {names}"
+    if swarm.auctioned and (ends := left.parted()):
+        chosen, (one, other) = ", ".join(map(str, without)), map(uav, ends)
+        return f"--without {chosen}: no links are left from {one} to {other}, which assignment = 'auction' needs"
     return ""
 
 

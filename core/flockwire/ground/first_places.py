@@ -1,4 +1,7 @@
-"""Who gets which place when a formation starts: by rank, or with `assignment = "free"` by the shortest paths."""
+"""Who gets which place when a formation starts: by rank, or with `assignment = "free"` by the shortest paths.
+
+With `assignment = "auction"` the followers share the places out, and their statuses name them.
+"""
 
 from __future__ import annotations
 
@@ -37,3 +40,23 @@ def with_first_places(order: Mission, swarm: Swarm, fleet: Fleet) -> Mission:
     sometimes("station: free places at the start")
     found = tuple(places)
     return order._replace(change=Change(order.start - SECOND, OVER, order.formation, found, found))
+
+
+def with_held_places(running: Mission, swarm: Swarm, fleet: Fleet) -> Mission | None:
+    """Return `running`, a formation flown or interrupted, with the places that the followers hold by an auction.
+
+    Those that are left out keep the places of their ranks. It is unchanged without an auction; None while a place is
+    not known, or two report the same one.
+    """
+    if running.formation not in swarm.auctioned:
+        return running
+    places: list[int | None] = []
+    for rank, drone in enumerate(swarm.followers):
+        status = fleet.fresh.get(drone)
+        held = status.report.place if status is not None else None
+        places.append(rank if drone in running.without else held)
+    found = tuple([place for place in places if place is not None])
+    if sorted(found) != list(range(len(swarm.followers))):
+        return None
+    change = running.change or Change(running.start - SECOND, OVER, running.formation, found, found)
+    return running._replace(change=change._replace(places=found))

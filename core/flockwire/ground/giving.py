@@ -13,7 +13,7 @@ from flockwire.domain.marks import sometimes
 from flockwire.domain.order import Mission, Stop
 from flockwire.domain.time import SECOND
 from flockwire.ground.director import LEAD_TIME
-from flockwire.ground.first_places import with_first_places
+from flockwire.ground.first_places import with_first_places, with_held_places
 from flockwire.ground.fleet import Fleet
 from flockwire.ground.order import Answer, Order, ToPlan, overtaken
 from flockwire.ground.standing import Standing
@@ -160,7 +160,11 @@ class ChangeGiving(Giving):
             return
         leader = fleet.fresh.get(LEADER)
         position = leader.report.position if leader is not None else None
-        self.to_plan = ToPlan(running, formation, position, self._order.duration)
+        held = with_held_places(running, self._plan.swarm, fleet) if formation != running.formation else running
+        if held is None:
+            self.answer = Answer(refusal="the places that the drones hold by the auction are not known; start again")
+            return
+        self.to_plan = ToPlan(held, formation, position, self._order.duration)
 
     def planned(self, mission: Mission | None, refusal: str = "") -> None:
         """Take the change that was planned, or why there is none."""
@@ -169,4 +173,6 @@ class ChangeGiving(Giving):
             sometimes("answer: a change of formation, cannot be flown")
             self.answer = Answer(refusal=refusal)
         elif mission.change is not None and self._from is not None and mission.change != self._from.change:
-            self._note = f"the change takes {mission.change.duration:.1f} s"
+            by_auction = mission.formation in self._plan.swarm.auctioned
+            rehearsed = "; rehearsed with the best places, the followers' auction decides" if by_auction else ""
+            self._note = f"the change takes {mission.change.duration:.1f} s{rehearsed}"

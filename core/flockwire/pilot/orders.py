@@ -15,7 +15,8 @@ from flockwire.control.formation_change import FormationChange
 from flockwire.domain.marks import sometimes
 from flockwire.domain.order import Mission, Version
 from flockwire.domain.time import SECOND
-from flockwire.wire.status import Counts, counted
+from flockwire.swarm.model import Swarm
+from flockwire.wire.status import Counts, Report, counted
 
 DOWN = {"hold": 1, "land": 2}  # the orders that need no knowledge, with their ranks; all others are below
 CAME_DOWN = 1 << 31  # marks the version of an order whose drone landed without an order
@@ -142,3 +143,32 @@ def flown_formation(formations: Mapping[str, Formation], mission: Mission) -> Fo
     begin = (change.begin - mission.start) / SECOND
     before = formations[change.before]
     return FormationChange(before, change.places_before, after, change.places, begin, change.duration)
+
+
+def flown_place(
+    formations: Mapping[str, Formation], mission: Mission, rank: int, held: int | None
+) -> tuple[Formation, int]:
+    """Return the formation of a known `mission`, and the index in it of the follower of `rank`.
+
+    `held` is the place that it holds by the auction, None: its place is that in the order.
+    """
+    change = mission.change
+    if held is None:
+        return flown_formation(formations, mission), rank
+    if change is None:
+        return formations[mission.formation], held
+    places = tuple([held if other == rank else place for other, place in enumerate(change.places)])
+    return flown_formation(formations, mission._replace(change=change._replace(places=places))), rank
+
+
+def reported_place(
+    swarm: Swarm, formations: Mapping[str, Formation], report: Report, number: int
+) -> tuple[Formation, int] | None:
+    """Return the formation of follower `number` and the index of its place, by its report; None if it has none."""
+    mission = report.mission
+    if mission is None or not mission.in_formation or not is_known(formations, mission):
+        return None
+    held = report.place if mission.formation in swarm.auctioned else None
+    if mission.formation in swarm.auctioned and (held is None or held >= formations[mission.formation].count):
+        return None
+    return flown_place(formations, mission, swarm.followers.index(number), held)

@@ -162,6 +162,15 @@ class FalseAge(_Fault):
     duration: Positive
 
 
+class FalseBids(_Fault):
+    """A follower's agent claims every place of an auction, at `price`, m^2."""
+
+    kind: Literal["false_bids"]
+    drone: int
+    price: Positive
+    duration: Positive
+
+
 class FalsePose(_Fault):
     """The cameras report a drone at a place that moves away from it at `velocity`, m/s."""
 
@@ -182,9 +191,10 @@ class FalseHeight(_Fault):
 
 Fault = (
     Kill | Restart | Freeze | Cut | LinkChange | Partition | TrackerLoss | NoiseBurst | NameSwap | Visitor | ClockStep
-    | AirframeLag | WindChange | AirframeFailure | FalseEstimate | FalseAge | FalsePose | FalseHeight
+    | AirframeLag | WindChange | AirframeFailure | FalseEstimate | FalseAge | FalseBids | FalsePose
+    | FalseHeight
 )  # fmt: skip
-AgentFault = FalseEstimate | FalseAge
+AgentFault = FalseEstimate | FalseAge | FalseBids
 AirframeFault = AirframeLag | AirframeFailure | FalseHeight
 OfDrone = TrackerLoss | FalsePose | AgentFault | AirframeFault  # those with a key `drone`
 

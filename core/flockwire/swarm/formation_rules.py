@@ -34,8 +34,8 @@ def _formation(swarm: Swarm, name: str) -> Iterator[str]:
         yield f"{key}: {error}"
         return
     table, safe = swarm.formation_table(name), swarm.avoidance.drone_safety_distance
-    if table.assignment == "free" and table.places == "fixed":
-        yield f"{key}.assignment = 'free': excludes {key}.places = 'fixed'; remove one"
+    if table.assignment != "rank" and table.places == "fixed":
+        yield f"{key}.assignment = {table.assignment!r}: excludes {key}.places = 'fixed'; remove one"
     if shape.max_speed > swarm.limits.speed:
         yield f"{key}: its drones fly up to {shape.max_speed:.2f} m/s, limits.speed = {swarm.limits.speed} m/s"
     fence = swarm.limits.fence
@@ -59,6 +59,20 @@ def _undefined(swarm: Swarm, key: str, table: object) -> Iterator[str]:
         yield (
             f"{key}.{axis} = {getattr(table, axis)!r}: it or its rate has no finite value at t = {t:.1f} s for {drone} "
             f"(i = {rank}); must have one from 0 to {SURVEY_HORIZON:g} s"
+        )
+
+
+@needs("formation", "formations", "drones.id", "graph")
+def _auctions(swarm: Swarm) -> Iterator[str]:
+    """Yield the formations whose places cannot be shared out over the links between followers."""
+    ends = swarm.topology.parted() if swarm.auctioned else None
+    if ends is None:
+        return
+    for name in sorted(swarm.auctioned):
+        key = f"formations.{name}" if name else "formation"
+        yield (
+            f"{key}.assignment = 'auction': the links between followers do not lead from {uav(ends[0])} to "
+            f"{uav(ends[1])}; must lead from each to every other one (graph.edges)"
         )
 
 
@@ -87,4 +101,4 @@ def _carried(swarm: Swarm) -> Iterator[str]:
             yield f"{key}: its drones come within {nearest:.2f} m of the person who leads, {least}"
 
 
-RULES: tuple[Rule, ...] = (_formations, _carried)
+RULES: tuple[Rule, ...] = (_formations, _auctions, _carried)

@@ -19,7 +19,7 @@ class FormationModel(Model):
     """The common part of all kinds."""
 
     places: Literal["assigned", "fixed"] = "assigned"  # assignment in a change to it: shortest paths, or by rank
-    assignment: Literal["rank", "free"] = "rank"  # assignment when a flight starts with it: by rank, or shortest paths
+    assignment: Literal["rank", "free", "auction"] = "rank"  # at a start: by rank, shortest paths, followers decide
 
 
 class ShapeModel(FormationModel):

@@ -209,6 +209,13 @@ class Swarm(Model):
         """The names of formations in orders; the first one's is empty."""
         return ("", *self.formations)
 
+    @cached_property
+    def auctioned(self) -> frozenset[str]:
+        """The names of the formations whose places the followers share out by an auction."""
+        first = self.formation is not None or DEFAULT_FORMATION in self.formations
+        names = self.formation_names if first else tuple(self.formations)
+        return frozenset(name for name in names if self.formation_table(name).assignment == "auction")
+
     def survey(self, name: str = "") -> Survey:
         """Return the extremes of the formation called `name` over its first SURVEY_HORIZON s; raises as building it."""
         if name not in self._surveys:

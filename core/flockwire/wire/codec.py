@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any, Final, NamedTuple, Protocol, TypeVar
 
 from flockwire.domain.airframe import Command, FlightState, Telemetry
+from flockwire.domain.bids import Bids
 from flockwire.domain.body import Body, BodyKind, Nearby
 from flockwire.domain.fields import from_fields
 from flockwire.domain.motion import Estimate, LeaderMotion, Leading
@@ -19,7 +20,7 @@ from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND, TimeReply, TimeRequest
 from flockwire.wire.batch import Batch, decode_batch, encode_batch
 from flockwire.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer
-from flockwire.wire.orders import read_mission, write_mission
+from flockwire.wire.orders import read_bids, read_mission, write_bids, write_mission
 from flockwire.wire.stamped import Kept, Layout, peek_length, unpack
 from flockwire.wire.status import Status, read_status, write_status
 
@@ -199,6 +200,7 @@ CODECS: Final[dict[type[Any], Codec]] = {
         lambda reply: (*divmod(reply.requested, SECOND), *divmod(reply.received, SECOND)),
         lambda stamp, frame, v: TimeReply(stamp, frame, *_times(v)),
     ),
+    Bids: _texts(write_bids, read_bids),
     Mission: _texts(write_mission, read_mission),
     Stop: _texts(
         lambda writer, stop: writer.text(stop.reason),

@@ -1,7 +1,10 @@
-"""The codec of orders, in their own messages and in the status of pilots."""
+"""The codec of orders, in their own messages and in the status of pilots, and of bids for the places in them."""
 
 from __future__ import annotations
 
+from math import inf
+
+from flockwire.domain.bids import NOBODY, Bid, Bids
 from flockwire.domain.order import LONGEST_CHANGE, MISSION_VERBS, MOST_VERSIONS, Change, Mission, Version
 from flockwire.wire.cdr import MessageError, Reader, Writer
 
@@ -61,3 +64,23 @@ def read_versions(reader: Reader) -> tuple[Version, ...]:
     if count > MOST_VERSIONS:
         raise MessageError(f"names {count} orders, the most is {MOST_VERSIONS}")
     return tuple([Version(reader.time(), reader.take("I")) for _ in range(count)])
+
+
+def write_bids(writer: Writer, message: Bids) -> None:
+    """Append bids, after their stamp and frame."""
+    writer.time(message.order.stamp)
+    writer.put("I", message.order.giver)
+    writer.put("I", len(message.bids))
+    for price, bidder in message.bids:
+        writer.put("d", price)
+        writer.put("i", bidder)
+
+
+def read_bids(stamp: int, frame: str, reader: Reader) -> Bids:
+    """Read the output of `write_bids`; raises MessageError, also for a price or a bidder that cannot be."""
+    order = Version(reader.time(), reader.take("I"))
+    bids = tuple([Bid(reader.take_all("d", 1)[0], reader.take("i")) for _ in range(reader.length())])
+    for price, bidder in bids:
+        if not 0.0 <= price < inf or bidder < NOBODY:
+            raise MessageError(f"a bid of {price} by {bidder}")
+    return Bids(stamp, frame, order, bids)

@@ -142,7 +142,7 @@ AGENT = Process(
     numbered=True,
     pilot=True,
     batches=True,
-    faults=frozenset({"false_estimate", "false_age"}),
+    faults=frozenset({"false_estimate", "false_age", "false_bids"}),
 )
 DRIVER = Process(
     "driver",

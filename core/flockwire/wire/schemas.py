@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 from flockwire.domain.airframe import Command, Telemetry
+from flockwire.domain.bids import Bids
 from flockwire.domain.body import Nearby
 from flockwire.domain.motion import Estimate
 from flockwire.domain.order import Mission, Stop
@@ -20,6 +21,7 @@ ROS_TYPES: dict[type[Message], str] = {
     Command: "geometry_msgs/msg/TwistStamped",
     Nearby: "flockwire_msgs/msg/NearbyBodies",
     IdentityDoubt: "flockwire_msgs/msg/IdentityDoubt",
+    Bids: "flockwire_msgs/msg/Bids",
     Telemetry: "flockwire_msgs/msg/Telemetry",
     Mission: "flockwire_msgs/msg/Mission",
     Stop: "flockwire_msgs/msg/Stop",
@@ -50,6 +52,8 @@ DEFINITIONS = {
     ),
     "flockwire_msgs/msg/NearbyBodies": "std_msgs/Header header\nflockwire_msgs/NearbyBody[] bodies",
     "flockwire_msgs/msg/IdentityDoubt": "std_msgs/Header header\nbuiltin_interfaces/Time since",
+    "flockwire_msgs/msg/Bid": "float64 price\nint32 bidder",
+    "flockwire_msgs/msg/Bids": ("std_msgs/Header header\nflockwire_msgs/OrderVersion order\nflockwire_msgs/Bid[] bids"),
     "flockwire_msgs/msg/Telemetry": (
         "uint8 GROUNDED=0\nuint8 FLYING=1\nuint8 LANDING=2\nuint8 STOPPED=3\nuint8 HELD=4\n"
         "std_msgs/Header header\nuint8 state\nfloat64 battery\nfloat64 height\nfloat64 command_age\nbool stop_received"

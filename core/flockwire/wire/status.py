@@ -22,7 +22,11 @@ SURELY_SHORT = LONGEST_TEXT // 4  # characters: one takes four bytes of UTF-8 at
 SERIAL = "serial"  # the code of the reason with the serial number of a driver's drone
 LAW_FAILED = "law failed"  # the code of the reason with a law's error and its place
 LEFT_OUT = "estimate left out"  # of the reason that names neighbours whose estimates contradict the others
+PLACE = "place"  # of the reason that names the place which a follower holds by the auction
+NO_PLACE_YET = "no place yet"  # of the reason of a follower that holds none, though such a formation is ordered
 APART = "body apart"  # of the reason of a drone whose tracked body does not move as commanded
+HOLDS = "holds place "  # before the rank, in the text of PLACE
+MOST_DIGITS = 4  # of a rank
 OTHERS = "others"  # the sum of unnamed rejections
 
 
@@ -45,6 +49,11 @@ class Reason(NamedTuple):
     def line(self) -> str:
         """The reason as text."""
         return f"{self.text}: {self.remedy}" if self.remedy else self.text
+
+
+def place_reason(place: int | None) -> Reason:
+    """Return the reason that names the `place` (rank) which a follower holds, None: none yet."""
+    return Reason(NO_PLACE_YET, "holds no place yet") if place is None else Reason(PLACE, f"{HOLDS}{place}")
 
 
 class Report(NamedTuple):
@@ -72,6 +81,13 @@ class Report(NamedTuple):
         if not self.reasons:
             return self.detail
         return "; ".join(filter(None, (self.detail, *(reason.line for reason in self.reasons))))
+
+    @property
+    def place(self) -> int | None:
+        """The rank of the place that it holds by the auction, None without one."""
+        texts = [reason.text for reason in self.reasons if reason.code == PLACE]
+        rank = texts[0].removeprefix(HOLDS) if texts else ""
+        return int(rank) if len(rank) <= MOST_DIGITS and rank.isascii() and rank.isdecimal() else None
 
     @property
     def newest(self) -> tuple[Version, ...]:

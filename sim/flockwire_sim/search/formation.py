@@ -9,7 +9,7 @@ from flockwire.control.graph import LEADER
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import add
-from flockwire.pilot.orders import flown_formation
+from flockwire.pilot.orders import flown_place
 from flockwire.swarm.model import Swarm, uav
 from flockwire_analysis.separation import RECOVERY, surface_distance
 
@@ -17,6 +17,7 @@ from flockwire_sim.search.record import Recorder
 
 AT_PLACE = 0.2  # s between two looks at the tail
 TAIL = SECOND  # ns
+PLACELESS = 1000.0  # m, error of a follower that holds no place of an auction
 
 
 def tails(recorder: Recorder, swarm: Swarm) -> dict[str, tuple[float, float]]:
@@ -44,10 +45,15 @@ def errors(recorder: Recorder, swarm: Swarm, start: Mission, now: int) -> dict[s
     A follower whose place is or just was near an obstacle, which it cannot keep, is left out.
     """
     places = recorder.places(now)
-    formation = flown_formation({start.formation: swarm.build_formation(start.formation)}, start)
-    found = {}
-    for index, follower in enumerate(swarm.followers):
+    formations = {start.formation: swarm.build_formation(start.formation)}
+    auctioned, found = start.formation in swarm.auctioned, {}
+    for rank, follower in enumerate(swarm.followers):
         owner = uav(follower)
+        held = recorder.held(owner, now) if auctioned else None
+        if auctioned and held is None:
+            found[owner] = PLACELESS
+            continue
+        formation, index = flown_place(formations, start, rank, held)
         place = add(places[uav(LEADER)], formation.offset(index, (now - start.start) / SECOND))
         if owner in places and not _obstructed(recorder, swarm, now, index, start):
             found[owner] = dist(places[owner], place)

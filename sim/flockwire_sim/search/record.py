@@ -101,6 +101,12 @@ class Recorder:
             for owner, rows in self._truth.items()
         }
 
+    def held(self, owner: str, at: int) -> int | None:
+        """Return the place that a drone held by an auction at `at` (Unix ns), by its newest status, None: none."""
+        rows = self._reports[owner]
+        place = bisect_right(rows, at, key=lambda row: row[0])
+        return rows[place - 1][1].report.place if place else None
+
     def note(self, rung: str, at: float) -> None:
         """Note that a rung was reached at `at`, s after the order to take off."""
         self.rungs[rung] = min(round(at, 3), self.rungs.get(rung, np.inf))

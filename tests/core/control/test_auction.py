@@ -3,7 +3,8 @@ from math import inf, nan
 from random import Random
 
 import pytest
-from flockwire.control.auction import NOBODY, TOLERANCE, Auction, Bid
+from flockwire.control.auction import TOLERANCE, Auction
+from flockwire.domain.bids import NOBODY, Bid, held_place
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -83,7 +84,7 @@ def test_a_price_never_falls_and_a_repeated_bid_changes_nothing():
     [
         (0, (), 0.1, "costs"),
         (0, (1.0, -1.0), 0.1, "none negative"),
-        (0, (1.0, inf), 0.1, "finite"),
+        (0, (inf, inf), 0.1, "finite"),
         (0, (1.0, nan), 0.1, "costs"),
         (0, (1.0,), 0.0, "least = 0.0"),
         (0, (1.0,), inf, "least = inf"),
@@ -103,4 +104,76 @@ def test_malformed_bids_are_dropped_whole(bids):
     agent = Auction(1, (1.0, 2.0), LEAST)
     with pytest.raises(ValueError, match="bids"):
         agent.take(bids)
+    assert agent.bids == [Bid(0.0, NOBODY)] * 2
+
+
+@given(tables, st.integers(0, 9))
+def test_no_price_is_above_twice_the_largest_cost_and_step(costs, seed):
+    chance, largest = Random(seed), max(map(max, costs))
+    agents = [Auction(i, row, LEAST) for i, row in enumerate(costs)]
+    highest = 2.0 * (largest + max(TOLERANCE * largest, LEAST))
+    for _ in range(200):
+        for agent in agents:
+            agent.bid()
+        told = [tuple(agent.bids) for agent in agents]
+        for source, target in ring(len(costs)):
+            if chance.random() >= 0.4:
+                agents[target].take(told[source])
+    assert max(bid.price for agent in agents for bid in agent.bids) <= highest + 1e-9
+
+
+@given(tables, st.integers(0, 40), st.booleans(), st.randoms(use_true_random=False))
+def test_a_process_that_is_started_again_gets_a_place_and_nobody_shares_it(costs, after, listens, chance):
+    agents, links = [Auction(i, row, LEAST, most=1e4) for i, row in enumerate(costs)], ring(len(costs))
+    again = chance.randrange(len(costs))
+    for step in range(4000):
+        if step == after:
+            agents[again] = Auction(again, costs[again], LEAST, most=1e4)
+        for agent in agents:
+            if not (listens and agent is agents[again] and after <= step < after + 8):
+                agent.bid()
+        told = [tuple(agent.bids) for agent in agents]
+        for source, target in links:
+            agents[target].take(told[source])
+    assert sorted(agent.place for agent in agents) == list(range(len(costs)))
+
+
+def test_a_process_that_listens_first_finds_its_old_place():
+    neighbours = [Bid(3.0, 2), Bid(1.5, 1), Bid(0.7, 3)]
+    agent = Auction(1, (0.0, 5.0, 5.0), LEAST)
+    agent.take(neighbours)
+    agent.bid()
+    assert (agent.place, agent.bids) == (1, neighbours)
+
+
+def test_of_two_places_with_one_bidder_the_dearer_one_is_its_own():
+    assert held_place([Bid(1.0, 4), Bid(2.0, 4), Bid(3.0, 5)], 4) == 1
+    assert held_place([Bid(1.0, 4), Bid(2.0, 4), Bid(3.0, 5)], 6) is None
+    assert held_place([Bid(0.0, NOBODY)], NOBODY + 7) is None
+
+
+def test_a_place_of_infinite_cost_is_not_to_be_had():
+    one, two = Auction(1, (inf, 4.0, 1.0), LEAST), Auction(2, (inf, 9.0, 1.0), LEAST)
+    for _ in range(20):
+        one.bid()
+        two.bid()
+        one.take(two.bids)
+        two.take(one.bids)
+    assert (one.place, two.place) == (1, 2)
+    assert one.bids[0] == Bid(0.0, NOBODY)
+
+
+def test_it_does_not_bid_above_the_highest_price():
+    agent = Auction(1, (1.0, 2.0), LEAST, most=8.0)
+    agent.take([Bid(8.0, 2), Bid(8.0, 2)])
+    agent.bid()
+    assert agent.place is None
+    assert agent.bids == [Bid(8.0, 2)] * 2
+
+
+@pytest.mark.parametrize("bid", [Bid(8.1, 2), Bid(1.0, 4), Bid(1.0, NOBODY)])
+def test_bids_above_the_highest_price_or_of_others_are_dropped(bid):
+    agent = Auction(1, (1.0, 2.0), LEAST, most=8.0, bidders={1, 2, 3})
+    with pytest.raises(ValueError, match="bids"):
+        agent.take([Bid(1.0, 2), bid])
     assert agent.bids == [Bid(0.0, NOBODY)] * 2

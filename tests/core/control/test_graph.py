@@ -1,8 +1,11 @@
 import subprocess
 import sys
+from itertools import product
 
 import pytest
 from flockwire.control.graph import LEADER, Graph
+from hypothesis import given
+from hypothesis import strategies as st
 
 TREE = Graph((1, 2, 3, 4), ((0, 1, 1.0), (1, 2, 1.0), (1, 3, 0.5), (2, 4, 1.0), (3, 4, 2.0)))
 
@@ -26,6 +29,21 @@ def test_depths_count_the_fewest_hops():
 def test_followers_without_a_path_from_the_leader_are_named():
     assert TREE.unreachable() == ()
     assert Graph((1, 2, 3), ((0, 1, 1.0), (2, 3, 1.0), (3, 2, 1.0))).unreachable() == (2, 3)
+
+
+@given(st.integers(1, 5), st.randoms(use_true_random=False))
+def test_followers_are_parted_iff_one_cannot_reach_another(count, chance):
+    followers = tuple(range(1, count + 1))
+    links = [(i, j) for i in (LEADER, *followers) for j in followers if i != j and chance.random() < 0.4]
+    ends = Graph(followers, tuple((*link, 1.0) for link in links)).parted()
+    reach = {(i, i) for i in followers} | {link for link in links if link[0] != LEADER}
+    for k, i, j in product(followers, repeat=3):  # Warshall
+        if (i, k) in reach and (k, j) in reach:
+            reach.add((i, j))
+    if ends is None:
+        assert len(reach) == count * count
+    else:
+        assert ends not in reach
 
 
 @pytest.mark.parametrize(

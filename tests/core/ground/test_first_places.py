@@ -4,13 +4,13 @@ from math import dist
 import pytest
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
-from flockwire.ground.first_places import with_first_places
+from flockwire.ground.first_places import with_first_places, with_held_places
 from flockwire.ground.fleet import Fleet
 from flockwire.pilot.orders import flown_formation
 from flockwire.wire.cdr import Reader, Writer
 from flockwire.wire.orders import read_mission, write_mission
 from flockwire.wire.phase import Phase
-from flockwire.wire.status import Report, Status
+from flockwire.wire.status import Report, Status, place_reason
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -87,3 +87,26 @@ def test_it_stays_by_rank_while_a_position_is_unknown_and_if_ranks_are_best(plan
     assert with_first_places(START, swarm, fleet(plan, swapped)).change.places == (1, 0, 2, 3)
     ranks = make_plan()
     assert with_first_places(START, ranks.swarm, fleet(ranks, swapped)) is START
+
+
+def reporting(plan, places):
+    """Return what is known of pilots that report these places, by drone."""
+    reports = {i: Report(Phase.FORMATION, reasons=(place_reason(place),)) for i, place in places.items()}
+    statuses = {
+        plan.pilots[i]: Status(NOW, "world", plan.pilots[i], report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
+        for i, report in reports.items()
+    }
+    return Fleet(plan.pilots, statuses, {}, NOW)
+
+
+def test_a_change_begins_at_the_places_that_the_followers_report(plan, make_plan):
+    edges = {"graph.edges": [[0, 1], [1, 2], [2, 3], [3, 4], [4, 1]]}
+    auctioned = make_plan({**edges, "formation.assignment": "auction"})
+    held = {1: 2, 2: 0, 3: 3, 4: 1}
+    assert with_held_places(START, auctioned.swarm, reporting(auctioned, held)).change.places == (2, 0, 3, 1)
+    assert with_held_places(START, plan.swarm, reporting(plan, held)) is START
+    for unknown in ({**held, 4: None}, {**held, 4: 2}, {1: 2, 2: 0, 3: 3}):
+        assert with_held_places(START, auctioned.swarm, reporting(auctioned, unknown)) is None
+    absent = START._replace(without=(2,))
+    found = with_held_places(absent, auctioned.swarm, reporting(auctioned, {1: 2, 3: 3, 4: 0}))
+    assert found.change.places == (2, 1, 3, 0)

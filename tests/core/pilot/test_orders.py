@@ -1,9 +1,10 @@
 from itertools import permutations
 
 import pytest
-from flockwire.domain.order import MISSION_VERBS, Mission
+from flockwire.domain.order import MISSION_VERBS, Change, Mission
 from flockwire.domain.time import SECOND
-from flockwire.pilot.orders import AHEAD, REMEMBERED, Orders, came_down, rank
+from flockwire.pilot.orders import AHEAD, REMEMBERED, Orders, came_down, flown_place, rank, reported_place
+from flockwire.wire.status import Report, place_reason
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -126,3 +127,27 @@ def test_however_many_orders_come_little_is_kept():
 
 def test_the_rank_of_no_order_is_the_lowest():
     assert [rank(each) for each in (None, START, HOLD, LAND)] == [-1, 0, 1, 2]
+
+
+def test_the_place_of_an_auction_is_the_reported_one(make_swarm):
+    edges = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 1]]
+    row = {"kind": "line", "spacing": 0.9}
+    swarm = make_swarm({"graph.edges": edges, "formation.assignment": "auction", "formations": {"row": row}})
+    formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
+    order = Mission(NOW, "world", "start", NOW)
+
+    def place(mission, held):
+        report = Report("formation", mission=mission, reasons=(place_reason(held),))
+        return reported_place(swarm, formations, report, 2)
+
+    assert place(order, 3) == (formations[""], 3)
+    assert place(order, None) is None
+    assert place(order, 4) is None
+    assert place(None, 3) is None
+    assert place(order._replace(verb="hold"), 3) is None
+    assert place(order._replace(formation="row"), 3) == (formations["row"], 1)
+    back = order._replace(change=Change(NOW, 2.0, "row", (0, 1, 2, 3), (3, 2, 1, 0)))
+    formation, index = place(back, 3)
+    assert formation.offset(index, 0.0) == formations["row"].offset(1, 0.0)
+    assert formation.offset(index, 9.0) == formations[""].offset(3, 9.0)
+    assert flown_place(formations, back, 1, None)[0].offset(1, 9.0) == formations[""].offset(2, 9.0)

@@ -26,6 +26,7 @@ EVERY_KIND = [
     {"at": 10.0, "kind": "failure", "drone": 4},
     {"at": 11.0, "kind": "false_estimate", "drone": 1, "velocity": [0.1, 0.0, 0.0], "duration": 5.0},
     {"at": 11.0, "kind": "false_age", "drone": 1, "age": 0.0, "duration": 5.0},
+    {"at": 11.0, "kind": "false_bids", "drone": 1, "price": 9.0, "duration": 5.0},
     {"at": 11.0, "kind": "false_pose", "drone": 0, "velocity": [0.1, 0.0, 0.0], "duration": 5.0},
     {"at": 11.0, "kind": "false_height", "drone": 1, "offset": -0.5, "duration": 5.0},
 ]

@@ -6,6 +6,7 @@ from flockwire.loading import SwarmFileError
 VIRTUAL = {"leader.kind": "virtual", "drones.0": None}
 TRACKED = {"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2]}
 TELLOS = {"drones.1.airframe": "tello", "drones.2.airframe": "tello"}
+LOOP = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 1]]
 WRONG = [
     # drones
     ({"drones.2.id": 1}, "drones.2.id = 1: another drone has this id"),
@@ -65,6 +66,19 @@ WRONG = [
     (
         {"formation.places": "fixed", "formation.assignment": "free"},
         "formation.assignment = 'free': excludes formation.places = 'fixed'",
+    ),
+    (
+        {"formation.places": "fixed", "formation.assignment": "auction", "graph.edges": LOOP},
+        "formation.assignment = 'auction': excludes formation.places = 'fixed'",
+    ),
+    (
+        {"formation.assignment": "auction"},
+        "formation.assignment = 'auction': the links between followers do not lead from uav2 to uav1; must lead from "
+        "each to every other one (graph.edges)",
+    ),
+    (
+        {"formations": {"row": {"kind": "line", "assignment": "auction"}}},
+        "formations.row.assignment = 'auction': the links between followers do not lead from uav2 to uav1",
     ),
     ({"wind.gust": -1.0}, "wind.gust = -1.0: must be a number of 0 or more"),
     # graph

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from flockwire.domain.airframe import Command, FlightState, Telemetry
+from flockwire.domain.bids import Bid, Bids
 from flockwire.domain.body import Body, BodyKind, Nearby
 from flockwire.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire.domain.order import LONGEST_CHANGE, MISSION_VERBS, Change, Mission, Stop, Version
@@ -12,7 +13,7 @@ from flockwire.wire.cdr import MessageError
 from flockwire.wire.codec import decode, encode
 from flockwire.wire.keys import TABLE
 from flockwire.wire.schemas import DEFINITIONS, ROS_TYPES, schema_text
-from flockwire.wire.status import Reason, Report, Status
+from flockwire.wire.status import PLACE, Reason, Report, Status, place_reason
 from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -36,6 +37,7 @@ changes = st.integers(1, 20).flatmap(
 )  # fmt: skip
 absent = st.lists(st.integers(0, 999), max_size=4).map(tuple)
 givers = st.integers(0, 2**32 - 1)
+bids = st.lists(st.builds(Bid, st.floats(0.0, 1e9), st.integers(-1, 2**31 - 1)), max_size=6).map(tuple)
 versions = st.lists(st.builds(Version, stamps, givers), max_size=4).map(tuple)
 orders = st.builds(
     Mission, stamps.filter(bool), st.just("world"), st.text(), stamps, st.text(), st.none() | changes, absent,
@@ -61,6 +63,7 @@ MESSAGES = (
         Mission, stamps, frames, st.sampled_from(MISSION_VERBS), stamps, st.text(), st.none() | changes, absent,
         givers, versions,
     ),
+    st.builds(Bids, stamps, frames, st.builds(Version, stamps, givers), bids),
     st.builds(Stop, stamps, frames, st.text()),
     st.builds(
         Status, stamps, st.just("world"), st.text(), reports, counts, counts, counts, counts, counts, numbers, counts,
@@ -105,6 +108,9 @@ def ros_content(message):  # noqa: PLR0911 (one for each kind)
             return (message.state, message.battery, message.height, message.command_age, message.stop_received)
         case Mission():
             return (message.verb, *ros_formation(message))
+        case Bids():
+            (order,) = ros_versions([message.order])
+            return (order, [T["Bid"](*bid) for bid in message.bids])
         case Stop():
             return (message.reason,)
         case TimeRequest():
@@ -171,6 +177,7 @@ def test_every_frame_id_keeps_the_alignment(length):
         Mission(stamp, frame, "start", stamp, "line"),
         Mission(stamp, frame, "formation", stamp, "line", Change(stamp, 2.0, "", (0, 1, 2), (2, 0, 1))),
         Mission(stamp, frame, "start", giver=7, knows=(Version(stamp - 1, 8), Version(stamp, 2**31))),
+        Bids(stamp, frame, Version(stamp - 1, 8), (Bid(1.5, 3), Bid(0.0, -1))),
         Stop(stamp, frame, "why"),
         TimeRequest(stamp, frame),
         TimeReply(stamp, frame, stamp - 1, stamp + 1),
@@ -208,6 +215,19 @@ def test_an_origin_of_more_than_a_second_of_nanoseconds_is_rejected():
 def test_a_status_without_an_order_names_none():
     status = Status(SECOND, "world", "uav1", Report("ready"), 1, 2, 3, 4, 5, 0.5, 6, (), ())
     assert decode(Status, encode(status)).report.mission is None
+
+
+@pytest.mark.parametrize("bid", [Bid(-0.1, 1), Bid(float("nan"), 1), Bid(float("inf"), 1), Bid(1.0, -2)])
+def test_a_bid_that_nobody_can_have_made_is_rejected(bid):
+    with pytest.raises(MessageError, match="a bid of"):
+        decode(Bids, encode(Bids(SECOND, "world", Version(1, 2), (Bid(1.0, 1), bid))))
+
+
+def test_a_report_names_the_place_that_its_follower_holds():
+    assert Report("formation", reasons=(*REASONS, place_reason(17))).place == 17
+    assert Report("formation", reasons=(place_reason(None),)).place is None
+    for forged in ("", "-1", "1e3", "99999", "1" * 300, "²"):
+        assert Report("formation", reasons=(Reason(PLACE, f"holds place {forged}"),)).place is None
 
 
 @given(st.lists(bodies, max_size=40).map(tuple))

@@ -54,6 +54,16 @@ def test_with_neighbours_sensing_there_is_no_nearby_and_listeners_subscribe_to_p
     assert both(swarm, Key("pose", "uav4")) == ({"gateway"}, {"uav4"})
 
 
+def test_bids_go_along_the_edges_between_followers_where_a_formation_has_an_auction(make_swarm):
+    both_ways = [[0, 1], [0, 2], [1, 2], [2, 1], [2, 3], [3, 2], [3, 4], [4, 3]]
+    table = {"graph.edges": both_ways, "formations": {"row": {"kind": "line", "assignment": "auction"}}}
+    swarm = make_swarm(table)
+    assert [key.owner for key in Plan(swarm).keys if key.kind == "bids"] == list(AGENTS)
+    assert both(swarm, Key("bids", "uav1")) == ({"uav1"}, {"uav2"})
+    assert both(swarm, Key("bids", "uav2")) == ({"uav2"}, {"uav1", "uav3"})
+    assert not [key for key in Plan(make_swarm({"graph.edges": both_ways})).keys if key.kind == "bids"]
+
+
 def test_a_drone_with_a_driver_is_commanded_through_it_alone(make_swarm):
     swarm = make_swarm({"drones.1.airframe": "tello", "drones.2.airframe": "tello"})
     for i, driver in enumerate(("kinematics", "driver1", "driver2", "kinematics", "kinematics")):

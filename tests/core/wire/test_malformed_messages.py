@@ -5,9 +5,10 @@ from struct import pack
 
 import pytest
 from flockwire.domain.airframe import Command, FlightState, Telemetry
+from flockwire.domain.bids import Bid, Bids
 from flockwire.domain.body import Body, BodyKind, Nearby
 from flockwire.domain.motion import Estimate, LeaderMotion, Leading
-from flockwire.domain.order import Change, Mission, Stop
+from flockwire.domain.order import Change, Mission, Stop, Version
 from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError
 from flockwire.wire.codec import decode, encode
@@ -24,6 +25,7 @@ SOUND = (
     IdentityDoubt(STAMP, "world", STAMP - 5),
     Telemetry(STAMP, "world", FlightState.FLYING, 0.9, 1.0, 0.01),
     Mission(STAMP, "world", "start", STAMP, "line"),
+    Bids(STAMP, "world", Version(STAMP, 7), (Bid(1.5, 3), Bid(0.0, -1), Bid(2.5, 1))),
     Stop(STAMP, "world", "why"),
     Status(STAMP, "world", "uav1", Report("hold"), 1, 2, 3, 4, 5, 0.5, 6, (("a", 1),), ("gateway", "uav2")),
 )
@@ -95,7 +97,7 @@ def test_a_claim_of_many_bodies_is_refused_at_once(count):
 
 @pytest.mark.parametrize("wrong", [float("nan"), float("inf"), float("-inf")])
 def test_numbers_that_are_not_finite_are_refused(wrong):
-    pose, estimate, command, nearby, _, telemetry, _, _, status = SOUND
+    pose, estimate, command, nearby, _, telemetry, _, _, _, status = SOUND
     for place in ((wrong, 0.0, 0.0), (0.0, wrong, 0.0), (0.0, 0.0, wrong), (wrong, -wrong, 0.0)):
         for message in (
             pose._replace(position=place),

@@ -1,0 +1,120 @@
+"""A follower's part in the auction for the places of a formation (control/auction.py), order by order."""
+
+from __future__ import annotations
+
+from math import dist, inf
+
+from flockwire.control.auction import LEAST, Auction, highest_price
+from flockwire.domain.bids import Bids
+from flockwire.domain.motion import LeaderMotion, Motion
+from flockwire.domain.order import Mission
+from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.domain.vector import Vector, subtract
+from flockwire.parameters import AuctionParameters
+from flockwire.wire.phase import Phase
+from flockwire.wire.status import Report, place_reason
+
+BIDDING = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION})  # who lands, or stands, keeps what it holds
+SOON = SECOND // 20  # ns between two repetitions of the same bids, which may be lost, while they are new
+REPEAT = SECOND // 5  # ns between them later
+NEW = SECOND  # ns for which bids are new
+LISTENING = SECOND  # ns for which a process that is younger than the order waits for its own old bids
+
+
+class PlaceAuction:
+    """Follower `number`'s part in the auctions of formations; its process was started at `born` (Unix ns).
+
+    Each order into such a formation begins an auction; an order that interrupts it leaves the place as it is.
+    `rejected` counts messages with bids that nobody can have made.
+    """
+
+    def __init__(self, parameters: AuctionParameters, number: int, frame: str, born: int) -> None:
+        self._parameters, self._number, self._frame, self._born = parameters, number, frame, born
+        self._rank = parameters.followers.index(number)
+        self._order: Mission | None = None  # into a formation with an auction; None while another order is in force
+        self._auction: Auction | None = None
+        self._silent_until = 0  # Unix ns
+        self._told: Bids | None = None
+        self._changed = 0  # when the bids last changed, Unix ns
+        self.rejected = 0
+
+    @property
+    def ordered(self) -> bool:
+        """Whether a formation with an auction is ordered."""
+        return self._order is not None
+
+    @property
+    def place(self) -> int | None:
+        """The rank of the place that it holds, None without one."""
+        return self._auction.place if self._auction is not None else None
+
+    def order(self, mission: Mission, now: int) -> None:
+        """Receive the order in force, at `now` (Unix ns)."""
+        if not mission.in_formation:
+            self._order = None
+            return
+        self._auction, self._told = None, None
+        self._order = mission if mission.formation in self._parameters.formations else None
+        old = mission.stamp <= self._born
+        self._silent_until = now + LISTENING if old else 0
+
+    def take(self, message: Bids) -> None:
+        """Receive a neighbour's bids; those of another order are ignored."""
+        auction, order = self._auction, self._order
+        if auction is None or order is None or message.order != order.version:
+            return
+        try:
+            auction.take(message.bids)
+        except ValueError:
+            self.rejected += 1
+
+    def step(self, phase: Phase, motion: Motion | None, leader: LeaderMotion | None, now: int) -> Bids | None:
+        """Bid if it holds no place; return the bids to publish at `now` (Unix ns), if any.
+
+        They are due when they have changed, and again and again. The costs are fixed at the first step that knows the
+        drone's `motion` and its `leader` estimate.
+        """
+        order = self._order
+        if order is None:
+            return None
+        if self._auction is None:
+            if motion is None or leader is None:
+                return None
+            most = highest_price(len(self._parameters.followers), self._parameters.most_cost)
+            costs = self._costs(order, subtract(motion.position, leader.position), now)
+            self._auction = Auction(self._number, costs, LEAST, most, self._bidders(order))
+        if phase in BIDDING and not 0 < self._silent_until - now <= LISTENING:
+            self._auction.bid()
+        bids = tuple(self._auction.bids)
+        if self._told is None or bids != self._told.bids:
+            self._changed = now
+        elif 0 <= now - self._told.stamp < (SOON if 0 <= now - self._changed < NEW else REPEAT):
+            return None
+        self._told = Bids(now, self._frame, order.version, bids)
+        return self._told
+
+    def reported(self, report: Report) -> Report:
+        """Return `report` with the place that it holds, and with how many messages it rejected."""
+        if not (self.ordered or self.place is not None):
+            return report
+        counts = (*report.counts, ("bids rejected", self.rejected)) if self.rejected else report.counts
+        return report._replace(reasons=(*report.reasons, place_reason(self.place)), counts=counts)
+
+    def _bidders(self, order: Mission) -> frozenset[int]:
+        return frozenset(self._parameters.followers).difference(order.without)
+
+    def _costs(self, order: Mission, here: Vector, now: int) -> list[float]:
+        """Return the squared distance of each place from `here`, relative to the leader, m^2.
+
+        In a change of formation it is that between the old place and the new one, half way, as the operator plans; the
+        places of drones that are left out are not to be had.
+        """
+        own, change, at = self._parameters, order.change, max(now - order.start, 0) / SECOND
+        if change is not None and now < change.begin + nanoseconds(change.duration):
+            at = (change.begin - order.start) / SECOND + 0.5 * change.duration
+            here = own.shapes[change.before].offset(change.places_before[self._rank], at)
+        shape = own.shapes[order.formation]
+        return [
+            min(own.most_cost, dist(here, shape.offset(rank, at)) ** 2) if drone not in order.without else inf
+            for rank, drone in enumerate(own.followers)
+        ]

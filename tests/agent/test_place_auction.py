@@ -1,0 +1,197 @@
+"""One follower's part in the auctions of formations, order by order."""
+
+from itertools import pairwise
+from math import dist, inf
+
+import pytest
+from flockwire.control.auction import LEAST, highest_price
+from flockwire.domain.bids import NOBODY, Bid, Bids
+from flockwire.domain.motion import LeaderMotion, Motion
+from flockwire.domain.order import Change, Mission
+from flockwire.domain.time import SECOND
+from flockwire.parameters import agent_parameters
+from flockwire.wire.phase import Phase
+from flockwire.wire.status import NO_PLACE_YET, Report
+from flockwire_agent.place_auction import LISTENING, NEW, REPEAT, SOON, PlaceAuction
+
+BORN = 1_790_000_000 * SECOND
+NOW = BORN + 5 * SECOND
+EDGES = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 1]]
+TABLE = {
+    "graph.edges": EDGES,
+    "formation": {"kind": "circle", "radius": 2.0, "assignment": "auction"},
+    "formations": {"row": {"kind": "line", "spacing": 0.9}, "block": {"kind": "grid", "assignment": "auction"}},
+}
+ORDER = Mission(NOW, "world", "start", NOW + SECOND // 2, giver=3)
+LEADER = LeaderMotion((1.0, 1.0, 1.0))
+TICK = SECOND // 100
+
+
+@pytest.fixture
+def swarm(make_swarm):
+    return make_swarm(TABLE)
+
+
+def part(swarm, number=2, born=BORN):
+    return PlaceAuction(agent_parameters(swarm, number).auction, number, "world", born)
+
+
+def at(swarm, rank, beside=0.0, formation=""):
+    """Return the motion of a drone at a place, or beside it."""
+    x, y, z = swarm.build_formation(formation).offset(rank, 0.0)
+    place = (x + 1.0 + beside, y + 1.0, z + 1.0)
+    return Motion(place, (0.0, 0.0, 0.0), place)
+
+
+def told(*bids, order=ORDER):
+    return Bids(NOW, "world", order.version, tuple(Bid(*bid) for bid in bids))
+
+
+FREE = (0.0, NOBODY)
+
+
+def test_it_bids_for_the_nearest_place_once_it_knows_where_it_and_the_leader_are(swarm):
+    one = part(swarm)
+    one.order(ORDER, NOW)
+    assert one.step(Phase.HOLD, None, LEADER, NOW) is None
+    assert one.step(Phase.HOLD, at(swarm, 3), None, NOW) is None
+    bids = one.step(Phase.HOLD, at(swarm, 3), LEADER, NOW + TICK)
+    assert one.place == 3
+    assert (bids.order, [bid.bidder for bid in bids.bids]) == (ORDER.version, [NOBODY, NOBODY, NOBODY, 2])
+    offset = swarm.build_formation().offset
+    assert bids.bids[3].price == pytest.approx(dist(offset(3, 0.0), offset(0, 0.0)) ** 2 + LEAST)
+
+
+def test_costs_do_not_change_with_its_position(swarm):
+    one = part(swarm)
+    one.order(ORDER, NOW)
+    one.step(Phase.HOLD, at(swarm, 3), LEADER, NOW)
+    one.take(told(FREE, FREE, FREE, (50.0, 4)))
+    one.step(Phase.HOLD, at(swarm, 1), LEADER, NOW + TICK)
+    assert one.place in (0, 2)  # beside the place where it was, not where it is
+
+
+def test_bids_are_published_when_they_change_then_often_then_rarely(swarm):
+    one, stamps, now = part(swarm), [], NOW
+    one.order(ORDER, NOW)
+    for _ in range(400):
+        bids = one.step(Phase.HOLD, at(swarm, 3), LEADER, now)
+        if bids is not None:
+            stamps.append(now - NOW)
+        if now == NOW + 2 * SECOND + TICK:
+            one.take(told((1.0, 1), FREE, FREE, FREE))
+        now += TICK
+    assert stamps[:2] == [0, SOON]
+    assert stamps[1 : NEW // SOON] == list(range(SOON, NEW, SOON))
+    assert 2 * SECOND + 2 * TICK in stamps  # what a neighbour bid is passed on at once
+    late = [b - a for a, b in pairwise(stamps) if NEW < a < 2 * SECOND - REPEAT]
+    assert set(late) == {REPEAT}
+
+
+def test_bids_of_another_order_and_bids_that_nobody_can_have_made_are_dropped(swarm):
+    one = part(swarm)
+    one.order(ORDER, NOW)
+    one.step(Phase.HOLD, at(swarm, 3), LEADER, NOW)
+    most = highest_price(4, agent_parameters(swarm, 2).auction.most_cost)
+    one.take(told(FREE, FREE, FREE, (50.0, 4), order=ORDER._replace(giver=4)))
+    assert (one.place, one.rejected) == (3, 0)
+    for bids in ([(50.0, 4)], [(50.0, 4)] * 5, [FREE, FREE, FREE, (50.0, 7)], [FREE, FREE, FREE, (1.01 * most, 4)]):
+        one.take(told(*bids))
+    assert (one.place, one.rejected) == (3, 4)
+    assert one.reported(Report("formation")).counts == (("bids rejected", 4),)
+    one.take(told(FREE, FREE, FREE, (most, 4)))
+    assert one.place is None
+    assert one.reported(Report("formation")).reasons[0].code == NO_PLACE_YET
+
+
+def test_who_lands_or_stands_keeps_what_it_holds_and_does_not_bid_again_but_passes_bids_on(swarm):
+    one = part(swarm)
+    one.order(ORDER, NOW)
+    one.step(Phase.FORMATION, at(swarm, 3), LEADER, NOW)
+    assert one.step(Phase.LANDING, at(swarm, 3), LEADER, NOW + SECOND).bids[3].bidder == 2
+    one.take(told(FREE, FREE, FREE, (50.0, 4)))
+    bids = one.step(Phase.GROUNDED, at(swarm, 3), LEADER, NOW + SECOND + TICK)
+    assert [bid.bidder for bid in bids.bids] == [NOBODY, NOBODY, NOBODY, 4]
+    assert one.place is None
+
+
+def test_a_process_that_is_younger_than_the_order_waits_for_its_old_bids(swarm):
+    one = part(swarm, born=NOW + SECOND)
+    one.order(ORDER, NOW + 2 * SECOND)
+    for _ in range(10):
+        one.step(Phase.HOLD, at(swarm, 3), LEADER, NOW + 2 * SECOND + TICK)
+    assert one.place is None
+    one.take(told((2.0, 4), (3.0, 2), (1.0, 1), (2.0, 3)))
+    assert one.place == 1
+    one.step(Phase.HOLD, at(swarm, 3), LEADER, NOW + 2 * SECOND + 2 * TICK)
+    assert one.place == 1
+
+
+def test_a_young_process_of_which_nobody_has_a_bid_bids_after_a_while(swarm):
+    one = part(swarm, born=NOW + SECOND)
+    one.order(ORDER, NOW + 2 * SECOND)
+    one.step(Phase.HOLD, at(swarm, 3), LEADER, NOW + 2 * SECOND + LISTENING - 1)
+    assert one.place is None
+    one.step(Phase.HOLD, at(swarm, 3), LEADER, NOW + 2 * SECOND + LISTENING)
+    assert one.place == 3
+
+
+def test_each_order_begins_an_auction_and_a_hold_leaves_the_place(swarm):
+    one = part(swarm)
+    one.order(ORDER, NOW)
+    one.step(Phase.HOLD, at(swarm, 3), LEADER, NOW)
+    hold = Mission(NOW + SECOND, "world", "hold", ORDER.start)
+    one.order(hold, NOW + SECOND)
+    assert one.step(Phase.HOLD, at(swarm, 1), LEADER, NOW + SECOND) is None
+    assert one.place == 3
+    assert one.reported(Report("hold")).place == 3
+    one.order(ORDER._replace(stamp=NOW + 2 * SECOND), NOW + 2 * SECOND)
+    assert one.place is None
+    one.step(Phase.HOLD, at(swarm, 1), LEADER, NOW + 2 * SECOND)
+    assert one.place == 1
+    one.order(ORDER._replace(stamp=NOW + 3 * SECOND, formation="row"), NOW + 3 * SECOND)
+    assert (one.place, one.ordered) == (None, False)
+    assert one.reported(Report("formation")) == Report("formation")
+
+
+def test_the_places_of_drones_that_are_left_out_are_not_to_be_had(swarm):
+    one = part(swarm)
+    absent = ORDER._replace(without=(4,))
+    one.order(absent, NOW)
+    bids = one.step(Phase.HOLD, at(swarm, 3), LEADER, NOW)
+    assert one.place in (0, 2)
+    assert bids.bids[3].bidder == NOBODY
+    one.take(told((1.0, 4), FREE, FREE, FREE, order=absent))  # it does not fly
+    assert one.rejected == 1
+
+
+def test_in_a_change_a_place_costs_the_way_from_the_old_place_half_way_through_it(swarm):
+    one = part(swarm)
+    change = Change(NOW + SECOND, 4.0, "", (0, 3, 2, 1), (0, 1, 2, 3))
+    order = ORDER._replace(verb="formation", formation="block", change=change)
+    one.order(order, NOW)
+    one.step(Phase.FORMATION, at(swarm, 0), LEADER, NOW)  # wherever it is
+    old = swarm.build_formation().offset(3, (change.begin - order.start) / SECOND + 2.0)
+    block = swarm.build_formation("block")
+    assert one.place == min(range(4), key=lambda rank: dist(old, block.offset(rank, 0.0)))
+    over = part(swarm)
+    over.order(order, NOW)
+    over.step(Phase.FORMATION, at(swarm, 0, formation="block"), LEADER, NOW + 6 * SECOND)
+    assert over.place == 0
+
+
+def test_a_place_without_a_position_costs_the_most(make_swarm):
+    table = {**TABLE, "formation": {"kind": "expression", "x": "2*i", "y": "1", "assignment": "auction"}}
+    parameters = agent_parameters(make_swarm(table), 2).auction
+
+    class Undefined:
+        count = 4
+
+        def offset(self, index, _):
+            return (inf - inf if index == 0 else 2.0 * index, 0.0, 0.0)
+
+    one = PlaceAuction(parameters._replace(shapes={"": Undefined()}), 2, "world", BORN)
+    one.order(ORDER, NOW)
+    bids = one.step(Phase.HOLD, Motion((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), LEADER, NOW)
+    assert one.place == 1
+    assert bids.bids[1].price < highest_price(4, parameters.most_cost)
