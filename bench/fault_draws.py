@@ -71,7 +71,7 @@ def drawn(seed: int, edges: list[list[int]] | None = None, rare: bool = False) -
     table["graph"]["edges"] = edges or table["graph"]["edges"]
     usual = chance.random() < 0.4
     if not usual:
-        table["limits"]["staleness"] = _staleness(chance)
+        table["limits"]["staleness"] = drawn_staleness(chance)
     if chance.random() < 0.08:
         table.setdefault("airframes", {}).setdefault("kinematics", {})["endurance"] = chance.uniform(5.0, 12.0)
     tight = chance.random() < 0.25
@@ -96,7 +96,7 @@ def drawn(seed: int, edges: list[list[int]] | None = None, rare: bool = False) -
     gives = Random(f"second station {seed}")
     if gives.random() < STATION_SHARE:
         faults.append(second_station(DURATION, gives))
-    flight = Drawn(seed, variant, swarm, _in_order(faults), usual)
+    flight = Drawn(seed, variant, swarm, in_order(faults), usual)
     return flight if extra is None else _rarer(flight, plan, extra)
 
 
@@ -107,14 +107,16 @@ def _rarer(flight: Drawn, plan: Plan, chance: Random) -> Drawn:
     after = chance.choice(("", "hold", "resume", "land", "stop"))
     rare = Rare.drawn(chance)
     faults += answered(plan, chance)
-    return replace(flight, faults=_in_order(faults), rare=rare, without=without, after=after)
+    return replace(flight, faults=in_order(faults), rare=rare, without=without, after=after)
 
 
-def _in_order(faults: Iterable[dict[str, Any]]) -> tuple[dict[str, Any], ...]:
+def in_order(faults: Iterable[dict[str, Any]]) -> tuple[dict[str, Any], ...]:
+    """Return `faults` in the order of their times."""
     return tuple(sorted(faults, key=lambda fault: fault["at"]))
 
 
-def _staleness(chance: Random) -> dict[str, float]:
+def drawn_staleness(chance: Random) -> dict[str, float]:
+    """Draw the limits of the staleness ladder, s."""
     pose, estimate, command = chance.uniform(0.1, 0.4), chance.uniform(0.5, 1.5), chance.uniform(0.1, 0.4)
     telemetry = chance.uniform(0.3, 1.0)
     return {

@@ -20,7 +20,7 @@ def alter(table: dict[str, Any], chance: Random) -> None:
         table["control"]["rate_hz"] = SLOW
         table.setdefault("gateway", {})["rate_hz"] = SLOW
         if table["control"]["law"] != "paper" and chance.random() < CRAMPED_SHARE:
-            _cramp(table)
+            cramp(table)
             return
     table["formations"] = {"wide": {"kind": "circle", "radius": 1.5, "rate": 0.2}}
     match chance.choice(("", "", "", "", "", "fence", "start", "battery", "blind", "free", "apart")):
@@ -42,7 +42,7 @@ def alter(table: dict[str, Any], chance: Random) -> None:
             limits["body_drift"] = 0.2
 
 
-def _cramp(table: dict[str, Any]) -> None:
+def cramp(table: dict[str, Any]) -> None:
     """Fly one drone above the other in a room in which there is hardly a place for a third to land."""
     places = ((0.0, 0.0), (SIDE, 0.0), (0.0, SIDE))
     for drone, (x, y) in zip(table["drones"], places, strict=True):

@@ -53,7 +53,7 @@ def is_above(bodies: Sequence[Body], separation: Separation) -> bool:
 
 
 def is_beneath(bodies: Sequence[Body], separation: Separation) -> bool:
-    """Return whether one of `bodies` is above: only drones are, and the spaces of lost ones."""
+    """Return whether one of `bodies` is above: a drone; obstacles and spaces of lost bodies begin at the ground."""
     higher = [body for body in bodies if body.relative_position[2] > 0.0]
     discs = [(body.relative_position[0], body.relative_position[1], separation.from_axis(body)) for body in higher]
     return not is_free((0.0, 0.0), discs)
