@@ -34,6 +34,7 @@ class PlaceAuction:
         self._order: Mission | None = None  # into a formation with an auction; None while another order is in force
         self._auction: Auction | None = None
         self._silent_until = 0  # Unix ns
+        self._guessed = False  # whether its costs are by an estimate of a process that had just been started
         self._told: Bids | None = None
         self._changed = 0  # when the bids last changed, Unix ns
         self.rejected = 0
@@ -72,20 +73,20 @@ class PlaceAuction:
         """Bid if it holds no place; return the bids to publish at `now` (Unix ns), if any.
 
         They are due when they have changed, and again and again. The costs are fixed at the first step that knows the
-        drone's `motion` and its `leader` estimate.
+        drone's `motion` and its `leader` estimate, and that may bid: the first estimate of a young process is a guess.
         """
-        order = self._order
+        order, auction = self._order, self._auction
         if order is None:
             return None
-        if self._auction is None:
+        listens = 0 < self._silent_until - now <= LISTENING
+        if auction is None or (self._guessed and not listens and auction.place is None):
             if motion is None or leader is None:
                 return None
-            most = highest_price(len(self._parameters.followers), self._parameters.most_cost)
-            costs = self._costs(order, subtract(motion.position, leader.position), now)
-            self._auction = Auction(self._number, costs, LEAST, most, self._bidders(order))
-        if phase in BIDDING and not 0 < self._silent_until - now <= LISTENING:
-            self._auction.bid()
-        bids = tuple(self._auction.bids)
+            auction = self._opened(order, subtract(motion.position, leader.position), now)
+            self._guessed = listens
+        if phase in BIDDING and not listens:
+            auction.bid()
+        bids = tuple(auction.bids)
         if self._told is None or bids != self._told.bids:
             self._changed = now
         elif 0 <= now - self._told.stamp < (SOON if 0 <= now - self._changed < NEW else REPEAT):
@@ -93,15 +94,22 @@ class PlaceAuction:
         self._told = Bids(now, self._frame, order.version, bids)
         return self._told
 
+    def _opened(self, order: Mission, here: Vector, now: int) -> Auction:
+        """Return the auction of `order` by the costs at present, with the bids that were known before."""
+        parameters, known = self._parameters, self._auction
+        most = highest_price(len(parameters.followers), parameters.most_cost)
+        bidders = frozenset(parameters.followers).difference(order.without)
+        self._auction = Auction(self._number, self._costs(order, here, now), LEAST, most, bidders)
+        if known is not None:
+            self._auction.take(known.bids)
+        return self._auction
+
     def reported(self, report: Report) -> Report:
         """Return `report` with the place that it holds, and with how many messages it rejected."""
         if not (self.ordered or self.place is not None):
             return report
         counts = (*report.counts, ("bids rejected", self.rejected)) if self.rejected else report.counts
         return report._replace(reasons=(*report.reasons, place_reason(self.place)), counts=counts)
-
-    def _bidders(self, order: Mission) -> frozenset[int]:
-        return frozenset(self._parameters.followers).difference(order.without)
 
     def _costs(self, order: Mission, here: Vector, now: int) -> list[float]:
         """Return the squared distance of each place from `here`, relative to the leader, m^2.

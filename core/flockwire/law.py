@@ -83,7 +83,7 @@ class Observation(NamedTuple):
     motion: Motion | None  # the drone's position, velocity and stopping point; None while its pose is stale
     neighbour_estimates: Sequence[NeighbourEstimate]  # only fresh ones
     bodies: Sequence[Body]  # nearby bodies, relative to the drone
-    reference: Reference | None  # None outside the formation phase: then the velocity is not used
+    reference: Reference | None  # None outside the formation phase, or without a place: then the velocity is not used
 
 
 class Decision(NamedTuple):

@@ -46,6 +46,12 @@ def test_a_course_that_leaves_the_fence(swarm):
     assert not list(predicted(swarm(INTO_FENCE), 2.0))
 
 
+def test_nobody_knows_before_a_flight_who_gets_a_place_of_an_auction(swarm):
+    auction = {"formation.assignment": "auction", "graph.edges": [[0, 1], [1, 2], [2, 3], [3, 4], [4, 1]]}
+    _, followers = predicted(swarm({**INTO_FENCE, **auction}), 12.0)
+    assert followers.startswith("formation: the place of whoever gets place 1 leaves limits.fence after 2.6 s")
+
+
 def test_a_flight_without_an_end_leaves_the_fence_some_day(swarm):
     slow = {**INTO_FENCE, "leader.trajectory.velocity": [0.01, 0.0, 0.0]}
     assert not list(predicted(swarm(slow), 60.0))

@@ -6,7 +6,7 @@ from flockwire.ground.fleet import Fleet
 from flockwire.ground.giving import ANSWER_TIME, ChangeGiving, DownGiving
 from flockwire.ground.order import Answer, Order
 from flockwire.ground.starting import StartGiving
-from flockwire.wire.status import Report, Status
+from flockwire.wire.status import Report, Status, place_reason
 
 NOW = 1_790_000_000 * SECOND
 OURS, RIVAL, THIRD = 7, 5, 9
@@ -51,6 +51,28 @@ def test_a_change_that_crossed_another_is_not_given_again_over_what_went_down_me
     later = NOW + 6 * SECOND // 5
     assert change.step(fleet(statuses(later, uav1=rival, uav2=down), later)) is None
     assert change.answer == Answer(refusal=f"{verb} was ordered meanwhile")
+
+
+def test_a_change_from_an_auction_waits_for_no_place_that_is_not_known(make_plan):
+    table = {
+        "graph.edges": [[0, 1], [1, 2], [2, 3], [3, 4], [4, 1]],
+        "formation.assignment": "auction",
+        "formations.wide": {"kind": "circle", "radius": 4.0},
+    }
+
+    def given(held):
+        made, known = ChangeGiving(make_plan(table), Order("formation", "wide"), OURS, NOW), statuses(NOW)
+        for name, place in held.items():
+            report = known[name].report._replace(reasons=(place_reason(place),))
+            known[name] = known[name]._replace(report=report)
+        made.step(fleet(known, NOW))
+        return made
+
+    held = {"uav1": 2, "uav2": 0, "uav3": 3, "uav4": 1}
+    assert given(held).to_plan.running.change.places == (2, 0, 3, 1)
+    refused = given({**held, "uav3": None})
+    assert refused.to_plan is None
+    assert "places that the drones hold by the auction are not known" in refused.answer.refusal
 
 
 def test_a_change_that_crossed_another_of_a_smaller_number_is_given_again_for_all(change):
