@@ -163,6 +163,8 @@ class Stepper:
         self._named = tuple((key_text(swarm_name, source.inbox.key), source.inbox) for source in inputs)
         self._counts = StepCounts()
         self._period = round(core.period * SECOND)
+        self.reports_at_ticks = False  # instead of after a step, which the messages of that step would wait for
+        self._stepped = False  # since the last status
         self._earliest = 0  # stamp of the trigger that makes the next step, Unix ns
         self._ticks = WATCHDOG_TICKS - 1  # since the last step; one less after a long gap
 
@@ -202,11 +204,13 @@ class Stepper:
         else:
             self._ticks = 0
             self._step(now)
+        if self.reports_at_ticks and self._stepped:
+            self._report(now)
         if outgoing := self._timekeeping.step(now):  # it may correct the clock: `now` is not used after it
             self._publish(outgoing)
 
     def _step(self, now: int) -> None:
-        core, status = self._core, self._status
+        core = self._core
         for key, newest in self._buffered:
             message = newest(now)
             if message is not None:
@@ -215,8 +219,15 @@ class Stepper:
         if self._flush is not None:
             self._flush(now)
         self._publish(messages)
+        self._stepped = True
+        if not self.reports_at_ticks:
+            self._report(now)
+
+    def _report(self, now: int) -> None:
+        status = self._status
         if status is not None and status.due(now):
-            status.update(now, core.report(now), self._counts, self._rejected())
+            self._stepped = False
+            status.update(now, self._core.report(now), self._counts, self._rejected())
 
     def _rejected(self) -> Counts:
         return tuple(

@@ -140,6 +140,13 @@ class Session(contextlib.AbstractContextManager["Session"]):
         if self._held is not None:
             self._held.close()
 
+    def take_over_batches(self) -> Callable[[], None]:
+        """Return what sends a batch for the recorder that is due; `publish` no longer does. Raises RuntimeError."""
+        if self._publishing is None:
+            raise RuntimeError("the session is closed")
+        self._publishing.flushes = False
+        return self._publishing.flush_due
+
     def newest(self, key: Key) -> Newest:
         """Subscribe to `key`, buffering its newest sample until it is read."""
         return Newest(inbox_of(key), self._rings(key, BACKLOG, zenoh.Locality.REMOTE))

@@ -13,7 +13,7 @@ from contextlib import AbstractAsyncContextManager, nullcontext
 from random import Random
 
 from flockwire import clock
-from flockwire.process.cores import Core, Start, make_core, of_core
+from flockwire.process.cores import Core, Framed, Start, make_core, of_core
 from flockwire.process.stepping import StatusPublisher, StepCounts, Stepper, at_once, tick_period
 from flockwire.process.timekeeping import Timekeeping, patience
 from flockwire.runtime.datagrams import Sockets, served
@@ -49,7 +49,8 @@ class Shell:
         status: StatusPublisher,
         sockets: Sockets | None,
     ) -> None:
-        self._running, self._lock = False, swarm_clock.lock
+        self._running, self._lock, self._session = False, swarm_clock.lock, session
+        self._frames, self._flush_due = isinstance(core, Framed), _nothing
         timed, wakeup = swarm_clock.timekeeping, Wakeup(self._arrived, swarm_clock.lock)
         keys, prompt_keys = [key for key in plan.subscribes[identity] if key not in timed.keys], at_once(core)
         buffered = [session.newest(key) for key in keys if key not in prompt_keys]
@@ -61,7 +62,13 @@ class Shell:
         self._ticker = Ticker(tick_period(core), self._tick)
 
     def start(self, direct: bool = False) -> None:
-        """Begin; `direct`: all that reaches the core comes by keys, so that it may step on the thread of one."""
+        """Begin; `direct`: all that reaches the core comes by keys, so that it may step on the thread of one.
+
+        Zenoh sends what a step publishes when that thread is done. One step of the gateway serves all drones: neither
+        its status nor its batch for the recorder is made there.
+        """
+        if direct and self._frames:
+            self._stepper.reports_at_ticks, self._flush_due = True, self._session.take_over_batches()
         self._running, self._wakeup.direct = True, direct
         self._ticker.start()
 
@@ -84,6 +91,11 @@ class Shell:
     def _tick(self, lateness: int, skipped: int) -> None:
         with self._lock:
             self._stepper.tick(lateness, skipped, clock.now())
+            self._flush_due()
+
+
+def _nothing() -> None:
+    """Do nothing: `publish` sends the batches."""
 
 
 def status_publisher(

@@ -188,3 +188,33 @@ def test_a_clock_that_is_set_back_delays_no_step(stepper_of: Callable[[Counting]
     for source.stamp in (*poses(100, 1.0), *(stamp - 60 * SECOND for stamp in poses(100, 1.0))):
         stepper.arrived(source, source.stamp)
     assert len(core.steps) == 200
+
+
+class Statuses:
+    """Takes every status."""
+
+    def __init__(self) -> None:
+        self.updated: list[int] = []
+
+    def due(self, now: int) -> bool:
+        """Return that one always is."""
+        return True
+
+    def update(self, now: int, *_: object) -> None:
+        """Take one."""
+        self.updated.append(now)
+
+
+def test_the_status_of_a_core_that_reports_at_ticks_does_not_delay_what_its_step_published(
+    make_swarm: Callable[[], Swarm],
+) -> None:
+    statuses, source = Statuses(), Source()
+    stepper = Stepper(Counting(), make_swarm().name, (), (), lambda _: None, AlwaysKnown(), statuses)
+    stepper.reports_at_ticks = True
+    source.stamp = T0
+    stepper.arrived(source, T0)
+    assert statuses.updated == []
+    stepper.tick(0, 0, T0 + MS)
+    assert statuses.updated == [T0 + MS]
+    stepper.tick(0, 0, T0 + 2 * MS)  # no step since: a supervisor must notice a core that no longer steps
+    assert statuses.updated == [T0 + MS]

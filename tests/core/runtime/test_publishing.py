@@ -1,0 +1,34 @@
+from flockwire.domain.pose import Pose
+from flockwire.domain.time import SECOND
+from flockwire.runtime import publishing as module
+from flockwire.runtime.publishing import Publishing
+from flockwire.wire.batch import PERIOD
+from flockwire.wire.keys import BATCH, Key
+
+T0 = 1_700_000_000 * SECOND
+BATCHED, POSE = Key(BATCH, "gateway"), Key("pose", "uav1")
+
+
+def test_a_batch_that_is_due_waits_where_its_sender_is_called_apart_from_what_is_urgent(monkeypatch, make_plan):
+    now, sent = T0, []
+
+    class Publisher:
+        def __init__(self, key):
+            self.key = key
+
+        def put(self, payload, attachment):
+            sent.append(self.key)
+
+    monkeypatch.setattr(module.clock, "now", lambda: now)
+    publishing = Publishing(make_plan(), "gateway", b"p" * 16, lambda key: (Publisher(key),))
+    publishing.flushes = False
+    for now in (T0, T0 + PERIOD):
+        publishing.publish([(POSE, Pose(now, "world", (0.0, 0.0, 1.0)))])
+        assert sent.pop() == POSE
+        assert not sent
+    publishing.flush_due()
+    assert sent == [BATCHED]
+    publishing.flushes = True
+    for now in (T0 + 2 * PERIOD, T0 + 3 * PERIOD):
+        publishing.publish([(POSE, Pose(now, "world", (0.0, 0.0, 1.0)))])
+    assert sent == [BATCHED, POSE, POSE, BATCHED]
