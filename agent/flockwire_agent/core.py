@@ -7,7 +7,6 @@ from functools import partial
 from math import dist, isfinite
 from typing import Any
 
-from flockwire.domain.fields import from_fields
 from flockwire.domain.motion import Estimate, Leading
 from flockwire.domain.order import Mission
 from flockwire.domain.vector import Vector, add
@@ -78,16 +77,14 @@ class AgentCore:
         if not fault and neighbourhood.agreement.contradicted:
             fault = neighbourhood.agreement.reason(now)
         self._refer(pilot.observe(now, silence, missing, fault, neighbourhood.positions, leader_down))
-        observation = from_fields(
-            Observation, (pilot.dt, pilot.stamp, pilot.motion, estimates, pilot.bodies, self._reference)
-        )
+        observation = Observation(pilot.dt, pilot.stamp, pilot.motion, estimates, pilot.bodies, self._reference)
         decision = self._obey(observation, now)
         messages = pilot.command(decision.velocity, now)
         estimate = decision.estimate
         if estimate is None:
             return messages
-        told = (neighbourhood.origin, neighbourhood.hops, neighbourhood.leading)
-        own = from_fields(Estimate, (decision.stamp or now, self._frame, estimate, *told))
+        origin, hops, leading = neighbourhood.origin, neighbourhood.hops, neighbourhood.leading
+        own = Estimate(decision.stamp or now, self._frame, estimate, origin, hops, leading)
         messages.append((self._estimate_key, own))
         return messages
 

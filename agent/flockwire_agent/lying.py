@@ -46,7 +46,7 @@ class LyingAgent(AgentCore):
             if not 0.0 <= since < fault.duration:
                 continue
             if isinstance(fault, FalseEstimate):
-                x, v, a = estimate.motion
+                x, v, a = estimate.motion.fields()
                 motion = LeaderMotion(add(x, scale(fault.velocity, since)), add(v, fault.velocity), a)
                 estimate = estimate._replace(motion=motion)
             else:
