@@ -1,4 +1,4 @@
-"""Named tuples of the 100 Hz path that are no records: made of their fields at once, for two thirds of what a call costs.
+"""Named tuples of the 100 Hz path that are no records: made of their fields at once, for two thirds of a call's cost.
 
     from_fields(Claim, (stamp, drone, position, orientation))
 

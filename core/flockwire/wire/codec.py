@@ -26,11 +26,9 @@ from flockwire.wire.stamped import (
     begin,
     check_end,
     check_finite,
-    frame_end,
-    frame_of,
     last_numbers,
+    read_head,
     read_vector,
-    stamp_of,
     write_vector,
 )
 from flockwire.wire.status import Status, read_status, write_status
@@ -59,7 +57,6 @@ _STATES: Final[dict[int, FlightState]] = {int(state): state for state in FlightS
 
 def _encode_pose(pose: Pose) -> bytes:
     writer, q = begin(pose.stamp, pose.frame), pose.orientation
-    align(writer)
     write_vector(writer, pose.position)
     write_vector(writer, (q[0], q[1], q[2]))
     write_f64_le(writer, q[3])
@@ -67,15 +64,15 @@ def _encode_pose(pose: Pose) -> bytes:
 
 
 def _decode_pose(data: bytes) -> Pose:
-    stamp, at = stamp_of(data), last_numbers(data, frame_end(data), 56)
+    stamp, frame, at = read_head(data)
+    at = last_numbers(data, at, 56)
     p, (x, y, z), w = read_vector(data, at), read_vector(data, at + 24), read_f64_le(data, at + 48)
     check_finite(p[0] + p[1] + p[2] + x + y + z + w)
-    return Pose(stamp, frame_of(data), p, (x, y, z, w))
+    return Pose(stamp, frame, p, (x, y, z, w))
 
 
 def _encode_estimate(estimate: Estimate) -> bytes:
     writer, motion = begin(estimate.stamp, estimate.frame), estimate.motion
-    align(writer)
     write_vector(writer, motion.position)
     write_vector(writer, motion.velocity)
     write_vector(writer, motion.acceleration)
@@ -87,7 +84,8 @@ def _encode_estimate(estimate: Estimate) -> bytes:
 
 
 def _decode_estimate(data: bytes) -> Estimate:
-    stamp, at = stamp_of(data), last_numbers(data, frame_end(data), 82)
+    stamp, frame, at = read_head(data)
+    at = last_numbers(data, at, 82)
     p, v, a = read_vector(data, at), read_vector(data, at + 24), read_vector(data, at + 48)
     check_finite(p[0] + p[1] + p[2] + v[0] + v[1] + v[2] + a[0] + a[1] + a[2])
     seconds: int = read_i32_le(data, at + 72)
@@ -96,26 +94,26 @@ def _decode_estimate(data: bytes) -> Estimate:
     if leading is None or not 0 <= rest < SECOND:
         raise MessageError(f"there is no state {data[at + 81]} of a leader, or {rest} ns are more than a second")
     motion = LeaderMotion(p, v, a)
-    return Estimate(stamp, frame_of(data), motion, seconds * SECOND + rest, data[at + 80], leading)
+    return Estimate(stamp, frame, motion, seconds * SECOND + rest, data[at + 80], leading)
 
 
 def _encode_command(command: Command) -> bytes:
     writer = begin(command.stamp, command.frame)
-    align(writer)
     write_vector(writer, command.velocity)
     write_vector(writer, (0.0, 0.0, command.yaw_rate))
     return writer.getvalue()
 
 
 def _decode_command(data: bytes) -> Command:
-    stamp, at = stamp_of(data), last_numbers(data, frame_end(data), 48)
+    stamp, frame, at = read_head(data)
+    at = last_numbers(data, at, 48)
     v, (x, y, z) = read_vector(data, at), read_vector(data, at + 24)
     check_finite(v[0] + v[1] + v[2] + x + y + z)
-    return Command(stamp, frame_of(data), v, z)
+    return Command(stamp, frame, v, z)
 
 
 def _encode_nearby(nearby: Nearby) -> bytes:
-    writer = begin(nearby.stamp, nearby.frame)
+    writer = begin(nearby.stamp, nearby.frame, 4)
     write_i32_le(writer, len(nearby.bodies))
     for body in nearby.bodies:
         writer.append(int(body.kind))
@@ -127,7 +125,7 @@ def _encode_nearby(nearby: Nearby) -> bytes:
 
 
 def _decode_nearby(data: bytes) -> Nearby:
-    stamp, at = stamp_of(data), frame_end(data)
+    stamp, frame, at = read_head(data)
     if at + 4 > len(data):
         raise too_short(data)
     count: int = read_i32_le(data, at)
@@ -136,7 +134,7 @@ def _decode_nearby(data: bytes) -> Nearby:
         raise MessageError(f"{count} nearby bodies in {len(data)} bytes; the most is {LONGEST_SEQUENCE}")
     if not count:
         check_end(data, at)
-        return Nearby(stamp, frame_of(data), ())
+        return Nearby(stamp, frame, ())
     first = last_numbers(data, at + 1, 64 * count - 8)  # each has a kind in the 8 bytes before its seven numbers
     bodies: list[Body] = []
     total, kind = 0.0, at
@@ -147,7 +145,7 @@ def _decode_nearby(data: bytes) -> Nearby:
         p, v = body.relative_position, body.velocity
         total += p[0] + p[1] + p[2] + body.radius + v[0] + v[1] + v[2]
     check_finite(total)
-    return Nearby(stamp, frame_of(data), tuple(bodies))
+    return Nearby(stamp, frame, tuple(bodies))
 
 
 def _decode_body(data: bytes, at: int, numbers: int) -> Body:

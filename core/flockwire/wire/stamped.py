@@ -17,24 +17,26 @@ from flockwire.wire.cdr import HEADER, MessageError, too_short
 MOST_FRAMES: Final = 64  # frame ids that are kept: a swarm has one
 _HEADER: Final = int.from_bytes(HEADER, "little")
 _SIZES: Final = 16  # bytes up to the frame id: header, stamp, its length
-_heads: Final[dict[str, bytes]] = {}  # frame id with its length, padded to 4 bytes
+_heads: Final[
+    dict[tuple[str, int], bytes]
+] = {}  # of a message, its header and stamp left out, by frame id and alignment
 
 
 class _Named:
     """The frame id of the last message that was read: the next one has the same."""
 
     def __init__(self) -> None:
-        self.frame: tuple[bytes, str] = (b"", "")  # changes at once: two threads may read messages
+        self.frame: tuple[bytes, str] = (b"\0", "")  # changes at once: two threads may read messages
 
 
 _LAST: Final = _Named()
 
 
-def begin(stamp: int, frame: str) -> BytesWriter:
-    """Return a message with header, `stamp` (Unix ns) and frame id; its length is a multiple of 4."""
-    head = _heads.get(frame)
+def begin(stamp: int, frame: str, alignment: int = 8) -> BytesWriter:
+    """Return a message with header, `stamp` (Unix ns) and frame id, padded for numbers of `alignment` bytes, 4 or 8."""
+    head = _heads.get((frame, alignment))
     if head is None:
-        head = _head(frame)
+        head = _head(frame, alignment)
     writer = BytesWriter()
     writer.write(HEADER)
     write_i32_le(writer, stamp // SECOND)
@@ -43,11 +45,12 @@ def begin(stamp: int, frame: str) -> BytesWriter:
     return writer
 
 
-def _head(frame: str) -> bytes:
+def _head(frame: str, alignment: int) -> bytes:
     if len(_heads) >= MOST_FRAMES:
         _heads.clear()
     raw = frame.encode() + b"\0"
-    head = _heads[frame] = len(raw).to_bytes(4, "little") + raw + bytes(-len(raw) % 4)
+    padding = bytes(-(_SIZES - 4 + len(raw)) % alignment)
+    head = _heads[frame, alignment] = len(raw).to_bytes(4, "little") + raw + padding
     return head
 
 
@@ -64,35 +67,28 @@ def write_vector(writer: BytesWriter, v: Vector) -> None:
     write_f64_le(writer, v[2])
 
 
-def stamp_of(data: bytes) -> int:
-    """Return the stamp of a message, Unix ns, whose header is checked; raises MessageError."""
+def read_head(data: bytes) -> tuple[int, str, int]:
+    """Return stamp (Unix ns), frame id, and where that ends, a multiple of 4; raises MessageError."""
     if len(data) < _SIZES:
         raise too_short(data)
+    seconds: int = read_i32_le(data, 4)
     rest: int = read_i32_le(data, 8)
+    length: int = read_i32_le(data, 12)
     if not 0 <= rest < SECOND or read_i32_le(data, 0) != _HEADER:
         raise MessageError("the header is not that of a stamped message in little-endian CDR")
-    seconds: int = read_i32_le(data, 4)
-    return seconds * SECOND + rest
-
-
-def frame_end(data: bytes) -> int:
-    """Return where the frame id of a message ends, a multiple of 4; raises MessageError."""
-    length: int = read_i32_le(data, 12)
     end = _SIZES + length
     if length < 0 or end > len(data):
         raise too_short(data)
-    return end + -end % 4
+    raw, named = data[_SIZES:end], _LAST.frame
+    return seconds * SECOND + rest, named[1] if raw == named[0] else _frame(raw), end + -end % 4
 
 
-def frame_of(data: bytes) -> str:
-    """Return the frame id of a message whose `frame_end` is known; raises MessageError."""
-    raw = data[12 : _SIZES + read_i32_le(data, 12)]
-    if raw == _LAST.frame[0]:
-        return _LAST.frame[1]
-    if len(raw) <= 4 or raw[-1]:
+def _frame(raw: bytes) -> str:
+    """Return a frame id; raises MessageError."""
+    if not raw.endswith(b"\0"):
         raise MessageError("the frame id does not end with NUL")
     try:
-        frame = raw[4:-1].decode()
+        frame = raw[:-1].decode()
     except UnicodeDecodeError:
         raise MessageError("the frame id is not UTF-8") from None
     _LAST.frame = raw, frame
@@ -105,7 +101,8 @@ def last_numbers(data: bytes, at: int, size: int) -> int:
     Raises MessageError if they do not.
     """
     at += (4 - at) % 8
-    check_end(data, at + size)
+    if len(data) != at + size:
+        check_end(data, at + size)
     return at
 
 
