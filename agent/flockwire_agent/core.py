@@ -7,7 +7,6 @@ from functools import partial
 from math import dist, isfinite
 from typing import TYPE_CHECKING, Any
 
-from flockwire.domain.fields import from_fields
 from flockwire.domain.motion import Estimate, Leading
 from flockwire.domain.order import Mission
 from flockwire.domain.vector import ZERO, Vector, add
@@ -94,9 +93,7 @@ class AgentCore:
             self._refer(phase)
         else:
             self._refer_by(self._auction, phase)
-        observation = from_fields(
-            Observation, (pilot.dt, pilot.stamp, pilot.motion, estimates, pilot.bodies, self._reference)
-        )
+        observation = Observation(pilot.dt, pilot.stamp, pilot.motion, estimates, pilot.bodies, self._reference)
         decision = self._obey(observation, now)
         estimate, wanted = decision.estimate, decision.velocity
         if self._auction is not None and phase is Phase.FORMATION and self._reference is None:
@@ -108,8 +105,8 @@ class AgentCore:
                 messages.append((self._bids_key, bids))
         if estimate is None:
             return messages
-        told = (neighbourhood.origin, neighbourhood.hops, neighbourhood.leading)
-        own = from_fields(Estimate, (decision.stamp or now, self._frame, estimate, *told))
+        origin, hops, leading = neighbourhood.origin, neighbourhood.hops, neighbourhood.leading
+        own = Estimate(decision.stamp or now, self._frame, estimate, origin, hops, leading)
         messages.append((self._estimate_key, own))
         return messages
 

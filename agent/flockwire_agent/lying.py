@@ -51,7 +51,7 @@ class LyingAgent(AgentCore):
             elif isinstance(message, Bids):
                 continue
             elif isinstance(fault, FalseEstimate):
-                x, v, a = message.motion
+                x, v, a = message.motion.fields()
                 motion = LeaderMotion(add(x, scale(fault.velocity, since)), add(v, fault.velocity), a)
                 message = message._replace(motion=motion)
             else:

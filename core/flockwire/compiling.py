@@ -1,4 +1,4 @@
-"""The mark of a class that interpreted code may subclass, also where the class is compiled (hatch_build.py)."""
+"""The mark of a class that is compiled in another way than others (hatch_build.py): mypyc's documentation has them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from mypy_extensions import mypyc_attr
 else:
 
-    def mypyc_attr(**_: bool) -> Callable[[type], type]:
+    def mypyc_attr(**_: int) -> Callable[[type], type]:
         """Return the mark, which changes nothing in interpreted code."""
         return lambda marked: marked
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from math import inf
-from typing import NamedTuple, Protocol
+from typing import Final, NamedTuple, Protocol
 
+from flockwire.compiling import mypyc_attr
 from flockwire.control.around.bent_place import DetourParameters
 from flockwire.control.around.sidestep import SidestepParameters
 from flockwire.control.formation import Formation
@@ -19,6 +20,7 @@ from flockwire.control.potential import PotentialParameters
 from flockwire.control.protocol import ProtocolParameters
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.motion import LeaderMotion, Motion
+from flockwire.domain.record import Record
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, distance, limit, norm, scale, subtract
 from flockwire.swarm.tables import Finite, NotNegative, Parameters, Positive
@@ -50,21 +52,29 @@ class LawSettings(NamedTuple):
     detour: DetourParameters  # round bodies, and within the room (law "extended")
 
 
-class NeighbourEstimate(NamedTuple):
+@mypyc_attr(acyclic=True)
+class NeighbourEstimate(Record):
     """One in-neighbour's estimate of the leader; the leader itself, `number` 0, has only a position."""
 
-    number: int
-    weight: float  # w_ij
-    stamp: int  # the time for which it is valid
-    motion: LeaderMotion
+    __slots__ = ("number", "weight", "stamp", "motion")
+
+    def __init__(self, number: int, weight: float, stamp: int, motion: LeaderMotion) -> None:
+        self.number: Final = number
+        self.weight: Final = weight  # w_ij
+        self.stamp: Final = stamp  # the time for which it is valid
+        self.motion: Final = motion
 
 
-class Reference(NamedTuple):
+@mypyc_attr(acyclic=True)
+class Reference(Record):
     """The place in the formation: `offset` h_i and `rate` h_i' at any time."""
 
-    formation: Formation
-    rank: int
-    start: int  # time 0 of the formation
+    __slots__ = ("formation", "rank", "start")
+
+    def __init__(self, formation: Formation, rank: int, start: int) -> None:
+        self.formation: Final = formation
+        self.rank: Final = rank
+        self.start: Final = start  # time 0 of the formation
 
     def offset(self, when: int) -> Vector:
         """Return h_i, m."""
@@ -75,23 +85,39 @@ class Reference(NamedTuple):
         return self.formation.offset_rate(self.rank, (when - self.start) / SECOND)
 
 
-class Observation(NamedTuple):
+@mypyc_attr(acyclic=True)
+class Observation(Record):
     """The input of a law at one step."""
 
-    dt: float  # s since the last step
-    stamp: int  # of the own pose
-    motion: Motion | None  # the drone's position, velocity and stopping point; None while its pose is stale
-    neighbour_estimates: Sequence[NeighbourEstimate]  # only fresh ones
-    bodies: Sequence[Body]  # nearby bodies, relative to the drone
-    reference: Reference | None  # None outside the formation phase, or without a place: then the velocity is not used
+    __slots__ = ("dt", "stamp", "motion", "neighbour_estimates", "bodies", "reference")
+
+    def __init__(
+        self,
+        dt: float,
+        stamp: int,
+        motion: Motion | None,
+        neighbour_estimates: Sequence[NeighbourEstimate],
+        bodies: Sequence[Body],
+        reference: Reference | None,
+    ) -> None:
+        self.dt: Final = dt  # s since the last step
+        self.stamp: Final = stamp  # of the own pose
+        self.motion: Final = motion  # position, velocity and stopping point; None while the drone's pose is stale
+        self.neighbour_estimates: Final = neighbour_estimates  # only fresh ones
+        self.bodies: Final = bodies  # nearby bodies, relative to the drone
+        self.reference: Final = reference  # None outside the formation phase, or without a place: the velocity is not used
 
 
-class Decision(NamedTuple):
+@mypyc_attr(acyclic=True)
+class Decision(Record):
     """The output of a law: a velocity for the airframe and, for its subscribers, an estimate of the leader."""
 
-    velocity: Vector = ZERO
-    estimate: LeaderMotion | None = None  # None: nothing to publish
-    stamp: int = 0  # the time for which the estimate is valid; 0 means now
+    __slots__ = ("velocity", "estimate", "stamp")
+
+    def __init__(self, velocity: Vector = ZERO, estimate: LeaderMotion | None = None, stamp: int = 0) -> None:
+        self.velocity: Final = velocity
+        self.estimate: Final = estimate  # None: nothing to publish
+        self.stamp: Final = stamp  # the time for which the estimate is valid; 0 means now
 
 
 class Law(Protocol):
@@ -106,17 +132,21 @@ class Law(Protocol):
 
 def check_decision(decision: Decision) -> None:
     """Raise ValueError for a decision that cannot be flown."""
-    velocity, estimate, stamp = decision
-    vectors: tuple[Vector, ...] = (velocity,) if estimate is None else (velocity, *estimate)
-    total = 0.0
-    for vector in vectors:
-        if len(vector) != 3:
-            raise _malformed(decision)
-        total += vector[0] + vector[1] + vector[2]
-    if not isinstance(stamp, int):
+    estimate, total = decision.estimate, _total(decision.velocity, decision)
+    if estimate is not None:
+        for vector in (estimate.position, estimate.velocity, estimate.acceleration):
+            total += _total(vector, decision)
+    if not isinstance(decision.stamp, int):
         raise _malformed(decision)
     if not -inf < total < inf:
         raise ValueError(f"{decision}: holds a number that is not finite")
+
+
+def _total(vector: Vector, decision: Decision) -> float:
+    """Return the sum of a vector's three numbers."""
+    if len(vector) != 3:
+        raise _malformed(decision)
+    return vector[0] + vector[1] + vector[2]
 
 
 def _malformed(decision: Decision) -> ValueError:

@@ -8,7 +8,6 @@ from math import inf
 from typing import cast
 
 from flockwire.domain.airframe import Command, Telemetry
-from flockwire.domain.fields import from_fields
 from flockwire.domain.order import Mission, Stop
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
@@ -97,7 +96,7 @@ class KinematicsCore:
             if airframe.in_the_air:
                 self._flew = now
                 self._begin = now if self._begin is None else self._begin
-            messages.append((key, from_fields(Pose, (now, frame, airframe.position, airframe.orientation))))
+            messages.append((key, Pose(now, frame, airframe.position, airframe.orientation)))
         if is_due(self._telemetry_deadline, now, TELEMETRY_PERIOD):
             self._telemetry_deadline = next_deadline(self._telemetry_deadline, now, TELEMETRY_PERIOD)
             for owner, commanded in self._commanded.items():

@@ -101,8 +101,8 @@ class GatewayCore(Ground):
         for stamp, drone, position, orientation in tracked:
             if drone in self._sensing:
                 bodies = self._field.near(drone, position)
-                messages.append((self._nearby_keys[drone], from_fields(Nearby, (stamp, frame, bodies))))
-            messages.append((self._pose_keys[drone], from_fields(Pose, (stamp, frame, position, orientation))))
+                messages.append((self._nearby_keys[drone], Nearby(stamp, frame, bodies)))
+            messages.append((self._pose_keys[drone], Pose(stamp, frame, position, orientation)))
         if self._orders.mission is not None and now >= self._repeat_at:
             self._repeat_at = now + REPEAT
             messages.append((MISSION, self._orders.mission))

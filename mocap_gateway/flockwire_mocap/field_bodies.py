@@ -9,7 +9,6 @@ from typing import NamedTuple
 from flockwire.control.graph import LEADER
 from flockwire.control.tracker import VelocityTracker
 from flockwire.domain.body import Body, BodyKind, to_axis
-from flockwire.domain.fields import from_fields
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import ZERO, Vector, norm, subtract
 from flockwire.swarm.model import Swarm
@@ -172,7 +171,7 @@ class FieldBodies:
         places, reach = self._places, self._reach
         keys = self._vicinity.round(position) if self._vicinity is not None else places
         bodies = [
-            from_fields(Body, (BodyKind.DRONE, subtract(place, position), 0.0, ZERO))
+            Body(BodyKind.DRONE, subtract(place, position), 0.0, ZERO)
             for key in keys
             if key >= 0 and key != drone and dist(place := places[key], position) < reach
         ]

@@ -95,7 +95,7 @@ class SimulatedSource:
     def _measure(self, drone: int, truth: Pose) -> None:
         if self._dropout and self._randomness.random() < self._dropout:
             return
-        stamp, _, position, orientation = truth
+        stamp, position, orientation = truth.stamp, truth.position, truth.orientation
         noise, called = self._noise, drone
         for fault in self._active_faults(stamp):
             if isinstance(fault, NoiseBurst):

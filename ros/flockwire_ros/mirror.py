@@ -94,7 +94,7 @@ class Mirror:
         return Transform(now, self._names.frame(TRACKER_FRAME), gateway.offset, gateway.rotation)
 
     def _pose(self, key: Key, topics: tuple[Topic, ...], pose: Pose) -> None:
-        stamp, frame, position, orientation = pose
+        stamp, frame, position, orientation = pose.stamp, pose.frame, pose.position, pose.orientation
         name = self._names.frame(key.owner)
         track, seconds = self._tracks.get(key.owner), stamp / SECOND
         if track is None or seconds - track.stamp > FORGET / SECOND:

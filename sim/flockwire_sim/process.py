@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterable
 from hashlib import blake2b
-from typing import NamedTuple
+from typing import Final
 
-from flockwire.domain.fields import from_fields
+from flockwire.compiling import mypyc_attr
+from flockwire.domain.record import Record
 from flockwire.domain.time import SECOND
 from flockwire.process.cores import Core, Datagram, Networked
 from flockwire.process.stepping import StatusPublisher, Stepper, at_once, tick_period
@@ -25,16 +26,22 @@ UNREAD = 256  # datagrams in the socket of a frozen process
 POLL = SECOND // 50  # ns between two checks for swarm time
 
 
-class Published(NamedTuple):
+@mypyc_attr(acyclic=True)
+class Published(Record):
     """One published message: `at` is the true time, `sent` the publisher's time (Unix ns)."""
 
-    at: int
-    sent: int
-    key: Key
-    topic: str
-    publisher: bytes
-    sequence: int
-    sample: Sample
+    __slots__ = ("at", "sent", "key", "topic", "publisher", "sequence", "sample")
+
+    def __init__(
+        self, at: int, sent: int, key: Key, topic: str, publisher: bytes, sequence: int, sample: Sample
+    ) -> None:
+        self.at: Final = at
+        self.sent: Final = sent
+        self.key: Final = key
+        self.topic: Final = topic
+        self.publisher: Final = publisher
+        self.sequence: Final = sequence
+        self.sample: Final = sample
 
     @property
     def message(self) -> Message | None:
@@ -53,6 +60,7 @@ class Outlet:
 
     def __init__(self, swarm: Swarm, key: Key) -> None:
         self.row: KeyRow = ROWS[key.kind]
+        self.encode = CODECS[self.row.message].encode
         self.topic = f"/{key_text(swarm.name, key)}"
         self.sequence, self.publisher = 0, b""
         self.readers: list[tuple[VirtualLink, int]] = []
@@ -281,7 +289,7 @@ class VirtualProcess:
             outlet = self.outlets[key]
             sequence, publisher = outlet.sequence, outlet.publisher
             outlet.sequence = sequence + 1
-            sample = Sample(outlet.row, CODECS[type(message)].encode(message), sequence, now, publisher)
+            sample = Sample(outlet.row, outlet.encode(message), sequence, now, publisher)
             for link, place in outlet.readers:
                 load = link.load
                 if not load:
@@ -289,7 +297,7 @@ class VirtualProcess:
                 load.append((place, sample))
             if tap is not None:
                 true = self._scheduler.now
-                tap(from_fields(Published, (true, now, key, outlet.topic, publisher, sequence, sample)))
+                tap(Published(true, now, key, outlet.topic, publisher, sequence, sample))
 
     def _depart(self) -> None:
         loaded, self._loaded = self._loaded, []

@@ -114,8 +114,8 @@ def test_near_is_only_what_is_within_the_sensing_radius(shown):
 
 
 def test_a_nearby_message_has_no_identities():
-    assert set(Nearby._fields) == {"stamp", "frame", "bodies"}
-    assert set(Body._fields) == {"kind", "relative_position", "radius", "velocity"}
+    assert set(Nearby.__slots__) == {"stamp", "frame", "bodies"}
+    assert set(Body.__slots__) == {"kind", "relative_position", "radius", "velocity"}
 
 
 def test_obstacles_are_near_by_their_surface_and_seen_along_their_axis(shown):

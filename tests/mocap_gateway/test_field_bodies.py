@@ -1,7 +1,7 @@
 from math import dist
 
 import pytest
-from flockwire.domain.body import BodyKind
+from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire_mocap.field_bodies import FEW, FORGET, LEFT, MOST_MOVERS, FieldBodies, Vicinity, held_name
 from hypothesis import given
@@ -113,7 +113,9 @@ def test_a_crowd_sorted_by_place_shows_the_same_as_a_look_at_all(make_swarm, mon
             place = (k % 8 * 0.9, k // 8 * 0.9, 1.0)
             (field.see_drone(k, NOW, place) if k % 2 else field.see_other(f"person {k}", NOW, place))
         field.arrange(NOW)
-        found.append([sorted(field.near(k, (k % 8 * 0.9, k // 8 * 0.9, 1.0))) for k in range(1, many, 2)])
+        found.append(
+            [sorted(field.near(k, (k % 8 * 0.9, k // 8 * 0.9, 1.0)), key=Body.fields) for k in range(1, many, 2)]
+        )
     assert found[0] == found[1]
     assert max(map(len, found[0])) > 8
 

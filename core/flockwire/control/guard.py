@@ -11,7 +11,6 @@ from flockwire.control.fence import Room
 from flockwire.control.safety_filter import HalfSpace, nearest_velocity
 from flockwire.control.tracker import BodyTracks
 from flockwire.domain.body import Body, BodyKind, Separation
-from flockwire.domain.fields import from_fields
 from flockwire.domain.marks import Holding
 from flockwire.domain.motion import Motion
 from flockwire.domain.time import SECOND
@@ -146,9 +145,7 @@ class Guard:
         positions = [add(motion.position, body.relative_position) for body in bodies]
         velocities = self._tracks.update(positions, (stamp - self._epoch) / SECOND)
         return [
-            from_fields(Body, (body.kind, body.relative_position, body.radius, velocity))
-            if body.kind is BodyKind.DRONE
-            else body
+            Body(body.kind, body.relative_position, body.radius, velocity) if body.kind is BodyKind.DRONE else body
             for body, velocity in zip(bodies, velocities, strict=True)
         ]
 

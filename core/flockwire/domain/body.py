@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
-from flockwire.domain.vector import Vector, norm, scale
+from flockwire.compiling import mypyc_attr
+from flockwire.domain.record import Record
+from flockwire.domain.vector import ZERO, Vector, norm, scale
 
 _CONTACT = 1e-3  # m: a touched body counts as this far away, so that a direction exists
 
@@ -18,25 +20,33 @@ class BodyKind(IntEnum):
     MOVER = 2  # moves and does not give way: a person, a tracked obstacle
 
 
-class Body(NamedTuple):
+@mypyc_attr(acyclic=True)
+class Body(Record):
     """A nearby body: from the own position to its nearest axis point (m, world axes), and its radius (m) round that.
 
     The velocity (m/s, world frame) is a mover's, or that of the surface around a lost body; that of a drone is zero in
     a message, and tracked on board.
     """
 
-    kind: BodyKind
-    relative_position: Vector
-    radius: float
-    velocity: Vector = (0.0, 0.0, 0.0)
+    __slots__ = ("kind", "relative_position", "radius", "velocity")
+
+    def __init__(self, kind: BodyKind, relative_position: Vector, radius: float, velocity: Vector = ZERO) -> None:
+        self.kind: Final = kind
+        self.relative_position: Final = relative_position
+        self.radius: Final = radius
+        self.velocity: Final = velocity
 
 
-class Nearby(NamedTuple):
+@mypyc_attr(acyclic=True)
+class Nearby(Record):
     """The bodies seen by a relative sensor on board at `stamp` (Unix ns), without identities."""
 
-    stamp: int
-    frame: str
-    bodies: tuple[Body, ...]
+    __slots__ = ("stamp", "frame", "bodies")
+
+    def __init__(self, stamp: int, frame: str, bodies: tuple[Body, ...]) -> None:
+        self.stamp: Final = stamp
+        self.frame: Final = frame
+        self.bodies: Final = bodies
 
 
 class Separation(NamedTuple):

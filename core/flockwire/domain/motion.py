@@ -3,25 +3,35 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Final
 
+from flockwire.compiling import mypyc_attr
+from flockwire.domain.record import Record
 from flockwire.domain.vector import ZERO, Vector
 
 
-class Motion(NamedTuple):
+@mypyc_attr(acyclic=True)
+class Motion(Record):
     """A drone's measured position, m, its velocity, m/s, and its stopping point if commanded to stop now, m."""
 
-    position: Vector
-    velocity: Vector
-    stopping: Vector
+    __slots__ = ("position", "velocity", "stopping")
+
+    def __init__(self, position: Vector, velocity: Vector, stopping: Vector) -> None:
+        self.position: Final = position
+        self.velocity: Final = velocity
+        self.stopping: Final = stopping
 
 
-class LeaderMotion(NamedTuple):
+@mypyc_attr(acyclic=True)
+class LeaderMotion(Record):
     """An estimate of the leader: position, m, velocity, m/s, acceleration, m/s^2, world frame."""
 
-    position: Vector
-    velocity: Vector = ZERO
-    acceleration: Vector = ZERO
+    __slots__ = ("position", "velocity", "acceleration")
+
+    def __init__(self, position: Vector, velocity: Vector = ZERO, acceleration: Vector = ZERO) -> None:
+        self.position: Final = position
+        self.velocity: Final = velocity
+        self.acceleration: Final = acceleration
 
     def after(self, dt: float) -> LeaderMotion:
         """Return the motion `dt` s later: x + dt v + dt^2 a / 2, v + dt a, a."""
@@ -42,15 +52,27 @@ class Leading(IntEnum):
     IS_DOWN = 2  # it lands, is on the ground, has fallen, or its process is silent
 
 
-class Estimate(NamedTuple):
+@mypyc_attr(acyclic=True)
+class Estimate(Record):
     """One follower's estimate of the leader's motion at `stamp` (Unix ns).
 
     `origin` is the time of the leader's pose that it is based on, Unix ns, after as many `hops`.
     """
 
-    stamp: int
-    frame: str
-    motion: LeaderMotion
-    origin: int = 0
-    hops: int = 0
-    leading: Leading = Leading.UNKNOWN
+    __slots__ = ("stamp", "frame", "motion", "origin", "hops", "leading")
+
+    def __init__(
+        self,
+        stamp: int,
+        frame: str,
+        motion: LeaderMotion,
+        origin: int = 0,
+        hops: int = 0,
+        leading: Leading = Leading.UNKNOWN,
+    ) -> None:
+        self.stamp: Final = stamp
+        self.frame: Final = frame
+        self.motion: Final = motion
+        self.origin: Final = origin
+        self.hops: Final = hops
+        self.leading: Final = leading

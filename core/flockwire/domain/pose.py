@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 from math import atan2, pi
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
+from flockwire.compiling import mypyc_attr
 from flockwire.domain.quaternion import Quaternion
+from flockwire.domain.record import Record
 from flockwire.domain.vector import Vector
 
 LEVEL: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 
-class Pose(NamedTuple):
+@mypyc_attr(acyclic=True)
+class Pose(Record):
     """The pose of a body at `stamp` (Unix ns): m, in the world frame `frame`."""
 
-    stamp: int
-    frame: str
-    position: Vector
-    orientation: Quaternion = LEVEL
+    __slots__ = ("stamp", "frame", "position", "orientation")
+
+    def __init__(self, stamp: int, frame: str, position: Vector, orientation: Quaternion = LEVEL) -> None:
+        self.stamp: Final = stamp
+        self.frame: Final = frame
+        self.position: Final = position
+        self.orientation: Final = orientation
 
 
 class IdentityDoubt(NamedTuple):

@@ -70,13 +70,13 @@ class Agreement:
 def placed(estimates: list[NeighbourEstimate]) -> dict[int, Vector]:
     """Return where each neighbour sees the leader, at the time of the leader's pose, else of the newest estimate."""
     at = 0
-    for number, _, stamp, _ in estimates:
-        if number == LEADER:
-            at = stamp
+    for one in estimates:
+        if one.number == LEADER:
+            at = one.stamp
             break
-        at = max(at, stamp)
+        at = max(at, one.stamp)
     positions: dict[int, Vector] = {}
-    for number, _, stamp, ((x, y, z), (vx, vy, vz), _) in estimates:
-        t = (at - stamp) / SECOND
-        positions[number] = (x + t * vx, y + t * vy, z + t * vz)
+    for one in estimates:
+        t, (x, y, z), (vx, vy, vz) = (at - one.stamp) / SECOND, one.motion.position, one.motion.velocity
+        positions[one.number] = (x + t * vx, y + t * vy, z + t * vz)
     return positions

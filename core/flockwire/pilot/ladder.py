@@ -5,8 +5,10 @@ The code of a reason is the mark of its rung (domain/marks.py).
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Final
 
+from flockwire.compiling import mypyc_attr
+from flockwire.domain.record import Record
 from flockwire.pilot.identity import MISTAKEN
 from flockwire.pilot.phases import NEVER
 from flockwire.swarm.model import uav
@@ -16,18 +18,33 @@ from flockwire.wire.status import Reason
 NO_REASON = Reason("", "")
 
 
-class Inputs(NamedTuple):
+@mypyc_attr(acyclic=True)
+class Inputs(Record):
     """Ages in s of a pilot's inputs (NEVER: none yet), and its airframe's reports."""
 
-    pose: float
-    silence: float  # of the newest leader estimate; 0 for the leader itself
-    nearby: float  # 0 without sensing
-    telemetry: float
-    battery: float  # share of full
-    outside: float  # m outside the fence
-    leader_down: float = 0.0  # s since the leader of the ordered formation is down; 0 while it leads
-    doubt: float = 0.0  # s since the tracker gave its name to another body; 0 without a doubt
-    apart: float = 0.0  # m/s of its tracked body apart from its commands; 0 while it moves as commanded
+    __slots__ = ("pose", "silence", "nearby", "telemetry", "battery", "outside", "leader_down", "doubt", "apart")
+
+    def __init__(
+        self,
+        pose: float,
+        silence: float,
+        nearby: float,
+        telemetry: float,
+        battery: float,
+        outside: float,
+        leader_down: float = 0.0,
+        doubt: float = 0.0,
+        apart: float = 0.0,
+    ) -> None:
+        self.pose: Final = pose
+        self.silence: Final = silence  # of the newest leader estimate; 0 for the leader itself
+        self.nearby: Final = nearby  # 0 without sensing
+        self.telemetry: Final = telemetry
+        self.battery: Final = battery  # share of full
+        self.outside: Final = outside  # m outside the fence
+        self.leader_down: Final = leader_down  # s since the leader of the ordered formation is down; 0 while it leads
+        self.doubt: Final = doubt  # s since the tracker gave its name to another body; 0 without a doubt
+        self.apart: Final = apart  # m/s of its tracked body apart from its commands; 0 while it moves as commanded
 
 
 def all_well(inputs: Inputs, limits: Limits) -> bool:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from math import inf, isfinite
 
 from flockwire.control.graph import LEADER
-from flockwire.domain.fields import from_fields
 from flockwire.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
@@ -78,8 +77,8 @@ class Neighbourhood:
         neighbour = self._every[j]
 
         def take(message: Estimate) -> None:
-            stamp, _, neighbour.motion, origin, neighbour.hops, neighbour.leading = message
-            neighbour.stamp, neighbour.origin = stamp, min(origin, stamp)
+            neighbour.motion, neighbour.hops, neighbour.leading = message.motion, message.hops, message.leading
+            neighbour.stamp, neighbour.origin = message.stamp, min(message.origin, message.stamp)
 
         return take
 
@@ -120,14 +119,14 @@ class Neighbourhood:
                 continue
             if stamp < oldest or motion is None or neighbour.origin < oldest_origin:
                 continue
-            found.append(from_fields(NeighbourEstimate, (j, neighbour.weight, stamp, motion)))
+            found.append(NeighbourEstimate(j, neighbour.weight, stamp, motion))
         if self._compares and len(found) > 1:
             found = self.agreement.kept(found, now)
         elif self.agreement.contradicted:
             self.agreement.forget()
         down = False
         for estimate in found:
-            j = estimate[0]
+            j = estimate.number
             neighbour = self._neighbours[j]
             if neighbour.origin > self.origin:
                 self.origin, self.hops = neighbour.origin, min(neighbour.hops + 1, MOST_HOPS)

@@ -6,11 +6,13 @@ grounded -> ready -> take-off -> hold <-> formation
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Final
 
+from flockwire.compiling import mypyc_attr
 from flockwire.domain.marks import sometimes
 from flockwire.domain.order import Mission
 from flockwire.domain.pose import Pose
+from flockwire.domain.record import Record
 from flockwire.domain.time import SECOND
 from flockwire.pilot.orders import Orders
 from flockwire.wire.phase import Phase
@@ -33,15 +35,19 @@ def transition_mark(before: Phase, after: Phase, ordered: bool) -> str:
     return f"phase: {before} to {after}{why}"
 
 
-class Situation(NamedTuple):
+@mypyc_attr(acyclic=True)
+class Situation(Record):
     """The input of the phases; each of the three reasons may be empty."""
 
-    now: int  # Unix time, ns
-    unready: str  # why it must not take off
-    hold: str  # why it must not fly the formation
-    land: str  # why it must not fly at all
-    airborne: bool  # the airframe flies
-    high: bool  # at take-off height or above
+    __slots__ = ("now", "unready", "hold", "land", "airborne", "high")
+
+    def __init__(self, now: int, unready: str, hold: str, land: str, airborne: bool, high: bool) -> None:
+        self.now: Final = now  # Unix time, ns
+        self.unready: Final = unready  # why it must not take off
+        self.hold: Final = hold  # why it must not fly the formation
+        self.land: Final = land  # why it must not fly at all
+        self.airborne: Final = airborne  # the airframe flies
+        self.high: Final = high  # at take-off height or above
 
 
 class FlightPhases:

@@ -13,7 +13,6 @@ from flockwire.control.around.free_place import is_above, is_beneath
 from flockwire.control.guard import Guard
 from flockwire.domain.airframe import Command, FlightState, Telemetry
 from flockwire.domain.body import Body
-from flockwire.domain.fields import from_fields
 from flockwire.domain.marks import Holding
 from flockwire.domain.motion import Motion
 from flockwire.domain.order import Stop
@@ -163,7 +162,7 @@ class Pilot:
         trim(self._airframe, self.flight.phase, self._limits.vertical_speed, motion is None)
         velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity(now)
         velocity = self._airframe.command(velocity, (now - self.born) / SECOND) or velocity
-        return [(self._command_key, from_fields(Command, (self.stamp, self._frame, velocity, 0.0)))]
+        return [(self._command_key, Command(self.stamp, self._frame, velocity, 0.0))]
 
     @property
     def _may_have_taken_off(self) -> bool:
@@ -214,7 +213,7 @@ class Pilot:
 
     def _read(self, now: int, silence: float, leader_down: float) -> Inputs:
         pose, telemetry = self._pose, self._telemetry
-        ages = (
+        return Inputs(
             (now - pose.stamp) / SECOND if pose is not None else NEVER,
             silence,
             age(self._surroundings.stamp, now) if self._parameters.sensing else 0.0,
@@ -225,7 +224,6 @@ class Pilot:
             self._identity.doubted(now),
             self._body.apart,
         )
-        return from_fields(Inputs, ages)
 
     def retire(self, now: int) -> None:
         """Hold, then land, because the process must end."""
@@ -259,8 +257,8 @@ class Pilot:
                 land = land if land.text else OVERSLEPT
         airborne = state in AIRBORNE
         high = self._pose is not None and self._place.is_high(self._pose.position)
-        situation = (now, left_out or fault or unready.text, fault or hold.text, land.text, airborne, high)
-        phase = flight.update(from_fields(Situation, situation))
+        unfit = left_out or fault or unready.text
+        phase = flight.update(Situation(now, unfit, fault or hold.text, land.text, airborne, high))
         if troubled or self._rungs.marks:
             self._mark(inputs, missing, unready, hold, land)
         if phase is not was:

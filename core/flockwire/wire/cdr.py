@@ -1,25 +1,24 @@
 """CDR of ROS 2: little-endian XCDR1, alignment counted from the end of the 4-byte header.
 
 Source: OMG Common Data Representation (formal/2002-06-51 section 15.3), RTPS 2.3 section 10.2 for the header.
-`Writer` and `Reader` serve messages with strings and sequences; those of the 100 Hz path use `layout`, one compiled
-struct for a whole message.
+`Writer` and `Reader` serve all messages but those of the 100 Hz path (stamped.py).
 """
 
 from __future__ import annotations
 
 from functools import lru_cache
-from struct import Struct, calcsize, error
+from struct import Struct, error
 from typing import Any, Final
+
+from librt.strings import BytesWriter, read_i32_le, write_i32_le
 
 from flockwire.domain.time import SECOND
 
 HEADER: Final = b"\x00\x01\x00\x00"  # little-endian CDR
 LONGEST_SEQUENCE = 4096
-_LENGTH: Final = Struct("<I")
-_TIME: Final = Struct("<iI")
 _ONE: Final = {code: Struct(f"<{code}") for code in "BHiIQdf"}  # the numbers that messages hold
 _SIZES: Final = {code: form.size for code, form in _ONE.items()}
-_PADDING: Final = tuple([bytes(count) for count in range(8)])
+MOST: Final = 0xFFFF_FFFF  # largest number of 32 bits
 
 
 class MessageError(ValueError):
@@ -29,22 +28,6 @@ class MessageError(ValueError):
 def too_short(data: bytes) -> MessageError:
     """Return the error of a message that ends too soon."""
     return MessageError(f"ends after {len(data)} bytes, too soon")
-
-
-@lru_cache(maxsize=256)
-def layout(frame_length: int, body: str) -> Struct:
-    """Return the struct of a message: header, stamp (sec, nanosec), frame id of `frame_length` bytes, then `body`.
-
-    `body` is a string of struct codes; each is aligned to its size, at most 8. The packed values are: HEADER, sec,
-    nanosec, frame_length, the frame id with its NUL, and the body's values.
-    """
-    offset, parts = 12 + frame_length, [f"<4siII{frame_length}s"]
-    for code in body:
-        size = calcsize(f"<{code}")
-        padding = -offset % size
-        parts.append(f"{padding}x{code}")
-        offset += padding + size
-    return Struct("".join(parts))
 
 
 @lru_cache(maxsize=64)
@@ -57,49 +40,57 @@ class Writer:
     """Appends values to a CDR message."""
 
     def __init__(self) -> None:
-        self._data = bytearray(HEADER)
+        self._data = BytesWriter()
+        self._data.write(HEADER)
 
     def put(self, code: str, value: object) -> None:
         """Append one number of struct code `code`, aligned."""
-        data = self._data
-        data += _PADDING[(4 - len(data)) % _SIZES[code]]
-        data += _ONE[code].pack(value)
+        self._align(_SIZES[code])
+        self._data.write(_ONE[code].pack(value))
 
     def put_all(self, code: str, *values: object) -> None:
         """Append numbers of one struct code, aligned."""
-        data = self._data
-        data += _PADDING[(4 - len(data)) % _SIZES[code]]
-        data += several(code, len(values)).pack(*values)
+        self._align(_SIZES[code])
+        self._data.write(several(code, len(values)).pack(*values))
 
     def time(self, stamp: int) -> None:
         """Append a builtin_interfaces/Time, from ns."""
-        data = self._data
-        data += _PADDING[-len(data) % 4]
-        data += _TIME.pack(stamp // SECOND, stamp % SECOND)
+        self._align(4)
+        write_i32_le(self._data, stamp // SECOND)
+        write_i32_le(self._data, stamp % SECOND)
 
     def text(self, value: str) -> None:
         """Append a string."""
-        data, raw = self._data, value.encode()
-        data += _PADDING[-len(data) % 4]
-        data += _LENGTH.pack(len(raw) + 1)
-        data += raw
-        data += _PADDING[1]  # NUL
+        raw = value.encode()
+        self._align(4)
+        write_i32_le(self._data, len(raw) + 1)
+        self._data.write(raw)
+        self._data.append(0)
 
     def texts(self, values: tuple[str, ...], fields: int = 1) -> None:
         """Append a sequence of strings, or of messages that are so many strings each."""
-        self.put("I", len(values) // fields)
+        self.length(len(values) // fields)
         for value in values:
             self.text(value)
 
     def numbers(self, code: str, values: tuple[int, ...]) -> None:
         """Append a sequence of numbers."""
-        self.put("I", len(values))
+        self.length(len(values))
         if values:
             self.put_all(code, *values)
 
+    def length(self, count: int) -> None:
+        """Append the length of a sequence."""
+        self._align(4)
+        write_i32_le(self._data, count)
+
     def finish(self) -> bytes:
         """Return the message."""
-        return bytes(self._data)
+        return self._data.getvalue()
+
+    def _align(self, size: int) -> None:
+        for _ in range((4 - len(self._data)) % size):
+            self._data.append(0)
 
 
 class Reader:
@@ -138,17 +129,17 @@ class Reader:
         """Take a builtin_interfaces/Time, in ns."""
         at = self._at + -self._at % 4
         self._at = at + 8
-        try:
-            sec, nanosec = _TIME.unpack_from(self._data, at)
-        except error:
-            raise too_short(self._data) from None
-        if nanosec >= SECOND:
-            raise MessageError(f"{nanosec} ns are more than a second")
-        return int(sec * SECOND + nanosec)
+        if at + 8 > len(self._data):
+            raise too_short(self._data)
+        seconds: int = read_i32_le(self._data, at)
+        rest: int = read_i32_le(self._data, at + 4)
+        if not 0 <= rest < SECOND:
+            raise MessageError(f"{rest & MOST} ns are more than a second")
+        return seconds * SECOND + rest
 
     def text(self) -> str:
         """Take a string."""
-        length = self.take("I")
+        length = self._unsigned()
         raw = self._data[self._at : self._at + length]
         if len(raw) != length or not raw.endswith(b"\0"):
             raise MessageError(f"a string of {length} bytes does not end where it should")
@@ -169,10 +160,19 @@ class Reader:
 
     def length(self) -> int:
         """Take the length of a sequence."""
-        count = self.take("I")
+        count = self._unsigned()
         if count > LONGEST_SEQUENCE:
             raise MessageError(f"a sequence of {count} elements, the most is {LONGEST_SEQUENCE}")
         return count
+
+    def _unsigned(self) -> int:
+        """Take a number of 32 bits."""
+        at = self._at + -self._at % 4
+        self._at = at + 4
+        if at + 4 > len(self._data):
+            raise too_short(self._data)
+        value: int = read_i32_le(self._data, at)
+        return value & MOST
 
     def end(self) -> None:
         """Check that nothing is left but padding to a multiple of 4."""

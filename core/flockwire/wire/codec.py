@@ -2,7 +2,7 @@
 
 The payloads are ROS 2 messages in CDR (schemas.py), so that a trace or a bridge needs no translation. Each starts with
 its stamp, Unix ns (the time for which the content is valid), and the name of the world frame. The messages of the 100
-Hz path are numbers from there on, one compiled struct each (stamped.py); the others hold texts and sequences.
+Hz path are numbers at known places from there on (stamped.py); the others are written and read value by value (cdr.py).
 """
 
 from __future__ import annotations
@@ -10,18 +10,28 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple, Protocol, TypeVar
 
+from librt.strings import read_f64_le, read_i32_le, write_f64_le, write_i32_le
+
 from flockwire.domain.airframe import Command, FlightState, Telemetry
 from flockwire.domain.bids import Bids
 from flockwire.domain.body import Body, BodyKind, Nearby
-from flockwire.domain.fields import from_fields
 from flockwire.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire.domain.order import Mission, Stop
 from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND, TimeReply, TimeRequest
 from flockwire.wire.batch import Batch, decode_batch, encode_batch
-from flockwire.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer
+from flockwire.wire.cdr import LONGEST_SEQUENCE, MessageError, Reader, Writer, too_short
 from flockwire.wire.orders import read_bids, read_mission, write_bids, write_mission
-from flockwire.wire.stamped import Kept, Layout, peek_length, unpack
+from flockwire.wire.stamped import (
+    align,
+    begin,
+    check_end,
+    check_finite,
+    last_numbers,
+    read_head,
+    read_vector,
+    write_vector,
+)
 from flockwire.wire.status import Status, read_status, write_status
 
 
@@ -38,110 +48,139 @@ class Message(Protocol):
 
 
 M = TypeVar("M", bound=Message)
-Fields = tuple[Any, ...]  # those of a message: as objects their numbers are packed as they are, unboxed by nobody
-MOST_LAYOUTS = 256  # of messages of nearby bodies, that are kept
 SMALLEST_BODY = 57  # least bytes of a nearby body
 
 
-_POSE: Final = Layout("ddddddd")
-_ESTIMATE: Final = Layout("dddddddddiIBB")
-_COMMAND: Final = Layout("dddddd")
-_NEARBY: Final[Kept[int, Layout]] = Kept(lambda count: Layout("I" + "Bddddddd" * count), MOST_LAYOUTS)
-_KINDS: Final[dict[object, BodyKind]] = {int(kind): kind for kind in BodyKind}
-_LEADING: Final[dict[object, Leading]] = {int(state): state for state in Leading}
-_STATES: Final[dict[object, FlightState]] = {int(state): state for state in FlightState}
+_KINDS: Final[dict[int, BodyKind]] = {int(kind): kind for kind in BodyKind}
+_LEADING: Final[dict[int, Leading]] = {int(state): state for state in Leading}
+_STATES: Final[dict[int, FlightState]] = {int(state): state for state in FlightState}
 
 
-def _encode_pose(pose: Fields) -> bytes:
-    stamp: int = pose[0]
-    head, p, q = _POSE.heads[pose[1]], pose[2], pose[3]
-    return head.pack(
-        HEADER, stamp // SECOND, stamp % SECOND, head.length, head.raw, p[0], p[1], p[2], q[0], q[1], q[2], q[3]
-    )
+def _encode_pose(pose: Pose) -> bytes:
+    writer, q = begin(pose.stamp, pose.frame), pose.orientation
+    write_vector(writer, pose.position)
+    write_vector(writer, (q[0], q[1], q[2]))
+    write_f64_le(writer, q[3])
+    return writer.getvalue()
 
 
 def _decode_pose(data: bytes) -> Pose:
-    stamp, frame, v = unpack(data, _POSE)
-    return from_fields(Pose, (stamp, frame, v[:3], v[3:]))
+    stamp, frame, at = read_head(data)
+    at = last_numbers(data, at, 56)
+    p, (x, y, z), w = read_vector(data, at), read_vector(data, at + 24), read_f64_le(data, at + 48)
+    check_finite(p[0] + p[1] + p[2] + x + y + z + w)
+    return Pose(stamp, frame, p, (x, y, z, w))
 
 
-def _encode_estimate(estimate: Fields) -> bytes:
-    stamp: int = estimate[0]
-    motion: Fields = estimate[2]
-    origin: int = estimate[3]
-    head, p, v, a = _ESTIMATE.heads[estimate[1]], motion[0], motion[1], motion[2]
-    return head.pack(
-        HEADER, stamp // SECOND, stamp % SECOND, head.length, head.raw,
-        p[0], p[1], p[2], v[0], v[1], v[2], a[0], a[1], a[2],
-        origin // SECOND, origin % SECOND, estimate[4], estimate[5],
-    )  # fmt: skip
+def _encode_estimate(estimate: Estimate) -> bytes:
+    writer, motion = begin(estimate.stamp, estimate.frame), estimate.motion
+    write_vector(writer, motion.position)
+    write_vector(writer, motion.velocity)
+    write_vector(writer, motion.acceleration)
+    write_i32_le(writer, estimate.origin // SECOND)
+    write_i32_le(writer, estimate.origin % SECOND)
+    writer.append(estimate.hops)
+    writer.append(int(estimate.leading))
+    return writer.getvalue()
 
 
 def _decode_estimate(data: bytes) -> Estimate:
-    stamp, frame, v = unpack(data, _ESTIMATE)
-    leading = _LEADING.get(v[12])
-    if leading is None or v[10] >= SECOND:
-        raise MessageError(f"there is no state {v[12]} of a leader, or {v[10]} ns are more than a second")
-    motion = from_fields(LeaderMotion, (v[:3], v[3:6], v[6:9]))
-    return from_fields(Estimate, (stamp, frame, motion, v[9] * SECOND + v[10], v[11], leading))
+    stamp, frame, at = read_head(data)
+    at = last_numbers(data, at, 82)
+    p, v, a = read_vector(data, at), read_vector(data, at + 24), read_vector(data, at + 48)
+    check_finite(p[0] + p[1] + p[2] + v[0] + v[1] + v[2] + a[0] + a[1] + a[2])
+    seconds: int = read_i32_le(data, at + 72)
+    rest: int = read_i32_le(data, at + 76)
+    leading = _LEADING.get(data[at + 81])
+    if leading is None or not 0 <= rest < SECOND:
+        raise MessageError(f"there is no state {data[at + 81]} of a leader, or {rest} ns are more than a second")
+    motion = LeaderMotion(p, v, a)
+    return Estimate(stamp, frame, motion, seconds * SECOND + rest, data[at + 80], leading)
 
 
-def _encode_command(command: Fields) -> bytes:
-    stamp: int = command[0]
-    head, v = _COMMAND.heads[command[1]], command[2]
-    return head.pack(
-        HEADER, stamp // SECOND, stamp % SECOND, head.length, head.raw, v[0], v[1], v[2], 0.0, 0.0, command[3]
-    )
+def _encode_command(command: Command) -> bytes:
+    writer = begin(command.stamp, command.frame)
+    write_vector(writer, command.velocity)
+    write_vector(writer, (0.0, 0.0, command.yaw_rate))
+    return writer.getvalue()
 
 
 def _decode_command(data: bytes) -> Command:
-    stamp, frame, v = unpack(data, _COMMAND)
-    return from_fields(Command, (stamp, frame, v[:3], v[5]))
+    stamp, frame, at = read_head(data)
+    at = last_numbers(data, at, 48)
+    v, (x, y, z) = read_vector(data, at), read_vector(data, at + 24)
+    check_finite(v[0] + v[1] + v[2] + x + y + z)
+    return Command(stamp, frame, v, z)
 
 
 def _encode_nearby(nearby: Nearby) -> bytes:
-    stamp, frame, bodies = nearby
-    values: list[object] = []
-    for kind, relative_position, radius, velocity in bodies:
-        values += (kind, *relative_position, radius, *velocity)
-    head = _NEARBY[len(bodies)].heads[frame]
-    if not bodies:
-        return head.pack(HEADER, stamp // SECOND, stamp % SECOND, head.length, head.raw, 0)
-    return head.pack(HEADER, stamp // SECOND, stamp % SECOND, head.length, head.raw, len(bodies), *values)
+    writer = begin(nearby.stamp, nearby.frame, 4)
+    write_i32_le(writer, len(nearby.bodies))
+    for body in nearby.bodies:
+        writer.append(int(body.kind))
+        align(writer)
+        write_vector(writer, body.relative_position)
+        write_f64_le(writer, body.radius)
+        write_vector(writer, body.velocity)
+    return writer.getvalue()
 
 
 def _decode_nearby(data: bytes) -> Nearby:
-    count = peek_length(data)
-    if count > LONGEST_SEQUENCE or count * SMALLEST_BODY > len(data):
+    stamp, frame, at = read_head(data)
+    if at + 4 > len(data):
+        raise too_short(data)
+    count: int = read_i32_le(data, at)
+    at += 4
+    if not 0 <= count <= LONGEST_SEQUENCE or count * SMALLEST_BODY > len(data):
         raise MessageError(f"{count} nearby bodies in {len(data)} bytes; the most is {LONGEST_SEQUENCE}")
-    stamp, frame, v = unpack(data, _NEARBY[count])
     if not count:
-        return from_fields(Nearby, (stamp, frame, ()))
-    if min(v[5::8]) < 0.0:
-        raise MessageError(f"a nearby body of radius {min(v[5::8])}, below 0")
+        check_end(data, at)
+        return Nearby(stamp, frame, ())
+    first = last_numbers(data, at + 1, 64 * count - 8)  # each has a kind in the 8 bytes before its seven numbers
     bodies: list[Body] = []
-    for k in range(1, 8 * count, 8):
-        kind = _KINDS.get(v[k])
-        if kind is None:
-            raise MessageError(f"there is no body of kind {v[k]}")
-        bodies.append(from_fields(Body, (kind, v[k + 1 : k + 4], v[k + 4], v[k + 5 : k + 8])))
-    return from_fields(Nearby, (stamp, frame, tuple(bodies)))
+    total, kind = 0.0, at
+    for numbers in range(first, first + 64 * count, 64):
+        body = _decode_body(data, kind, numbers)
+        bodies.append(body)
+        kind = numbers + 56
+        p, v = body.relative_position, body.velocity
+        total += p[0] + p[1] + p[2] + body.radius + v[0] + v[1] + v[2]
+    check_finite(total)
+    return Nearby(stamp, frame, tuple(bodies))
 
 
-def _telemetry(stamp: int, frame: str, v: tuple[Any, ...]) -> Telemetry:
-    state = _STATES.get(v[0])
+def _decode_body(data: bytes, at: int, numbers: int) -> Body:
+    """Return the nearby body with its kind at `at` and its numbers at `numbers`."""
+    p, radius, v = read_vector(data, numbers), read_f64_le(data, numbers + 24), read_vector(data, numbers + 32)
+    check_finite(p[0] + p[1] + p[2] + radius + v[0] + v[1] + v[2])
+    if radius < 0.0:
+        raise MessageError(f"a nearby body of radius {radius}, below 0")
+    kind = _KINDS.get(data[at])
+    if kind is None:
+        raise MessageError(f"there is no body of kind {data[at]}")
+    return Body(kind, p, radius, v)
+
+
+def _write_telemetry(writer: Writer, telemetry: Telemetry) -> None:
+    writer.put("B", telemetry.state)
+    writer.put_all("d", telemetry.battery, telemetry.height, telemetry.command_age)
+    writer.put("B", telemetry.stop_received)
+
+
+def _read_telemetry(stamp: int, frame: str, reader: Reader) -> Telemetry:
+    number, (battery, height, age), stopped = reader.take("B"), reader.take_all("d", 3), reader.take("B")
+    check_finite(battery + height + age)
+    state = _STATES.get(number)
     if state is None:
-        raise MessageError(f"there is no flight state {v[0]}")
-    if v[4] not in (0, 1):
-        raise MessageError(f"stop_received = {v[4]}: must be 0 or 1")
-    return Telemetry(stamp, frame, state, v[1], v[2], v[3], bool(v[4]))
+        raise MessageError(f"there is no flight state {number}")
+    if stopped not in (0, 1):
+        raise MessageError(f"stop_received = {stopped}: must be 0 or 1")
+    return Telemetry(stamp, frame, state, battery, height, age, bool(stopped))
 
 
-def _times(v: tuple[int, ...]) -> list[int]:
-    """Return builtin_interfaces/Time values, each two numbers, in ns."""
-    if max(v[1::2]) >= SECOND:
-        raise MessageError(f"{max(v[1::2])} ns are more than a second")
-    return [seconds * SECOND + rest for seconds, rest in zip(v[::2], v[1::2], strict=True)]
+def _write_times(writer: Writer, *stamps: int) -> None:
+    for stamp in stamps:
+        writer.time(stamp)
 
 
 class Codec(NamedTuple):
@@ -151,21 +190,8 @@ class Codec(NamedTuple):
     decode: Callable[[bytes], Any]
 
 
-def _numbers(
-    body: str, numbers: Callable[[M], tuple[object, ...]], make: Callable[[int, str, tuple[Any, ...]], M]
-) -> Codec:
-    """Return the codec of a message that is not of the 100 Hz path: `numbers` are its, `body` their struct codes."""
-    layout = Layout(body)
-
-    def encode(message: M) -> bytes:
-        head = layout.heads[message.frame]
-        return head.pack(HEADER, *divmod(message.stamp, SECOND), head.length, head.raw, *numbers(message))
-
-    return Codec(encode, lambda data: make(*unpack(data, layout)))
-
-
-def _texts(write: Callable[[Writer, M], None], read: Callable[[int, str, Reader], M]) -> Codec:
-    """Return the codec of a message with texts or sequences: `write` and `read` are of what follows the frame."""
+def _codec(write: Callable[[Writer, M], None], read: Callable[[int, str, Reader], M]) -> Codec:
+    """Return the codec of a message outside the 100 Hz path: `write` and `read` are of what follows the frame."""
 
     def encode(message: M) -> bytes:
         writer = Writer()
@@ -188,25 +214,23 @@ CODECS: Final[dict[type[Any], Codec]] = {
     Estimate: Codec(_encode_estimate, _decode_estimate),
     Command: Codec(_encode_command, _decode_command),
     Nearby: Codec(_encode_nearby, _decode_nearby),
-    Telemetry: _numbers("BdddB", lambda telemetry: telemetry[2:], _telemetry),
-    IdentityDoubt: _numbers(
-        "iI",
-        lambda doubt: divmod(doubt.since, SECOND),
-        lambda stamp, frame, v: IdentityDoubt(stamp, frame, *_times(v)),
+    Telemetry: _codec(_write_telemetry, _read_telemetry),
+    IdentityDoubt: _codec(
+        lambda writer, doubt: _write_times(writer, doubt.since),
+        lambda stamp, frame, reader: IdentityDoubt(stamp, frame, reader.time()),
     ),
-    TimeRequest: _numbers("", lambda _: (), lambda stamp, frame, _: TimeRequest(stamp, frame)),
-    TimeReply: _numbers(
-        "iIiI",
-        lambda reply: (*divmod(reply.requested, SECOND), *divmod(reply.received, SECOND)),
-        lambda stamp, frame, v: TimeReply(stamp, frame, *_times(v)),
+    TimeRequest: _codec(lambda writer, _: None, lambda stamp, frame, _: TimeRequest(stamp, frame)),
+    TimeReply: _codec(
+        lambda writer, reply: _write_times(writer, reply.requested, reply.received),
+        lambda stamp, frame, reader: TimeReply(stamp, frame, reader.time(), reader.time()),
     ),
-    Bids: _texts(write_bids, read_bids),
-    Mission: _texts(write_mission, read_mission),
-    Stop: _texts(
+    Bids: _codec(write_bids, read_bids),
+    Mission: _codec(write_mission, read_mission),
+    Stop: _codec(
         lambda writer, stop: writer.text(stop.reason),
         lambda stamp, frame, reader: Stop(stamp, frame, reader.text()),
     ),
-    Status: _texts(write_status, read_status),
+    Status: _codec(write_status, read_status),
     Batch: Codec(encode_batch, decode_batch),
 }
 

@@ -1,79 +1,86 @@
-"""The fast codec for messages of the 100 Hz path: header, stamp, frame id and numbers as one compiled struct.
+"""What the messages of the 100 Hz path have in common: header, stamp, frame id; then numbers at known places.
 
-head = LAYOUT.heads[frame]
-data = head.pack(HEADER, stamp // SECOND, stamp % SECOND, head.length, head.raw, *numbers)
-stamp, frame, numbers = unpack(data, LAYOUT)
+Compiled, librt.strings reads and writes each number where it stands, and no object is made of it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
-from math import isinf, isnan
-from struct import Struct, error
-from typing import Any, Final, TypeVar
+from math import isfinite
+from typing import Final
+
+from librt.strings import BytesWriter, read_f64_le, read_i32_le, write_f64_le, write_i32_le
 
 from flockwire.domain.time import SECOND
-from flockwire.wire.cdr import HEADER, MessageError, layout, too_short
+from flockwire.domain.vector import Vector
+from flockwire.wire.cdr import HEADER, MessageError, too_short
 
-MOST_FRAMES = 64  # frame ids with kept structs: a swarm has one
-LONGEST_FRAME = 1 << 16  # bytes, more than any message has
-K = TypeVar("K")
-V = TypeVar("V")
-
-
-class Kept(dict[K, V]):
-    """What `make` returns, by its argument; all are forgotten where there would be more than `most`."""
-
-    def __init__(self, make: Callable[[K], V], most: int = MOST_FRAMES) -> None:
-        super().__init__()
-        self._make, self._most = make, most
-
-    def __missing__(self, key: K) -> V:
-        """Return the value for another key."""
-        if len(self) >= self._most:
-            self.clear()
-        value = self[key] = self._make(key)
-        return value
+MOST_FRAMES: Final = 64  # frame ids that are kept: a swarm has one
+_HEADER: Final = int.from_bytes(HEADER, "little")
+_SIZES: Final = 16  # bytes up to the frame id: header, stamp, its length
+_heads: Final[
+    dict[tuple[str, int], bytes]
+] = {}  # of a message, its header and stamp left out, by frame id and alignment
 
 
-class Head:
-    """What messages with the frame id `raw` (with its NUL) have in common."""
+class _Named:
+    """The frame id of the last message that was read: the next one has the same."""
 
-    def __init__(self, struct: Struct, raw: bytes) -> None:
-        self.pack: Callable[..., bytes] = struct.pack
-        self.length: object = len(raw)  # an object, as it goes into `pack`
-        self.raw = raw
+    def __init__(self) -> None:
+        self.frame: tuple[bytes, str] = (b"\0", "")  # changes at once: two threads may read messages
 
 
-class Form:
-    """The form of messages with one length of the frame id, and what the last of them had: the next ones have it too.
-
-    Two threads may read messages: each of these attributes changes at once.
-    """
-
-    def __init__(self, struct: Struct, length: bytes) -> None:
-        self.size, self.length = struct.size, length  # bytes; of the frame id, as in the message
-        self.unpack: Callable[[bytes], tuple[Any, ...]] = struct.unpack_from
-        self.named: tuple[bytes | None, str] = (None, "")  # the frame id
-        self.second: tuple[int, int] = (0, 0)  # the stamp's whole second: its number, its ns
+_LAST: Final = _Named()
 
 
-class Layout:
-    """The layout of a message with the numbers `body` (struct codes): heads by frame id, forms by its length."""
+def begin(stamp: int, frame: str, alignment: int = 8) -> BytesWriter:
+    """Return a message with header, `stamp` (Unix ns) and frame id, padded for numbers of `alignment` bytes, 4 or 8."""
+    head = _heads.get((frame, alignment))
+    if head is None:
+        head = _head(frame, alignment)
+    writer = BytesWriter()
+    writer.write(HEADER)
+    write_i32_le(writer, stamp // SECOND)
+    write_i32_le(writer, stamp % SECOND)
+    writer.write(head)
+    return writer
 
-    def __init__(self, body: str) -> None:
-        self.heads, self.forms = Kept(partial(_head, body)), Kept(partial(_form, body))
-        self.last = self.forms[b"\0\0\0\0"]  # the form of the last message
 
-
-def _head(body: str, frame: str) -> Head:
+def _head(frame: str, alignment: int) -> bytes:
+    if len(_heads) >= MOST_FRAMES:
+        _heads.clear()
     raw = frame.encode() + b"\0"
-    return Head(layout(len(raw), body), raw)
+    padding = bytes(-(_SIZES - 4 + len(raw)) % alignment)
+    head = _heads[frame, alignment] = len(raw).to_bytes(4, "little") + raw + padding
+    return head
 
 
-def _form(body: str, length: bytes) -> Form:
-    return Form(layout(min(int.from_bytes(length, "little"), LONGEST_FRAME), body), length)
+def align(writer: BytesWriter) -> None:
+    """Append padding to the place of a double: 8 bytes, counted from after the header."""
+    for _ in range((4 - len(writer)) % 8):
+        writer.append(0)
+
+
+def write_vector(writer: BytesWriter, v: Vector) -> None:
+    """Append the three numbers of `v`."""
+    write_f64_le(writer, v[0])
+    write_f64_le(writer, v[1])
+    write_f64_le(writer, v[2])
+
+
+def read_head(data: bytes) -> tuple[int, str, int]:
+    """Return stamp (Unix ns), frame id, and where that ends, a multiple of 4; raises MessageError."""
+    if len(data) < _SIZES:
+        raise too_short(data)
+    seconds: int = read_i32_le(data, 4)
+    rest: int = read_i32_le(data, 8)
+    length: int = read_i32_le(data, 12)
+    if not 0 <= rest < SECOND or read_i32_le(data, 0) != _HEADER:
+        raise MessageError("the header is not that of a stamped message in little-endian CDR")
+    end = _SIZES + length
+    if length < 0 or end > len(data):
+        raise too_short(data)
+    raw, named = data[_SIZES:end], _LAST.frame
+    return seconds * SECOND + rest, named[1] if raw == named[0] else _frame(raw), end + -end % 4
 
 
 def _frame(raw: bytes) -> str:
@@ -81,48 +88,39 @@ def _frame(raw: bytes) -> str:
     if not raw.endswith(b"\0"):
         raise MessageError("the frame id does not end with NUL")
     try:
-        return raw[:-1].decode()
+        frame = raw[:-1].decode()
     except UnicodeDecodeError:
         raise MessageError("the frame id is not UTF-8") from None
+    _LAST.frame = raw, frame
+    return frame
 
 
-_FRAMES: Final = Kept(_frame)
-_FIRST: Final = Layout("I")
+def last_numbers(data: bytes, at: int, size: int) -> int:
+    """Return the place of the first double from `at` on; `size` bytes of numbers begin there, and end the message.
 
-
-def unpack(data: bytes, expected: Layout) -> tuple[int, str, tuple[Any, ...]]:
-    """Return the stamp (Unix ns), the frame and the numbers of a message; raises MessageError.
-
-    Only padding may follow the numbers, and all must be finite.
+    Raises MessageError if they do not.
     """
-    form, length = expected.last, data[12:16]
-    if length != form.length:
-        form = expected.last = expected.forms[length]
-    try:
-        found = form.unpack(data)
-    except error:
-        raise too_short(data) from None
-    rest: int = found[2]
-    if rest >= SECOND or found[0] != HEADER:
-        raise MessageError("the header is not that of a stamped message in little-endian CDR")
-    size = form.size
-    if len(data) != size and (len(data) - size > 3 or any(data[size:])):
-        raise MessageError(f"{len(data) - size} bytes are left over")
-    values = found[5:]
-    total: float = sum(values)
-    if isinf(total) or isnan(total):
+    at += (4 - at) % 8
+    if len(data) != at + size:
+        check_end(data, at + size)
+    return at
+
+
+def check_end(data: bytes, end: int) -> None:
+    """Raise MessageError unless the message's content ends at `end`: only padding may follow."""
+    left = len(data) - end
+    if left < 0:
+        raise too_short(data)
+    if left and (left > 3 or any(data[end:])):
+        raise MessageError(f"{left} bytes are left over")
+
+
+def read_vector(data: bytes, at: int) -> Vector:
+    """Return the three numbers at `at`."""
+    return (read_f64_le(data, at), read_f64_le(data, at + 8), read_f64_le(data, at + 16))
+
+
+def check_finite(total: float) -> None:
+    """Raise MessageError unless the sum of a message's numbers is finite."""
+    if not isfinite(total):
         raise MessageError("holds a number that is not finite")
-    second, named = form.second, form.named
-    if found[1] != second[0]:
-        second = form.second = (found[1], found[1] * SECOND)
-    if found[4] != named[0]:
-        named = form.named = (found[4], _FRAMES[found[4]])
-    return second[1] + rest, named[1], values
-
-
-def peek_length(data: bytes) -> int:
-    """Return the length of the first sequence of a stamped message; raises MessageError."""
-    try:
-        return int(_FIRST.forms[data[12:16]].unpack(data)[5])
-    except error:
-        raise too_short(data) from None

@@ -10,5 +10,5 @@ from hypothesis import strategies as st
 def test_bringing_forward_twice_is_bringing_forward_once(first: float, second: float) -> None:
     motion = LeaderMotion((1.0, 2.0, 3.0), (0.1, -0.2, 0.3), (0.5, 0.4, -0.3))
     twice, once = motion.after(first).after(second), motion.after(first + second)
-    for a, b in zip(twice, once, strict=True):
+    for a, b in zip(twice.fields(), once.fields(), strict=True):
         assert a == pytest.approx(b, abs=1e-9)

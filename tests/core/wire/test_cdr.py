@@ -1,5 +1,5 @@
 import pytest
-from flockwire.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer, layout
+from flockwire.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -14,17 +14,6 @@ def test_what_the_writer_puts_the_reader_takes(values):
     reader = Reader(writer.finish())
     assert [reader.take(code) for code, _ in values] == [value for _, value in values]
     reader.end()
-
-
-@given(st.integers(0, 40), st.text("BIQd", max_size=20))
-def test_a_compiled_layout_aligns_as_the_writer_does(frame_length, body):
-    writer = Writer()
-    for code, value in (("i", 1), ("I", 2), ("I", frame_length), *(("B", 0) for _ in range(frame_length))):
-        writer.put(code, value)
-    for code in body:
-        writer.put(code, 7)
-    packed = layout(frame_length, body).pack(HEADER, 1, 2, frame_length, bytes(frame_length), *(7 for _ in body))
-    assert packed == writer.finish()
 
 
 @given(st.lists(st.text()), st.lists(st.integers(0, 2**64 - 1)))

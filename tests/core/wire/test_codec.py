@@ -90,7 +90,7 @@ def ros_content(message):  # noqa: PLR0911 (one for each kind)
             return (T["Pose"](point(message.position), T["Quaternion"](*message.orientation)),)
         case Estimate():
             return (
-                point(message.motion.position), *map(vector, message.motion[1:]),
+                point(message.motion.position), *map(vector, message.motion.fields()[1:]),
                 ros_time(message.origin), message.hops, message.leading,
             )  # fmt: skip
         case Command():

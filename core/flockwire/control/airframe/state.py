@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import deque
 from math import exp
 
-from flockwire.domain.fields import from_fields
 from flockwire.domain.motion import Motion
 from flockwire.domain.vector import ZERO, Vector
 
@@ -65,7 +64,7 @@ class AirframeState:
             position[1] + lag * v[1] + y1 - y0,
             position[2] + lag * v[2] + z1 - z0,
         )
-        return from_fields(Motion, (position, v, stopping))
+        return Motion(position, v, stopping)
 
     def travelled(self, when: float) -> Vector:
         """Return the integral of the commands up to `when`, m."""
