@@ -105,7 +105,9 @@ class Observation(Record):
         self.motion: Final = motion  # position, velocity and stopping point; None while the drone's pose is stale
         self.neighbour_estimates: Final = neighbour_estimates  # only fresh ones
         self.bodies: Final = bodies  # nearby bodies, relative to the drone
-        self.reference: Final = reference  # None outside the formation phase, or without a place: the velocity is not used
+        self.reference: Final = (
+            reference  # None outside the formation phase, or without a place: the velocity is not used
+        )
 
 
 @mypyc_attr(acyclic=True)
