@@ -17,6 +17,8 @@ from rosbags.highlevel import AnyReader
 
 CHANGES = {  # what it takes for every kind of key to be there
     "control": {"law": "extended", "rate_hz": 50},
+    "formation.assignment": "auction",
+    "graph": {"edges": [[0, 1], [1, 2], [2, 3], [3, 4], [2, 1], [3, 2], [4, 3]]},
     "leader": {"kind": "teleoperated", "speed": 0.4},
     "hosts": {"ground": {"address": "127.0.0.1"}, "air": {"address": "127.0.0.2", "processes": ["leader"]}},
     "drones.1.host": "air",
