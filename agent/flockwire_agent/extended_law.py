@@ -33,7 +33,9 @@ class ExtendedLaw:
         self._lag, self._dead_time, self._hold = settings.lag, settings.dead_time, settings.period
         self._period = round(self._hold * SECOND)
         self._observer = settings.observer
-        self._track = LeaderTrack(settings.leader_time_constant)
+        self._time_constant = settings.leader_time_constant
+        self._track = LeaderTrack(self._time_constant)
+        self._waits, self._start = True, 0  # without a place in a formation; time 0 of the last one
         self._leader: LeaderMotion | None = None
         self._epoch = 0  # Unix ns, time 0 of the trackers
         patience = SIDE_SWITCH_TIME * (1.0 + (settings.number * 0.618) % 1.0)
@@ -45,6 +47,7 @@ class ExtendedLaw:
     def step(self, observation: Observation, now: int) -> Decision:
         """Relay the leader's motion, then track the place in the formation."""
         self._epoch = self._epoch or now
+        self._begin(observation.reference)
         leader = self._observe(observation, now)
         if leader is None:
             return Decision()
@@ -53,6 +56,12 @@ class ExtendedLaw:
         forward, error = self._tracking(observation, leader, observation.reference, now)
         seconds = (now - self._epoch) / SECOND
         return Decision(self._around(observation, observation.motion, forward, error, seconds), leader)
+
+    def _begin(self, place: Reference | None) -> None:
+        """Forget the leader's motion as a formation begins: the end of its take-off would count for 3 T as a fall."""
+        if place is not None and self._waits and place.start != self._start:
+            self._track, self._start = LeaderTrack(self._time_constant), place.start
+        self._waits = place is None
 
     def _around(self, observation: Observation, motion: Motion, forward: Vector, error: Vector, now: float) -> Vector:
         """Return u_r − K (y − y_r), m/s, with the place bent and the correction turned round bodies; `now` in s."""
