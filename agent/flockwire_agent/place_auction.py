@@ -122,7 +122,8 @@ class PlaceAuction:
             at = (change.begin - order.start) / SECOND + 0.5 * change.duration
             here = own.shapes[change.before].offset(change.places_before[self._rank], at)
         shape = own.shapes[order.formation]
+        ways = [dist(here, shape.offset(rank, at)) for rank in range(len(own.followers))]
         return [
-            min(own.most_cost, dist(here, shape.offset(rank, at)) ** 2) if drone not in order.without else inf
-            for rank, drone in enumerate(own.followers)
+            min(own.most_cost, way * way) if drone not in order.without else inf  # way ** 2 may raise OverflowError
+            for way, drone in zip(ways, own.followers, strict=True)
         ]

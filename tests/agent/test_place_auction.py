@@ -197,3 +197,12 @@ def test_a_place_without_a_position_costs_the_most(make_swarm):
     bids = one.step(Phase.HOLD, Motion((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), LEADER, NOW)
     assert one.place == 1
     assert bids.bids[1].price < highest_price(4, parameters.most_cost)
+
+
+@pytest.mark.parametrize("far", [1e200, -1.7e308])
+def test_wherever_a_neighbour_claims_the_leader_is_it_bids(swarm, far):
+    one = part(swarm)
+    one.order(ORDER, NOW)
+    bids = one.step(Phase.HOLD, at(swarm, 3), LeaderMotion((far, far, 1.0)), NOW)
+    most = agent_parameters(swarm, 2).auction.most_cost
+    assert bids.bids[one.place].price < highest_price(4, most)
