@@ -24,7 +24,8 @@ LISTENING = SECOND  # ns for which a process that is younger than the order wait
 class PlaceAuction:
     """Follower `number`'s part in the auctions of formations; its process was started at `born` (Unix ns).
 
-    Each order into such a formation begins an auction; an order that interrupts it leaves the place as it is.
+    Each order into such a formation begins an auction; an order that interrupts it leaves the place as it is. A drone
+    that is left out does not bid.
     `rejected` counts messages with bids that nobody can have made.
     """
 
@@ -33,6 +34,7 @@ class PlaceAuction:
         self._rank = parameters.followers.index(number)
         self._order: Mission | None = None  # into a formation with an auction; None while another order is in force
         self._auction: Auction | None = None
+        self._left_out = False  # of such a formation
         self._silent_until = 0  # Unix ns
         self._guessed = False  # whether its costs are by an estimate of a process that had just been started
         self._told: Bids | None = None
@@ -46,7 +48,12 @@ class PlaceAuction:
 
     @property
     def place(self) -> int | None:
-        """The rank of the place that it holds, None without one."""
+        """The rank of the place that it holds, None without one.
+
+        A drone that is left out in flight has the place of its own rank, which nobody else may hold.
+        """
+        if self._left_out:
+            return self._rank
         return self._auction.place if self._auction is not None else None
 
     def order(self, mission: Mission, now: int) -> None:
@@ -55,7 +62,9 @@ class PlaceAuction:
             self._order = None
             return
         self._auction, self._told = None, None
-        self._order = mission if mission.formation in self._parameters.formations else None
+        auctioned = mission.formation in self._parameters.formations
+        self._left_out = auctioned and self._number in mission.without
+        self._order = mission if auctioned and not self._left_out else None
         old = mission.stamp <= self._born
         self._silent_until = now + LISTENING if old else 0
 
