@@ -223,3 +223,15 @@ def test_who_is_left_out_in_flight_does_not_bid_and_has_the_place_of_its_rank(co
     agent.order("formation", agent.now)
     agent.run(0.1)
     assert agent.report.place is not None
+
+
+def test_who_does_not_know_where_it_is_passes_bids_on_and_bids_once_it_knows(swarm):
+    one = part(swarm)
+    one.order(ORDER, NOW)
+    assert one.step(Phase.HOLD, None, LEADER, NOW) is None
+    one.take(told((4.0, 1), FREE, (3.0, 3), FREE))
+    bids = one.step(Phase.HOLD, None, None, NOW + TICK)
+    assert [bid.bidder for bid in bids.bids] == [1, NOBODY, 3, NOBODY]
+    assert one.place is None
+    assert one.step(Phase.HOLD, at(swarm, 3), LEADER, NOW + 2 * TICK).bids[3].bidder == 2
+    assert one.place == 3
