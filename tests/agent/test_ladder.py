@@ -101,6 +101,22 @@ def test_without_its_pose_a_drone_beneath_another_descends_at_once_until_its_pos
     assert flyer.velocity[2] > -0.1
 
 
+def test_beneath_another_what_pressed_it_down_may_have_ended_with_its_poses(cockpit):
+    """The compensation of a downwash would lift it into who is above."""
+    agent = cockpit({"control.law": "extended", "control.disturbance": 2.0, "formation.rate": 0.001}).fly()
+    agent.holds_still = False
+    for _ in range(300):  # 1.2 m/s down beside its commands
+        agent.step()
+        agent.position = add(agent.position, (0.0, 0.0, -0.012))
+    assert agent.velocity[2] > 1.0
+    agent.silent, agent.bodies = {"pose"}, ABOVE
+    agent.run(0.12)
+    for _ in range(80):
+        agent.step()
+        assert agent.phase is Phase.HOLD
+        assert agent.velocity[2] <= -0.35
+
+
 @pytest.mark.parametrize("place", [(0.45, 0.0, 0.8), (0.1, 0.0, -0.8)], ids=["beside it", "above it"])
 def test_without_its_pose_a_drone_that_is_not_beneath_another_hovers(flyer, place):
     flyer.silent, flyer.bodies = {"pose"}, (Body(BodyKind.DRONE, place, 0.0),)

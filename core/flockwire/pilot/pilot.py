@@ -38,7 +38,7 @@ from flockwire.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, ag
 from flockwire.pilot.place import Place
 from flockwire.pilot.surroundings import Surroundings
 from flockwire.pilot.tracked_body import ABSENCE, PERIOD, WRONG, TrackedBody
-from flockwire.pilot.trim import forget_disturbance, hovering, make_airframe, measured, trim
+from flockwire.pilot.trim import forget_disturbance, hovering, make_airframe, measured, sinking, trim
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import STOP, Key
@@ -314,7 +314,7 @@ class Pilot:
         patience = min(stale.pose_land, stale.command_land) if beneath else stale.pose_land
         waits = not foreign and 0 <= now - self._body.seen_at <= nanoseconds(patience) and self._waited <= patience
         if not (waits and is_above(self.bodies, separation)):
-            return (0.0, 0.0, -self._limits.vertical_speed)
+            return sinking(self._airframe, self._limits.vertical_speed)
         if phase is Phase.HOLD:
             return ZERO
         self._waited += self.dt
