@@ -101,6 +101,19 @@ def test_without_its_pose_a_drone_beneath_another_descends_at_once_until_its_pos
     assert flyer.velocity[2] > -0.1
 
 
+def test_without_its_pose_a_take_off_beneath_another_drone_descends_too(cockpit):
+    agent = cockpit({"limits.staleness.command_land": 0.5, "limits.staleness.pose_land": 3.0})
+    agent.run(0.1)
+    agent.order("takeoff")
+    agent.run(0.6)
+    agent.silent, agent.bodies = {"pose"}, ABOVE
+    agent.run(0.12)
+    assert (agent.phase, agent.velocity) == (Phase.TAKEOFF, (0.0, 0.0, -0.7))
+    agent.silent, agent.bodies = set(), ()
+    agent.run(0.1)
+    assert (agent.phase, agent.velocity[2]) == (Phase.TAKEOFF, 0.7)
+
+
 def test_beneath_another_what_pressed_it_down_may_have_ended_with_its_poses(cockpit):
     """The compensation of a downwash would lift it into who is above."""
     agent = cockpit({"control.law": "extended", "control.disturbance": 2.0, "formation.rate": 0.001}).fly()

@@ -309,13 +309,13 @@ class Pilot:
         phase, stale, separation = self.flight.phase, self._limits.staleness, self._parameters.separation
         foreign = self._inputs.apart or self._identity.is_lost
         beneath = not foreign and is_beneath(self.bodies, separation)
-        if phase is not Phase.LANDING and not (phase is Phase.HOLD and beneath):
+        if phase not in IN_FLIGHT or (phase is not Phase.LANDING and not beneath):
             return ZERO
         patience = min(stale.pose_land, stale.command_land) if beneath else stale.pose_land
         waits = not foreign and 0 <= now - self._body.seen_at <= nanoseconds(patience) and self._waited <= patience
         if not (waits and is_above(self.bodies, separation)):
             return sinking(self._airframe, self._limits.vertical_speed)
-        if phase is Phase.HOLD:
+        if phase is not Phase.LANDING:
             return ZERO
         self._waited += self.dt
         return hovering(self._airframe)
