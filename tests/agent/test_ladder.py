@@ -114,6 +114,23 @@ def test_without_its_pose_a_take_off_beneath_another_drone_descends_too(cockpit)
     assert (agent.phase, agent.velocity[2]) == (Phase.TAKEOFF, 0.7)
 
 
+def test_after_a_fast_descent_without_poses_beneath_another_its_own_pose_is_not_taken_for_a_foreign_one(cockpit):
+    fast = {"limits.vertical_speed": 2.5, "limits.takeoff_height": 3.5, "limits.fence.max": [4.0, 4.0, 6.0]}
+    agent = cockpit(fast | {"control.law": "extended", "limits.staleness.pose_land": 1.5})
+    agent.run(0.1)
+    agent.order("takeoff")
+    agent.run(4.0)
+    height = agent.position[2]
+    agent.silent, agent.bodies = {"pose"}, ABOVE
+    agent.run(1.2)
+    assert (agent.phase, agent.velocity) == (Phase.HOLD, (0.0, 0.0, -2.5))
+    assert height - agent.position[2] > 2.6
+    agent.silent, agent.bodies = set(), ()
+    agent.run(0.5)
+    assert (agent.phase, agent.report.detail) == (Phase.HOLD, "")
+    assert agent.velocity[2] > 0.5  # back to its place, by its own pose
+
+
 def test_beneath_another_what_pressed_it_down_may_have_ended_with_its_poses(cockpit):
     """The compensation of a downwash would lift it into who is above."""
     agent = cockpit({"control.law": "extended", "control.disturbance": 2.0, "formation.rate": 0.001}).fly()

@@ -140,7 +140,7 @@ class Pilot:
                 airframe, ground = self._airframe, self._parameters.ground
                 motion = measured(airframe, pose.position, times, phase, self._telemetry, zero, ground)
                 self.motion = self._body.seen = motion
-                self._body.seen_at = pose.stamp
+                self._body.seen_at, self._body.sunk = pose.stamp, 0.0
                 if self._guard is not None and phase in IN_FLIGHT:
                     self.bodies = self._guard.tracked(motion, self.bodies, self._surroundings.stamp or self.stamp)
         if self._body.watched and not 0 < self._body.due - now <= PERIOD:  # a clock may be set back
@@ -314,6 +314,7 @@ class Pilot:
         patience = min(stale.pose_land, stale.command_land) if beneath else stale.pose_land
         waits = not foreign and 0 <= now - self._body.seen_at <= nanoseconds(patience) and self._waited <= patience
         if not (waits and is_above(self.bodies, separation)):
+            self._body.sunk += self._limits.vertical_speed * self.dt
             return sinking(self._airframe, self._limits.vertical_speed)
         if phase is not Phase.LANDING:
             return ZERO
