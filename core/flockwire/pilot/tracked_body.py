@@ -76,7 +76,7 @@ class TrackedBody:
             |x − x_0| <= |y_0 − x_0| + |u| command_zero + (1.5 m/s) t + 0.2 m
 
         x_0 and y_0 are its last position and stopping point, u the last command and t the time since: without poses the
-        pilot commands zero, and a frozen pilot's driver does. After a descent without poses, x_0 is anywhere on the way.
+        pilot commands zero, and a frozen pilot's driver does. After a descent without poses, x_0 is any point of it.
         """
         seen = self.seen
         if seen is not None:
