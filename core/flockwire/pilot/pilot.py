@@ -38,7 +38,7 @@ from flockwire.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, ag
 from flockwire.pilot.place import Place
 from flockwire.pilot.surroundings import Surroundings
 from flockwire.pilot.tracked_body import ABSENCE, PERIOD, WRONG, TrackedBody
-from flockwire.pilot.trim import forget_disturbance, hovering, make_airframe, measured, trim
+from flockwire.pilot.trim import forget_disturbance, hovering, make_airframe, measured, sinking, trim
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import STOP, Key
@@ -140,7 +140,7 @@ class Pilot:
                 airframe, ground = self._airframe, self._parameters.ground
                 motion = measured(airframe, pose.position, times, phase, self._telemetry, zero, ground)
                 self.motion = self._body.seen = motion
-                self._body.seen_at = pose.stamp
+                self._body.seen_at, self._body.sunk = pose.stamp, 0.0
                 if self._guard is not None and phase in IN_FLIGHT:
                     self.bodies = self._guard.tracked(motion, self.bodies, self._surroundings.stamp or self.stamp)
         if self._body.watched and not 0 < self._body.due - now <= PERIOD:  # a clock may be set back
@@ -309,13 +309,14 @@ class Pilot:
         phase, stale, separation = self.flight.phase, self._limits.staleness, self._parameters.separation
         foreign = self._inputs.apart or self._identity.is_lost
         beneath = not foreign and is_beneath(self.bodies, separation)
-        if phase is not Phase.LANDING and not (phase is Phase.HOLD and beneath):
+        if phase not in IN_FLIGHT or (phase is not Phase.LANDING and not beneath):
             return ZERO
         patience = min(stale.pose_land, stale.command_land) if beneath else stale.pose_land
         waits = not foreign and 0 <= now - self._body.seen_at <= nanoseconds(patience) and self._waited <= patience
         if not (waits and is_above(self.bodies, separation)):
-            return (0.0, 0.0, -self._limits.vertical_speed)
-        if phase is Phase.HOLD:
+            self._body.sunk += self._limits.vertical_speed * self.dt
+            return sinking(self._airframe, self._limits.vertical_speed)
+        if phase is not Phase.LANDING:
             return ZERO
         self._waited += self.dt
         return hovering(self._airframe)
