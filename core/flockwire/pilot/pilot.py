@@ -23,6 +23,7 @@ from flockwire.parameters import PilotParameters
 from flockwire.pilot.identity import Identity
 from flockwire.pilot.ladder import (
     NO_REASON,
+    Bounds,
     Inputs,
     all_well,
     hold_reason,
@@ -74,7 +75,9 @@ class Pilot:
         number = parameters.number
         self.pose_key = Key("pose", uav(number))
         self.born = self.waits_since = now  # the second: ages of what never arrived count from it
-        self._parameters, self._limits = parameters, parameters.limits
+        self._parameters, self._limits, self._bounds = parameters, parameters.limits, Bounds(parameters.limits)
+        self._sensing, self._ground = parameters.sensing, parameters.ground
+        self._command_zero = parameters.limits.staleness.command_zero
         self.flight = FlightPhases(now)
         self.motion: Motion | None = None
         self.bodies: Sequence[Body] = ()
@@ -129,15 +132,15 @@ class Pilot:
         self._stepped = now
         pose, inputs = self._pose, self._read(now, silence, self._leaderless(now, leader_down))
         self._inputs = inputs
-        self.stamp, fresh = command_stamp(pose, now, self._limits.staleness.pose_zero)
+        self.stamp, fresh = command_stamp(pose, now, self._bounds.pose)
         phase = self._decide(now, inputs, missing, fault)
         self.motion, self.bodies = None, ()
         if pose is not None:
             self.bodies = self._surroundings.bodies(pose, neighbours)
             if fresh and not inputs.apart and not self._identity.is_lost:
                 seen = (pose.stamp - self.born) / SECOND  # small enough for a float with nanoseconds
-                times, zero = (seen, (now - self.born) / SECOND), self._limits.staleness.command_zero
-                airframe, ground = self._airframe, self._parameters.ground
+                times, zero = (seen, (now - self.born) / SECOND), self._command_zero
+                airframe, ground = self._airframe, self._ground
                 motion = measured(airframe, pose.position, times, phase, self._telemetry, zero, ground)
                 self.motion = self._body.seen = motion
                 self._body.seen_at, self._body.sunk = pose.stamp, 0.0
@@ -167,7 +170,7 @@ class Pilot:
     @property
     def _may_have_taken_off(self) -> bool:
         """Whether the pilot takes its drone for grounded by telemetry that is too old to know."""
-        lost = self._inputs.telemetry > self._limits.staleness.telemetry_land
+        lost = self._inputs.telemetry > self._bounds.unknown
         return lost and self.flight.phase not in IN_FLIGHT
 
     def report(
@@ -216,7 +219,7 @@ class Pilot:
         return Inputs(
             (now - pose.stamp) / SECOND if pose is not None else NEVER,
             silence,
-            age(self._surroundings.stamp, now) if self._parameters.sensing else 0.0,
+            age(self._surroundings.stamp, now) if self._sensing else 0.0,
             (now - telemetry.stamp) / SECOND if telemetry is not None else NEVER,
             telemetry.battery if telemetry is not None else 1.0,
             self._room.outside(pose.position) if pose is not None else 0.0,
@@ -242,7 +245,7 @@ class Pilot:
         unready = hold = land = NO_REASON
         mission = flight.mission
         left_out = LEFT_OUT if mission is not None and self._parameters.number in mission.without else ""
-        if troubled := bool(missing) or not all_well(inputs, limits):
+        if troubled := bool(missing) or not all_well(inputs, self._bounds):
             unready = unready_reason(inputs, missing, limits, self._parameters.driver)
             hold = hold_reason(inputs, limits.staleness)
             land = land_reason(inputs._replace(pose=min(inputs.pose, age(self.waits_since, now))), limits)
@@ -291,7 +294,7 @@ class Pilot:
                 return (0.0, 0.0, -limits.vertical_speed)  # any other may push it along the ground, or take it off
         if phase is not Phase.FORMATION:
             wanted = self._place.velocity(phase, position, self.bodies)
-        speed, grounding = speed_limit(self._inputs, limits), phase in (Phase.LANDING, Phase.TAKEOFF)
+        speed, grounding = speed_limit(self._inputs, self._bounds), phase in (Phase.LANDING, Phase.TAKEOFF)
         if isinstance(self._airframe, DisturbedAirframe):
             speed = self._airframe.speed(speed)
         if self._guard is not None:
