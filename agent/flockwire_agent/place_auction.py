@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import dist, inf
 
 from flockwire.control.auction import LEAST, Auction, highest_price
-from flockwire.domain.bids import Bids
+from flockwire.domain.bids import NOBODY, Bid, Bids
 from flockwire.domain.motion import LeaderMotion, Motion
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND, nanoseconds
@@ -18,13 +18,15 @@ BIDDING = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION})  # who lands, 
 SOON = SECOND // 20  # ns between two repetitions of the same bids, which may be lost, while they are new
 REPEAT = SECOND // 5  # ns between them later
 NEW = SECOND  # ns for which bids are new
+NO_BID = Bid(0.0, NOBODY)
 LISTENING = SECOND  # ns for which a process that is younger than the order waits for its own old bids
 
 
 class PlaceAuction:
     """Follower `number`'s part in the auctions of formations; its process was started at `born` (Unix ns).
 
-    Each order into such a formation begins an auction; an order that interrupts it leaves the place as it is.
+    Each order into such a formation begins an auction; an order that interrupts it leaves the place as it is. A drone
+    that is left out does not bid.
     `rejected` counts messages with bids that nobody can have made.
     """
 
@@ -33,6 +35,7 @@ class PlaceAuction:
         self._rank = parameters.followers.index(number)
         self._order: Mission | None = None  # into a formation with an auction; None while another order is in force
         self._auction: Auction | None = None
+        self._left_out = False  # of such a formation
         self._silent_until = 0  # Unix ns
         self._guessed = False  # whether its costs are by an estimate of a process that had just been started
         self._told: Bids | None = None
@@ -46,7 +49,12 @@ class PlaceAuction:
 
     @property
     def place(self) -> int | None:
-        """The rank of the place that it holds, None without one."""
+        """The rank of the place that it holds, None without one.
+
+        A drone that is left out in flight has the place of its own rank, which nobody else may hold.
+        """
+        if self._left_out:
+            return self._rank
         return self._auction.place if self._auction is not None else None
 
     def order(self, mission: Mission, now: int) -> None:
@@ -55,7 +63,9 @@ class PlaceAuction:
             self._order = None
             return
         self._auction, self._told = None, None
-        self._order = mission if mission.formation in self._parameters.formations else None
+        auctioned = mission.formation in self._parameters.formations
+        self._left_out = auctioned and self._number in mission.without
+        self._order = mission if auctioned and not self._left_out else None
         old = mission.stamp <= self._born
         self._silent_until = now + LISTENING if old else 0
 
@@ -74,19 +84,21 @@ class PlaceAuction:
 
         They are due when they have changed, and again and again. The costs are fixed at the first step that knows the
         drone's `motion` and its `leader` estimate, and that may bid: the first estimate of a young process is a guess.
+        Until then it passes bids on.
         """
         order, auction = self._order, self._auction
         if order is None:
             return None
         listens = 0 < self._silent_until - now <= LISTENING
-        if auction is None or (self._guessed and not listens and auction.place is None):
-            if motion is None or leader is None:
-                return None
-            auction = self._opened(order, subtract(motion.position, leader.position), now)
-            self._guessed = listens
-        if phase in BIDDING and not listens:
+        here = subtract(motion.position, leader.position) if motion is not None and leader is not None else None
+        if auction is None or (self._guessed and here is not None and not listens and auction.place is None):
+            auction = self._opened(order, here, now)
+            self._guessed = listens or here is None
+        if phase in BIDDING and not (listens or self._guessed):
             auction.bid()
         bids = tuple(auction.bids)
+        if here is None and bids.count(NO_BID) == len(bids):
+            return None
         if self._told is None or bids != self._told.bids:
             self._changed = now
         elif 0 <= now - self._told.stamp < (SOON if 0 <= now - self._changed < NEW else REPEAT):
@@ -94,7 +106,7 @@ class PlaceAuction:
         self._told = Bids(now, self._frame, order.version, bids)
         return self._told
 
-    def _opened(self, order: Mission, here: Vector, now: int) -> Auction:
+    def _opened(self, order: Mission, here: Vector | None, now: int) -> Auction:
         """Return the auction of `order` by the costs at present, with the bids that were known before."""
         parameters, known = self._parameters, self._auction
         most = highest_price(len(parameters.followers), parameters.most_cost)
@@ -111,8 +123,8 @@ class PlaceAuction:
         counts = (*report.counts, ("bids rejected", self.rejected)) if self.rejected else report.counts
         return report._replace(reasons=(*report.reasons, place_reason(self.place)), counts=counts)
 
-    def _costs(self, order: Mission, here: Vector, now: int) -> list[float]:
-        """Return the squared distance of each place from `here`, relative to the leader, m^2.
+    def _costs(self, order: Mission, here: Vector | None, now: int) -> list[float]:
+        """Return the squared distance of each place from `here`, relative to the leader, m^2; the most if it is None.
 
         In a change of formation it is that between the old place and the new one, half way, as the operator plans; the
         places of drones that are left out are not to be had.
@@ -122,7 +134,8 @@ class PlaceAuction:
             at = (change.begin - order.start) / SECOND + 0.5 * change.duration
             here = own.shapes[change.before].offset(change.places_before[self._rank], at)
         shape = own.shapes[order.formation]
+        ways = [dist(here, shape.offset(rank, at)) if here is not None else inf for rank in range(len(own.followers))]
         return [
-            min(own.most_cost, dist(here, shape.offset(rank, at)) ** 2) if drone not in order.without else inf
-            for rank, drone in enumerate(own.followers)
+            min(own.most_cost, way * way) if drone not in order.without else inf  # way ** 2 may raise OverflowError
+            for way, drone in zip(ways, own.followers, strict=True)
         ]

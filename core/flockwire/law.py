@@ -31,6 +31,8 @@ __all__ = [
     "add", "distance", "limit", "norm", "paper_law", "scale", "subtract",
 ]  # fmt: skip
 
+END_OF_TIME: Final = SECOND << 31  # Unix ns of the first stamp that a message cannot hold
+
 
 class LawSettings(NamedTuple):
     """The input of a law's constructor: one drone's constants, and the gains of the swarm file."""
@@ -133,26 +135,26 @@ class Law(Protocol):
 
 
 def check_decision(decision: Decision) -> None:
-    """Raise ValueError for a decision that cannot be flown."""
+    """Raise an error for a decision that cannot be flown, or that compiled code would not take."""
     estimate, total = decision.estimate, _total(decision.velocity, decision)
     if estimate is not None:
         for vector in (estimate.position, estimate.velocity, estimate.acceleration):
             total += _total(vector, decision)
-    if not isinstance(decision.stamp, int):
+    if not isinstance(total, float) or not isinstance(decision.stamp, int) or not 0 <= decision.stamp < END_OF_TIME:
         raise _malformed(decision)
     if not -inf < total < inf:
         raise ValueError(f"{decision}: holds a number that is not finite")
 
 
 def _total(vector: Vector, decision: Decision) -> float:
-    """Return the sum of a vector's three numbers."""
-    if len(vector) != 3:
+    """Return the sum of a vector's three numbers; raises what their sum with a float raises, if they are none."""
+    if not isinstance(vector, tuple) or len(vector) != 3:
         raise _malformed(decision)
-    return vector[0] + vector[1] + vector[2]
+    return 0.0 + vector[0] + vector[1] + vector[2]
 
 
 def _malformed(decision: Decision) -> ValueError:
-    return ValueError(f"a vector must have three numbers, the stamp must be an int, in ns: {decision}")
+    return ValueError(f"a vector must be a tuple of three floats, the stamp an int, in ns: {decision}")
 
 
 def paper_law(

@@ -34,7 +34,8 @@ class FirstOrderAirframe:
         airborne = self.height > CONTACT and not standing
         self.state = FlightState.FLYING if airborne else FlightState.GROUNDED
         self.battery = 1.0
-        self._parameters = parameters
+        self._gain, self._endurance = parameters.gain, parameters.endurance
+        self._lag, self._dead_time = parameters.lag, round(parameters.dead_time * SECOND)
         self._now = now
         self._input = ZERO
         self._coming: deque[tuple[int, Vector]] = deque()  # effective time, command
@@ -42,13 +43,13 @@ class FirstOrderAirframe:
 
     def command(self, velocity: Vector, now: int) -> None:
         """Command a velocity, m/s, world frame, at `now`; a climb command takes off."""
-        self._coming.append((now + round(self._parameters.dead_time * SECOND), velocity))
+        self._coming.append((now + self._dead_time, velocity))
         if self.state is FlightState.GROUNDED and velocity[2] > 0.0:
             self.state = FlightState.FLYING
 
     def respond(self, lag: float, dead_time: float) -> None:
         """Set lag and dead time, s."""
-        self._parameters = self._parameters.model_copy(update={"lag": lag, "dead_time": dead_time})
+        self._lag, self._dead_time = lag, round(dead_time * SECOND)
 
     def blow(self, wind: Wind) -> None:
         """Set the wind."""
@@ -79,7 +80,7 @@ class FirstOrderAirframe:
         while self._coming and self._coming[0][0] <= now:
             moment, velocity = self._coming.popleft()
             self._fly(moment)
-            self._input = scale(velocity, self._parameters.gain)
+            self._input = scale(velocity, self._gain)
         self._fly(now)
 
     def _fly(self, until: int) -> None:
@@ -101,9 +102,8 @@ class FirstOrderAirframe:
             self.position = add(self.position, (x * dt, y * dt, z * dt - GRAVITY * dt * dt / 2.0))
             self.velocity = (x, y, z - GRAVITY * dt)
         else:
-            parameters, battery = self._parameters, self.battery
-            self.position, self.velocity = lagged_motion(self.position, self.velocity, velocity, parameters.lag, dt)
-            battery -= dt / parameters.endurance
+            self.position, self.velocity = lagged_motion(self.position, self.velocity, velocity, self._lag, dt)
+            battery = self.battery - dt / self._endurance
             self.battery = battery if battery > 0.0 else 0.0
         self._land_on_contact()
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from math import dist, floor
-from typing import NamedTuple
+from math import floor
+from typing import Final, NamedTuple
 
 from flockwire.control.graph import LEADER
 from flockwire.control.tracker import VelocityTracker
 from flockwire.domain.body import Body, BodyKind, to_axis
 from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.domain.vector import ZERO, Vector, norm, subtract
+from flockwire.domain.vector import Vector, norm
 from flockwire.swarm.model import Swarm
 
 from flockwire_mocap.lost_body import STILL, LostBody, drone_spread, person_spread
@@ -42,6 +42,7 @@ class Vicinity:
         return (floor(place[0] / self._reach), floor(place[1] / self._reach))
 
 
+DRONE: Final = BodyKind.DRONE  # compiled, a constant costs less than an attribute
 FEW = 30  # bodies up to which each drone checks all others
 FORGET = SECOND  # ns unseen after which a velocity is dropped, and a held-back body is gone
 LEFT = 5 * SECOND  # ns after which an unseen person counts as gone
@@ -170,11 +171,14 @@ class FieldBodies:
         """Return the bodies within the sensing radius of `drone`, which is at `position` (m)."""
         places, reach = self._places, self._reach
         keys = self._vicinity.round(position) if self._vicinity is not None else places
-        bodies = [
-            Body(BodyKind.DRONE, subtract(place, position), 0.0, ZERO)
-            for key in keys
-            if key >= 0 and key != drone and dist(place := places[key], position) < reach
-        ]
+        x, y, z = position
+        bodies: list[Body] = []
+        for key in keys:
+            if key >= 0 and key != drone:
+                a, b, c = places[key]
+                dx, dy, dz = a - x, b - y, c - z
+                if dx * dx + dy * dy + dz * dz < reach * reach:
+                    bodies.append(Body(DRONE, (dx, dy, dz), 0.0))
         if self._others:
             others, own = self._others, _lost(drone)
             bodies += [body for key in keys if key < 0 and key != own and (body := others[key].near(position, reach))]

@@ -17,7 +17,7 @@ from flockwire.process.cores import Address, Datagram
 from flockwire.swarm.tables import Sim
 from flockwire.wire.cdr import MessageError
 from flockwire.wire.codec import CODECS, Message
-from flockwire.wire.inbox import Inbox, Opened
+from flockwire.wire.inbox import Inbox, Input, Opened
 from flockwire.wire.keys import Delivery, KeyRow
 
 from flockwire_sim.rare import RareBranches
@@ -52,13 +52,14 @@ class Sample:
 Parcel = tuple[int, Sample]  # a sample, and the index of its subscription
 
 
-class Slot:
+class Slot(Input):
     """The newest sample of a key, buffered at a process until it is read."""
 
-    __slots__ = ("inbox", "prompt", "sample")
+    __slots__ = ("prompt", "sample")
 
     def __init__(self, inbox: Inbox, prompt: bool) -> None:
-        self.inbox, self.prompt = inbox, prompt
+        super().__init__(inbox)
+        self.prompt = prompt
         self.sample: Sample | None = None
 
     def message(self, now: int) -> Message | None:

@@ -101,6 +101,52 @@ def test_without_its_pose_a_drone_beneath_another_descends_at_once_until_its_pos
     assert flyer.velocity[2] > -0.1
 
 
+def test_without_its_pose_a_take_off_beneath_another_drone_descends_too(cockpit):
+    agent = cockpit({"limits.staleness.command_land": 0.5, "limits.staleness.pose_land": 3.0})
+    agent.run(0.1)
+    agent.order("takeoff")
+    agent.run(0.6)
+    agent.silent, agent.bodies = {"pose"}, ABOVE
+    agent.run(0.12)
+    assert (agent.phase, agent.velocity) == (Phase.TAKEOFF, (0.0, 0.0, -0.7))
+    agent.silent, agent.bodies = set(), ()
+    agent.run(0.1)
+    assert (agent.phase, agent.velocity[2]) == (Phase.TAKEOFF, 0.7)
+
+
+def test_after_a_fast_descent_without_poses_beneath_another_its_own_pose_is_not_taken_for_a_foreign_one(cockpit):
+    fast = {"limits.vertical_speed": 2.5, "limits.takeoff_height": 3.5, "limits.fence.max": [4.0, 4.0, 6.0]}
+    agent = cockpit(fast | {"control.law": "extended", "limits.staleness.pose_land": 1.5})
+    agent.run(0.1)
+    agent.order("takeoff")
+    agent.run(4.0)
+    height = agent.position[2]
+    agent.silent, agent.bodies = {"pose"}, ABOVE
+    agent.run(1.2)
+    assert (agent.phase, agent.velocity) == (Phase.HOLD, (0.0, 0.0, -2.5))
+    assert height - agent.position[2] > 2.6
+    agent.silent, agent.bodies = set(), ()
+    agent.run(0.5)
+    assert (agent.phase, agent.report.detail) == (Phase.HOLD, "")
+    assert agent.velocity[2] > 0.5  # back to its place, by its own pose
+
+
+def test_beneath_another_what_pressed_it_down_may_have_ended_with_its_poses(cockpit):
+    """The compensation of a downwash would lift it into who is above."""
+    agent = cockpit({"control.law": "extended", "control.disturbance": 2.0, "formation.rate": 0.001}).fly()
+    agent.holds_still = False
+    for _ in range(300):  # 1.2 m/s down beside its commands
+        agent.step()
+        agent.position = add(agent.position, (0.0, 0.0, -0.012))
+    assert agent.velocity[2] > 1.0
+    agent.silent, agent.bodies = {"pose"}, ABOVE
+    agent.run(0.12)
+    for _ in range(80):
+        agent.step()
+        assert agent.phase is Phase.HOLD
+        assert agent.velocity[2] <= -0.35
+
+
 @pytest.mark.parametrize("place", [(0.45, 0.0, 0.8), (0.1, 0.0, -0.8)], ids=["beside it", "above it"])
 def test_without_its_pose_a_drone_that_is_not_beneath_another_hovers(flyer, place):
     flyer.silent, flyer.bodies = {"pose"}, (Body(BodyKind.DRONE, place, 0.0),)

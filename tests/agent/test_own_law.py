@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from flockwire import law
-from flockwire.law import Decision, LawSettings, LeaderMotion, Observation
+from flockwire.law import SECOND, Decision, LawSettings, LeaderMotion, Observation, check_decision
 from flockwire.loading import SwarmFileError, make_law
 from flockwire.parameters import law_settings
 from flockwire.swarm.model import Swarm
@@ -107,8 +109,8 @@ def test_a_law_that_fails_makes_its_drone_hold_and_report_why(fly_law: Callable[
     ("law", "rule"),
     [
         ("NotFinite", "holds a number that is not finite"),
-        ("TwoNumbers", "a vector must have three numbers"),
-        ("Seconds", "the stamp must be an int, in ns"),
+        ("TwoNumbers", "a vector must be a tuple of three floats"),
+        ("Seconds", "the stamp an int, in ns"),
     ],
 )
 def test_a_law_that_fails_on_the_ground_keeps_its_drone_there_and_reports_why(
@@ -119,6 +121,39 @@ def test_a_law_that_fails_on_the_ground_keeps_its_drone_there_and_reports_why(
     assert rule in flown.failure
     assert any("Decision(" in detail for detail in flown.details)
     assert flown.highest < 0.01
+
+
+WRONG_VECTORS = (
+    [1.0, 2.0, 3.0],
+    np.array([1.0, 2.0, 3.0]),
+    np.ones((3, 1)),
+    tuple(np.float32([1.0, 2.0, 3.0])),
+    (np.ones(1), 0.0, 0.0),
+    (10**400, 0, 0),
+    (Decimal(1),) * 3,
+    (1j, 0.0, 0.0),
+    "abc",
+    None,
+)
+
+
+@pytest.mark.parametrize("vector", WRONG_VECTORS, ids=repr)
+def test_a_vector_that_no_message_or_compiled_code_takes_is_refused_before_it_is_used(vector: Any) -> None:
+    with pytest.raises((ValueError, TypeError, OverflowError)):
+        check_decision(Decision(vector))
+    with pytest.raises((ValueError, TypeError, OverflowError)):
+        check_decision(Decision(estimate=LeaderMotion((0.0, 0.0, 0.0), vector)))
+
+
+@pytest.mark.parametrize("stamp", [-1, 2**31 * SECOND, 10**30])
+def test_a_stamp_that_no_message_holds_is_refused(stamp: int) -> None:
+    with pytest.raises(ValueError, match="the stamp an int, in ns"):
+        check_decision(Decision(stamp=stamp))
+
+
+@pytest.mark.parametrize("vector", [(1, 2, 3), (True, 0.0, -1), tuple(np.array([1.0, 2.0, 3.0])), (1e300, 0.0, 0.0)])
+def test_whole_numbers_and_numbers_of_numpy_are_floats(vector: Any) -> None:
+    check_decision(Decision(vector, LeaderMotion(vector), 2**31 * SECOND - 1))
 
 
 @pytest.mark.parametrize(

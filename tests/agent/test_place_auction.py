@@ -10,6 +10,7 @@ from flockwire.domain.motion import LeaderMotion, Motion
 from flockwire.domain.order import Change, Mission
 from flockwire.domain.time import SECOND
 from flockwire.parameters import agent_parameters
+from flockwire.wire.keys import Key
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import NO_PLACE_YET, Report
 from flockwire_agent.place_auction import LISTENING, NEW, REPEAT, SOON, PlaceAuction
@@ -197,3 +198,40 @@ def test_a_place_without_a_position_costs_the_most(make_swarm):
     bids = one.step(Phase.HOLD, Motion((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), LEADER, NOW)
     assert one.place == 1
     assert bids.bids[1].price < highest_price(4, parameters.most_cost)
+
+
+@pytest.mark.parametrize("far", [1e200, -1.7e308])
+def test_wherever_a_neighbour_claims_the_leader_is_it_bids(swarm, far):
+    one = part(swarm)
+    one.order(ORDER, NOW)
+    bids = one.step(Phase.HOLD, at(swarm, 3), LeaderMotion((far, far, 1.0)), NOW)
+    most = agent_parameters(swarm, 2).auction.most_cost
+    assert bids.bids[one.place].price < highest_price(4, most)
+
+
+@pytest.mark.parametrize("without", [(2,), (1, 2, 3, 4)])
+def test_who_is_left_out_in_flight_does_not_bid_and_has_the_place_of_its_rank(cockpit, without):
+    agent = cockpit(TABLE | {"graph.edges": [*EDGES, [0, 2]]}, number=2).fly()
+    agent.order("formation", agent.now, without=without)
+    messages = dict(agent.core.step(agent.now + TICK))
+    assert agent.phase is Phase.FORMATION
+    assert agent.report.place == 1
+    assert Key("bids", "uav2") not in messages
+    agent.core.receive(Key("bids", "uav1"), told((9.0, 2), FREE, FREE, FREE), agent.now)
+    agent.run(0.1)
+    assert agent.report.place == 1
+    agent.order("formation", agent.now)
+    agent.run(0.1)
+    assert agent.report.place is not None
+
+
+def test_who_does_not_know_where_it_is_passes_bids_on_and_bids_once_it_knows(swarm):
+    one = part(swarm)
+    one.order(ORDER, NOW)
+    assert one.step(Phase.HOLD, None, LEADER, NOW) is None
+    one.take(told((4.0, 1), FREE, (3.0, 3), FREE))
+    bids = one.step(Phase.HOLD, None, None, NOW + TICK)
+    assert [bid.bidder for bid in bids.bids] == [1, NOBODY, 3, NOBODY]
+    assert one.place is None
+    assert one.step(Phase.HOLD, at(swarm, 3), LEADER, NOW + 2 * TICK).bids[3].bidder == 2
+    assert one.place == 3

@@ -122,6 +122,18 @@ def test_places_of_drones_left_out_stay_empty(make_swarm: Callable[..., Any]) ->
     assert not [check.sentence() for check in summarise(trace).checks if not check.ok]
 
 
+def test_who_lost_its_pose_before_the_order_still_passes_bids_on(fly: Callable[..., Any]) -> None:
+    def interrupt(world: World) -> None:
+        for at, verb in ((5.0, "hold"), (6.5, "resume")):
+            world.scheduler.at(EPOCH + nanoseconds(at), lambda _, verb=verb: by_director(world, verb))
+
+    unseen = {"at": 6.0, "kind": "tracker", "drone": 2, "duration": 9.0}
+    flown = fly(AUCTION, unseen, duration=10.0, prepare=interrupt)
+    last = {i: flown.of("bids", uav(i))[-1][1] for i in FOLLOWERS}
+    assert len({bids.order for bids in last.values()}) == 1
+    assert {held_place(last[4].bids, 1), held_place(last[1].bids, 4)}.isdisjoint({None})
+
+
 def by_director(world: World, verb: str) -> None:
     """Order `verb` now, as the station that conducts the flight."""
     world.station().core.order(verb, world.scheduler.now)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from flockwire.domain.fields import from_fields
+
 MISSION_VERBS = (
     "prepare",
     "takeoff",
@@ -53,7 +55,7 @@ class Mission(NamedTuple):
     @property
     def version(self) -> Version:
         """The version of this order."""
-        return Version(self.stamp, self.giver)
+        return from_fields(Version, (self.stamp, self.giver))
 
     @property
     def in_formation(self) -> bool:

@@ -47,15 +47,29 @@ class Inputs(Record):
         self.apart: Final = apart  # m/s of its tracked body apart from its commands; 0 while it moves as commanded
 
 
-def all_well(inputs: Inputs, limits: Limits) -> bool:
+class Bounds:
+    """The limits that every step reads: the first rungs of the ladder, s and share of full, and speeds, m/s."""
+
+    def __init__(self, limits: Limits) -> None:
+        stale = limits.staleness
+        self.pose: Final[float] = stale.pose_zero
+        self.silence: Final[float] = stale.estimates_hold
+        self.nearby: Final[float] = stale.nearby_slow
+        self.telemetry: Final[float] = stale.telemetry_warn
+        self.battery: Final[float] = limits.battery_takeoff
+        self.speed: Final[float] = limits.speed
+        self.blind_speed: Final[float] = min(limits.speed, limits.blind_speed)  # while the nearby bodies are stale
+        self.unknown: Final[float] = stale.telemetry_land  # age from which telemetry tells nothing
+
+
+def all_well(inputs: Inputs, bounds: Bounds) -> bool:
     """Return whether no rung of the ladder is reached."""
-    stale = limits.staleness
     return (
-        inputs.pose <= stale.pose_zero
-        and inputs.silence <= stale.estimates_hold
-        and inputs.nearby <= stale.nearby_slow
-        and inputs.telemetry <= stale.telemetry_warn
-        and inputs.battery >= limits.battery_takeoff
+        inputs.pose <= bounds.pose
+        and inputs.silence <= bounds.silence
+        and inputs.nearby <= bounds.nearby
+        and inputs.telemetry <= bounds.telemetry
+        and inputs.battery >= bounds.battery
         and inputs.outside == 0.0
         and inputs.leader_down == 0.0
         and inputs.doubt == 0.0
@@ -139,9 +153,9 @@ def mild_rungs(inputs: Inputs, missing: tuple[int, ...], limits: Limits) -> tupl
     return tuple([mark for applies, mark in rungs if applies])
 
 
-def speed_limit(inputs: Inputs, limits: Limits) -> float:
+def speed_limit(inputs: Inputs, bounds: Bounds) -> float:
     """Return the speed limit of the drone, m/s."""
-    return limits.speed if inputs.nearby <= limits.staleness.nearby_slow else min(limits.speed, limits.blind_speed)
+    return bounds.speed if inputs.nearby <= bounds.nearby else bounds.blind_speed
 
 
 def shown(age: float) -> float:

@@ -23,6 +23,7 @@ from flockwire.parameters import PilotParameters
 from flockwire.pilot.identity import Identity
 from flockwire.pilot.ladder import (
     NO_REASON,
+    Bounds,
     Inputs,
     all_well,
     hold_reason,
@@ -38,7 +39,7 @@ from flockwire.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, ag
 from flockwire.pilot.place import Place
 from flockwire.pilot.surroundings import Surroundings
 from flockwire.pilot.tracked_body import ABSENCE, PERIOD, WRONG, TrackedBody
-from flockwire.pilot.trim import forget_disturbance, hovering, make_airframe, measured, trim
+from flockwire.pilot.trim import forget_disturbance, hovering, make_airframe, measured, sinking, trim
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import STOP, Key
@@ -74,7 +75,9 @@ class Pilot:
         number = parameters.number
         self.pose_key = Key("pose", uav(number))
         self.born = self.waits_since = now  # the second: ages of what never arrived count from it
-        self._parameters, self._limits = parameters, parameters.limits
+        self._parameters, self._limits, self._bounds = parameters, parameters.limits, Bounds(parameters.limits)
+        self._sensing, self._ground = parameters.sensing, parameters.ground
+        self._command_zero = parameters.limits.staleness.command_zero
         self.flight = FlightPhases(now)
         self.motion: Motion | None = None
         self.bodies: Sequence[Body] = ()
@@ -129,18 +132,18 @@ class Pilot:
         self._stepped = now
         pose, inputs = self._pose, self._read(now, silence, self._leaderless(now, leader_down))
         self._inputs = inputs
-        self.stamp, fresh = command_stamp(pose, now, self._limits.staleness.pose_zero)
+        self.stamp, fresh = command_stamp(pose, now, self._bounds.pose)
         phase = self._decide(now, inputs, missing, fault)
         self.motion, self.bodies = None, ()
         if pose is not None:
             self.bodies = self._surroundings.bodies(pose, neighbours)
             if fresh and not inputs.apart and not self._identity.is_lost:
                 seen = (pose.stamp - self.born) / SECOND  # small enough for a float with nanoseconds
-                times, zero = (seen, (now - self.born) / SECOND), self._limits.staleness.command_zero
-                airframe, ground = self._airframe, self._parameters.ground
+                times, zero = (seen, (now - self.born) / SECOND), self._command_zero
+                airframe, ground = self._airframe, self._ground
                 motion = measured(airframe, pose.position, times, phase, self._telemetry, zero, ground)
                 self.motion = self._body.seen = motion
-                self._body.seen_at = pose.stamp
+                self._body.seen_at, self._body.sunk = pose.stamp, 0.0
                 if self._guard is not None and phase in IN_FLIGHT:
                     self.bodies = self._guard.tracked(motion, self.bodies, self._surroundings.stamp or self.stamp)
         if self._body.watched and not 0 < self._body.due - now <= PERIOD:  # a clock may be set back
@@ -167,7 +170,7 @@ class Pilot:
     @property
     def _may_have_taken_off(self) -> bool:
         """Whether the pilot takes its drone for grounded by telemetry that is too old to know."""
-        lost = self._inputs.telemetry > self._limits.staleness.telemetry_land
+        lost = self._inputs.telemetry > self._bounds.unknown
         return lost and self.flight.phase not in IN_FLIGHT
 
     def report(
@@ -216,7 +219,7 @@ class Pilot:
         return Inputs(
             (now - pose.stamp) / SECOND if pose is not None else NEVER,
             silence,
-            age(self._surroundings.stamp, now) if self._parameters.sensing else 0.0,
+            age(self._surroundings.stamp, now) if self._sensing else 0.0,
             (now - telemetry.stamp) / SECOND if telemetry is not None else NEVER,
             telemetry.battery if telemetry is not None else 1.0,
             self._room.outside(pose.position) if pose is not None else 0.0,
@@ -242,7 +245,7 @@ class Pilot:
         unready = hold = land = NO_REASON
         mission = flight.mission
         left_out = LEFT_OUT if mission is not None and self._parameters.number in mission.without else ""
-        if troubled := bool(missing) or not all_well(inputs, limits):
+        if troubled := bool(missing) or not all_well(inputs, self._bounds):
             unready = unready_reason(inputs, missing, limits, self._parameters.driver)
             hold = hold_reason(inputs, limits.staleness)
             land = land_reason(inputs._replace(pose=min(inputs.pose, age(self.waits_since, now))), limits)
@@ -291,7 +294,7 @@ class Pilot:
                 return (0.0, 0.0, -limits.vertical_speed)  # any other may push it along the ground, or take it off
         if phase is not Phase.FORMATION:
             wanted = self._place.velocity(phase, position, self.bodies)
-        speed, grounding = speed_limit(self._inputs, limits), phase in (Phase.LANDING, Phase.TAKEOFF)
+        speed, grounding = speed_limit(self._inputs, self._bounds), phase in (Phase.LANDING, Phase.TAKEOFF)
         if isinstance(self._airframe, DisturbedAirframe):
             speed = self._airframe.speed(speed)
         if self._guard is not None:
@@ -309,13 +312,14 @@ class Pilot:
         phase, stale, separation = self.flight.phase, self._limits.staleness, self._parameters.separation
         foreign = self._inputs.apart or self._identity.is_lost
         beneath = not foreign and is_beneath(self.bodies, separation)
-        if phase is not Phase.LANDING and not (phase is Phase.HOLD and beneath):
+        if phase not in IN_FLIGHT or (phase is not Phase.LANDING and not beneath):
             return ZERO
         patience = min(stale.pose_land, stale.command_land) if beneath else stale.pose_land
         waits = not foreign and 0 <= now - self._body.seen_at <= nanoseconds(patience) and self._waited <= patience
         if not (waits and is_above(self.bodies, separation)):
-            return (0.0, 0.0, -self._limits.vertical_speed)
-        if phase is Phase.HOLD:
+            self._body.sunk += self._limits.vertical_speed * self.dt
+            return sinking(self._airframe, self._limits.vertical_speed)
+        if phase is not Phase.LANDING:
             return ZERO
         self._waited += self.dt
         return hovering(self._airframe)

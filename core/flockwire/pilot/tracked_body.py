@@ -46,6 +46,7 @@ class TrackedBody:
         watched: whether to look at it.
         due: when to look again, Unix ns.
         seen: its motion at the last pose that the pilot used, whose stamp is `seen_at`, Unix ns.
+        sunk: m, how far it was commanded to descend since.
 
     """
 
@@ -54,7 +55,7 @@ class TrackedBody:
         always = guard is not None and limits.body_drift > 0.0
         self.apart, self.watched, self.due = 0.0, always, 0
         self.seen: Motion | None = None
-        self.seen_at = 0
+        self.seen_at, self.sunk = 0, 0.0
         self._residual = MotionResidual(limits.body_drift, JUMP * limits.speed) if always else None
         self._speed, self._wind = limits.speed if guard is None else guard.fastest, parameters.disturbance
         self._response: Response | None = None  # while it is examined
@@ -75,13 +76,15 @@ class TrackedBody:
             |x − x_0| <= |y_0 − x_0| + |u| command_zero + (1.5 m/s) t + 0.2 m
 
         x_0 and y_0 are its last position and stopping point, u the last command and t the time since: without poses the
-        pilot commands zero, and a frozen pilot's driver does.
+        pilot commands zero, and a frozen pilot's driver does. After a descent without poses, x_0 is any point of it.
         """
         seen = self.seen
         if seen is not None:
             absence = max(absence, pose.stamp - self.seen_at)
             stops = distance(seen.position, seen.stopping) + self._zero * norm(self._airframe.last_command)
-            if distance(seen.position, pose.position) > stops + max(WIND, self._wind) * absence / SECOND + NOISE:
+            x, y, z = seen.position
+            way = (x, y, min(z, max(pose.position[2], z - self.sunk)))
+            if distance(way, pose.position) > stops + max(WIND, self._wind) * absence / SECOND + NOISE:
                 return False
         self.examine()
         return True

@@ -42,6 +42,13 @@ def hovering(airframe: AirframeState | DisturbedAirframe) -> Vector:
     return (0.0, 0.0, min(0.0, airframe.disturbance[2])) if isinstance(airframe, DisturbedAirframe) else ZERO
 
 
+def sinking(airframe: AirframeState | DisturbedAirframe, vertical_speed: float) -> Vector:
+    """Return the velocity, m/s, of a descent without poses, at half of `vertical_speed` or more, as `trim` has it."""
+    if isinstance(airframe, DisturbedAirframe):
+        airframe.limit_vertical(0.5 * vertical_speed)
+    return (0.0, 0.0, -vertical_speed)
+
+
 def forget_disturbance(airframe: AirframeState | DisturbedAirframe) -> None:
     """Compensate nothing from now on."""
     if isinstance(airframe, DisturbedAirframe):

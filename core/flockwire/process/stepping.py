@@ -13,7 +13,7 @@ from flockwire.domain.time import SECOND
 from flockwire.process.cores import Core, Framed, Untimed
 from flockwire.process.timekeeping import Timekeeping
 from flockwire.wire.codec import Message
-from flockwire.wire.inbox import Inbox
+from flockwire.wire.inbox import Input
 from flockwire.wire.keys import Key, key_text
 from flockwire.wire.status import Counts, Report, Status
 
@@ -22,15 +22,6 @@ WATCHDOG_PERIODS = 2  # of a core with triggers, between two ticks
 WATCHDOG_TICKS = 2  # without a trigger, after which such a core steps at one; one more with slow triggers
 
 Publish = Callable[[Iterable[tuple[Key, Message]]], None]
-
-
-class Input(Protocol):
-    """The newest sample of one key."""
-
-    inbox: Inbox
-
-    def message(self, now: int) -> Message | None:
-        """Return the message since the last call, None if there is none or it was rejected."""
 
 
 class Resources(Protocol):
@@ -159,7 +150,7 @@ class Stepper:
             timekeeping.follow(core.correct)
         self._receive, self._due = core.receive, core.due if isinstance(core, Framed) else None
         self._triggers = core.triggers
-        self._buffered = tuple((source.inbox.key, source.message) for source in buffered)
+        self._buffered = tuple(buffered)
         self._named = tuple((key_text(swarm_name, source.inbox.key), source.inbox) for source in inputs)
         self._counts = StepCounts()
         self._period = round(core.period * SECOND)
@@ -211,10 +202,10 @@ class Stepper:
 
     def _step(self, now: int) -> None:
         core = self._core
-        for key, newest in self._buffered:
-            message = newest(now)
+        for source in self._buffered:
+            message = source.message(now)
             if message is not None:
-                self._receive(key, message, now)
+                self._receive(source.inbox.key, message, now)
         messages = core.step(now)
         if self._flush is not None:
             self._flush(now)

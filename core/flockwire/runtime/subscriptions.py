@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import ctypes
 import threading
-from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Protocol
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Protocol
 import zenoh
 
 from flockwire import clock
-from flockwire.wire.inbox import Inbox
+from flockwire.wire.inbox import Inbox, Input
 
 if TYPE_CHECKING:
     from flockwire.wire.codec import Message
@@ -45,15 +44,8 @@ class Rings:
         return None
 
 
-class Subscription(ABC):
-    """The newest sample of the key of `inbox`."""
-
-    def __init__(self, inbox: Inbox) -> None:
-        self.inbox = inbox
-
-    @abstractmethod
-    def message(self, now: int) -> Message | None:
-        """Return the newest message that came since the last call and was accepted, None when there is none."""
+class Subscription(Input):
+    """An input from Zenoh."""
 
     def _count(self, samples: int) -> None:
         if samples >= BACKLOG:

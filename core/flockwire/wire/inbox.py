@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections import Counter
 from struct import Struct, error
 from typing import Final, NamedTuple
@@ -175,6 +176,19 @@ class EachInbox(Inbox):
             if len(self._sequences) > MOST_PUBLISHERS:
                 del self._sequences[next(iter(self._sequences))]
         return message
+
+
+class Input(ABC):
+    """The newest sample of the key of `inbox`, until it is read."""
+
+    __slots__ = ("inbox",)
+
+    def __init__(self, inbox: Inbox) -> None:
+        self.inbox: Final = inbox
+
+    @abstractmethod
+    def message(self, now: int) -> Message | None:
+        """Return the newest message that came since the last call and was accepted, None when there is none."""
 
 
 def inbox_of(key: Key) -> Inbox:

@@ -5,7 +5,6 @@ Compiled, librt.strings reads and writes each number where it stands, and no obj
 
 from __future__ import annotations
 
-from math import isfinite
 from typing import Final
 
 from librt.strings import BytesWriter, read_f64_le, read_i32_le, write_f64_le, write_i32_le
@@ -122,5 +121,5 @@ def read_vector(data: bytes, at: int) -> Vector:
 
 def check_finite(total: float) -> None:
     """Raise MessageError unless the sum of a message's numbers is finite."""
-    if not isfinite(total):
+    if total - total != 0.0:  # infinite or not a number; cheaper, compiled, than a function of `math`
         raise MessageError("holds a number that is not finite")

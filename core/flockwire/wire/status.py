@@ -6,6 +6,7 @@ from math import isfinite
 from operator import itemgetter
 from typing import NamedTuple
 
+from flockwire.domain.fields import from_fields
 from flockwire.domain.order import Mission, Version
 from flockwire.domain.vector import ZERO, Vector
 from flockwire.wire.cdr import MessageError, Reader, Writer
@@ -184,14 +185,14 @@ def read_status(stamp: int, frame: str, reader: Reader) -> Status:
     obeyed = mission if mission.stamp else None
     position = (place[0], place[1], place[2]) if known else None
     reasons = tuple([Reason(*told[k : k + 3]) for k in range(0, len(told), 3)])
-    report = Report(
+    report = from_fields(Report, (
         phase, detail, error, pose, estimate, nearby, telemetry, battery, obeyed, latency,
         tuple(zip(names, counts, strict=True)), position, concurrent, order_age, reasons,
-    )  # fmt: skip
-    return Status(
+    ))  # fmt: skip
+    return from_fields(Status, (
         stamp, frame, identity, report, steps, delayed_1ms, delayed_5ms, skipped, refused, cpu, resident,
         rejected, links, clock_offset, clock_bound,
-    )  # fmt: skip
+    ))  # fmt: skip
 
 
 def write_counts(writer: Writer, counts: Counts) -> None:

@@ -18,11 +18,13 @@ _LITERAL = re.compile(r'"([a-z][a-z ]*: [^"]+)"')
 
 def near(file: Path, line: int) -> Mapping[str, int]:
     """Return the marks in `file`, nearest to its changed `line`, by weight; without any those of its folder."""
-    places = dict(_marks(file))
-    if not places:
+    gaps: dict[str, int] = {}  # lines between each mark and the change, where it is named most nearly
+    for mark, at in _marks(file):
+        gaps[mark] = min(abs(at - line), gaps.get(mark, abs(at - line)))
+    if not gaps:
         return {mark: FAR for other in sorted(file.parent.rglob("*.py")) for mark, _ in _marks(other)}
-    least = min(abs(at - line) for at in places.values())
-    return {mark: NEAR if abs(at - line) == least else FAR for mark, at in places.items()}
+    least = min(gaps.values())
+    return {mark: NEAR if gap == least else FAR for mark, gap in gaps.items()}
 
 
 def _marks(file: Path) -> Iterator[tuple[str, int]]:

@@ -228,6 +228,8 @@ def test_the_marks_near_a_changed_line(tmp_path: Path) -> None:
     )
     assert near(file, 1) == {"rung: fence, inwards": NEAR} | dict.fromkeys(HOLDS, FAR)
     assert near(file, 5) == {"rung: fence, inwards": FAR} | dict.fromkeys(HOLDS, NEAR)
+    file.write_text(file.read_text() + '\n\ndef climb() -> None:\n    sometimes("rung: fence, inwards")\n')
+    assert near(file, 1) == {"rung: fence, inwards": NEAR} | dict.fromkeys(HOLDS, FAR)  # a mark named twice
     plain = tmp_path / "walls.py"
     plain.write_text("WALLS = 4\n")
     assert near(plain, 1) == dict.fromkeys(("rung: fence, inwards", *HOLDS), FAR)  # those of its folder

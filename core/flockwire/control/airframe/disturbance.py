@@ -14,12 +14,13 @@ estimate does not wait for the command's way through the airframe:
 
 So (T d/dt + 1)^2 (w − d) = T^2 w'': d follows a wind that is constant or changes evenly without error. While d = w, the
 stopping point y obeys y' = v_c as without wind: law and filter see no difference. T is shorter the better the gain is
-known: with a gain that is wrong the loop through d has less margin.
+known: a gain that is wrong costs the loop through d margin. g follows the learned gain in T_g = 1 s: applied at once,
+a change would move the command, in wind like a sudden gust, until d has adapted.
 """
 
 from __future__ import annotations
 
-from math import copysign
+from math import copysign, exp
 
 from flockwire.control.airframe.first_order_lag import lagged_motion
 from flockwire.control.airframe.gain import AirframeGain
@@ -28,6 +29,7 @@ from flockwire.domain.motion import Motion
 from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
 
 UNCERTAIN, CERTAIN = 0.5, 0.22  # s, T while the gain is not known, and when it is (docs/theory.md)
+GAIN_TIME_CONSTANT = 1.0  # s, T_g
 VELOCITY_TIME_CONSTANT = 0.07  # s, of the airframe's velocity: a slower one costs the loop its margin
 WHOLE, LEVEL, VERTICAL = (1.0, 1.0, 1.0), (1.0, 1.0, 0.0), (0.0, 0.0, 1.0)  # axes of an estimate
 
@@ -43,21 +45,18 @@ class DisturbedAirframe:
         self.last_command: Vector = ZERO  # m/s, the newest v_c
         self._lag, self._dead_time, self._most, self._fastest = lag, dead_time, most, fastest
         self._state = AirframeState(lag, dead_time, VELOCITY_TIME_CONSTANT)
+        self.gain = 1.0  # the horizontal gain that commands are given for, g
         self._gain = AirframeGain(lag, dead_time)
         self._slope: Vector = ZERO  # m/s^2, p
         self._drift, self._drifted = ZERO, ZERO  # m/s and m, s and S at the stamp
         self._stamp = 0.0
         self._rest: Vector | None = None  # m, x~ + lag v~ − ∫ u(t − D) at the stamp; None: not known or not free
 
-    @property
-    def gain(self) -> float:
-        """The estimated horizontal gain."""
-        return self._gain.value
-
     def reset(self) -> None:
         """Forget the estimate: the airframe does not fly."""
         self.disturbance = self._slope = self._drift = ZERO
         self._rest = None
+        self.gain = 1.0
         self._gain.reset()
 
     def limit_vertical(self, most: float) -> None:
@@ -92,6 +91,7 @@ class DisturbedAirframe:
             self._gain.restart()
         elif dt > 0.0:
             self._gain.measure(position, velocity, stamp)
+            self.gain += (1.0 - exp(-dt / GAIN_TIME_CONSTANT)) * (self._gain.value - self.gain)
         waits = now - stamp + self._dead_time
         ahead = add(scale(self._drift, self._lag), scale(self.disturbance, waits))
         return Motion(position, velocity, add(add(motion.stopping, self._drifted), ahead))
