@@ -116,3 +116,9 @@ def test_who_cannot_have_its_place_waits_at_the_nearest_point(fly_flock: Callabl
     flown = fly_flock([FAR, [-1.0, 0.4]], {1: [0.1, -20.0, 0.0]}, obstacle, 6.0)
     assert flown.error == pytest.approx(0.48, abs=0.02)
     assert any("nearer to an obstacle than the safety distance" in line for line in flown.details)
+
+
+def test_followers_keep_their_height_as_a_formation_begins(fly_flock):
+    slow = {"airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}}  # they start as the leader's climb ends
+    flown = fly_flock([[0.0, 0.0], [1.5, 0.0]], {1: [1.5, 0.0, 0.0]}, slow, 3.0)
+    assert flown.lowest > 1.0

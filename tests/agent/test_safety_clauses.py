@@ -105,7 +105,8 @@ CLAUSES = {
         lambda flown: flown.lowest >= 0.1, {"keep_inside": lambda *_: []},
     ),
     "speed": Clause(
-        [FAR, [-1.5, 0.0]], {1: [1.5, -9.0, 0.0]}, {"limits.speed": 1.0},
+        [FAR, [-1.5, 0.0]], {1: [1.5, -9.0, 0.0]},
+        {"limits.speed": 1.0, "leader.trajectory": {"kind": "constant", "velocity": [0.3, 0.0, 0.0]}},
         lambda flown: flown.fastest <= 1.0 + 1e-6,
         {"speed_and_acceleration": lambda *_: (ZERO, 9.0, None), "limit": lambda v, _: v},
     ),
