@@ -13,8 +13,9 @@ from contextlib import AbstractAsyncContextManager, nullcontext
 from random import Random
 
 from flockwire import clock
+from flockwire.domain.time import SECOND
 from flockwire.process.cores import Core, Framed, Start, make_core, of_core
-from flockwire.process.stepping import StatusPublisher, StepCounts, Stepper, at_once, tick_period
+from flockwire.process.stepping import STATUS_PERIOD, StatusPublisher, StepCounts, Stepper, at_once, tick_period
 from flockwire.process.timekeeping import Timekeeping, patience
 from flockwire.runtime.datagrams import Sockets, served
 from flockwire.runtime.ending import Ending, finished, last_resort
@@ -50,7 +51,8 @@ class Shell:
         sockets: Sockets | None,
     ) -> None:
         self._running, self._lock, self._session = False, swarm_clock.lock, session
-        self._frames, self._flush_due = isinstance(core, Framed), _nothing
+        often = tick_period(core) * SECOND <= STATUS_PERIOD
+        self._frames, self._flush_due = isinstance(core, Framed) and often, _nothing
         timed, wakeup = swarm_clock.timekeeping, Wakeup(self._arrived, swarm_clock.lock)
         keys, prompt_keys = [key for key in plan.subscribes[identity] if key not in timed.keys], at_once(core)
         buffered = [session.newest(key) for key in keys if key not in prompt_keys]
@@ -65,7 +67,7 @@ class Shell:
         """Begin; `direct`: all that reaches the core comes by keys, so that it may step on the thread of one.
 
         Zenoh sends what a step publishes when that thread is done. One step of the gateway serves all drones: neither
-        its status nor its batch for the recorder is made there.
+        its status nor its batch for the recorder is made there, if ticks come as often as a status must.
         """
         if direct and self._frames:
             self._stepper.reports_at_ticks, self._flush_due = True, self._session.take_over_batches()

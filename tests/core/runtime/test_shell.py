@@ -21,6 +21,10 @@ class OfFrames(Plain):
         return True
 
 
+class OfRareFrames(OfFrames):
+    period = 0.2  # ticks come too rarely for a status
+
+
 class Idle:
     def __init__(self, period, tick):
         pass
@@ -30,7 +34,8 @@ class Idle:
 
 
 @pytest.mark.parametrize(
-    ("core", "direct", "apart"), [(OfFrames, True, True), (OfFrames, False, False), (Plain, True, False)]
+    ("core", "direct", "apart"),
+    [(OfFrames, True, True), (OfFrames, False, False), (Plain, True, False), (OfRareFrames, True, False)],
 )
 def test_poses_that_leave_when_the_step_is_over_wait_for_neither_status_nor_batch(
     monkeypatch, make_plan, core, direct, apart
