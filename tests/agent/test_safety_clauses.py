@@ -26,11 +26,12 @@ STRAIGHT = {"avoidance.sidestep_reach": 1e-3}  # nobody turns aside: only the cl
 def alone(**taken: Any) -> Callable[..., Any]:
     """Return `keep_clear` with some of its arguments taken out."""
 
-    def keep(separation: Any, stopping: Any, velocity: Any, shared: bool, *rest: float) -> Any:
+    def keep(separation: Any, stopping: Any, own: Any, velocity: Any, shared: bool, *rest: float) -> Any:
         if (taken.get("drones") and shared) or (taken.get("obstacles") and not shared):
             return None
         stopping = separation if taken.get("stopping") else stopping
-        return barrier.keep_clear(separation, stopping, ZERO if taken.get("velocity") else velocity, shared, *rest)
+        velocity = ZERO if taken.get("velocity") else velocity
+        return barrier.keep_clear(separation, stopping, own, velocity, shared, *rest)
 
     return keep
 
@@ -78,7 +79,7 @@ CLAUSES = {
     ),
     "braking": Clause(
         *FACE_TO_FACE, {**STRAIGHT, "limits.acceleration": 1.5}, apart,
-        {"keep_clear": lambda *a: barrier.keep_clear(*a[:6], inf, a[7])},
+        {"keep_clear": lambda *a: barrier.keep_clear(*a[:7], inf, *a[8:])},
     ),
     "least violation": Clause(
         *AGAINST_THE_LEADER, {**LEADER_COMES, "limits.acceleration": 2.0, "avoidance.sensing_radius": 1.3}, apart,

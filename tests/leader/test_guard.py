@@ -18,10 +18,11 @@ EAST = {"leader.trajectory.velocity": [0.6, 0.0, 0.0], **STRAIGHT}
 def alone(**taken: Any) -> Callable[..., Any]:
     """Return `keep_clear` with some of its arguments taken out."""
 
-    def keep(separation: Any, stopping: Any, velocity: Any, shared: bool, *rest: float) -> Any:
+    def keep(separation: Any, stopping: Any, own: Any, velocity: Any, shared: bool, *rest: float) -> Any:
         if (taken.get("drones") and shared) or (taken.get("obstacles") and not shared):
             return None
-        return barrier.keep_clear(separation, stopping, ZERO if taken.get("velocity") else velocity, shared, *rest)
+        velocity = ZERO if taken.get("velocity") else velocity
+        return barrier.keep_clear(separation, stopping, own, velocity, shared, *rest)
 
     return keep
 

@@ -40,6 +40,7 @@ def nearest_on_segment(start: Vector, end: Vector) -> Vector:
 def keep_clear(
     separation: Vector,
     stopping: Vector,
+    velocity: Vector,
     body_velocity: Vector,
     shared: bool,
     safety_distance: float,
@@ -51,14 +52,16 @@ def keep_clear(
     """Return the half-space of velocities that avoid one body, None if every velocity does.
 
         z on the segment from `separation` to `stopping` nearest to the origin,   n = z / |z|,   g = |z| − r
-        n·u >= −min(A(g) / 2, A(g) − c)   for a body that yields its half,   c = n·v_body
-        n·u >= −A(g) + c                  for one that does not              (ours)
+        n·u >= −min(S, A(g) − c)   for a body that yields,      c = n·v_body,   c_i = −n·v
+        S = A(g)/2 + clamp((c_i − c)/2, −|A(g)|/2, |A(g)|/2)
+        n·u >= −A(g) + c           for one that does not              (ours)
 
     `separation` is x − x_body in m; `stopping` the same difference after both have stopped if the command is zero from
-    now on: no command can change the path between. `body_velocity` in m/s, `safety_distance` r in m. A body that yields
-    keeps its closing speed c below A/2. The excess of a faster one reduces our share, so bodies that do not yield need
-    not be known. `speed` is the largest |u|. A(g) is at least −`recovery`, m/s: the speed limit out of a body that has
-    grown around us.
+    now on: no command can change the path between. `velocity` v and `body_velocity` in m/s, `safety_distance` r in m.
+    Each of two that yield may have half of what both leave of A(g): S = c_i + (A(g) − c_i − c)/2. Their shares add up
+    to A(g), and the larger one has who moves. What a body takes beyond its share reduces ours, so bodies that do not
+    yield need not be known. `speed` is the largest |u|. A(g) is at least −`recovery`, m/s: the speed limit out of a
+    body that has grown around us.
     """
     z = nearest_on_segment(separation, stopping)
     distance = hypot(*z)
@@ -70,7 +73,13 @@ def keep_clear(
     x, y, z_ = z[0] / distance, z[1] / distance, z[2] / distance
     allowed = max(approach_speed(gap, rate, braking), -recovery)
     closing = x * body_velocity[0] + y * body_velocity[1] + z_ * body_velocity[2]
-    least = -min(0.5 * allowed, allowed - closing) if shared else closing - allowed
+    if shared:
+        own = -(x * velocity[0] + y * velocity[1] + z_ * velocity[2])
+        most = abs(allowed)
+        share = 0.5 * (allowed + min(max(own - closing, -most), most))
+        least = -min(share, allowed - closing)
+    else:
+        least = closing - allowed
     return (x, y, z_, least) if least > -speed else None
 
 

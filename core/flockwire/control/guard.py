@@ -9,7 +9,7 @@ from typing import NamedTuple
 from flockwire.control.barrier import keep_clear, sight_speed, speed_and_acceleration
 from flockwire.control.fence import Room
 from flockwire.control.safety_filter import HalfSpace, nearest_velocity
-from flockwire.control.tracker import BodyTracks
+from flockwire.control.tracker import BodyTracks, VelocityTracker
 from flockwire.domain.body import Body, BodyKind, Separation
 from flockwire.domain.marks import Holding
 from flockwire.domain.motion import Motion
@@ -65,6 +65,7 @@ class Guard:
         self._parameters = parameters
         self._rate, self._fastest = parameters.rate, parameters.fastest
         self._tracks = BodyTracks(BODY_TIME_CONSTANT)
+        self._own: VelocityTracker | None = None  # as late as the others are: both of two see the same velocities
         self._epoch = 0  # Unix ns, time 0 of the tracks
         self._kinds: list[BodyKind] = []  # of the bodies that constrain the velocity
         self._uncertain: list[int] = []  # the places of those that may be elsewhere: the spaces of lost bodies
@@ -85,7 +86,7 @@ class Guard:
     ) -> Vector:
         """Return the nearest velocity to `wanted` that satisfies all constraints.
 
-        `bodies` were seen at `stamp`, relative to `motion.position`, with velocities (`tracked`); `last` is the command
+        `bodies` were seen at `stamp`, relative to `motion.position`, the result of `tracked`; `last` is the command
         before this one, `dt` s ago; `speed` the current limit; `grounding` during take-off and landing: no floor.
         """
         own = self._parameters
@@ -142,8 +143,12 @@ class Guard:
     def tracked(self, motion: Motion, bodies: Sequence[Body], stamp: int) -> list[Body]:
         """Return `bodies`, seen at `stamp` relative to `motion.position`, with the tracked velocities of drones."""
         self._epoch = self._epoch or stamp
+        at = (stamp - self._epoch) / SECOND
+        if self._own is None or at < self._own.stamp:
+            self._own = VelocityTracker(BODY_TIME_CONSTANT, motion.position, at)
+        self._own.update(motion.position, at)
         positions = [add(motion.position, body.relative_position) for body in bodies]
-        velocities = self._tracks.update(positions, (stamp - self._epoch) / SECOND)
+        velocities = self._tracks.update(positions, at)
         return [
             Body(body.kind, body.relative_position, body.radius, velocity) if body.kind is BodyKind.DRONE else body
             for body, velocity in zip(bodies, velocities, strict=True)
@@ -155,12 +160,14 @@ class Guard:
         slowness = parameters.slowness
         own = scale(subtract(motion.stopping, motion.position), STOPPING_DISTANCE_FACTOR if slowness else 1.0)
         horizon = STOPPING_DISTANCE_FACTOR * slowness + (now - stamp) / SECOND
+        tracked = self._own.velocity if self._own is not None else ZERO
         found: list[HalfSpace] = []
         self._kinds.clear()
         self._uncertain.clear()
-        for body in bodies:
+        for place, body in enumerate(bodies):
             x, y, z = body.relative_position
             vx, vy, vz = body.velocity
+            velocity = ZERO if self._tracks.is_new(place) else tracked  # nor has the body seen for the first time one
             drone = body.kind is BodyKind.DRONE
             rise = own[2] if drone or z else 0.0  # beside an upright cylinder no height matters, nor its rate
             vz = vz if drone or z else 0.0
@@ -169,8 +176,9 @@ class Guard:
             distance = drone_distance if drone else obstacle_distance + body.radius
             recovery = parameters.vertical_speed if body.kind is BodyKind.OBSTACLE else inf
             space = keep_clear(
-                separation, stopping, (vx, vy, vz), drone, distance, rate, parameters.acceleration, speed, recovery
-            )
+                separation, stopping, velocity, (vx, vy, vz), drone, distance, rate, parameters.acceleration,
+                speed, recovery,
+            )  # fmt: skip
             if space is not None:
                 if body.kind is BodyKind.OBSTACLE and body.velocity != ZERO:  # its surface grows
                     self._uncertain.append(len(found))

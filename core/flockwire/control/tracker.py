@@ -25,6 +25,11 @@ class VelocityTracker:
         self.position, self.velocity, self.stamp = position, ZERO, stamp
         self._time_constant, self._count = time_constant, 1
 
+    @property
+    def is_new(self) -> bool:
+        """Whether it has one position only, and so no velocity yet."""
+        return self._count == 1
+
     def update(self, position: Vector, stamp: float) -> None:
         """Take the `position` (m) measured at `stamp` (s); one that is not newer than the last is left out."""
         dt = stamp - self.stamp
@@ -112,6 +117,10 @@ class BodyTracks:
             self._match(positions, stamp)
             self._stamp = stamp
         return [track.velocity for track in self._tracks]
+
+    def is_new(self, place: int) -> bool:
+        """Return whether the body at `place` of the last call was new then."""
+        return place < len(self._tracks) and self._tracks[place].is_new
 
     def _match(self, positions: Sequence[Vector], stamp: float) -> None:
         """Assign each position to a track; the body's last index is tried first."""

@@ -95,7 +95,7 @@ class Avoidance(Model):
     obstacle_safety_distance: Positive = 0.3  # m, r_safe_obs: minimum from the obstacle's surface
     margin: NotNegative = 0.03  # m, added to both by the safety filter, for noise and model errors
     barrier_rate: Positive = 5.0  # 1/s, alpha: rate at which the safety filter lets a gap close
-    sidestep_reach: Positive = 0.6  # m, gap below which a drone sidesteps
+    sidestep_reach: Positive = 0.2  # m, gap below which a drone sidesteps
 
     @property
     def safe(self) -> Separation:

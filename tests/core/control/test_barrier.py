@@ -11,6 +11,7 @@ from flockwire.control.barrier import (
     sight_speed,
     speed_and_acceleration,
 )
+from flockwire.domain.vector import ZERO
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -43,18 +44,41 @@ def test_no_point_of_the_segment_is_nearer(start: tuple[float, ...], end: tuple[
         assert nearest <= hypot(*point) + 1e-9
 
 
-def test_a_drone_yields_half_and_the_rest_of_what_the_other_does_not() -> None:
-    def least(speed: float, shared: bool) -> float:
-        space = keep_clear((1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (speed, 0.0, 0.0), shared, 0.5, 2.0, inf, 9.0)
-        assert space is not None
-        assert space[:3] == (1.0, 0.0, 0.0)
-        return space[3]
+def least(own: float, other: float, *, shared: bool = True, distance: float = 1.0) -> float:
+    """Return the least velocity away from a body at `distance`, 2/s x (distance − 0.5 m) = A; both closing speeds."""
+    z = (distance, 0.0, 0.0)
+    space = keep_clear(z, z, (-own, 0.0, 0.0), (other, 0.0, 0.0), shared, 0.5, 2.0, inf, 9.0)
+    assert space is not None
+    assert space[:3] == (1.0, 0.0, 0.0)
+    return space[3]
 
-    assert least(0.0, True) == pytest.approx(-0.5)  # A = 2/s x 0.5 m, half of it
-    assert least(0.5, True) == pytest.approx(-0.5)  # the other takes its half
-    assert least(0.8, True) == pytest.approx(-0.2)  # it takes more
-    assert least(-1.0, True) == pytest.approx(-0.5)  # it flies away: no reason to follow
-    assert least(0.3, False) == pytest.approx(-0.7)
+
+@pytest.mark.parametrize(
+    ("own", "other", "expected"),
+    [
+        (0.0, 0.0, -0.5),  # both stand: half of A = 1 m/s for each
+        (0.5, 0.5, -0.5),  # both have their half
+        (0.6, 0.0, -0.8),  # half of what both leave, besides what it has
+        (0.0, 0.6, -0.2),  # and so the other one
+        (1.0, 0.0, -1.0),  # it moves, the other one stands
+        (0.0, 1.0, 0.0),
+        (0.0, 1.3, 0.3),  # the other one takes more than there is
+        (0.8, 0.8, -0.2),  # too much together: each half of the excess less, and what the other takes counts
+        (0.0, -1.0, -1.0),  # it flies away: no reason to follow faster than A
+    ],
+)  # fmt: skip
+def test_two_drones_share_what_they_may_approach_by_who_moves(own: float, other: float, expected: float) -> None:
+    assert least(own, other) == pytest.approx(expected)
+
+
+def test_a_body_that_does_not_yield_takes_what_it_takes() -> None:
+    assert least(0.3, 0.3, shared=False) == pytest.approx(-0.7)
+
+
+@given(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0), st.floats(0.1, 3.0))
+def test_what_two_drones_are_allowed_together_is_never_more_than_a(own: float, other: float, distance: float) -> None:
+    together = -least(own, other, distance=distance) - least(other, own, distance=distance)
+    assert together <= 2.0 * (distance - 0.5) + 1e-9
 
 
 @given(vector, vector, st.floats(0.1, 3.0))
@@ -66,7 +90,7 @@ def test_one_step_within_the_half_space_keeps_the_whole_way_clear(
     z = nearest_on_segment(separation, stopping)
     if hypot(*z) <= safe + 1e-6:
         return
-    space = keep_clear(separation, stopping, (0.0, 0.0, 0.0), False, safe, rate, inf, 1e9)
+    space = keep_clear(separation, stopping, ZERO, ZERO, False, safe, rate, inf, 1e9)
     assert space is not None
     nx, ny, nz, least = space
     u = (least * nx - push * ny, least * ny + push * nx, least * nz)  # as fast as allowed, and sideways
