@@ -37,6 +37,7 @@ from flockwire_sim.world import World
 
 OFF = 0.1  # m from its place from which on a follower is off it
 EVERY = 5  # instants of 10 ms between two looks at the places
+STAYED = 1.0  # s at its place after which a follower has arrived: a leader that jumps to its speed leaves it behind
 SOON = 15.0  # s off its place, at most, since the last thing was in the way
 BACK = 5.0  # s off a free place, behind a person
 SLACK, GRACE = 1.5, 3.0  # times the shortest detour and the forbidden time, and s more: bars of crossings
@@ -52,7 +53,7 @@ class Result:
     drones: float = inf
     obstacles: float = inf
     person: float = inf
-    deviation: float = 0.0  # since each follower was first at its place
+    deviation: float = 0.0  # since each follower arrived at its place
     off: float = 0.0  # s off the place since then, of the worst follower
     away: float = 0.0
     late: float = 0.0
@@ -71,7 +72,7 @@ class Watch:
         self._stamp, self._looked = 0, 0
         self._places: dict[str, Vector] = {}
         self._leader: Vector = swarm.leader.start or (0.0, 0.0, 0.0)
-        self._arrived: set[int] = set()
+        self._stayed = dict.fromkeys(swarm.followers, 0.0)  # s at its place, until it has arrived
         self._off = dict.fromkeys(swarm.followers, 0.0)  # s off its place since it arrived
         self._away = dict.fromkeys(swarm.followers, 0.0)  # s off it while it was not forbidden, until now
         self._late = dict.fromkeys(swarm.followers, 0.0)  # s of these since something was in the way
@@ -125,9 +126,9 @@ class Watch:
         result, dt, off = self._result, EVERY * 0.01, error > OFF
         if off:
             self._settled = (self._stamp - self._start) / SECOND
+        if self._stayed[i] < STAYED:
+            self._stayed[i] = 0.0 if off else self._stayed[i] + dt
         else:
-            self._arrived.add(i)
-        if i in self._arrived:
             result.deviation = max(result.deviation, error)
             self._off[i] += dt if off else 0.0
         counts = off and not self._in_the_way(place, place, ()) and self._stamp > self._judged_from
