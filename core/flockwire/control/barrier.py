@@ -8,6 +8,7 @@ from flockwire.control.safety_filter import HalfSpace
 from flockwire.domain.vector import Vector
 
 _COINCIDENT = 1e-9
+_SHIFTED = 0.15  # of A, which a drone that moves may have more than half: behind its lag it still comes at less than A
 
 
 def approach_speed(gap: float, rate: float, braking: float) -> float:
@@ -53,15 +54,14 @@ def keep_clear(
 
         z on the segment from `separation` to `stopping` nearest to the origin,   n = z / |z|,   g = |z| − r
         n·u >= −min(S, A(g) − c)   for a body that yields,      c = n·v_body,   c_i = −n·v
-        S = A(g)/2 + clamp((c_i − c)/2, −|A(g)|/2, |A(g)|/2)
+        S = A(g)/2 + clamp((c_i − c)/2, −0.15 A(g), 0.15 A(g)),   A(g)/2 for A(g) <= 0
         n·u >= −A(g) + c           for one that does not              (ours)
 
     `separation` is x − x_body in m; `stopping` the same difference after both have stopped if the command is zero from
     now on: no command can change the path between. `velocity` v and `body_velocity` in m/s, `safety_distance` r in m.
-    Each of two that yield may have half of what both leave of A(g): S = c_i + (A(g) − c_i − c)/2. Their shares add up
-    to A(g), and the larger one has who moves. What a body takes beyond its share reduces ours, so bodies that do not
-    yield need not be known. `speed` is the largest |u|. A(g) is at least −`recovery`, m/s: the speed limit out of a
-    body that has grown around us.
+    The shares of two that yield add up to A(g), and the larger one has who moves. What a body takes beyond its share
+    reduces ours, so bodies that do not yield need not be known. `speed` is the largest |u|. A(g) is at least
+    −`recovery`, m/s: the speed limit out of a body that has grown around us.
     """
     z = nearest_on_segment(separation, stopping)
     distance = hypot(*z)
@@ -75,8 +75,8 @@ def keep_clear(
     closing = x * body_velocity[0] + y * body_velocity[1] + z_ * body_velocity[2]
     if shared:
         own = -(x * velocity[0] + y * velocity[1] + z_ * velocity[2])
-        most = abs(allowed)
-        share = 0.5 * (allowed + min(max(own - closing, -most), most))
+        most = _SHIFTED * max(allowed, 0.0)
+        share = 0.5 * allowed + min(max(0.5 * (own - closing), -most), most)
         least = -min(share, allowed - closing)
     else:
         least = closing - allowed

@@ -57,18 +57,23 @@ def least(own: float, other: float, *, shared: bool = True, distance: float = 1.
     ("own", "other", "expected"),
     [
         (0.0, 0.0, -0.5),  # both stand: half of A = 1 m/s for each
-        (0.5, 0.5, -0.5),  # both have their half
-        (0.6, 0.0, -0.8),  # half of what both leave, besides what it has
-        (0.0, 0.6, -0.2),  # and so the other one
-        (1.0, 0.0, -1.0),  # it moves, the other one stands
-        (0.0, 1.0, 0.0),
-        (0.0, 1.3, 0.3),  # the other one takes more than there is
-        (0.8, 0.8, -0.2),  # too much together: each half of the excess less, and what the other takes counts
-        (0.0, -1.0, -1.0),  # it flies away: no reason to follow faster than A
+        (0.5, 0.5, -0.5),  # both come
+        (0.2, 0.0, -0.6),  # half of what it is faster
+        (0.6, 0.0, -0.65),  # no more than 0.15 A
+        (0.0, 0.6, -0.35),  # and so the other one
+        (0.0, 1.0, 0.0),  # the other one takes all that there is
+        (0.0, 1.3, 0.3),  # and more
+        (0.0, -1.0, -0.65),  # it flies away: no reason to follow as fast
     ],
 )  # fmt: skip
 def test_two_drones_share_what_they_may_approach_by_who_moves(own: float, other: float, expected: float) -> None:
     assert least(own, other) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("own", [-0.3, 0.0, 0.3])
+def test_two_drones_that_are_too_near_leave_as_if_the_other_did_not(own: float) -> None:
+    assert least(own, 0.0, distance=0.4) == pytest.approx(0.2)  # −A
+    assert least(own, -0.3, distance=0.4) == pytest.approx(0.1)  # half of it as the other one leaves
 
 
 def test_a_body_that_does_not_yield_takes_what_it_takes() -> None:
