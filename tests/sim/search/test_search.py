@@ -256,7 +256,8 @@ def test_after_a_corpus_another_search_learns_what_it_showed() -> None:
 
 
 def test_a_corpus_alone_does_not_load_what_chooses_after_it() -> None:
-    code = "import sys, flockwire_sim.search.campaign; print(sorted({'cma', 'ribs', 'sklearn'} & set(sys.modules)))"
+    heavy = {"cma", "ribs", "scipy", "sklearn"}
+    code = f"import sys, flockwire_sim.search.campaign; print(sorted({heavy} & set(sys.modules)))"
     ran = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert ran.stdout == "[]\n"
 
