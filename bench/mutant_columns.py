@@ -119,6 +119,7 @@ PYTEST = [
 ]  # fmt: skip
 DRAWS = [".venv/bin/python", "bench/drawn_flights.py", "--rounds"]
 SEARCH = [".venv/bin/python", "bench/first_violation.py"]
+AGAIN = 60  # flights of a corpus that the unchanged copy flies again
 
 
 def _failed_test(output: str) -> str:
@@ -143,15 +144,23 @@ def commanded(name: str, command: list[str], found: Callable[[str], str] = _last
     return lambda _: iter([Stage(name, command, found)])
 
 
-def searched(corpus: Path, known: int, limits: list[str]) -> Column:
-    """Return the column of a search: `known` flights of the unchanged copy are its corpus, kept in a folder."""
+def searched(corpus: Path, known: int, limits: list[str], until: str = "violation", method: str = "search") -> Column:
+    """Return the column of a search: `known` flights of the unchanged copy are its corpus, kept in a folder.
+
+    There they are flown again, too, which must not end it: `until` is what does (first_violation.py). `method` "draws"
+    flies as many draws in their own order instead.
+    """
+    chosen = [*SEARCH, "--method", method]
+    again = [*chosen, "--corpus", str(corpus), "--until", until]
 
     def column(mutant: Mutant | None) -> Iterator[Stage]:
         if mutant is None:
-            yield Stage("search", [*SEARCH, "--keep", str(corpus), "--flights", str(known)], flight)
+            yield Stage("search", [*chosen, "--keep", str(corpus), "--flights", str(known)], flight)
+            if until != "violation":
+                yield Stage("search", [*again, "--flights", str(AGAIN)], flight)
             return
         place = f"{mutant.file}:{mutant.line((ROOT / mutant.file).read_text(encoding='utf-8'))}"
-        yield Stage("search", [*SEARCH, "--corpus", str(corpus), "--changed", place, *limits], flight)
+        yield Stage("search", [*again, "--changed", place, *limits], flight)
 
     return column
 

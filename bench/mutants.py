@@ -9,10 +9,12 @@ bench/mutants/ has them as tables: a name, what is wrong, a file, and the text t
 copy of the tree, where each column runs until it finds it: exit status 1. `suite` runs the module's own tests, then
 those beside them, then all that start no process, then those that do (`--stages`). `draws` flies drawn flights.
 `search` and `search-draws` fly `--flights` of a search's space against each mutant: those that add most of what a
-search of the unchanged copy found (`--known` flights), near the changed line first, and independent draws. `--seconds`
-ends all three after as much processor time for each mutant. The unchanged copy comes first; a column that finds
-something there is not run. Results are kept in OUT/results.jsonl, and a call that was ended continues;
-`--again` runs the named ones, or without names those that survived, once more.
+search of the unchanged copy found (`--known` flights), near the changed line first, and independent draws.
+`search-worse` ends also with a flight of this corpus whose margin is less than any in it was, `search-change` with one
+that is not as it was, `draws-change` with such a one of as many recorded draws. `--seconds` ends each of these, and
+`draws`, after as much processor time for each mutant. The unchanged copy comes first; a column that finds something
+there is not run. Results are kept in OUT/results.jsonl, and a call that was ended continues; `--again` runs the named
+ones, or without names those that survived, once more.
 """
 
 from __future__ import annotations
@@ -123,8 +125,8 @@ def main() -> int:
     parser.add_argument("--column", action="append", default=[], metavar="NAME=COMMAND", help="a column of your own")
     parser.add_argument("--stages", nargs="+", default=list(STAGES), choices=STAGES, help="of the suite")
     parser.add_argument("--rounds", type=int, default=1000, help="of drawn flights")
-    parser.add_argument("--flights", type=int, default=60, help="of search and search-draws")
-    parser.add_argument("--seconds", type=float, help="processor time of draws, search and search-draws, each mutant")
+    parser.add_argument("--flights", type=int, default=60, help="of a search's space")
+    parser.add_argument("--seconds", type=float, help="processor time of each mutant, but of the suite")
     parser.add_argument("--every", type=int, default=1, help="take one of so many mutants")
     parser.add_argument("--known", type=int, default=1000, help="flights of the search's corpus")
     parser.add_argument("--again", action="store_true", help="run those that survived, or those of --only, once more")
@@ -134,9 +136,13 @@ def main() -> int:
     own = {name: commanded(name, shlex.split(command)) for name, _, command in map(_split, options.column)}
     limits = ["--flights", str(options.flights)]
     timed = [] if options.seconds is None else ["--seconds", str(options.seconds)]
+    corpus = (options.out / "corpus").resolve()
     columns: dict[str, Column] = {
         "suite": suite(tuple(options.stages)), "draws": commanded("draws", [*DRAWS, str(options.rounds), *timed]),
-        "search": searched((options.out / "corpus").resolve(), options.known, [*limits, *timed]),
+        "search": searched(corpus, options.known, [*limits, *timed]),
+        "search-worse": searched(corpus, options.known, [*limits, *timed], "worse"),
+        "search-change": searched(corpus, options.known, [*limits, *timed], "change"),
+        "draws-change": searched(corpus.with_name("draws"), options.known, [*limits, *timed], "change", "draws"),
         "search-draws": commanded("draws", [*SEARCH, "--method", "draws", *limits, *timed], flight),
         **own,
     }  # fmt: skip

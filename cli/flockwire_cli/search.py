@@ -12,6 +12,7 @@ from flockwire_sim.coverage import Coverage
 from flockwire_sim.search import corpus
 from flockwire_sim.search.campaign import Entry, conduct
 from flockwire_sim.search.choosing import Candidate, worst_of
+from flockwire_sim.search.corpus import Again, Corpus
 from flockwire_sim.search.flight import Judged, Order, fly, fly_numbered
 from flockwire_sim.search.shrinking import shrunk
 from flockwire_sim.search.space import SearchPlan, Space, usual_space
@@ -54,12 +55,12 @@ def search(
         raise StudyError("\n".join(f"{file or swarm}: {line}" for line in str(error).split("\n"))) from None
     if earlier is not None and plan.method != "search":
         raise StudyError(f"--corpus = {earlier}: method = {plan.method!r} has none; remove one of them")
-    known = corpus.read(earlier, space.size) if earlier is not None else ()
+    known = corpus.read(earlier, space.size) if earlier is not None else Corpus()
     place: AbstractContextManager[Workers] = cluster(scheduler) if scheduler else local(jobs)
     with place as workers, Ledger(out, plan, table, Entry) as ledger:
-        stopped = _fly(plan, space, ledger, workers, first, known)
+        stopped = _fly(plan, space, ledger, workers, first, known.asked)
         entries = {entry.number: entry for entry in ledger.results if entry.number < plan.runs}
-    return _conclude(space, entries, out, stopped)
+    return _conclude(space, entries, out, stopped, Again.of(known, entries.values()))
 
 
 def replay(swarm: Path, faults: Path, seed: int, duration: float, mode: str) -> int:
@@ -100,7 +101,7 @@ def _fly(
     return shown(run, plan.runs, 0, "0 with a violation")
 
 
-def _conclude(space: Space, entries: dict[int, Entry], out: Path, stopped: str) -> int:
+def _conclude(space: Space, entries: dict[int, Entry], out: Path, stopped: str, again: Again) -> int:
     """Write the worst flights, shrink the violations, print both; returns the exit status."""
     found = {number: entry.judged for number, entry in entries.items()}
     worst = worst_of(found)
@@ -117,7 +118,9 @@ def _conclude(space: Space, entries: dict[int, Entry], out: Path, stopped: str) 
             case, flights = shrunk(cases[name], name, fly)
             smallest[name] = write_case(case, out / "found" / name)
             print(f"  the smallest of {flights} flights that violate it: {smallest[name]}", flush=True)
-    write_search(found, commands, smallest, out)
+    for line in again.lines():
+        print(f"  {line}")
+    write_search(found, commands, smallest, again, out)
     print(f"  search: {out / 'search.json'}")
     write_marks(Coverage.of(judged.marks for judged in found.values()), out)
     if stopped:

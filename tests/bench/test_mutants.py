@@ -7,6 +7,12 @@ from pathlib import Path
 
 import mutant_columns as columns
 import pytest
+from first_violation import found
+from flockwire_sim.search.campaign import Entry
+from flockwire_sim.search.choosing import Candidate
+from flockwire_sim.search.corpus import Corpus
+from flockwire_sim.search.flight import Judged
+from flockwire_sim.search.margin import Margin
 from mutant_columns import ROOT, STAGES, Copy, Mutant, Result, commanded, judge, mutants, near, searched, suite
 from mutants import Results, figures
 
@@ -87,6 +93,31 @@ def test_a_search_is_told_which_line_changed(tmp_path: Path) -> None:
         ladder.before.strip().splitlines()[0] in (ROOT / file).read_text(encoding="utf-8").splitlines()[int(line) - 1]
     )
     assert "--changed" not in next(searched(tmp_path, 10, [])(None)).command
+
+
+def test_what_compares_with_a_corpus_flies_it_again_on_the_unchanged_copy(tmp_path: Path) -> None:
+    kept, again = searched(tmp_path, 10, ["--seconds", "5"], "change")(None)
+    assert kept.command[-4:] == ["--keep", str(tmp_path), "--flights", "10"]
+    assert again.command[-6:-2] == ["--corpus", str(tmp_path), "--until", "change"]
+
+
+@pytest.mark.parametrize(
+    ("value", "until", "shown"),
+    [
+        (-0.1, "violation", "distance: too near at 1.00 s"),
+        (0.5, "violation", ""),
+        (0.5, "worse", "distance: too near at 1.00 s, margin 0.500, at least 0.700 in 9 flights before"),
+        (0.8, "worse", ""),
+        (0.8, "change", "flies otherwise than before"),
+        (0.9, "change", ""),
+    ],
+)
+def test_a_search_ends_with_a_violation_or_with_less(value: float, until: str, shown: str) -> None:
+    def flown(least: float) -> Entry:
+        return Entry(0, Candidate((), 0, ""), Judged({"distance": Margin(least, 1.0, "uav1", "too near")}))
+
+    known = Corpus((flown(0.9),), {"distance": 0.7}, 9)
+    assert found(flown(value), known, until) == shown
 
 
 def test_of_several_results_the_newest_counts(tmp_path: Path) -> None:

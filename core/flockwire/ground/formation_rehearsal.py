@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.distance import pdist
 
 from flockwire.control.assignment import assignment
 from flockwire.control.formation import Formation
@@ -89,7 +88,9 @@ class Rehearsal:
         sigma = np.array([blend(s) for s in shares])[:, None, None]
         rate = np.array([blend_rate(s) / duration for s in shares])[:, None, None]
         offsets, rates = a + sigma * (b - a), a_rate + sigma * (b_rate - a_rate) + rate * (b - a)
-        gaps = np.array([pdist(points) for points in self._with_leader(offsets)])
+        bodies = self._with_leader(offsets)
+        one, other = np.triu_indices(bodies.shape[1], 1)
+        gaps = np.array([np.linalg.norm(points[one] - points[other], axis=1) for points in bodies])
         return Way(seconds, offsets, rates, gaps)
 
     def _with_leader(self, values: Array) -> Array:

@@ -1,20 +1,25 @@
 """A corpus: flights of an earlier search to fly first, ordered by how much each adds per second that it takes.
 
 What an earlier search reached, a change of the code may have broken. Choosing tests by what they add is the "additional
-greedy" order of test case prioritisation (Rothermel et al., 2001).
+greedy" order of test case prioritisation (Rothermel et al., 2001). Virtual flights are repeatable: by the same code one
+shows the same again to the last digit. So the record of a corpus is an oracle beside the properties (regression testing
+with recorded results: the "golden master"; Feathers, 2004). It shows a change, not that the change is wrong.
 """
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
+from math import inf
 from pathlib import Path
 from types import MappingProxyType
 
 from pydantic import TypeAdapter, ValidationError
 
 from flockwire_sim.search.campaign import Entry
-from flockwire_sim.search.choosing import Candidate, scaled
+from flockwire_sim.search.choosing import USUAL, Candidate, scaled
 from flockwire_sim.search.flight import Judged
 from flockwire_sim.study.file import StudyError
 from flockwire_sim.study.ledger import RUNS
@@ -22,7 +27,67 @@ from flockwire_sim.study.ledger import RUNS
 STEP = 0.1  # of a margin: values within it are taken for the same
 
 
-def read(folder: Path, size: int, near: Mapping[str, int] = MappingProxyType({})) -> list[Candidate]:
+@dataclass(frozen=True)
+class Corpus:
+    """The `flights` of an earlier search to fly first, and the `least` margin of each property in `count` of it."""
+
+    flights: Sequence[Entry] = ()
+    least: Mapping[str, float] = field(default_factory=dict)
+    count: int = 0
+
+    @cached_property
+    def asked(self) -> list[Candidate]:
+        """What a search asks for that flies them first."""
+        return [replace(entry.asked, focus="") for entry in self.flights]
+
+    def has(self, entry: Entry) -> bool:
+        """Return whether a flight of a search that flies `asked` first is one of it."""
+        return entry.number < len(self.flights) and entry.asked == self.asked[entry.number]
+
+    def changed(self, entry: Entry) -> bool:
+        """Return whether a flight shows another thing than in the earlier search."""
+        return self.has(entry) and entry.judged != self.flights[entry.number].judged
+
+    def worse(self, entry: Entry) -> list[str]:
+        """Return, in words, of which properties the margin of a flight of it is less than in any flight before."""
+        if not self.has(entry):
+            return []
+        found = entry.judged.margins.items()
+        return [
+            f"{name}: {margin.what} at {margin.at:.2f} s, margin {margin.value:.3f}, {self._before(name)}"
+            for name, margin in found
+            if margin.value < min(self.least.get(name, inf), USUAL.get(name, 1.0))
+        ]
+
+    def _before(self, name: str) -> str:
+        least = self.least.get(name)
+        return f"{'none' if least is None else f'at least {least:.3f}'} in {self.count} flights before"
+
+
+@dataclass(frozen=True, slots=True)
+class Again:
+    """How many flights of a corpus were flown again, which of them changed, and what is worse, by number."""
+
+    flown: int
+    changed: list[int]
+    worse: dict[int, list[str]]
+
+    @classmethod
+    def of(cls, known: Corpus, flights: Iterable[Entry]) -> Again:
+        """Return what the flights of a search that flies `known` first show of it."""
+        again = [entry for entry in flights if known.has(entry)]
+        worse = {entry.number: lines for entry in again if (lines := known.worse(entry))}
+        return cls(len(again), [entry.number for entry in again if known.changed(entry)], worse)
+
+    def lines(self) -> Iterator[str]:
+        """Yield it in words, nothing without a corpus."""
+        if self.flown:
+            changed, worse = len(self.changed), len(self.worse)
+            yield f"of {self.flown} flights of the corpus {changed} changed, {worse} are worse than all before"
+        yield from (f"{number}: {line}" for number, lines in self.worse.items() for line in lines)
+
+
+def read(folder: Path, size: int, near: Mapping[str, int] = MappingProxyType({})) -> Corpus:
     """Return the corpus of the search in `folder`, in the order of `chosen`.
 
     Raises StudyError for one of another space than `size` values.
@@ -33,7 +98,14 @@ def read(folder: Path, size: int, near: Mapping[str, int] = MappingProxyType({})
         raise StudyError(f"--corpus = {folder}: must be the folder of a search") from None
     if other := {len(entry.asked.point) for entry in found} - {size}:
         raise StudyError(f"--corpus = {folder}: its flights have {min(other)} values, those of this search {size}")
-    return [Candidate(entry.asked.point, entry.asked.seed, "") for entry in chosen(found, near)]
+    return Corpus(tuple(chosen(found, near)), _least(found), len(found))
+
+
+def _least(found: Sequence[Entry]) -> dict[str, float]:
+    least: dict[str, float] = {}
+    for name, margin in (item for entry in found for item in entry.judged.margins.items()):
+        least[name] = min(margin.value, least.get(name, inf))
+    return least
 
 
 def flown(folder: Path) -> list[Entry]:

@@ -10,6 +10,7 @@ from typing import Any
 from flockwire.swarm.reading import read_toml
 
 from flockwire_sim.search.choosing import worst_of
+from flockwire_sim.search.corpus import Again
 from flockwire_sim.search.flight import Case, Judged, Mode
 from flockwire_sim.study.file import StudyError
 from flockwire_sim.study.findings import write_flight
@@ -31,8 +32,10 @@ def read_case(table: dict[str, Any], faults: Path, seed: int, duration: float, m
     return Case(table, listed, seed, duration, mode)
 
 
-def write_search(found: Mapping[int, Judged], commands: dict[str, str], shrunk: dict[str, str], out: Path) -> None:
-    """Write search.json: the least margin of each property, and the commands of worst and shrunk flights."""
+def write_search(
+    found: Mapping[int, Judged], commands: dict[str, str], shrunk: dict[str, str], again: Again, out: Path
+) -> None:
+    """Write search.json: the least margin of each property, commands of worst and shrunk flights, the corpus again."""
     worst = worst_of(found)
     content = {
         "flights": len(found),
@@ -49,5 +52,6 @@ def write_search(found: Mapping[int, Judged], commands: dict[str, str], shrunk: 
             for name, number in worst.items()
         },
         "violations": shrunk,
+        "corpus": {"flown": again.flown, "changed": again.changed, "worse": again.worse},
     }
     (out / "search.json").write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")

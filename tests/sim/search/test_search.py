@@ -8,6 +8,7 @@ import sys
 import tomllib
 from collections.abc import Sequence
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from flockwire_sim.search import corpus
 from flockwire_sim.search.campaign import Entry
 from flockwire_sim.search.changed import FAR, NEAR, near
 from flockwire_sim.search.choosing import BATCH, Candidate, Draws, KnownFirst
+from flockwire_sim.search.corpus import Corpus
 from flockwire_sim.search.events import SECOND_STATION, parse_events
 from flockwire_sim.search.flight import Case, Judged, fly
 from flockwire_sim.search.margin import Margin
@@ -186,6 +188,8 @@ def test_a_search_with_a_corpus_flies_first_what_an_earlier_one_found(
     assert [(one.asked.point, one.asked.seed) for one in flown] == [
         (one.asked.point, one.asked.seed) for one in list(corpus.chosen(known))[:2]
     ]
+    assert "of 2 flights of the corpus 0 changed, 0 are worse than all before" in ended.output
+    assert json.loads((later / "search.json").read_text())["corpus"] == {"flown": 2, "changed": [], "worse": {}}
     other = flockwire(*again[:-1], 8, "--runs", 4, "--random-starts", "3x3")
     assert other.exit_code == 2
     refused = flockwire(*files, "--search", "--corpus", tmp_path / "none", "--out", tmp_path / "new")
@@ -193,6 +197,26 @@ def test_a_search_with_a_corpus_flies_first_what_an_earlier_one_found(
     wide = flockwire(*files, "--search", "--corpus", earlier, "--out", tmp_path / "new", "--random-starts", "3x3")
     assert (wide.exit_code, "its flights have" in wide.output) == (2, True)
     assert not (tmp_path / "new").exists()
+
+
+def test_a_search_tells_which_flights_of_its_corpus_became_worse(
+    files: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    flown_here(monkeypatch)
+    earlier, later = tmp_path / "earlier", tmp_path / "later"
+    assert flockwire(*files, "--search", "--runs", 2, "--out", earlier, "--jobs", 1).exit_code == 0
+    runs = earlier / "runs.jsonl"
+    rows = [json.loads(line) for line in runs.read_text().splitlines()]
+    for row in rows:
+        row["judged"]["margins"]["over"]["value"] = 0.999  # the code was quicker once
+    runs.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    ended = flockwire(*files, "--search", "--corpus", earlier, "--out", later, "--jobs", 1, "--runs", 1)
+    assert ended.exit_code == 0  # worse is no violation
+    again = json.loads((later / "search.json").read_text())["corpus"]
+    assert (again["flown"], again["changed"], [*again["worse"]]) == (1, [0], ["0"])
+    assert "of 1 flights of the corpus 1 changed, 1 are worse than all before" in ended.output
+    assert "  0: over: took " in ended.output
+    assert "at least 0.999 in 2 flights before" in ended.output
 
 
 def found_by(number: int, value: float, **shown: Any) -> Entry:
@@ -210,6 +234,23 @@ def test_a_corpus_has_what_violates_first_then_what_adds_most_and_nothing_twice(
     refused = Entry(7, Candidate((0.5,), 7, ""), Judged({}, refused="no flight"))
     chosen = [one.number for one in corpus.chosen([plain, twin, rich, worse, bad, more, often, refused])]
     assert chosen == [4, 2, 3, 6]
+
+
+def test_a_flight_of_a_corpus_is_changed_or_even_worse_than_all_of_it() -> None:
+    known = Corpus((found_by(7, 1.9), found_by(3, 1.2)), {"distance": 0.8}, 400)
+
+    def flown(number: int, value: float, seed: int, **shown: Any) -> tuple[bool, list[str]]:
+        entry = replace(found_by(seed, value, **shown), number=number)
+        return known.changed(entry), known.worse(entry)
+
+    assert flown(0, 1.9, 7) == flown(1, 1.2, 3) == (False, [])
+    assert flown(0, 1.9, 7, marks={"a": 1}) == flown(1, 0.8, 3) == (True, [])
+    assert flown(1, 0.7, 3) == (True, ["distance:  at 1.00 s, margin 0.700, at least 0.800 in 400 flights before"])
+    assert flown(1, 0.7, 7) == flown(2, 0.7, 3) == (False, [])  # are none of the corpus
+    plain = Corpus(known.flights, {}, 400)
+    assert plain.worse(replace(found_by(7, 2.1), number=0)) == []  # more than in a flight without faults
+    [line] = plain.worse(replace(found_by(7, 1.8), number=0))
+    assert line == "distance:  at 1.00 s, margin 1.800, none in 400 flights before"
 
 
 def test_a_corpus_begins_with_the_flights_that_reach_marks_near_a_change() -> None:
@@ -256,7 +297,8 @@ def test_after_a_corpus_another_search_learns_what_it_showed() -> None:
 
 
 def test_a_corpus_alone_does_not_load_what_chooses_after_it() -> None:
-    code = "import sys, flockwire_sim.search.campaign; print(sorted({'cma', 'ribs', 'sklearn'} & set(sys.modules)))"
+    heavy = {"cma", "ribs", "scipy", "sklearn"}
+    code = f"import sys, flockwire_sim.search.campaign; print(sorted({heavy} & set(sys.modules)))"
     ran = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert ran.stdout == "[]\n"
 
