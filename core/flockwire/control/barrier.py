@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from math import hypot, inf, sqrt
+from typing import Final
 
 from flockwire.control.safety_filter import HalfSpace
 from flockwire.domain.vector import Vector
 
-_COINCIDENT = 1e-9
+_COINCIDENT: Final = 1e-9
 
 
 def approach_speed(gap: float, rate: float, braking: float) -> float:
