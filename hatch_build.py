@@ -22,7 +22,7 @@ COMPILED = (
     "core/flockwire/pilot",
     *(f"core/flockwire/ground/{name}.py" for name in ("fleet", "lost", "standing")),
     *(f"core/flockwire/process/{name}.py" for name in ("stepping", "timekeeping")),
-    *(f"core/flockwire/runtime/{name}.py" for name in ("publishing", "subscriptions", "topics")),
+    *(f"core/flockwire/runtime/{name}.py" for name in ("publishing", "shell", "subscriptions", "topics")),
     "core/flockwire/clock.py",
     "core/flockwire/law.py",
     "agent/flockwire_agent",
@@ -32,6 +32,13 @@ COMPILED = (
     *(f"recorder/flockwire_recorder/{name}.py" for name in ("chunked", "trace")),
     *(f"sim/flockwire_sim/{name}.py" for name in ("flight", "network", "process", "virtual_time")),
 )
+COLD = (  # mypyc's functions for errors, and for integers beyond 62 bits: the code that calls them stands apart
+    *(f"CPy_{name}" for name in ("AddTraceback", "AttributeError", "TypeError", "TypeErrorTraceback")),
+    *(f"CPyTagged_{name}_" for name in ("Add", "FloorDivide", "IsEq", "IsLt", "Multiply", "Remainder", "Subtract")),
+    *(f"CPyTagged_{name}" for name in ("DecRef", "IncRef", "XDecRef")),
+    "CPy_DecRef",
+)
+DENSE = ("-fvisibility=hidden", *(f"-fno-align-{what}" for what in ("functions", "jumps", "labels", "loops")))
 LEFT_ALONE = {  # of whole folders: no mathematics in floats
     "__init__.py",
     "convergence.py",
@@ -53,6 +60,8 @@ class CustomBuildHook(BuildHookInterface[Any]):
         modules = mypycify(
             ["--follow-imports=silent", *files], opt_level="2", multi_file=True, target_dir=str(out / "c")
         )
+        if sys.platform == "linux":
+            _pack(modules, out / "c/cold.h")
         distribution = Distribution({"name": "flockwire", "ext_modules": modules})
         command = distribution.get_command_obj("build_ext")
         command.parallel = True
@@ -61,6 +70,16 @@ class CustomBuildHook(BuildHookInterface[Any]):
         for module in (out / "lib").rglob("*.so"):
             build_data["force_include"][str(module)] = str(module.relative_to(out / "lib"))
         build_data["pure_python"], build_data["infer_tag"] = False, True
+
+
+def _pack(modules: list[Any], header: Path) -> None:
+    """Have what a step executes close together: it finds the caches cold, since other processes ran meanwhile."""
+    lines = ["#include <CPy.h>", *(f"__typeof__({name}) {name} __attribute__((cold));" for name in COLD)]
+    header.write_text("\n".join((*lines, "")))
+    for module in modules:
+        if module.name.endswith("__mypyc"):  # the library; each other one only asks it for a module
+            module.extra_compile_args = [*module.extra_compile_args, *DENSE, f"-include{header}"]
+        module.extra_link_args.append("-Wl,-z,noseparate-code")
 
 
 def _files(entry: Path) -> list[Path]:

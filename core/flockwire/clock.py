@@ -7,9 +7,10 @@ import time
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Final
 
 EPOCH = "FLOCKWIRE_EPOCH"  # Unix time at the monotonic clock's zero, ns, shared by the processes of one flight
-FIRST_SETTING = 60_000_000_000  # ns: a larger step forward is a clock's first setting
+FIRST_SETTING: Final = 60_000_000_000  # ns: a larger step forward is a clock's first setting
 
 
 class SteadyClock:
@@ -23,6 +24,7 @@ class SteadyClock:
     def __init__(self, wall: Callable[[], int], monotonic: Callable[[], int], epoch: int | None = None) -> None:
         self._wall, self._monotonic = wall, monotonic
         self.epoch, self.settled = wall() - monotonic() if epoch is None else epoch, epoch is not None
+        self.correction = 0  # ns, lag of this host's clock behind the swarm's
 
     def now(self) -> int:
         """Return the time."""
@@ -38,13 +40,12 @@ def _shared_epoch() -> int | None:
 
 
 _IMPORTED = time.monotonic_ns()
-_correction = 0  # ns, lag of this host's clock behind the swarm's
-_STEADY = SteadyClock(time.time_ns, time.monotonic_ns, _shared_epoch())
+_STEADY: Final = SteadyClock(time.time_ns, time.monotonic_ns, _shared_epoch())
 
 
 def now() -> int:
     """Return swarm time, Unix time in ns: the time base of all stamps."""
-    return _STEADY.now() + _correction
+    return _STEADY.now() + _STEADY.correction
 
 
 def settle() -> None:
@@ -64,8 +65,7 @@ def share(epoch: int) -> None:
 
 def correct(correction: int) -> None:
     """Add `correction` ns, the host's lag behind the swarm, to `now`."""
-    global _correction  # noqa: PLW0603  (one process, one clock)
-    _correction = correction
+    _STEADY.correction = correction
 
 
 def epoch_environment() -> dict[str, str]:

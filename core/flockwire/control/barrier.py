@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from math import hypot, inf, sqrt
+from typing import Final
 
 from flockwire.control.safety_filter import HalfSpace
 from flockwire.domain.vector import Vector
 
-_COINCIDENT = 1e-9
-_SHIFTED = 0.15  # of A, which a drone that moves may have more than half: behind its lag it still comes at less than A
+_COINCIDENT: Final = 1e-9
+_SHIFTED: Final = 0.15  # of A, by which a drone that moves may have more than half: behind its lag it comes at less than A
 
 
 def approach_speed(gap: float, rate: float, braking: float) -> float:

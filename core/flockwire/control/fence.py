@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import hypot, inf
+from typing import Final
 
 from flockwire.control.barrier import approach_speed, keep_inside
 from flockwire.control.plane_polygon import Corner, clearance, edges, inward_normal, nearest_on_edge
 from flockwire.control.safety_filter import HalfSpace
 from flockwire.domain.vector import Vector
 
-_COINCIDENT = 1e-9
+_COINCIDENT: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)

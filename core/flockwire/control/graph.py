@@ -3,8 +3,9 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from math import inf
+from typing import Final
 
-LEADER = 0
+LEADER: Final = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import inf
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from flockwire.control.barrier import keep_clear, sight_speed, speed_and_acceleration
 from flockwire.control.fence import Room
@@ -17,9 +17,9 @@ from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
 
 BODY_TIME_CONSTANT = 0.05  # s, of the trackers of nearby bodies
-STOPPING_DISTANCE_FACTOR = 1.25  # stopping-distance factor: the airframe is known to about 20 %
-TOUCHING = 0.2  # m/s, added to the vertical speed: the highest speed in take-off and landing below the floor
-_TOUCHES = 1e-9  # m/s from a constraint within which a velocity is held by it
+STOPPING_DISTANCE_FACTOR: Final = 1.25  # stopping-distance factor: the airframe is known to about 20 %
+TOUCHING: Final = 0.2  # m/s, added to the vertical speed: the highest speed in take-off and landing below the floor
+_TOUCHES: Final = 1e-9  # m/s from a constraint within which a velocity is held by it
 _BODY_MARKS = {
     BodyKind.DRONE: "guard: a drone",
     BodyKind.OBSTACLE: "guard: an obstacle",

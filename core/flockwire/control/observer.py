@@ -8,11 +8,12 @@ The extended observer relays the leader's motion from hop to hop, not its last p
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import copysign
+from typing import Final
 
 from flockwire.domain.motion import LeaderMotion
 from flockwire.domain.vector import Vector
 
-_NEWTON_TOLERANCE = 1e-12
+_NEWTON_TOLERANCE: Final = 1e-12
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import pairwise
 from math import hypot
+from typing import Final
 
 Corner = tuple[float, float]
 
-_COINCIDENT = 1e-9
+_COINCIDENT: Final = 1e-9
 
 
 def edges(corners: tuple[Corner, ...]) -> Iterator[tuple[Corner, Corner]]:

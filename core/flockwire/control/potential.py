@@ -2,12 +2,12 @@
 
 from collections.abc import Iterable
 from math import hypot
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from flockwire.domain.body import Body, BodyKind, to_surface
 from flockwire.domain.vector import ZERO, Vector, add
 
-_COINCIDENT = 1e-6  # m: closer than this, the direction between two bodies is noise
+_COINCIDENT: Final = 1e-6  # m: closer than this, the direction between two bodies is noise
 
 
 class PotentialParameters(NamedTuple):

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import hypot, sqrt
+from typing import Final
 
 from flockwire.domain.vector import ZERO, Vector
 
 HalfSpace = tuple[float, float, float, float]
 """(n_x, n_y, n_z, b): the velocities v with n·v >= b, |n| = 1, b in m/s."""
 
-_TOLERANCE = 1e-12  # m/s, tolerance of a half-space for rounding
+_TOLERANCE: Final = 1e-12  # m/s, tolerance of a half-space for rounding
 _PARALLEL = 1e-9  # sine of the angle below which two planes count as parallel
-_UNCERTAIN = 0.5  # weight of the violation of an uncertain half-space
+_UNCERTAIN: Final = 0.5  # weight of the violation of an uncertain half-space
 
 
 def nearest_velocity(

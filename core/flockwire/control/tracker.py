@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import dist, exp
+from typing import Final
 
 from flockwire.domain.vector import ZERO, Vector
 
-GATE = 0.3  # m: a body farther than this from the prediction of every known one is new
+GATE: Final = 0.3  # m: a body farther than this from the prediction of every known one is new
 
 
 class VelocityTracker:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 SETTLED = 0.1  # m, e_0: noise, and the rest of a transient
 CHANGE = 0.25  # s, T: the shortest time of the pace from 1 to 0
-LONGEST_STEP = 0.1  # s: after a longer pause the trajectory has waited
+LONGEST_STEP: Final = 0.1  # s: after a longer pause the trajectory has waited
 
 
 def free_error(speed: float, delay: float, braking: float) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from flockwire.domain.fields import from_fields
 
@@ -14,7 +14,7 @@ MISSION_VERBS = (
     "hold",
     "land",
 )  # "prepare" names the drones that are left out
-IN_FORMATION = ("start", "formation")  # "formation" is "start", but only for drones in the air
+IN_FORMATION: Final = ("start", "formation")  # "formation" is "start", but only for drones in the air
 LONGEST_CHANGE = 600.0  # s
 MOST_VERSIONS = 64  # orders that one message names
 

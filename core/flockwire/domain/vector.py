@@ -4,7 +4,7 @@ from math import dist, hypot
 
 Vector = tuple[float, float, float]
 
-ZERO: Vector = (0.0, 0.0, 0.0)
+ZERO: Vector = (0.0, 0.0, 0.0)  # not Final: compiled, mypyc 2.4 takes a final tuple of floats for one not set
 
 
 def add(a: Vector, b: Vector) -> Vector:

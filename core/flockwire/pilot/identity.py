@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND
 
 MISTAKEN = "the tracker confuses its body with another"
-LASTS = 300_000_000  # ns that a doubt lasts after its last message; the gateway repeats it with each frame
+LASTS: Final = 300_000_000  # ns that a doubt lasts after its last message; the gateway repeats it with each frame
 
 
 class Identity:

@@ -15,7 +15,7 @@ from flockwire.swarm.model import uav
 from flockwire.swarm.tables import Limits, Staleness
 from flockwire.wire.status import Reason
 
-NO_REASON = Reason("", "")
+NO_REASON: Final = Reason("", "")
 
 
 @mypyc_attr(acyclic=True)

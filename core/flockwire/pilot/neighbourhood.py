@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Container
 from dataclasses import dataclass
 from math import inf, isfinite
+from typing import Final
 
 from flockwire.control.graph import LEADER
 from flockwire.domain.motion import Estimate, LeaderMotion, Leading
@@ -18,9 +19,9 @@ from flockwire.swarm.tables import Staleness
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Status
 
-AHEAD = SECOND // 10  # ns by which a stamp may be in the future (keys.py); beyond, the own clock was set back
-MOST_HOPS = 255  # largest number in a message
-LEADING_PHASES = IN_FLIGHT - {Phase.LANDING}
+AHEAD: Final = SECOND // 10  # ns by which a stamp may be in the future (keys.py); beyond, the own clock was set back
+MOST_HOPS: Final = 255  # largest number in a message
+LEADING_PHASES: Final = IN_FLIGHT - {Phase.LANDING}
 
 
 @dataclass(slots=True)

@@ -9,6 +9,7 @@ decides, not their sequence.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import Final
 
 from flockwire.control.formation import Formation
 from flockwire.control.formation_change import FormationChange
@@ -20,9 +21,9 @@ from flockwire.wire.status import Counts, Report, counted
 
 DOWN = {"hold": 1, "land": 2}  # the orders that need no knowledge, with their ranks; all others are below
 CAME_DOWN = 1 << 31  # marks the version of an order whose drone landed without an order
-REMEMBERED = 256  # orders that stay known
+REMEMBERED: Final = 256  # orders that stay known
 MOST_CONCURRENT = 30  # orders that an upward order must name: no station names more than MOST_VERSIONS
-AHEAD = SECOND  # ns by which an upward order's stamp may be ahead
+AHEAD: Final = SECOND  # ns by which an upward order's stamp may be ahead
 
 
 def rank(mission: Mission | None) -> int:

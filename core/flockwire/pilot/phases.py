@@ -17,16 +17,16 @@ from flockwire.domain.time import SECOND
 from flockwire.pilot.orders import Orders
 from flockwire.wire.phase import Phase
 
-NEVER = float("inf")
-SHUTDOWN = "its process must end"
+NEVER: Final = float("inf")
+SHUTDOWN: Final = "its process must end"
 OUTDATED = "on the ground since the last order: `flockwire start` takes it off"
-ORDERLESS = 10 * SECOND  # ns for which a pilot started in flight waits for an order
-WITHOUT_ORDER = "in flight without an order: no station repeats one"
-LAST_HOLD = SECOND  # ns of hold at a shutdown before landing
+ORDERLESS: Final = 10 * SECOND  # ns for which a pilot started in flight waits for an order
+WITHOUT_ORDER: Final = "in flight without an order: no station repeats one"
+LAST_HOLD: Final = SECOND  # ns of hold at a shutdown before landing
 
 
 SHUTDOWN_RUNGS = {Phase.HOLD: "hold", Phase.LANDING: "land"}
-IN_FLIGHT = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION, Phase.LANDING})
+IN_FLIGHT: Final = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION, Phase.LANDING})
 
 
 def transition_mark(before: Phase, after: Phase, ordered: bool) -> str:

@@ -6,7 +6,7 @@ A follower's agent and the flying leader use it; only the desired velocity in fo
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, Final
 
 from flockwire.control.airframe.disturbance import DisturbedAirframe
 from flockwire.control.around.free_place import is_above, is_beneath
@@ -46,21 +46,21 @@ from flockwire.wire.keys import STOP, Key
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Reason, Report
 
-AIRBORNE = frozenset({FlightState.FLYING, FlightState.LANDING})
-LEFT_OUT = "left out of this flight"
-HELD_UP = Reason(
+AIRBORNE: Final = frozenset({FlightState.FLYING, FlightState.LANDING})
+LEFT_OUT: Final = "left out of this flight"
+HELD_UP: Final = Reason(
     "rung: held up, refuses", "off the ground with stopped motors: put it down on a floor that its sensor detects"
 )
-WOKE = Reason("rung: woke, refuses", "was frozen, reads what waits for it")
-OVERSLEPT = Reason("rung: woke, land", "was frozen as it took off: its driver lands it")
-SET_DOWN = Reason("rung: set down, land", "its driver lands it")
+WOKE: Final = Reason("rung: woke, refuses", "was frozen, reads what waits for it")
+OVERSLEPT: Final = Reason("rung: woke, land", "was frozen as it took off: its driver lands it")
+SET_DOWN: Final = Reason("rung: set down, land", "its driver lands it")
 DRIVER_LOST = 10.0  # s of silence after which a driver counts as dead
-LONGEST_STEP = 0.1  # s: longer pauses count as this
-OVERDUE = 0.3  # s, age of telemetry that comes ten times a second
-PAUSE = SECOND // 4  # ns between two steps after which it was frozen, and what came meanwhile waits
-READING = SECOND // 5  # ns to read that, in any order: a landing may be behind the take-off that it cancels
-STANDS = 0.1  # m above the ground: a drone that lands and is lower may stand there
-STOOD = 1.0  # s so low, by its poses, after which one that still flies lands straight down: they may be another body's
+LONGEST_STEP: Final = 0.1  # s: longer pauses count as this
+OVERDUE: Final = 0.3  # s, age of telemetry that comes ten times a second
+PAUSE: Final = SECOND // 4  # ns between two steps after which it was frozen, and what came meanwhile waits
+READING: Final = SECOND // 5  # ns to read that, in any order: a landing may be behind the take-off that it cancels
+STANDS: Final = 0.1  # m above the ground: a drone that lands and is lower may stand there
+STOOD: Final = 1.0  # s so low, by its poses, after which it lands straight down: they may be another body's
 
 
 class Pilot:
@@ -139,9 +139,8 @@ class Pilot:
             self.bodies = self._surroundings.bodies(pose, neighbours)
             if fresh and not inputs.apart and not self._identity.is_lost:
                 seen = (pose.stamp - self.born) / SECOND  # small enough for a float with nanoseconds
-                times, zero = (seen, (now - self.born) / SECOND), self._command_zero
-                airframe, ground = self._airframe, self._ground
-                motion = measured(airframe, pose.position, times, phase, self._telemetry, zero, ground)
+                since, zero, ground = (now - self.born) / SECOND, self._command_zero, self._ground
+                motion = measured(self._airframe, pose.position, seen, since, phase, self._telemetry, zero, ground)
                 self.motion = self._body.seen = motion
                 self._body.seen_at, self._body.sunk = pose.stamp, 0.0
                 if self._guard is not None and phase in IN_FLIGHT:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
 
 from flockwire.control.around.free_place import landing_place
 from flockwire.control.potential import repulsion
@@ -12,7 +13,7 @@ from flockwire.parameters import PilotParameters
 from flockwire.wire.phase import Phase
 
 HOLDING_GAIN = 1.5  # 1/s, of the position loop
-HIGH = 0.95  # share of the take-off height at which a take-off ends
+HIGH: Final = 0.95  # share of the take-off height at which a take-off ends
 
 
 def keep_place(position: Vector, place: Vector, speed: float) -> Vector:

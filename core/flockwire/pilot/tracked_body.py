@@ -7,6 +7,8 @@ while move as the drone does, within wider limits.
 
 from __future__ import annotations
 
+from typing import Final
+
 from flockwire.control.airframe.disturbance import DisturbedAirframe
 from flockwire.control.airframe.motion_residual import MotionResidual
 from flockwire.control.airframe.response import Response
@@ -21,12 +23,12 @@ from flockwire.pilot.phases import IN_FLIGHT
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import APART, Reason
 
-PERIOD = SECOND // 10  # ns between two looks
+PERIOD: Final = SECOND // 10  # ns between two looks
 LONGEST_GAP = SECOND // 2  # ns between two looks after which the residual starts again
 FREE = frozenset({Phase.HOLD, Phase.FORMATION})  # on the ground, and near it, a drone does not move as commanded
 WRONG = Reason(APART, "the tracker or the airframe is wrong", "examine both before the next start")
 JUMP = 2.0  # times limits.speed: faster is a jump, which the gateway judges
-ABSENCE = 3 * SECOND // 10  # ns without a pose after which the body is examined: less than any gateway takes to restart
+ABSENCE: Final = 3 * SECOND // 10  # ns without a pose after which the body is examined: no gateway restarts so fast
 OBEYS_AFTER = 2 * SECOND  # ns after a take-off: one that takes off by itself obeys after its reply
 ENOUGH = 5.0  # m of commanded path after which an examined body is the drone's
 WIND = 1.5  # m/s of drift of a drone without poses, or control.disturbance

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from flockwire.control.airframe.disturbance import LEVEL, VERTICAL, WHOLE, DisturbedAirframe
 from flockwire.control.airframe.state import AirframeState
 from flockwire.domain.airframe import Telemetry
@@ -12,8 +14,8 @@ from flockwire.pilot.phases import IN_FLIGHT
 from flockwire.pilot.tracked_body import JUMP, obeys
 from flockwire.wire.phase import Phase
 
-LOW = 0.3  # m above the ground, below which it may hold a drone that lands
-LEARNED = {Phase.TAKEOFF: LEVEL, Phase.HOLD: WHOLE, Phase.FORMATION: WHOLE, Phase.LANDING: WHOLE}
+LOW: Final = 0.3  # m above the ground, below which it may hold a drone that lands
+LEARNED: Final = {Phase.TAKEOFF: LEVEL, Phase.HOLD: WHOLE, Phase.FORMATION: WHOLE, Phase.LANDING: WHOLE}
 
 
 def make_airframe(parameters: PilotParameters) -> AirframeState | DisturbedAirframe:
@@ -58,23 +60,24 @@ def forget_disturbance(airframe: AirframeState | DisturbedAirframe) -> None:
 def measured(
     airframe: AirframeState | DisturbedAirframe,
     position: Vector,
-    times: tuple[float, float],
+    stamp: float,
+    now: float,
     phase: Phase,
     telemetry: Telemetry | None,
     zero: float,
     ground: float,
 ) -> Motion:
-    """Return the motion of `airframe`, seen at `position` (m); `times` are those of the pose and of now, s.
+    """Return the motion of `airframe`, seen at `position` (m); `stamp` and `now` in s.
 
     On the ground, at the height `ground` (m), it has no disturbance. It is kept while its driver has obeyed no command
     for `zero` s. In a take-off only the horizontal part is learned; near the end of a landing the vertical one, as the
     ground would hold the drone beside its place.
     """
     if isinstance(airframe, AirframeState):
-        return airframe.measure(position, *times)
+        return airframe.measure(position, stamp, now)
     if phase not in IN_FLIGHT:
         airframe.reset()
     learns = LEARNED.get(phase)
     if phase is Phase.LANDING and position[2] < ground + LOW:
         learns = VERTICAL
-    return airframe.measure(position, *times, learns if obeys(telemetry, zero) else None)
+    return airframe.measure(position, stamp, now, learns if obeys(telemetry, zero) else None)

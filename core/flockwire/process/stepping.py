@@ -7,7 +7,7 @@ passes arrived messages and ticks to a `Stepper`, which decides when to step.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Protocol
+from typing import Final, Protocol
 
 from flockwire.domain.time import SECOND
 from flockwire.process.cores import Core, Framed, Untimed
@@ -17,9 +17,9 @@ from flockwire.wire.inbox import Input
 from flockwire.wire.keys import Key, key_text
 from flockwire.wire.status import Counts, Report, Status
 
-STATUS_PERIOD = SECOND // 10
-WATCHDOG_PERIODS = 2  # of a core with triggers, between two ticks
-WATCHDOG_TICKS = 2  # without a trigger, after which such a core steps at one; one more with slow triggers
+STATUS_PERIOD: Final = SECOND // 10
+WATCHDOG_PERIODS: Final = 2  # of a core with triggers, between two ticks
+WATCHDOG_TICKS: Final = 2  # without a trigger, after which such a core steps at one; one more with slow triggers
 
 Publish = Callable[[Iterable[tuple[Key, Message]]], None]
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from flockwire import clock
 from flockwire.wire.batch import Collecting, Head
-from flockwire.wire.codec import encode
+from flockwire.wire.codec import CODECS
 from flockwire.wire.inbox import ATTACHMENT, publisher_of
-from flockwire.wire.keys import BATCH, Key
+from flockwire.wire.keys import BATCH, ROWS, Key
 from flockwire.wire.plan import Plan
 
 if TYPE_CHECKING:
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 class _Outlet:
     """One key: its Zenoh publishers, the publisher's id, and what stands before its messages in a batch, if they do."""
 
-    def __init__(self, publishers: tuple[zenoh.Publisher, ...], identity: bytes, head: Head | None) -> None:
+    def __init__(self, key: Key, publishers: tuple[zenoh.Publisher, ...], identity: bytes, head: Head | None) -> None:
+        self.encode = CODECS[ROWS[key.kind].message].encode
         self.publishers, self.identity, self.head = publishers, identity, head
         self.sequence = 0
 
@@ -37,6 +38,7 @@ class Publishing:
     ) -> None:
         self.outlets = {
             key: _Outlet(
+                key,
                 declare(key) if plan.subscribers(key) else (),
                 publisher_of(session, key),
                 Head(f"{key.owner}/{key.kind}") if key in plan.batched else None,
@@ -49,7 +51,8 @@ class Publishing:
     def publish(self, messages: Iterable[tuple[Key, Message]]) -> None:
         """Publish messages; KeyError if the key table does not allow this identity to publish one of the keys."""
         for key, message in messages:
-            self._put(self.outlets[key], encode(message), clock.now())
+            outlet = self.outlets[key]
+            self._put(outlet, outlet.encode(message), clock.now())
         if self.flushes:
             self.flush_due()
 

@@ -7,7 +7,7 @@ import ctypes
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Final, Protocol
 
 import zenoh
 
@@ -17,9 +17,9 @@ from flockwire.wire.inbox import Inbox, Input
 if TYPE_CHECKING:
     from flockwire.wire.codec import Message
 
-BACKLOG = 256  # samples of one key that are buffered; beyond, the oldest is dropped and counted as an overflow
-BEHIND = 1_000_000  # ns since a key was handled within which its next sample has waited: this process is behind
-_thread = threading.local()
+BACKLOG: Final = 256  # samples of one key that are buffered; beyond, the oldest is dropped and counted as an overflow
+BEHIND: Final = 1_000_000  # ns since a key was handled within which its next sample has waited: this process is behind
+_kept: Final[set[int]] = set()  # threads of Zenoh whose Python state is kept
 
 
 class Ring(Protocol):
@@ -63,7 +63,8 @@ class Newest(Subscription):
         """Return the newest message that came since the last call and was accepted, None when there is none."""
         newest, count = None, 0
         while (sample := self._ring.try_recv()) is not None:
-            newest, count = self.inbox.accept(*_bytes(sample), now) or newest, count + 1
+            payload, attached = _bytes(sample)
+            newest, count = self.inbox.accept(payload, attached, now) or newest, count + 1
         self._count(count)
         return newest
 
@@ -79,7 +80,8 @@ class Every:
         """Return the messages that came since the last call and were accepted."""
         found, count = [], 0
         while (sample := self._ring.try_recv()) is not None:
-            message, count = self.inbox.accept(*_bytes(sample), now), count + 1
+            payload, attached = _bytes(sample)
+            message, count = self.inbox.accept(payload, attached, now), count + 1
             if message is not None:
                 found.append(message)
         if count >= self._capacity:
@@ -111,7 +113,8 @@ class Prompt(Subscription):
         newest, count = None, len(self._waiting)
         self._count(count)
         for _ in range(min(count, 1) if self.inbox.each else count):
-            newest = self.inbox.accept(*_bytes(self._waiting.popleft()), now) or newest
+            payload, attached = _bytes(self._waiting.popleft())
+            newest = self.inbox.accept(payload, attached, now) or newest
         return newest
 
 
@@ -171,8 +174,10 @@ def _raise(error: Exception) -> None:
 
 def _keep_thread_state() -> None:
     """Keep what Python has of this thread, one of Zenoh's: else each callback maps it, and unmaps it at its end."""
-    if not hasattr(_thread, "kept"):
-        _thread.kept = ctypes.pythonapi.PyGILState_Ensure()
+    thread = threading.get_ident()
+    if thread not in _kept:
+        _kept.add(thread)
+        ctypes.pythonapi.PyGILState_Ensure()
 
 
 def _bytes(sample: zenoh.Sample) -> tuple[bytes, bytes]:

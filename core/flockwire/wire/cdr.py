@@ -15,7 +15,7 @@ from librt.strings import BytesWriter, read_i32_le, write_i32_le
 from flockwire.domain.time import SECOND
 
 HEADER: Final = b"\x00\x01\x00\x00"  # little-endian CDR
-LONGEST_SEQUENCE = 4096
+LONGEST_SEQUENCE: Final = 4096
 _ONE: Final = {code: Struct(f"<{code}") for code in "BHiIQdf"}  # the numbers that messages hold
 _SIZES: Final = {code: form.size for code, form in _ONE.items()}
 MOST: Final = 0xFFFF_FFFF  # largest number of 32 bits
@@ -36,6 +36,12 @@ def several(code: str, count: int) -> Struct:
     return Struct(f"<{count}{code}")
 
 
+def align(writer: BytesWriter, size: int) -> None:
+    """Append padding to the place of a number of `size` bytes, counted from after the header."""
+    for _ in range((4 - len(writer)) % size):
+        writer.append(0)
+
+
 class Writer:
     """Appends values to a CDR message."""
 
@@ -45,24 +51,24 @@ class Writer:
 
     def put(self, code: str, value: object) -> None:
         """Append one number of struct code `code`, aligned."""
-        self._align(_SIZES[code])
+        align(self._data, _SIZES[code])
         self._data.write(_ONE[code].pack(value))
 
     def put_all(self, code: str, *values: object) -> None:
         """Append numbers of one struct code, aligned."""
-        self._align(_SIZES[code])
+        align(self._data, _SIZES[code])
         self._data.write(several(code, len(values)).pack(*values))
 
     def time(self, stamp: int) -> None:
         """Append a builtin_interfaces/Time, from ns."""
-        self._align(4)
+        align(self._data, 4)
         write_i32_le(self._data, stamp // SECOND)
         write_i32_le(self._data, stamp % SECOND)
 
     def text(self, value: str) -> None:
         """Append a string."""
         raw = value.encode()
-        self._align(4)
+        align(self._data, 4)
         write_i32_le(self._data, len(raw) + 1)
         self._data.write(raw)
         self._data.append(0)
@@ -81,16 +87,12 @@ class Writer:
 
     def length(self, count: int) -> None:
         """Append the length of a sequence."""
-        self._align(4)
+        align(self._data, 4)
         write_i32_le(self._data, count)
 
     def finish(self) -> bytes:
         """Return the message."""
         return self._data.getvalue()
-
-    def _align(self, size: int) -> None:
-        for _ in range((4 - len(self._data)) % size):
-            self._data.append(0)
 
 
 class Reader:

@@ -20,10 +20,9 @@ from flockwire.domain.order import Mission, Stop
 from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND, TimeReply, TimeRequest
 from flockwire.wire.batch import Batch, decode_batch, encode_batch
-from flockwire.wire.cdr import LONGEST_SEQUENCE, MessageError, Reader, Writer, too_short
+from flockwire.wire.cdr import LONGEST_SEQUENCE, MessageError, Reader, Writer, align, too_short
 from flockwire.wire.orders import read_bids, read_mission, write_bids, write_mission
 from flockwire.wire.stamped import (
-    align,
     begin,
     check_end,
     check_finite,
@@ -48,7 +47,7 @@ class Message(Protocol):
 
 
 M = TypeVar("M", bound=Message)
-SMALLEST_BODY = 57  # least bytes of a nearby body
+SMALLEST_BODY: Final = 57  # least bytes of a nearby body
 
 
 _KINDS: Final[dict[int, BodyKind]] = {int(kind): kind for kind in BodyKind}
@@ -118,7 +117,7 @@ def _encode_nearby(nearby: Nearby) -> bytes:
     write_i32_le(writer, len(nearby.bodies))
     for body in nearby.bodies:
         writer.append(int(body.kind))
-        align(writer)
+        align(writer, 8)
         write_vector(writer, body.relative_position)
         write_f64_le(writer, body.radius)
         write_vector(writer, body.velocity)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import Counter
+from collections.abc import Callable
 from struct import Struct, error
 from typing import Final, NamedTuple
 from zlib import crc32
@@ -14,12 +15,12 @@ from flockwire.wire.codec import CODECS, Message
 from flockwire.wire.keys import ANY_TIME, ROWS, Key, KeyRow
 
 ATTACHMENT: Final = Struct("<qqB16s")  # as rmw_zenoh: sequence number, source time in ns, 16, publisher id
-CANARY = b"flockwire canary"  # published by the conformance probe instead of a message: dropped and counted
-MISDIRECTED = "of another key"  # reason for a message that was published on another key
-OVER_QUOTA = "over quota"  # reason for a message that is too large, or one too many
-MOST_MISSED = 1_000_000  # a larger gap is forged, and must not overflow a counter
-MOST_PUBLISHERS = 64  # publishers, of a key of which every message is read, whose last sequence numbers are kept
-BURST = 4  # s of its quota that a key may use at once, as after a receiver was frozen
+CANARY: Final = b"flockwire canary"  # published by the conformance probe instead of a message: dropped and counted
+MISDIRECTED: Final = "of another key"  # reason for a message that was published on another key
+OVER_QUOTA: Final = "over quota"  # reason for a message that is too large, or one too many
+MOST_MISSED: Final = 1_000_000  # a larger gap is forged, and must not overflow a counter
+MOST_PUBLISHERS: Final = 64  # publishers, of a key of which every message is read, whose last sequence numbers are kept
+BURST: Final = 4  # s of its quota that a key may use at once, as after a receiver was frozen
 
 
 def publisher_of(session: bytes, key: Key) -> bytes:
@@ -63,10 +64,10 @@ def read_attachment(data: bytes) -> Origin:
 Opened = tuple[Message, int, int, bytes]  # a sample that could be read: message, sequence, sent, publisher
 
 
-def open_sample(row: KeyRow, payload: bytes, attached: bytes) -> Opened | None:
-    """Decode a sample of a key of `row`; None when it is malformed."""
+def open_sample(decode: Callable[[bytes], Message], payload: bytes, attached: bytes) -> Opened | None:
+    """Decode a sample; None when it is malformed."""
     try:
-        message: Message = CODECS[row.message].decode(payload)
+        message = decode(payload)
         sequence, sent, size, publisher = ATTACHMENT.unpack(attached)
     except (MessageError, error):
         return None
@@ -106,7 +107,7 @@ class Inbox:
         self.key = key
         self.rejected: Counter[str] = Counter()
         self.sent = self.missed = 0
-        self._row, self._mark = row, mark_of(key)
+        self._decode, self._mark = CODECS[row.message].decode, mark_of(key)
         self._maximum_age = None if row.maximum_age is None else round(row.maximum_age * SECOND)
         self._ahead, self._any_time = round(row.ahead * SECOND), row.ahead >= ANY_TIME
         self._newest = 0
@@ -124,7 +125,7 @@ class Inbox:
             return self._reject(OVER_QUOTA)
         if payload.startswith(CANARY):
             return self._reject("canary")
-        return self.admit(open_sample(self._row, payload, attached), now)
+        return self.admit(open_sample(self._decode, payload, attached), now)
 
     def admit(self, opened: Opened | None, now: int) -> Message | None:
         """Judge what `open_sample` returned, as `accept` does; return its message when it passes."""

@@ -53,12 +53,6 @@ def _head(frame: str, alignment: int) -> bytes:
     return head
 
 
-def align(writer: BytesWriter) -> None:
-    """Append padding to the place of a double: 8 bytes, counted from after the header."""
-    for _ in range((4 - len(writer)) % 8):
-        writer.append(0)
-
-
 def write_vector(writer: BytesWriter, v: Vector) -> None:
     """Append the three numbers of `v`."""
     write_f64_le(writer, v[0])

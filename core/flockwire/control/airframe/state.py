@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections import deque
 from math import exp
+from typing import Final
 
 from flockwire.domain.motion import Motion
 from flockwire.domain.vector import ZERO, Vector
 
-REMEMBERED = 5.0  # s of commands, beyond the dead time: more than the age of any used pose
-GAP = 1.0  # s between two poses after which the old velocity is dropped
+REMEMBERED: Final = 5.0  # s of commands, beyond the dead time: more than the age of any used pose
+GAP: Final = 1.0  # s between two poses after which the old velocity is dropped
 
 
 class AirframeState:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import dist, hypot, sqrt
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from flockwire.control.around.free_place import Disc, nearest_free_place
 from flockwire.control.around.lateral_shift import lateral_shift
@@ -13,15 +13,15 @@ from flockwire.control.plane_polygon import Corner
 from flockwire.domain.body import Body, BodyKind, Separation
 from flockwire.domain.vector import ZERO, Vector
 
-SPARE = 0.05  # m beyond the kept distance: the safety filter must not slow down a drone on its detour
-STANDING = 0.03  # m/s, relative speed below which a place counts as at rest beside a body
-MOVING = 0.06  # m/s, from which on a place that was at rest beside obstacles moves: the speed has noise
+SPARE: Final = 0.05  # m beyond the kept distance: the safety filter must not slow down a drone on its detour
+STANDING: Final = 0.03  # m/s, relative speed below which a place counts as at rest beside a body
+MOVING: Final = 0.06  # m/s, from which on a place that was at rest beside obstacles moves: the speed has noise
 SIDEWAYS, FASTEST_SIDEWAYS = 0.4, 0.6  # of the speed limit, and m/s, at which a place is shifted, at most
-BETTER = 0.2  # m by which the other side must be shorter
-STAYS = 0.5  # share of the last offset from which the next one is sought for a place at rest
-AT_REST = 0.1  # m/s, the speed of a person who stands, with the tracker's noise
+BETTER: Final = 0.2  # m by which the other side must be shorter
+STAYS: Final = 0.5  # share of the last offset from which the next one is sought for a place at rest
+AT_REST: Final = 0.1  # m/s, the speed of a person who stands, with the tracker's noise
 LOOK_AHEAD = 0.6  # s for which another drone's motion is continued, to make room for it
-SMOOTHING = 0.1  # s
+SMOOTHING: Final = 0.1  # s
 ARRIVED = (1e-3, 0.05)  # m, m/s: from here on a place is no longer bent
 _CLOSED = 1e3  # m, of a side outside the room
 

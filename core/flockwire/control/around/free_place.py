@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import combinations
 from math import dist, hypot, sqrt
+from typing import Final
 
 from flockwire.control.fence import Room
 from flockwire.control.plane_polygon import Corner, nearest_on_edge
@@ -15,9 +16,9 @@ from flockwire.domain.vector import Vector
 Disc = tuple[float, float, float]
 """(x, y, r): the points nearer to (x, y) than r, m."""
 
-SPARE = 0.1  # m beyond the safety distance: the tracker's noise must not occupy a chosen place again
-_FAR = 1e150  # wall lengths from a wall to a disc; the square of a larger number raises OverflowError
-_TOLERANCE = 1e-9  # m, tolerance of discs and the room for rounding
+SPARE: Final = 0.1  # m beyond the safety distance: the tracker's noise must not occupy a chosen place again
+_FAR: Final = 1e150  # wall lengths from a wall to a disc; the square of a larger number raises OverflowError
+_TOLERANCE: Final = 1e-9  # m, tolerance of discs and the room for rounding
 
 
 def landing_place(

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import cos, hypot, pi, sin
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from flockwire.domain.body import Body, BodyKind, Separation, to_surface
 from flockwire.domain.marks import sometimes
 from flockwire.domain.vector import ZERO, Vector, norm, scale
 
-_PROGRESS = 0.1  # m of approach to the goal that count as progress
+_PROGRESS: Final = 0.1  # m of approach to the goal that count as progress
 
 
 class SidestepParameters(NamedTuple):

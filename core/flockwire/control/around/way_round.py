@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import asin, atan2, cos, hypot, pi, remainder, sin, tau
+from typing import Final
 
 from flockwire.control.around.bent_place import DetourParameters, stands
 from flockwire.control.around.free_place import Disc
@@ -12,7 +13,7 @@ from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.motion import Motion
 from flockwire.domain.vector import Vector, subtract
 
-SPARE = 0.02  # m beyond the kept distance
+SPARE: Final = 0.02  # m beyond the kept distance
 TOUCH = 0.01  # m by which a straight way may touch a disc
 NEAR = 0.15  # m from its place within which a drone flies straight
 TOGETHER = (0.2, 0.4)  # m/s, relative speed below which a drone stands in the formation: at first, and once it does
