@@ -23,6 +23,7 @@ from flockwire.wire.batch import Batch, decode_batch, encode_batch
 from flockwire.wire.cdr import LONGEST_SEQUENCE, MessageError, Reader, Writer, too_short
 from flockwire.wire.orders import read_bids, read_mission, write_bids, write_mission
 from flockwire.wire.stamped import (
+    RECENT,
     align,
     begin,
     check_end,
@@ -95,7 +96,8 @@ def _decode_estimate(data: bytes) -> Estimate:
     if leading is None or not 0 <= rest < SECOND:
         raise MessageError(f"there is no state {data[at + 81]} of a leader, or {rest} ns are more than a second")
     motion = LeaderMotion(p, v, a)
-    return Estimate(stamp, frame, motion, seconds * SECOND + rest, data[at + 80], leading)
+    origin = (seconds - RECENT) * SECOND + RECENT * SECOND + rest
+    return Estimate(stamp, frame, motion, origin, data[at + 80], leading)
 
 
 def _encode_command(command: Command) -> bytes:
