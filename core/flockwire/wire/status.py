@@ -284,7 +284,12 @@ def read_status(stamp: int, frame: str, reader: Reader) -> Status:
     known, place = reader.take("B"), reader.doubles(5)
     concurrent, order_age = read_versions(reader), reader.doubles(1)[0]
     told = reader.texts(len(Reason._fields))
-    check_finite(sum(figures) + sum(place) + latency + order_age)
+    total = latency + order_age
+    for figure in figures:
+        total += figure
+    for figure in place:
+        total += figure
+    check_finite(total)
     if len(names) != len(counts) or len(names) > MOST_REJECTIONS:
         raise MessageError(f"{len(names)} names with {len(counts)} counts, {MOST_REJECTIONS} at most")
     if len(keys) > MOST_REJECTIONS or len(links) > MOST_LINKS:
