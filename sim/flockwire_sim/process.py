@@ -225,7 +225,7 @@ class VirtualProcess:
                     self._arrived(slot)
 
     def _bind(self, core: Core) -> None:
-        self._networked = core if isinstance(core, Networked) else None
+        self._networked = core if isinstance(core, Networked) and core.sockets else None
         if self._networked is not None:
             for address in self._networked.sockets:
                 self._network.bind(address, self._take_datagram)
