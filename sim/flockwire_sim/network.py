@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from random import Random
 
+from flockwire.compiling import mypyc_attr
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.process.cores import Address, Datagram
 from flockwire.swarm.tables import Sim
@@ -24,6 +25,7 @@ from flockwire_sim.rare import RareBranches
 from flockwire_sim.virtual_time import Scheduler
 
 
+@mypyc_attr(acyclic=True)
 class Sample:
     """One encoded message on the wire: the `sequence`-th of `publisher`, sent at `sent` (Unix ns).
 

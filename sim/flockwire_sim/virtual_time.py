@@ -15,15 +15,16 @@ Moment = list[tuple[Action, Any]]  # what is called at one time
 class Scheduler:
     """Calls actions at their times; those of one time in the order in which they were scheduled.
 
-    The queue has each time once: what a step sends arrives at one time.
+    Actions that are scheduled one after the other for the same time are one entry of the queue: what a step sends
+    arrives at one time.
     """
 
     def __init__(self, now: int) -> None:
         self.now = now  # true time, Unix ns
-        self._queue: list[int] = []  # times
-        self._moments: dict[int, Moment] = {}
-        self._last: Moment = []  # the one that was added to last
-        self._last_time = -1  # of that one, -1 once it has begun
+        self._queue: list[tuple[int, int, Moment]] = []
+        self._count = 0
+        self._last: Moment = []  # the entry that was made last
+        self._last_time = -1  # of that entry, -1 once it has begun
         self._stopped = False
 
     def at(self, time: int, action: Action, argument: object = None) -> None:
@@ -31,19 +32,15 @@ class Scheduler:
         if time == self._last_time:
             self._last.append((action, argument))
             return
-        moment = self._moments.get(time)
-        if moment is None:
-            moment = self._moments[time] = []
-            heappush(self._queue, time)
-        moment.append((action, argument))
-        self._last, self._last_time = moment, time
+        self._count += 1
+        self._last, self._last_time = [(action, argument)], time
+        heappush(self._queue, (time, self._count, self._last))
 
     def run(self, end: int) -> None:
         """Run events until `stop` is called, none is left, or `end` (Unix ns) is reached."""
-        queue, moments, self._stopped = self._queue, self._moments, False
-        while queue and queue[0] <= end and not self._stopped:
-            now = self.now = heappop(queue)
-            moment = moments.pop(now)
+        queue, self._stopped = self._queue, False
+        while queue and queue[0][0] <= end and not self._stopped:
+            self.now, count, moment = heappop(queue)
             if moment is self._last:
                 self._last_time = -1
             done = 0
@@ -53,10 +50,7 @@ class Scheduler:
                 if self._stopped:
                     break
             if done < len(moment):
-                if now not in moments:
-                    heappush(queue, now)
-                moments[now] = moment[done:] + moments.get(now, [])
-                self._last_time = -1
+                heappush(queue, (self.now, count, moment[done:]))
 
     def stop(self) -> None:
         """Let `run` return after the current event."""
