@@ -21,7 +21,7 @@ from flockwire.swarm.tables import Limits
 
 from flockwire_kinematics.airframe import FirstOrderAirframe
 
-LEVEL: Final = (0.0, 0.0, 0.0, 1.0)
+LEVEL = (0.0, 0.0, 0.0, 1.0)
 FLYING: Final = FlightState.FLYING  # compiled, a constant costs less than an attribute
 LANDING: Final = FlightState.LANDING
 
