@@ -9,6 +9,7 @@ wind, so the motion does not depend on the rate of calls.
 from __future__ import annotations
 
 from collections import deque
+from typing import Final
 
 from flockwire.control.airframe.first_order_lag import lagged_motion
 from flockwire.domain.airframe import FlightState
@@ -17,6 +18,10 @@ from flockwire.domain.vector import ZERO, Vector, add, scale
 from flockwire.process.driving import CONTACT, GRAVITY
 from flockwire.process.wind import STEP, Wind
 from flockwire.swarm.drones import Airframe
+
+FLYING: Final = FlightState.FLYING  # compiled, a constant costs less than an attribute
+GROUNDED: Final = FlightState.GROUNDED
+STOPPED: Final = FlightState.STOPPED
 
 
 class FirstOrderAirframe:
@@ -32,7 +37,7 @@ class FirstOrderAirframe:
         self.position, self.velocity = position, ZERO
         self._ground = ground
         airborne = self.height > CONTACT and not standing
-        self.state = FlightState.FLYING if airborne else FlightState.GROUNDED
+        self.state = FLYING if airborne else GROUNDED
         self.battery = 1.0
         self._gain, self._endurance = parameters.gain, parameters.endurance
         self._lag, self._dead_time = parameters.lag, round(parameters.dead_time * SECOND)
@@ -44,8 +49,8 @@ class FirstOrderAirframe:
     def command(self, velocity: Vector, now: int) -> None:
         """Command a velocity, m/s, world frame, at `now`; a climb command takes off."""
         self._coming.append((now + self._dead_time, velocity))
-        if self.state is FlightState.GROUNDED and velocity[2] > 0.0:
-            self.state = FlightState.FLYING
+        if self.state is GROUNDED and velocity[2] > 0.0:
+            self.state = FLYING
 
     def respond(self, lag: float, dead_time: float) -> None:
         """Set lag and dead time, s."""
@@ -57,12 +62,12 @@ class FirstOrderAirframe:
 
     def stop(self) -> None:
         """Stop the motors permanently: in flight it falls."""
-        self.state = FlightState.STOPPED
+        self.state = STOPPED
 
     @property
     def falling(self) -> bool:
         """Whether it is above the ground with its motors off."""
-        return self.state is FlightState.STOPPED and self.height > CONTACT
+        return self.state is STOPPED and self.height > CONTACT
 
     @property
     def height(self) -> float:
@@ -95,21 +100,18 @@ class FirstOrderAirframe:
 
     def _move(self, dt: float, velocity: Vector) -> None:
         """Fly, fall or stand for `dt` s; in flight its velocity approaches `velocity`, m/s."""
-        if self.state is FlightState.GROUNDED:
+        if self.state is GROUNDED:
             return
-        if self.state is FlightState.STOPPED:
+        if self.state is STOPPED:
             x, y, z = self.velocity
             self.position = add(self.position, (x * dt, y * dt, z * dt - GRAVITY * dt * dt / 2.0))
             self.velocity = (x, y, z - GRAVITY * dt)
         else:
-            self.position, self.velocity = lagged_motion(self.position, self.velocity, velocity, self._lag, dt)
+            moved = lagged_motion(self.position, self.velocity, velocity, self._lag, dt)
+            self.position, self.velocity = moved[0], moved[1]
             battery = self.battery - dt / self._endurance
             self.battery = battery if battery > 0.0 else 0.0
-        self._land_on_contact()
-
-    def _land_on_contact(self) -> None:
-        """Stand as soon as it touches the ground while it descends."""
-        if self.velocity[2] < 0.0 and self.position[2] - self._ground <= CONTACT:
+        if self.velocity[2] < 0.0 and self.position[2] - self._ground <= CONTACT:  # it touches the ground: it stands
             self.position, self.velocity = (self.position[0], self.position[1], self._ground), ZERO
-            if self.state is not FlightState.STOPPED:
-                self.state = FlightState.GROUNDED
+            if self.state is not STOPPED:
+                self.state = GROUNDED

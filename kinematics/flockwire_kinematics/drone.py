@@ -8,6 +8,7 @@ driver, a landing that it began is not cancelled, and a climb command that conti
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Final
 
 from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.marks import Holding, sometimes
@@ -21,6 +22,8 @@ from flockwire.swarm.tables import Limits
 from flockwire_kinematics.airframe import FirstOrderAirframe
 
 LEVEL = (0.0, 0.0, 0.0, 1.0)
+FLYING: Final = FlightState.FLYING  # compiled, a constant costs less than an attribute
+LANDING: Final = FlightState.LANDING
 
 
 class SimulatedDrone:
@@ -40,7 +43,7 @@ class SimulatedDrone:
     def in_the_air(self) -> bool:
         """Whether it flies, lands or falls."""
         state = self.airframe.state
-        return state in (FlightState.FLYING, FlightState.LANDING) or self.airframe.falling
+        return state is FLYING or state is LANDING or self.airframe.falling
 
     def command(self, velocity: Vector, now: int) -> None:
         """Pass the agent's command on, limited in speed; ignored while the driver lands the drone."""
@@ -66,7 +69,8 @@ class SimulatedDrone:
         self._advanced = now
         retired = self.land_at is not None and now >= self.land_at
         silent = age(self._commanded, now) > self._zero
-        if (silent or retired or self._set_down) and self.airframe.state in (FlightState.FLYING, FlightState.LANDING):
+        state = self.airframe.state
+        if (silent or retired or self._set_down) and (state is FLYING or state is LANDING):
             # During a pause the process received nothing: the agent's time limit restarts.
             if retired or age(max(self._commanded, self._resumed), now) > self._land:
                 self._set_down = True

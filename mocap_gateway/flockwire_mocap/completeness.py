@@ -16,10 +16,11 @@ so a maximum age of 1 - 1/(2n) periods can always be kept, with jitter of 1/(2n)
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
 
 from flockwire.domain.time import SECOND
 
-MISSED_FRAMES = 3
+MISSED_FRAMES: Final = 3
 
 
 class Completeness:
@@ -41,7 +42,8 @@ class Completeness:
         """Return whether the report of `body` that arrived at `now` (ns) completes a frame; the next begins another."""
         self._awaited.add(body)
         self._missing.discard(body)
-        self._missed.pop(body, None)
+        if self._missed:
+            self._missed.pop(body, None)
         self._times[body] = now
         count = self._counts[body] = self._counts.get(body, 0) + 1
         if count >= MISSED_FRAMES:

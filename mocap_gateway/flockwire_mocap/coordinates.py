@@ -50,8 +50,8 @@ class Coordinates:
 
     def body(self, body: ReportedBody) -> ReportedBody:
         """Return the body with its pose on the field."""
-        identity, name, position, orientation, tracked = body
-        return ReportedBody(identity, name, self.position(position), self.orientation(orientation), tracked)
+        place, orientation = self.position(body.position), self.orientation(body.orientation)
+        return ReportedBody(body.identity, body.name, place, orientation, body.tracked)
 
     def to_tracker(self, body: ReportedBody) -> ReportedBody:
         """Return a body on the field in the tracker's frame: the inverse of `body`."""

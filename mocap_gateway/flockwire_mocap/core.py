@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Mapping
 from statistics import median
+from typing import Final
 
 from flockwire.domain.body import Nearby
-from flockwire.domain.fields import from_fields
 from flockwire.domain.order import Mission
 from flockwire.domain.pose import IdentityDoubt, Pose
 from flockwire.domain.time import SECOND
@@ -22,8 +22,9 @@ from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, counted
 
+from flockwire_mocap.claim import Claim, in_order
 from flockwire_mocap.field_bodies import FieldBodies, held_name, unnamed
-from flockwire_mocap.identities import Claim, Identities, owner
+from flockwire_mocap.identities import Identities, owner
 from flockwire_mocap.natnet.source import NatNetSource
 from flockwire_mocap.qualisys.source import QualisysSource
 from flockwire_mocap.replay.source import ReplaySource
@@ -33,7 +34,7 @@ from flockwire_mocap.tracking import Source
 from flockwire_mocap.vicon.source import ViconSource
 from flockwire_mocap.vrpn.source import VrpnSource
 
-REPEAT = SECOND // 2  # ns between two repetitions of the newest order
+REPEAT: Final = SECOND // 2  # ns between two repetitions of the newest order
 TOLERANCE = 0.1  # m between a body and the nearest place that it can have reached
 SPEED_MARGIN = 2.0  # times limits.speed: a falling drone is faster
 TAKE_OFF = ("prepare", "takeoff")  # the orders that name drones which are not on the field
@@ -88,21 +89,22 @@ class GatewayCore(Ground):
         """Publish what was tracked; for each drone what is near it first, then its pose."""
         frame, messages = self._swarm.frame, list[tuple[Key, Message]]()
         tracked, held = self._identities.judge(self._claims(now))
-        for stamp, drone, position, _ in tracked:
-            self._seen[drone] = stamp
-            self._field.see_drone(drone, stamp, position)
-            self._latencies.append(now - stamp)
+        for claim in tracked:
+            self._seen[claim.drone] = claim.stamp
+            self._field.see_drone(claim)
+            self._latencies.append(now - claim.stamp)
         for drone, doubt in self._identities.doubts.items():  # before the pose that makes the pilot step
             messages.append((self._doubt_keys[drone], IdentityDoubt(now, frame, doubt.since)))
-        for stamp, drone, position, _ in held:  # it is on the field, whichever drone it is
-            self._field.see_other(held_name(drone), stamp, position)
+        for claim in held:  # it is on the field, whichever drone it is
+            self._field.see_other(held_name(claim.drone), claim.stamp, claim.position)
         if tracked and self._sensing:
             self._field.arrange(tracked[-1].stamp)
-        for stamp, drone, position, orientation in tracked:
+        for claim in tracked:
+            drone, stamp, position = claim.drone, claim.stamp, claim.position
             if drone in self._sensing:
                 bodies = self._field.near(drone, position)
                 messages.append((self._nearby_keys[drone], Nearby(stamp, frame, bodies)))
-            messages.append((self._pose_keys[drone], Pose(stamp, frame, position, orientation)))
+            messages.append((self._pose_keys[drone], Pose(stamp, frame, position, claim.orientation)))
         if self._orders.mission is not None and now >= self._repeat_at:
             self._repeat_at = now + REPEAT
             messages.append((MISSION, self._orders.mission))
@@ -140,24 +142,25 @@ class GatewayCore(Ground):
 
     def _claims(self, now: int) -> list[Claim]:
         """Return the bodies with a drone's name that the source has seen since the last call, in order of time."""
-        claims = []
+        claims = list[Claim]()
         for frame in self.source.take(now):
             self._first_frame = self._first_frame or now
             self._last_frame = now
             captured = frame.captured
             for body in frame.bodies:
-                identity, name, position, orientation, tracked = body
-                if not tracked:
+                if not body.tracked:
                     continue
+                identity, name = body.identity, body.name
                 drone = owner(self._drones, identity, name)
                 if drone is not None:
-                    claims.append(from_fields(Claim, (captured, drone, position, orientation)))
+                    claims.append(Claim(captured, drone, body.position, body.orientation))
                     self._field.forget_unnamed(identity)
                 else:
                     if name:
                         self._field.forget_unnamed(identity)
-                    self._field.see_other(name or unnamed(identity), captured, position)
-        return sorted(claims)
+                    self._field.see_other(name or unnamed(identity), captured, body.position)
+        claims.sort(key=in_order)
+        return claims
 
 
 def make_core(start: Start) -> GatewayCore:

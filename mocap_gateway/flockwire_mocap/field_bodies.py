@@ -6,13 +6,16 @@ from collections.abc import Iterable, Mapping
 from math import floor
 from typing import Final, NamedTuple
 
+from flockwire.compiling import mypyc_attr
 from flockwire.control.graph import LEADER
 from flockwire.control.tracker import VelocityTracker
 from flockwire.domain.body import Body, BodyKind, to_axis
+from flockwire.domain.record import Record
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import Vector, norm
 from flockwire.swarm.model import Swarm
 
+from flockwire_mocap.claim import Claim
 from flockwire_mocap.lost_body import STILL, LostBody, drone_spread, person_spread
 
 Cell = tuple[int, int]
@@ -43,12 +46,13 @@ class Vicinity:
 
 
 DRONE: Final = BodyKind.DRONE  # compiled, a constant costs less than an attribute
-FEW = 30  # bodies up to which each drone checks all others
-FORGET = SECOND  # ns unseen after which a velocity is dropped, and a held-back body is gone
-LEFT = 5 * SECOND  # ns after which an unseen person counts as gone
-MOST_MOVERS = 500  # other bodies that are kept; beyond that unseen ones are dropped
+OBSTACLE: Final = BodyKind.OBSTACLE
+FEW: Final = 30  # bodies up to which each drone checks all others
+FORGET: Final = SECOND  # ns unseen after which a velocity is dropped, and a held-back body is gone
+LEFT: Final = 5 * SECOND  # ns after which an unseen person counts as gone
+MOST_MOVERS: Final = 500  # other bodies that are kept; beyond that unseen ones are dropped
 TIME_CONSTANT = 0.05  # s, of the velocity trackers
-MOVERS = -1001  # number of the first; numbers above it are of lost drones
+MOVERS: Final = -1001  # number of the first; numbers above it are of lost drones
 CARRIED = "said to be the leader's"  # name of the body of a person who carries the leader
 
 
@@ -71,6 +75,18 @@ class Cylinder(NamedTuple):
 def unnamed(identity: int) -> str:
     """Return what a body is called until the tracker has sent its name: it may turn out to be a drone's."""
     return f"number {identity}"
+
+
+@mypyc_attr(acyclic=True)
+class Pillar(Record):
+    """An obstacle: upright, with its axis at `center`; without a `height` endless. m."""
+
+    __slots__ = ("center", "radius", "height")
+
+    def __init__(self, center: Vector, radius: float, height: float | None) -> None:
+        self.center: Final = center
+        self.radius: Final = radius
+        self.height: Final = height
 
 
 class Mover:
@@ -103,14 +119,16 @@ class FieldBodies:
         self._swarm = swarm
         self._lost_after = nanoseconds(swarm.limits.staleness.pose_zero)  # ns: then its pilot stops it
         self._drone_radius = max(safe.kept.drone - safe.kept.obstacle, 0.0)
-        self._reach, self._obstacles = safe.sensing_radius, swarm.obstacles
+        self._reach = safe.sensing_radius
+        self._obstacles = [Pillar(one.center, one.radius, one.height) for one in swarm.obstacles]
         self._shapes = {one.body: Cylinder(one.radius, one.height) for one in swarm.tracked_obstacles}
         self._carried = frozenset({LEADER} if swarm.leader.kind == "tracked" else ())
         self._usual = Cylinder(table.person_radius)
         self._held = frozenset(map(held_name, swarm.tracked))
-        self._drones: dict[int, tuple[int, Vector]] = {}
+        self._drones: dict[int, Claim] = {}
         self._movers: dict[str, Mover] = {}
-        self._places: dict[int, Vector] = {}
+        self._here: dict[int, Claim] = {}  # those of the drones that are not lost
+        self._all: list[Claim] = []  # the same
         self._others: dict[int, Mover | LostBody] = {}
         self._vicinity: Vicinity | None = None
 
@@ -119,12 +137,13 @@ class FieldBodies:
         """The names of the bodies that are not drones."""
         return tuple(name for name in self._movers if not name.startswith("said to be"))
 
-    def see_drone(self, drone: int, stamp: int, position: Vector) -> None:
-        """Record a drone's position at `stamp` (ns); a leader that a person carries is a person."""
-        if drone in self._carried:
-            self.see_other(CARRIED, stamp, position)
+    def see_drone(self, claim: Claim) -> None:
+        """Record a drone's position; a leader that a person carries is a person."""
+        drone = claim.drone
+        if self._carried and drone in self._carried:
+            self.see_other(CARRIED, claim.stamp, claim.position)
         else:
-            self._drones[drone] = (stamp, position)
+            self._drones[drone] = claim
         if self._movers:
             self._movers.pop(held_name(drone), None)
 
@@ -152,45 +171,52 @@ class FieldBodies:
         `now` is the newest sighting, Unix ns; earlier ones have an age.
         """
         seen_from = now - self._lost_after
-        self._places = {drone: place for drone, (stamp, place) in self._drones.items() if stamp >= seen_from}
-        self._others = {}
-        if len(self._places) < len(self._drones):
-            self._others = {_lost(i): self._lost_drone(i, now) for i in self._drones if i not in self._places}
+        self._here = {drone: claim for drone, claim in self._drones.items() if claim.stamp >= seen_from}
+        self._all, self._others = list(self._here.values()), {}
+        if len(self._here) < len(self._drones):
+            self._others = {_lost(i): self._lost_drone(i, now) for i in self._drones if i not in self._here}
         movers = {name: one for name, one in self._movers.items() if self._lasts(name, now - one.stamp)}
         if len(self._movers) >= MOST_MOVERS:
             self._movers = movers
         for k, (name, mover) in enumerate(movers.items()):
             self._others[MOVERS - k] = mover if mover.stamp >= seen_from else self._lost_mover(name, mover, now)
-        self._places |= {key: other.position for key, other in self._others.items()}
         self._vicinity = None
-        if len(self._places) > FEW:
+        if len(self._here) + len(self._others) > FEW:
             widest = max((other.radius for other in self._others.values()), default=0.0)
-            self._vicinity = Vicinity(self._places, self._reach + widest)
+            places = {drone: claim.position for drone, claim in self._here.items()}
+            places |= {key: other.position for key, other in self._others.items()}
+            self._vicinity = Vicinity(places, self._reach + widest)
 
     def near(self, drone: int, position: Vector) -> tuple[Body, ...]:
         """Return the bodies within the sensing radius of `drone`, which is at `position` (m)."""
-        places, reach = self._places, self._reach
-        keys = self._vicinity.round(position) if self._vicinity is not None else places
-        x, y, z = position
+        drones, others, reach = self._all, self._others, self._reach
+        if self._vicinity is not None:
+            keys = self._vicinity.round(position)
+            drones, others = (
+                [self._here[key] for key in keys if key >= 0],
+                {key: others[key] for key in keys if key < 0},
+            )
         bodies: list[Body] = []
-        for key in keys:
-            if key >= 0 and key != drone:
-                a, b, c = places[key]
-                dx, dy, dz = a - x, b - y, c - z
+        for claim in drones:
+            if claim.drone != drone:
+                place = claim.position
+                dx, dy, dz = place[0] - position[0], place[1] - position[1], place[2] - position[2]
                 if dx * dx + dy * dy + dz * dz < reach * reach:
                     bodies.append(Body(DRONE, (dx, dy, dz), 0.0))
-        if self._others:
-            others, own = self._others, _lost(drone)
-            bodies += [body for key in keys if key < 0 and key != own and (body := others[key].near(position, reach))]
+        if others:
+            own = _lost(drone)
+            bodies += [body for key, one in others.items() if key != own and (body := one.near(position, reach))]
         for obstacle in self._obstacles:
             relative = to_axis(position, obstacle.center, obstacle.height)
-            if norm(relative) - obstacle.radius < reach:
-                bodies.append(Body(BodyKind.OBSTACLE, relative, obstacle.radius))
+            dx, dy, dz = relative
+            if dx * dx + dy * dy + dz * dz < (reach + obstacle.radius) ** 2:
+                bodies.append(Body(OBSTACLE, relative, obstacle.radius))
         return tuple(bodies)
 
     def _lost_drone(self, drone: int, now: int) -> LostBody:
-        stamp, place = self._drones[drone]
-        spread, age = drone_spread(self._swarm, drone, place[2]), (now - stamp) / SECOND
+        claim = self._drones[drone]
+        place, age = claim.position, (now - claim.stamp) / SECOND
+        spread = drone_spread(self._swarm, drone, place[2])
         return LostBody(place, place[2], self._drone_radius + spread.reach(age), spread.growth(age))
 
     def _lost_mover(self, name: str, mover: Mover, now: int) -> LostBody:

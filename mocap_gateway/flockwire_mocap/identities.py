@@ -9,30 +9,23 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from itertools import combinations
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
-from flockwire.domain.quaternion import Quaternion
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, distance
 
+from flockwire_mocap.claim import Claim, in_order
 from flockwire_mocap.jumps import JumpFilter
 
-FRESH = SECOND  # ns for which a sighting identifies a body
-GAP = SECOND // 20  # ns without a drone after which its name alone does not identify a body
-RESTORED = SECOND  # ns for which names must be right until the doubt ends
-BLACKOUT = 2 * SECOND // 5  # ns without any body after which the next frame counts as the first
-EXCHANGED = 2.0  # times nearer to where the other one flew: names were exchanged in a blackout of less than FRESH
-NOISE = 3.0  # times the tolerance: a body that jumps less far is not another's, if nobody's last place is nearer
-FORGOTTEN = 3 * SECOND  # ns without any body after which a doubt ends: the next frame counts as the first
-
-
-class Claim(NamedTuple):
-    """A body with a drone's name at the tracker: stamp in ns, m, orientation x y z w."""
-
-    stamp: int
-    drone: int
-    position: Vector
-    orientation: Quaternion
+FRESH: Final = SECOND  # ns for which a sighting identifies a body
+GAP: Final = SECOND // 20  # ns without a drone after which its name alone does not identify a body
+RESTORED: Final = SECOND  # ns for which names must be right until the doubt ends
+BLACKOUT: Final = 2 * SECOND // 5  # ns without any body after which the next frame counts as the first
+EXCHANGED: Final = (
+    2.0  # times nearer to where the other one flew: names were exchanged in a blackout of less than FRESH
+)
+NOISE: Final = 3.0  # times the tolerance: a body that jumps less far is not another's, if nobody's last place is nearer
+FORGOTTEN: Final = 3 * SECOND  # ns without any body after which a doubt ends: the next frame counts as the first
 
 
 class Doubt(NamedTuple):
@@ -59,11 +52,14 @@ class Identities:
     def judge(self, claims: list[Claim]) -> tuple[list[Claim], list[Claim]]:
         """Return the accepted claims, each with its drone, and those that are held back."""
         self._forget_blackout(claims)
-        suspects = [claim for claim in claims if not self._plausible(claim, claims)]
+        jumps, suspects = self.jumps, list[Claim]()
+        for claim in claims:
+            if not jumps.follows(claim, GAP) and not self._plausible(claim, claims):
+                suspects.append(claim)
         if not suspects and not self.doubts:
             for claim in claims:
-                self.jumps.accept(claim.drone, claim.stamp, claim.position)
-            return claims, []
+                jumps.accept(claim.drone, claim)
+            return claims, suspects
         believable = {claim.drone for claim in claims}.difference(claim.drone for claim in suspects)
         for claim in suspects:
             self._suspect(claim, believable)
@@ -71,7 +67,7 @@ class Identities:
 
     def _plausible(self, claim: Claim, claims: list[Claim]) -> bool:
         """Return whether the drone can be there; after a gap also whether no other drone is there or is more likely."""
-        stamp, drone, position, _ = claim
+        stamp, drone, position = claim.stamp, claim.drone, claim.position
         last = self.jumps.last.get(drone)
         if last is None:
             return not self._others(claim, self._fresh(stamp))
@@ -115,20 +111,20 @@ class Identities:
                 if owner is None:
                     held.append(claim)
                     continue
-                self.jumps.accept(owner, claim.stamp, claim.position)
+                self.jumps.accept(owner, claim)
                 self._restore(owner, owner == claim.drone, claim.stamp)
                 believed.append(claim._replace(drone=owner))
         newest = max((claim.stamp for claim in claims), default=0)
         self._forget(newest)
-        return sorted(believed), held
+        return sorted(believed, key=in_order), held
 
     def _passes(self, claim: Claim, claims: list[Claim]) -> bool:
         if self._plausible(claim, claims):
-            self.jumps.accept(claim.drone, claim.stamp, claim.position)
+            self.jumps.accept(claim.drone, claim)
             return True
         if self._on_another(claim, claims):
             return False
-        return self.jumps.passes(claim.drone, claim.stamp, claim.position)
+        return self.jumps.passes(claim)
 
     def _on_another(self, claim: Claim, claims: list[Claim]) -> bool:
         """Return whether another drone is seen at the claim's place: two cannot be in one place."""
@@ -155,8 +151,10 @@ class Identities:
 
     def _forget_blackout(self, claims: list[Claim]) -> None:
         """Restart after a time in which no drone was seen at all, unless names were mixed up before it or meanwhile."""
-        newest = max([last[0] for last in self.jumps.last.values()], default=0)
-        if not claims or self.doubts or claims[0].stamp - newest <= BLACKOUT:
+        if not claims or self.doubts or claims[0].stamp - self.jumps.stamp(claims[0].drone) <= BLACKOUT:
+            return
+        newest = max([last.stamp for last in self.jumps.last.values()], default=0)
+        if claims[0].stamp - newest <= BLACKOUT:
             return
         if claims[0].stamp - newest < FRESH:
             for a, b in self._exchanged(claims):
@@ -168,7 +166,7 @@ class Identities:
         if self.doubts:  # these places are taken
             for claim in claims:
                 if claim.drone not in self.doubts:
-                    self.jumps.accept(claim.drone, claim.stamp, claim.position)
+                    self.jumps.accept(claim.drone, claim)
 
     def _exchanged(self, claims: list[Claim]) -> list[tuple[int, int]]:
         """Return the pairs of drones of which each is where the other one would be if it went on as it last moved."""
@@ -224,7 +222,7 @@ class Identities:
 def sightings(claims: list[Claim]) -> list[list[Claim]]:
     """Return the claims in groups with one for each name, the oldest first: names may be exchanged between two."""
     groups: list[list[Claim]] = []
-    for claim in sorted(claims):
+    for claim in sorted(claims, key=in_order):
         group = next((one for one in groups if all(claim.drone != other.drone for other in one)), None)
         if group is None:
             groups.append([claim])

@@ -17,11 +17,10 @@ from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
 
 from flockwire_mocap.completeness import Completeness
-from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, framed
+from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame
 
 CameraFault = FalsePose | TrackerLoss | NoiseBurst | NameSwap | Visitor
 VISITORS = 10_000  # the number of the first body that is not a drone
-Measured = tuple[int, ReportedBody]  # stamp, Unix ns, and position
 
 
 class SimulatedSource:
@@ -49,7 +48,7 @@ class SimulatedSource:
         self._complete = False
         self._truths: dict[int, Pose] = {}  # the newest, of those not measured yet
         self._order = swarm.tracked[-1:] + swarm.tracked[:-1]  # of random draws: another changes every seed's flight
-        self._measured: list[Measured] = []
+        self._measured: dict[int, list[ReportedBody]] = {}  # by stamp, Unix ns
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Receive a truth, or the order to take off."""
@@ -80,12 +79,13 @@ class SimulatedSource:
         for drone in self._order:
             if drone in truths:
                 self._measure(drone, truths[drone])
-        if truths:
+        if truths and self._visitors:
             self._measure_visitors(max(truth.stamp for truth in truths.values()))
-        due = now - self._latency
-        frames = framed([measured for measured in self._measured if measured[0] <= due], self._frames, now)
-        self._measured = [measured for measured in self._measured if measured[0] > due]
-        self._frames += len(frames)
+        due, frames = now - self._latency, list[TrackerFrame]()
+        for stamp in sorted([stamp for stamp in self._measured if stamp <= due]):
+            bodies = tuple(self._measured.pop(stamp))
+            frames.append(from_fields(TrackerFrame, (self._frames, stamp, now, bodies, False)))
+            self._frames += 1
         return frames
 
     def state(self, now: int) -> SourceState:
@@ -95,9 +95,8 @@ class SimulatedSource:
     def _measure(self, drone: int, truth: Pose) -> None:
         if self._dropout and self._randomness.random() < self._dropout:
             return
-        stamp, position, orientation = truth.stamp, truth.position, truth.orientation
-        noise, called = self._noise, drone
-        for fault in self._active_faults(stamp):
+        stamp, position, noise, called = truth.stamp, truth.position, self._noise, drone
+        for fault in self._active_faults(stamp) if self._faults else []:
             if isinstance(fault, NoiseBurst):
                 noise = hypot(noise, fault.noise)
             elif isinstance(fault, NameSwap):
@@ -111,18 +110,24 @@ class SimulatedSource:
             position = self._noisy(position, noise)
         name = self._names[called]
         number, text = (called, name) if isinstance(name, str) else (name, None)
-        self._measured.append((stamp, from_fields(ReportedBody, (number, text, position, orientation, True))))
+        self._add(stamp, ReportedBody(number, text, position, truth.orientation, tracked=True))
 
     def _measure_visitors(self, stamp: int) -> None:
         for fault in self._active_faults(stamp):
             if isinstance(fault, Visitor):
                 t = (stamp - (self._took_off or 0)) / SECOND - fault.at
                 place = self._noisy(add(fault.start, scale(fault.velocity, t)), self._noise)
-                body = ReportedBody(self._visitors[fault.body], fault.body, place, IDENTITY, tracked=True)
-                self._measured.append((stamp, body))
+                self._add(stamp, ReportedBody(self._visitors[fault.body], fault.body, place, IDENTITY, tracked=True))
+
+    def _add(self, stamp: int, body: ReportedBody) -> None:
+        at = self._measured.get(stamp)
+        if at is None:
+            self._measured[stamp] = [body]
+        else:
+            at.append(body)
 
     def _active_faults(self, stamp: int) -> list[CameraFault]:
-        if not self._faults or self._took_off is None:
+        if self._took_off is None:
             return []
         t = (stamp - self._took_off) / SECOND
         return [fault for fault in self._faults if 0.0 <= t - fault.at < fault.duration]

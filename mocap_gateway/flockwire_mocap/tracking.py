@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from math import isfinite
-from typing import NamedTuple, Protocol
+from typing import Final, NamedTuple, Protocol
 
+from flockwire.compiling import mypyc_attr
 from flockwire.domain.quaternion import IDENTITY, Quaternion
+from flockwire.domain.record import Record
 from flockwire.domain.vector import Vector
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
@@ -16,7 +18,8 @@ UNIT_TOLERANCE = 0.02  # of the squared norm: single precision and a tracker's r
 LOST = (0.0, 0.0, 0.0)  # position of a body that the tracker does not see
 
 
-class ReportedBody(NamedTuple):
+@mypyc_attr(acyclic=True)
+class ReportedBody(Record):
     """One body of a frame, in the tracker's terms.
 
     Attributes:
@@ -28,11 +31,16 @@ class ReportedBody(NamedTuple):
 
     """
 
-    identity: int
-    name: str | None
-    position: Vector
-    orientation: Quaternion
-    tracked: bool
+    __slots__ = ("identity", "name", "position", "orientation", "tracked")
+
+    def __init__(
+        self, identity: int, name: str | None, position: Vector, orientation: Quaternion, tracked: bool
+    ) -> None:
+        self.identity: Final = identity
+        self.name: Final = name
+        self.position: Final = position
+        self.orientation: Final = orientation
+        self.tracked: Final = tracked
 
 
 def unseen(identity: int, name: str | None) -> ReportedBody:

@@ -47,10 +47,8 @@ class TraceInMemory:
 
     def take(self, published: Published) -> None:
         """Collect one message."""
-        opened = published.sample.opened()
-        message = opened[0] if opened is not None else None
         self._collector.add(
-            (published.publisher, published.key), published.key, message, published.sequence, published.sent,
+            (published.publisher, published.key), published.key, published.message, published.sequence, published.sent,
             published.at,
         )  # fmt: skip
 

@@ -12,41 +12,42 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from random import Random
 
+from flockwire.compiling import mypyc_attr
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.process.cores import Address, Datagram
 from flockwire.swarm.tables import Sim
 from flockwire.wire.cdr import MessageError
 from flockwire.wire.codec import CODECS, Message
-from flockwire.wire.inbox import Inbox, Input, Opened
+from flockwire.wire.inbox import Inbox, Input
 from flockwire.wire.keys import Delivery, KeyRow
 
 from flockwire_sim.rare import RareBranches
 from flockwire_sim.virtual_time import Scheduler
 
 
+@mypyc_attr(acyclic=True)
 class Sample:
     """One encoded message on the wire: the `sequence`-th of `publisher`, sent at `sent` (Unix ns).
 
     These three are the attachment of a real sample; nothing forges it here, so it is not encoded.
     """
 
-    __slots__ = ("_opened", "_sealed", "payload", "publisher", "row", "sent", "sequence")
+    __slots__ = ("_message", "_sealed", "payload", "publisher", "row", "sent", "sequence")
 
     def __init__(self, row: KeyRow, payload: bytes, sequence: int, sent: int, publisher: bytes) -> None:
         self.row, self.payload, self._sealed = row, payload, True
         self.sequence, self.sent, self.publisher = sequence, sent, publisher
-        self._opened: Opened | None = None
+        self._message: Message | None = None
 
-    def opened(self) -> Opened | None:
+    def message(self) -> Message | None:
         """Return the message, decoded at the first call; None if it is malformed."""
         if self._sealed:
             self._sealed = False
             try:
-                message: Message = CODECS[self.row.message].decode(self.payload)
+                self._message = CODECS[self.row.message].decode(self.payload)
             except MessageError:
                 return None
-            self._opened = message, self.sequence, self.sent, self.publisher
-        return self._opened
+        return self._message
 
 
 Parcel = tuple[int, Sample]  # a sample, and the index of its subscription
@@ -55,11 +56,11 @@ Parcel = tuple[int, Sample]  # a sample, and the index of its subscription
 class Slot(Input):
     """The newest sample of a key, buffered at a process until it is read."""
 
-    __slots__ = ("prompt", "sample")
+    __slots__ = ("prompt", "sample", "timing")
 
-    def __init__(self, inbox: Inbox, prompt: bool) -> None:
+    def __init__(self, inbox: Inbox, timing: bool, prompt: bool) -> None:
         super().__init__(inbox)
-        self.prompt = prompt
+        self.timing, self.prompt = timing, prompt  # whether it is for the timekeeping, and read at once
         self.sample: Sample | None = None
 
     def message(self, now: int) -> Message | None:
@@ -68,7 +69,7 @@ class Slot(Input):
         if sample is None:
             return None
         self.sample = None
-        return self.inbox.admit(sample.opened(), now)
+        return self.inbox.admit(sample.message(), sample.sequence, sample.sent, sample.publisher, now)
 
 
 HELD_BACK = 0.05  # s, largest delay by reordering

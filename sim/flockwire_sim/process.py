@@ -46,8 +46,7 @@ class Published(Record):
     @property
     def message(self) -> Message | None:
         """The message, None if it is malformed."""
-        opened = self.sample.opened()
-        return opened[0] if opened is not None else None
+        return self.sample.message()
 
 
 Tap = Callable[[Published], None]
@@ -139,7 +138,8 @@ class VirtualProcess:
         for key, outlet in self.outlets.items():
             outlet.sequence, outlet.publisher = 0, publisher_of(session, key)
         self._timekeeping = self._make_timekeeping(self.clock.correct)
-        self._slots = [Slot(inbox_of(key), key in self._timekeeping.keys) for key in self.subscribed]
+        timing = self._timekeeping.keys
+        self._slots = [Slot(inbox_of(key), key in timing, key in timing) for key in self.subscribed]
         self._waiting = {}
         if is_known(self._timekeeping, now):
             self._begin()
@@ -168,7 +168,7 @@ class VirtualProcess:
         core = self._core = self._make_core(self._now, self._starts - 1)
         self._bind(core)
         prompt = at_once(core) | timekeeping.keys
-        self._slots = [Slot(slot.inbox, slot.inbox.key in prompt) for slot in self._slots]
+        self._slots = [Slot(slot.inbox, slot.timing, slot.inbox.key in prompt) for slot in self._slots]
         status = StatusPublisher(
             self._swarm.frame, self.identity, self._publish, NoResources(), timekeeping, lambda _: None
         )
@@ -225,7 +225,7 @@ class VirtualProcess:
                     self._arrived(slot)
 
     def _bind(self, core: Core) -> None:
-        self._networked = core if isinstance(core, Networked) else None
+        self._networked = core if isinstance(core, Networked) and core.sockets else None
         if self._networked is not None:
             for address in self._networked.sockets:
                 self._network.bind(address, self._take_datagram)
@@ -248,11 +248,10 @@ class VirtualProcess:
 
     def _arrived(self, slot: Slot) -> None:
         now = self._now = self.clock.read(self._scheduler.now)
-        key = slot.inbox.key
-        if key in self._timekeeping.keys:
+        if slot.timing:
             message = slot.message(now)
             if message is not None:
-                self._publish(self._timekeeping.receive(key, message, now))
+                self._publish(self._timekeeping.receive(slot.inbox.key, message, now))
         elif self._stepper is not None:
             self._stepper.arrived(slot, now)
         if self._loaded:

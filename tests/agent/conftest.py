@@ -195,7 +195,7 @@ def watch(swarm: Swarm, duration: float, seed: int = 0) -> Watched:
     def tap(published: Published) -> None:
         kind, owner = published.key
         if kind in ("truth", "estimate", "mission", "status"):
-            message = published.sample.opened()[0]
+            message = published.message
             if isinstance(message, Estimate):
                 estimates[owner].append(message)
             elif isinstance(message, Pose):

@@ -2,7 +2,8 @@
 
 import pytest
 from flockwire.domain.time import SECOND
-from flockwire_mocap.identities import Claim, Identities
+from flockwire_mocap.claim import Claim, in_order
+from flockwire_mocap.identities import Identities
 
 FRAME = SECOND // 100
 LEVEL = (0.0, 0.0, 0.0, 1.0)
@@ -27,7 +28,7 @@ class Field:
             claims = [Claim(self.stamp, self.names[i], self.place(i), LEVEL) for i in self.drones if i not in lost]
             if ghost is not None:
                 claims = [c for c in claims if c.drone != ghost[0]] + [Claim(self.stamp, *ghost, LEVEL)]
-            self.believed, self.held = self.identities.judge(sorted(claims))
+            self.believed, self.held = self.identities.judge(sorted(claims, key=in_order))
             for claim in self.believed:  # whatever happens: never a false pose
                 assert claim.position == self.place(claim.drone)
         return {claim.drone for claim in self.believed}
@@ -181,6 +182,6 @@ def test_a_frame_with_two_reports_of_a_name_across_the_exchange_shows_each_body_
     field.swap(0, 1)
     field.frame += 1
     after = [Claim(field.frame * FRAME, field.names[i], field.place(i), LEVEL) for i in (1, 2)]
-    believed, _ = field.identities.judge(sorted(before + after))
+    believed, _ = field.identities.judge(sorted(before + after, key=in_order))
     assert [claim.drone for claim in believed] == [0, 1, 2]
     assert field.step() == {0, 1, 2}

@@ -1,7 +1,9 @@
 from random import Random
 
 import pytest
+from flockwire.domain.pose import LEVEL
 from flockwire.domain.time import SECOND, nanoseconds
+from flockwire_mocap.claim import Claim
 from flockwire_mocap.jumps import JumpFilter
 
 FRAME = SECOND // 100
@@ -9,7 +11,7 @@ FRAME = SECOND // 100
 
 def fly(jumps, positions, *, begin=0, identity=1):
     """Return which of the positions, one each frame, pass."""
-    return [jumps.passes(identity, (begin + k) * FRAME, position) for k, position in enumerate(positions)]
+    return [jumps.passes(Claim((begin + k) * FRAME, identity, position, LEVEL)) for k, position in enumerate(positions)]
 
 
 def test_flight_passes():
@@ -50,21 +52,21 @@ def test_two_places_by_turns_let_the_true_one_through():
 @pytest.mark.parametrize(("gap", "passes"), [(1.0, True), (0.9, False)])
 def test_a_body_that_was_lost_may_have_flown_in_the_meantime(gap, passes):
     jumps = JumpFilter(max_speed=2.0, tolerance=0.05)
-    assert jumps.passes(1, 0, (0.0, 0.0, 1.0))
-    assert jumps.passes(1, nanoseconds(gap), (2.04, 0.0, 1.0)) is passes
+    assert jumps.passes(Claim(0, 1, (0.0, 0.0, 1.0), LEVEL))
+    assert jumps.passes(Claim(nanoseconds(gap), 1, (2.04, 0.0, 1.0), LEVEL)) is passes
 
 
 def test_bodies_are_apart_and_can_be_forgotten():
     jumps = JumpFilter(max_speed=2.0)
-    assert jumps.passes(1, 0, (0.0, 0.0, 0.0))
-    assert jumps.passes(2, 0, (9.0, 0.0, 0.0))
-    assert not jumps.passes(1, FRAME, (9.0, 0.0, 0.0))
+    assert jumps.passes(Claim(0, 1, (0.0, 0.0, 0.0), LEVEL))
+    assert jumps.passes(Claim(0, 2, (9.0, 0.0, 0.0), LEVEL))
+    assert not jumps.passes(Claim(FRAME, 1, (9.0, 0.0, 0.0), LEVEL))
     jumps.forget(1)
-    assert jumps.passes(1, FRAME, (9.0, 0.0, 0.0))
+    assert jumps.passes(Claim(FRAME, 1, (9.0, 0.0, 0.0), LEVEL))
 
 
 def test_constant_or_decreasing_stamps_give_no_reach():
     jumps = JumpFilter(max_speed=2.0)
-    assert jumps.passes(1, SECOND, (0.0, 0.0, 0.0))
-    assert not jumps.passes(1, 0, (1.0, 0.0, 0.0))
-    assert jumps.passes(1, SECOND, (0.04, 0.0, 0.0))
+    assert jumps.passes(Claim(SECOND, 1, (0.0, 0.0, 0.0), LEVEL))
+    assert not jumps.passes(Claim(0, 1, (1.0, 0.0, 0.0), LEVEL))
+    assert jumps.passes(Claim(SECOND, 1, (0.04, 0.0, 0.0), LEVEL))

@@ -7,8 +7,10 @@ from typing import Any
 
 import pytest
 from flockwire.domain.body import Body, BodyKind
+from flockwire.domain.pose import LEVEL
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.swarm.model import Swarm
+from flockwire_mocap.claim import Claim
 from flockwire_mocap.field_bodies import FEW, FieldBodies
 from flockwire_mocap.lost_body import DRIFT, WAY, drone_spread, person_spread
 
@@ -25,8 +27,8 @@ def swarm(make_swarm: Callable[..., Swarm]) -> Swarm:
 def seen(swarm: Swarm, age: float, position: tuple[float, float, float], place: Any = PLACE) -> tuple[Body, ...]:
     """Return what drone 1 sees from `position` of drone 2, which was seen `age` s ago at `place`."""
     field, now = FieldBodies(swarm), NOW + nanoseconds(age)
-    field.see_drone(2, NOW, place)
-    field.see_drone(1, now, position)
+    field.see_drone(Claim(NOW, 2, place, LEVEL))
+    field.see_drone(Claim(now, 1, position, LEVEL))
     field.arrange(now)
     return field.near(1, position)
 
@@ -88,8 +90,8 @@ def test_one_that_stood_on_the_ground_does_not_grow(swarm: Swarm) -> None:
 
 def test_who_is_not_seen_sees_no_body_where_it_was_itself(swarm: Swarm) -> None:
     field = FieldBodies(swarm)
-    field.see_drone(2, NOW, PLACE)
-    field.see_drone(1, NOW + SECOND, (5.0, 5.0, 1.0))
+    field.see_drone(Claim(NOW, 2, PLACE, LEVEL))
+    field.see_drone(Claim(NOW + SECOND, 1, (5.0, 5.0, 1.0), LEVEL))
     field.arrange(NOW + SECOND)
     assert field.near(2, PLACE) == ()
 
@@ -97,16 +99,16 @@ def test_who_is_not_seen_sees_no_body_where_it_was_itself(swarm: Swarm) -> None:
 def test_seen_again_it_is_a_drone_where_it_is(swarm: Swarm) -> None:
     field = FieldBodies(swarm)
     for later, place in ((0, PLACE), (5 * SECOND, (0.5, 0.0, 1.0))):
-        field.see_drone(2, NOW + later, place)
+        field.see_drone(Claim(NOW + later, 2, place, LEVEL))
         field.arrange(NOW + later)
     assert field.near(1, (0.0, 0.0, 1.0)) == (Body(BodyKind.DRONE, (0.5, 0.0, 0.0), 0.0),)
 
 
 def test_in_a_crowd_it_is_found_though_it_has_grown(swarm: Swarm) -> None:
     field, now = FieldBodies(swarm), NOW + 10 * SECOND
-    field.see_drone(2, NOW, (2.0, 0.0, 1.0))
+    field.see_drone(Claim(NOW, 2, (2.0, 0.0, 1.0), LEVEL))
     for k in range(3, 2 * FEW):
-        field.see_drone(k, now, (50.0 + k, 0.0, 1.0))
+        field.see_drone(Claim(now, k, (50.0 + k, 0.0, 1.0), LEVEL))
     field.arrange(now)
     (body,) = field.near(1, (0.0, 0.0, 1.0))
     assert 2.0 - body.radius < swarm.avoidance.sensing_radius < 2.0

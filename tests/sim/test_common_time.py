@@ -119,7 +119,7 @@ def test_a_driver_that_restarts_without_a_time_server_receives_a_stop_at_once(se
     world.scheduler.at(at + SECOND // 2, lambda _: world.stop("test"))
     world.run()
     heights = [
-        (published.at, published.sample.opened()[0].position[2])
+        (published.at, published.message.position[2])
         for published in seen
         if published.key == ("truth", "uav1") and published.at > at
     ]
@@ -140,7 +140,7 @@ def test_a_driver_that_learns_the_time_in_flight_flies_on(seconds: int) -> None:
     world.scheduler.at(EPOCH + nanoseconds(8.1), driver.start)
     assert world.run().failure == ""
     states = {
-        published.sample.opened()[0].state
+        published.message.state
         for published in seen
         if published.key == ("telemetry", "uav1") and EPOCH + 7 * SECOND < published.at < EPOCH + 12 * SECOND
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
 from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.order import Mission
@@ -120,19 +120,20 @@ class Fleet:
         ]
         return max(rivals, key=lambda one: one.mission.giver if one.mission is not None else 0, default=None)
 
-    def reports(self) -> Iterator[tuple[str, Report]]:
-        """Yield identity and report of the processes whose orders a new order must name.
+    def reports(self) -> list[tuple[str, Report]]:
+        """Return identity and report of the processes whose orders a new order must name.
 
         These are all pilots and, of other processes like the gateway, those with an upward order. A downward order that
         has reached no pilot is not named, because it is not in force yet.
         """
-        flying = frozenset(self.pilots.values())
+        flying, found = frozenset(self.pilots.values()), list[tuple[str, Report]]()
         for identity, status in self._statuses.items():
             mission = status.report.mission
             if mission is None or self.now - status.stamp >= STALE:
                 continue
             if identity in flying or not rank(mission):
-                yield identity, status.report
+                found.append((identity, status.report))
+        return found
 
     def unconfirmed(self, order: Mission) -> tuple[str, ...]:
         """Return the pilots that have not confirmed exactly this order."""
@@ -205,7 +206,10 @@ def unrecorded(recorders: Iterable[str], statuses: Mapping[str, Status]) -> str:
 
 def _received(report: Report, order: Mission) -> bool:
     """Return whether a process has received `order`, or its repetition by a station that knew it."""
-    return order.version in report.newest or (report.mission is not None and _is_again(report.mission, order))
+    mission = report.mission
+    if mission is not None and mission.stamp == order.stamp and mission.giver == order.giver:
+        return True
+    return order.version in report.concurrent or (mission is not None and _is_again(mission, order))
 
 
 def _is_again(mission: Mission, order: Mission) -> bool:

@@ -29,6 +29,9 @@ class Standing:
         self.since = asked
         self._giver, self._asked, self._last = giver, asked, 0
         self._heard: set[str] = set()  # processes whose reports were read
+        self._looked: list[
+            tuple[str, Mission | None, tuple[Version, ...]]
+        ] = []  # what all reports named at the last look
         self._known: dict[Version, None] = {}  # orders, those in force last
         self._count = 0  # the number of these in force
         self.holding: Mission | None = None  # the order in force at the last look
@@ -45,7 +48,13 @@ class Standing:
         landing drones. The order of a pilot that reports for the first time is not new if it was received before this
         giver's request.
         """
-        before, holding, reports = frozenset(self._known), dict[Version, None](), dict(fleet.reports())
+        reports = dict(fleet.reports())
+        looked = [(identity, report.mission, report.concurrent) for identity, report in reports.items()]
+        if looked == self._looked:  # nothing has changed
+            self.holding = fleet.mission()
+            return None
+        self._looked = looked
+        before, holding = frozenset(self._known), dict[Version, None]()
         for report in reports.values():
             holding.update(dict.fromkeys(report.newest))
             if report.mission is not None and report.mission.version not in before:
@@ -70,6 +79,7 @@ class Standing:
     def give(self, order: Mission) -> Mission:
         """Return `order` as this giver's, with its known orders and its own version; it stands from its stamp on."""
         self._last = max(order.stamp, self._last + 1)
+        self._looked = []
         known = tuple(self._known)[-max(HISTORY, self._count) :]
         order = order._replace(stamp=self._last, giver=self._giver, knows=known)
         self._known[order.version] = None

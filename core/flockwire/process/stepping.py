@@ -99,11 +99,12 @@ class StatusPublisher:
     def update(self, now: int, report: Report, counts: StepCounts, rejected: Counts) -> None:
         """Publish the status, and log a new state."""
         self.deadline = next_deadline(self.deadline, now, STATUS_PERIOD)
+        offset, bound = self._timekeeping.figures(now)
         status = Status(
             now, self._frame, self._identity, report,
             counts.steps, counts.delayed_1ms, counts.delayed_5ms, counts.skipped, self._resources.refused(),
             self._resources.cpu_share(now), self._resources.resident(), rejected, self._resources.links(),
-            *self._timekeeping.figures(now),
+            offset, bound,
         )  # fmt: skip
         self._publish(((self._key, status.bounded()),))
         line = report.line

@@ -10,7 +10,15 @@ from functools import lru_cache
 from struct import Struct, error
 from typing import Any, Final
 
-from librt.strings import BytesWriter, read_i32_le, write_i32_le
+from librt.strings import (
+    BytesWriter,
+    read_f64_le,
+    read_i32_le,
+    read_i64_le,
+    write_f64_le,
+    write_i32_le,
+    write_i64_le,
+)
 
 from flockwire.domain.time import SECOND
 
@@ -19,6 +27,7 @@ LONGEST_SEQUENCE: Final = 4096
 _ONE: Final = {code: Struct(f"<{code}") for code in "BHiIQdf"}  # the numbers that messages hold
 _SIZES: Final = {code: form.size for code, form in _ONE.items()}
 MOST: Final = 0xFFFF_FFFF  # largest number of 32 bits
+MOST_LONG: Final = 0xFFFF_FFFF_FFFF_FFFF
 
 
 class MessageError(ValueError):
@@ -58,6 +67,27 @@ class Writer:
         """Append numbers of one struct code, aligned."""
         align(self._data, _SIZES[code])
         self._data.write(several(code, len(values)).pack(*values))
+
+    def doubles(self, values: tuple[float, ...]) -> None:
+        """Append doubles, aligned."""
+        align(self._data, 8)
+        for value in values:
+            write_f64_le(self._data, value)
+
+    def longs(self, values: tuple[int, ...]) -> None:
+        """Append unsigned integers of 64 bits, aligned."""
+        align(self._data, 8)
+        for value in values:
+            write_i64_le(self._data, value if value <= MOST_LONG // 2 else value - MOST_LONG - 1)
+
+    def raw(self, data: bytes) -> None:
+        """Append what was written at such a `position` before."""
+        self._data.write(data)
+
+    @property
+    def position(self) -> int:
+        """The number of bytes so far, the header's included."""
+        return len(self._data)
 
     def time(self, stamp: int) -> None:
         """Append a builtin_interfaces/Time, from ns."""
@@ -126,6 +156,34 @@ class Reader:
             return several(code, count).unpack_from(self._data, at)
         except error:
             raise too_short(self._data) from None
+
+    def doubles(self, count: int) -> list[float]:
+        """Take `count` doubles."""
+        at = self._at + (4 - self._at) % 8
+        self._at = at + 8 * count
+        if self._at > len(self._data):
+            raise too_short(self._data)
+        return [read_f64_le(self._data, at + 8 * k) for k in range(count)]
+
+    def longs(self, count: int) -> list[int]:
+        """Take `count` unsigned integers of 64 bits."""
+        at = self._at + (4 - self._at) % 8
+        self._at = at + 8 * count
+        if self._at > len(self._data):
+            raise too_short(self._data)
+        return [int(read_i64_le(self._data, at + 8 * k)) & MOST_LONG for k in range(count)]
+
+    def skips(self, raw: bytes) -> bool:
+        """Return whether the bytes `raw` come next; if so, they count as taken."""
+        end = self._at + len(raw)
+        if self._data[self._at : end] != raw:
+            return False
+        self._at = end
+        return True
+
+    def since(self, begin: int) -> bytes:
+        """Return the bytes taken since `position` was `begin`."""
+        return self._data[begin : self._at]
 
     def time(self) -> int:
         """Take a builtin_interfaces/Time, in ns."""

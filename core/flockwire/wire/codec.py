@@ -23,6 +23,7 @@ from flockwire.wire.batch import Batch, decode_batch, encode_batch
 from flockwire.wire.cdr import LONGEST_SEQUENCE, MessageError, Reader, Writer, align, too_short
 from flockwire.wire.orders import read_bids, read_mission, write_bids, write_mission
 from flockwire.wire.stamped import (
+    RECENT,
     begin,
     check_end,
     check_finite,
@@ -66,9 +67,9 @@ def _encode_pose(pose: Pose) -> bytes:
 def _decode_pose(data: bytes) -> Pose:
     stamp, frame, at = read_head(data)
     at = last_numbers(data, at, 56)
-    p, (x, y, z), w = read_vector(data, at), read_vector(data, at + 24), read_f64_le(data, at + 48)
-    check_finite(p[0] + p[1] + p[2] + x + y + z + w)
-    return Pose(stamp, frame, p, (x, y, z, w))
+    p, q, w = read_vector(data, at), read_vector(data, at + 24), read_f64_le(data, at + 48)
+    check_finite(p[0] + p[1] + p[2] + q[0] + q[1] + q[2] + w)
+    return Pose(stamp, frame, p, (q[0], q[1], q[2], w))
 
 
 def _encode_estimate(estimate: Estimate) -> bytes:
@@ -94,7 +95,8 @@ def _decode_estimate(data: bytes) -> Estimate:
     if leading is None or not 0 <= rest < SECOND:
         raise MessageError(f"there is no state {data[at + 81]} of a leader, or {rest} ns are more than a second")
     motion = LeaderMotion(p, v, a)
-    return Estimate(stamp, frame, motion, seconds * SECOND + rest, data[at + 80], leading)
+    origin = (seconds - RECENT) * SECOND + RECENT * SECOND + rest
+    return Estimate(stamp, frame, motion, origin, data[at + 80], leading)
 
 
 def _encode_command(command: Command) -> bytes:
@@ -107,9 +109,9 @@ def _encode_command(command: Command) -> bytes:
 def _decode_command(data: bytes) -> Command:
     stamp, frame, at = read_head(data)
     at = last_numbers(data, at, 48)
-    v, (x, y, z) = read_vector(data, at), read_vector(data, at + 24)
-    check_finite(v[0] + v[1] + v[2] + x + y + z)
-    return Command(stamp, frame, v, z)
+    v, turn = read_vector(data, at), read_vector(data, at + 24)
+    check_finite(v[0] + v[1] + v[2] + turn[0] + turn[1] + turn[2])
+    return Command(stamp, frame, v, turn[2])
 
 
 def _encode_nearby(nearby: Nearby) -> bytes:

@@ -61,19 +61,6 @@ def read_attachment(data: bytes) -> Origin:
     return Origin(sequence, sent, publisher)
 
 
-Opened = tuple[Message, int, int, bytes]  # a sample that could be read: message, sequence, sent, publisher
-
-
-def open_sample(decode: Callable[[bytes], Message], payload: bytes, attached: bytes) -> Opened | None:
-    """Decode a sample; None when it is malformed."""
-    try:
-        message = decode(payload)
-        sequence, sent, size, publisher = ATTACHMENT.unpack(attached)
-    except (MessageError, error):
-        return None
-    return (message, sequence, sent, publisher) if size == 16 and sequence >= 0 else None
-
-
 class Quota:
     """The quota of a key: `rate` messages per s, and at most BURST s of that at once.
 
@@ -125,13 +112,17 @@ class Inbox:
             return self._reject(OVER_QUOTA)
         if payload.startswith(CANARY):
             return self._reject("canary")
-        return self.admit(open_sample(self._decode, payload, attached), now)
-
-    def admit(self, opened: Opened | None, now: int) -> Message | None:
-        """Judge what `open_sample` returned, as `accept` does; return its message when it passes."""
-        if opened is None:
+        try:
+            message: Message = self._decode(payload)
+            sequence, sent, size, publisher = ATTACHMENT.unpack(attached)
+        except (MessageError, error):
             return self._reject("malformed")
-        message, sequence, sent, publisher = opened
+        return self.admit(message if size == 16 and sequence >= 0 else None, sequence, sent, publisher, now)
+
+    def admit(self, message: Message | None, sequence: int, sent: int, publisher: bytes, now: int) -> Message | None:
+        """Judge the `sequence`-th message of `publisher` (None: malformed) as `accept` does; return one that passes."""
+        if message is None:
+            return self._reject("malformed")
         stamp, same = message.stamp, publisher == self._publisher
         if self._newest > now + self._ahead:  # this machine's clock was set back
             self._newest = 0
@@ -165,12 +156,11 @@ class EachInbox(Inbox):
         super().__init__(key, row)
         self._sequences: dict[bytes, int] = {}
 
-    def admit(self, opened: Opened | None, now: int) -> Message | None:
-        """Judge what `open_sample` returned, as `accept` does; return its message when it passes."""
-        if opened is not None:
-            last = self._sequences.get(opened[3])
-            self._publisher, self._sequence = (b"", -1) if last is None else (opened[3], last)
-        message = super().admit(opened, now)
+    def admit(self, message: Message | None, sequence: int, sent: int, publisher: bytes, now: int) -> Message | None:
+        """Judge the `sequence`-th message of `publisher`, as `accept` does; return it if it passes."""
+        last = self._sequences.get(publisher)
+        self._publisher, self._sequence = (b"", -1) if last is None else (publisher, last)
+        message = super().admit(message, sequence, sent, publisher, now)
         if message is not None:
             self._sequences.pop(self._publisher, None)  # in the order of the last use
             self._sequences[self._publisher] = self._sequence

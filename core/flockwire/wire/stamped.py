@@ -13,19 +13,21 @@ from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 from flockwire.wire.cdr import HEADER, MessageError, too_short
 
-MOST_FRAMES: Final = 64  # frame ids that are kept: a swarm has one
+RECENT: Final = 1_500_000_000  # s, Unix: what mypyc multiplies without an object is below 2^30
 _HEADER: Final = int.from_bytes(HEADER, "little")
 _SIZES: Final = 16  # bytes up to the frame id: header, stamp, its length
-_heads: Final[
-    dict[tuple[str, int], bytes]
-] = {}  # of a message, its header and stamp left out, by frame id and alignment
 
 
 class _Named:
-    """The frame id of the last message that was read: the next one has the same."""
+    """The frame id of the last message that was read, and of those that were written: the next one has the same.
+
+    Each changes at once: two threads may read messages.
+    """
 
     def __init__(self) -> None:
-        self.frame: tuple[bytes, str] = (b"\0", "")  # changes at once: two threads may read messages
+        self.frame: tuple[bytes, str] = (b"\0", "")
+        self.wide: tuple[str, bytes] = ("", b"")  # frame id, and head of a message without header and stamp
+        self.narrow: tuple[str, bytes] = ("", b"")  # the same, padded for numbers of 4 bytes
 
 
 _LAST: Final = _Named()
@@ -33,9 +35,8 @@ _LAST: Final = _Named()
 
 def begin(stamp: int, frame: str, alignment: int = 8) -> BytesWriter:
     """Return a message with header, `stamp` (Unix ns) and frame id, padded for numbers of `alignment` bytes, 4 or 8."""
-    head = _heads.get((frame, alignment))
-    if head is None:
-        head = _head(frame, alignment)
+    named = _LAST.wide if alignment == 8 else _LAST.narrow
+    head = named[1] if named[1] and named[0] == frame else _head(frame, alignment)
     writer = BytesWriter()
     writer.write(HEADER)
     write_i32_le(writer, stamp // SECOND)
@@ -45,11 +46,12 @@ def begin(stamp: int, frame: str, alignment: int = 8) -> BytesWriter:
 
 
 def _head(frame: str, alignment: int) -> bytes:
-    if len(_heads) >= MOST_FRAMES:
-        _heads.clear()
     raw = frame.encode() + b"\0"
-    padding = bytes(-(_SIZES - 4 + len(raw)) % alignment)
-    head = _heads[frame, alignment] = len(raw).to_bytes(4, "little") + raw + padding
+    head = len(raw).to_bytes(4, "little") + raw + bytes(-(_SIZES - 4 + len(raw)) % alignment)
+    if alignment == 8:
+        _LAST.wide = frame, head
+    else:
+        _LAST.narrow = frame, head
     return head
 
 
@@ -73,7 +75,8 @@ def read_head(data: bytes) -> tuple[int, str, int]:
     if length < 0 or end > len(data):
         raise too_short(data)
     raw, named = data[_SIZES:end], _LAST.frame
-    return seconds * SECOND + rest, named[1] if raw == named[0] else _frame(raw), end + -end % 4
+    stamp = (seconds - RECENT) * SECOND + RECENT * SECOND + rest
+    return stamp, named[1] if raw == named[0] else _frame(raw), end + -end % 4
 
 
 def _frame(raw: bytes) -> str:

@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-from math import isfinite
 from operator import itemgetter
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
-from flockwire.domain.fields import from_fields
+from flockwire.compiling import mypyc_attr
 from flockwire.domain.order import Mission, Version
+from flockwire.domain.record import Record
 from flockwire.domain.vector import ZERO, Vector
 from flockwire.wire.cdr import MessageError, Reader, Writer
 from flockwire.wire.orders import read_any_mission, read_versions, write_mission, write_versions
 from flockwire.wire.phase import phase_of
+from flockwire.wire.stamped import check_finite
 
-NO_MISSION = Mission(0, "", "")
+NO_MISSION: Final = Mission(0, "", "")
 
-MOST_REJECTIONS = 128  # named keys and reasons in a status: the most frequent ones, the rest in one sum
-MOST_LINKS = 256  # named processes in a status
-MOST_REASONS = 8  # reasons in a status
-LONGEST_TEXT = 256  # characters of any of its texts (bytes of UTF-8 after `bounded`)
-SURELY_SHORT = LONGEST_TEXT // 4  # characters: one takes four bytes of UTF-8 at most
+MOST_REJECTIONS: Final = 128  # named keys and reasons in a status: the most frequent ones, the rest in one sum
+MOST_LINKS: Final = 256  # named processes in a status
+MOST_REASONS: Final = 8  # reasons in a status
+LONGEST_TEXT: Final = 256  # characters of any of its texts (bytes of UTF-8 after `bounded`)
+SURELY_SHORT: Final = LONGEST_TEXT // 4  # characters: one takes four bytes of UTF-8 at most
 SERIAL = "serial"  # the code of the reason with the serial number of a driver's drone
 LAW_FAILED = "law failed"  # the code of the reason with a law's error and its place
 LEFT_OUT = "estimate left out"  # of the reason that names neighbours whose estimates contradict the others
@@ -57,24 +58,65 @@ def place_reason(place: int | None) -> Reason:
     return Reason(NO_PLACE_YET, "holds no place yet") if place is None else Reason(PLACE, f"{HOLDS}{place}")
 
 
-class Report(NamedTuple):
-    """A core's report; -1 means that a figure does not apply."""
+@mypyc_attr(acyclic=True)
+class Report(Record):
+    """A core's report; -1 means that a figure does not apply.
 
-    phase: str  # a Phase, or the process's own word
-    detail: str = ""  # the awaited input, or the reason of the phase
-    formation_error: float = -1.0  # m, |x_i - h_i - eta_i|: by its own estimate
-    pose_age: float = -1.0  # s
-    estimate_age: float = -1.0  # s, of the oldest in-neighbour
-    nearby_age: float = -1.0  # s
-    telemetry_age: float = -1.0  # s
-    battery: float = -1.0  # share of full
-    mission: Mission | None = None  # the order that it obeys, as confirmation
-    latency: float = -1.0  # s from a frame's capture to its publication, median
-    counts: Counts = ()  # counts of bad input
-    position: Vector | None = None  # m, world frame, by its own pose
-    concurrent: tuple[Version, ...] = ()  # other orders that an upward order must name (pilot/orders.py)
-    order_age: float = -1.0  # s since it received its newest order
-    reasons: tuple[Reason, ...] = ()  # other reports, by code
+    Attributes:
+        phase: a Phase, or the process's own word.
+        detail: the awaited input, or the reason of the phase.
+        formation_error: m, |x_i - h_i - eta_i|: by its own estimate.
+        pose_age, nearby_age, telemetry_age: s.
+        estimate_age: s, of the oldest in-neighbour.
+        battery: share of full.
+        mission: the order that it obeys, as confirmation.
+        latency: s from a frame's capture to its publication, median.
+        counts: counts of bad input.
+        position: m, world frame, by its own pose.
+        concurrent: other orders that an upward order must name (pilot/orders.py).
+        order_age: s since it received its newest order.
+        reasons: other reports, by code.
+
+    """
+
+    __slots__ = (
+        "phase", "detail", "formation_error", "pose_age", "estimate_age", "nearby_age", "telemetry_age", "battery",
+        "mission", "latency", "counts", "position", "concurrent", "order_age", "reasons",
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        phase: str,
+        detail: str = "",
+        formation_error: float = -1.0,
+        pose_age: float = -1.0,
+        estimate_age: float = -1.0,
+        nearby_age: float = -1.0,
+        telemetry_age: float = -1.0,
+        battery: float = -1.0,
+        mission: Mission | None = None,
+        latency: float = -1.0,
+        counts: Counts = (),
+        position: Vector | None = None,
+        concurrent: tuple[Version, ...] = (),
+        order_age: float = -1.0,
+        reasons: tuple[Reason, ...] = (),
+    ) -> None:
+        self.phase: Final = phase
+        self.detail: Final = detail
+        self.formation_error: Final = formation_error
+        self.pose_age: Final = pose_age
+        self.estimate_age: Final = estimate_age
+        self.nearby_age: Final = nearby_age
+        self.telemetry_age: Final = telemetry_age
+        self.battery: Final = battery
+        self.mission: Final = mission
+        self.latency: Final = latency
+        self.counts: Final = counts
+        self.position: Final = position
+        self.concurrent: Final = concurrent
+        self.order_age: Final = order_age
+        self.reasons: Final = reasons
 
     @property
     def line(self) -> str:
@@ -96,24 +138,60 @@ class Report(NamedTuple):
         return self.concurrent if self.mission is None else (self.mission.version, *self.concurrent)
 
 
-class Status(NamedTuple):
-    """flockwire_msgs/Status: the state of a process."""
+@mypyc_attr(acyclic=True)
+class Status(Record):
+    """flockwire_msgs/Status: the state of a process.
 
-    stamp: int
-    frame: str
-    identity: str
-    report: Report
-    steps: int
-    delayed_1ms: int  # late steps: after their due time, or the sending of a message
-    delayed_5ms: int
-    skipped: int
-    refused: int  # connections
-    cpu: float  # share of one core since the last status
-    resident: int  # bytes, peak
-    rejected: Counts  # messages dropped, by key
-    links: tuple[str, ...]  # the processes that it is linked to
-    clock_offset: float = 0.0  # s, corrected lag of its host's clock behind the swarm's
-    clock_bound: float = 0.0  # s, bound of the offset; -1 before it is known
+    Attributes:
+        delayed_1ms, delayed_5ms: late steps, after their due time, or the sending of a message.
+        refused: connections.
+        cpu: share of one core since the last status.
+        resident: bytes, peak.
+        rejected: messages dropped, by key.
+        links: the processes that it is linked to.
+        clock_offset: s, corrected lag of its host's clock behind the swarm's.
+        clock_bound: s, bound of the offset; -1 before it is known.
+
+    """
+
+    __slots__ = (
+        "stamp", "frame", "identity", "report", "steps", "delayed_1ms", "delayed_5ms", "skipped", "refused", "cpu",
+        "resident", "rejected", "links", "clock_offset", "clock_bound",
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        stamp: int,
+        frame: str,
+        identity: str,
+        report: Report,
+        steps: int,
+        delayed_1ms: int,
+        delayed_5ms: int,
+        skipped: int,
+        refused: int,
+        cpu: float,
+        resident: int,
+        rejected: Counts,
+        links: tuple[str, ...],
+        clock_offset: float = 0.0,
+        clock_bound: float = 0.0,
+    ) -> None:
+        self.stamp: Final = stamp
+        self.frame: Final = frame
+        self.identity: Final = identity
+        self.report: Final = report
+        self.steps: Final = steps
+        self.delayed_1ms: Final = delayed_1ms
+        self.delayed_5ms: Final = delayed_5ms
+        self.skipped: Final = skipped
+        self.refused: Final = refused
+        self.cpu: Final = cpu
+        self.resident: Final = resident
+        self.rejected: Final = rejected
+        self.links: Final = links
+        self.clock_offset: Final = clock_offset
+        self.clock_bound: Final = clock_bound
 
     def bounded(self) -> Status:
         """Return it with names and texts limited to those that `read_status` accepts."""
@@ -132,67 +210,107 @@ class Status(NamedTuple):
         return self._replace(report=report, rejected=_short_names(rejected), links=links)
 
 
+class _Orders:
+    """The orders of the last statuses that were written and read, with their bytes: the next one has the same.
+
+    Padding depends on the place, so each of eight places has its own: twice, with an order and without one. An entry
+    changes at once: two threads may read messages.
+    """
+
+    def __init__(self) -> None:
+        self.written: dict[int, tuple[Mission | None, bytes]] = {}
+        self.read: dict[int, tuple[Mission, bytes]] = {}
+
+
+_LAST: Final = _Orders()
+
+
 def write_status(writer: Writer, status: Status) -> None:
     """Append a status, after its stamp and frame."""
     report = status.report
     for text in (status.identity, report.phase, report.detail):
         writer.text(text)
-    ages = (report.pose_age, report.estimate_age, report.nearby_age, report.telemetry_age)
-    writer.put_all("d", report.formation_error, *ages, report.battery, status.cpu)
-    counts = (status.steps, status.delayed_1ms, status.delayed_5ms, status.skipped, status.refused, status.resident)
-    writer.put_all("Q", *counts)
+    writer.doubles((
+        report.formation_error, report.pose_age, report.estimate_age, report.nearby_age, report.telemetry_age,
+        report.battery, status.cpu,
+    ))  # fmt: skip
+    writer.longs((
+        status.steps, status.delayed_1ms, status.delayed_5ms, status.skipped, status.refused, status.resident
+    ))  # fmt: skip
     write_counts(writer, status.rejected)
     writer.texts(status.links)
-    writer.put("d", report.latency)
+    writer.doubles((report.latency,))
     write_counts(writer, report.counts)
-    mission = report.mission or NO_MISSION
+    _write_order(writer, report.mission)
+    writer.put("B", report.position is not None)
+    x, y, z = report.position or ZERO
+    writer.doubles((x, y, z, status.clock_offset, status.clock_bound))
+    write_versions(writer, report.concurrent)
+    writer.doubles((report.order_age,))
+    writer.texts(tuple([text for reason in report.reasons for text in reason]), len(Reason._fields))
+
+
+def _write_order(writer: Writer, order: Mission | None) -> None:
+    begin = writer.position
+    place = begin % 8 + (8 if order is None else 0)
+    last = _LAST.written.get(place)
+    if last is not None and last[0] is order:
+        writer.raw(last[1])
+        return
+    mission = order or NO_MISSION
     writer.time(mission.stamp)
     write_mission(writer, mission)
-    writer.put("B", report.position is not None)
-    writer.put_all("d", *(report.position or ZERO))
-    writer.put_all("d", status.clock_offset, status.clock_bound)
-    write_versions(writer, report.concurrent)
-    writer.put("d", report.order_age)
-    writer.texts(tuple([text for reason in report.reasons for text in reason]), len(Reason._fields))
+    _LAST.written[place] = order, writer.finish()[begin:]
+
+
+def _read_order(frame: str, reader: Reader) -> Mission:
+    begin = reader.position
+    place = begin % 8
+    for last in (_LAST.read.get(place), _LAST.read.get(place + 8)):
+        if last is not None and last[0].frame == frame and reader.skips(last[1]):
+            return last[0]
+    mission = read_any_mission(reader.time(), frame, reader)
+    _LAST.read[place if mission.stamp else place + 8] = mission, reader.since(begin)
+    return mission
 
 
 def read_status(stamp: int, frame: str, reader: Reader) -> Status:
     """Read the output of `write_status`; raises MessageError."""
     identity, phase, detail = reader.text(), phase_of(reader.text()), reader.text()
-    figures = reader.take_all("d", 7)
-    steps, delayed_1ms, delayed_5ms, skipped, refused, resident = reader.take_all("Q", 6)
+    figures, numbers = reader.doubles(7), reader.longs(6)
     keys, rejections, links = reader.texts(), reader.numbers("Q"), reader.texts()
-    latency, names, counts = reader.take_all("d", 1)[0], reader.texts(), reader.numbers("Q")
-    mission = read_any_mission(reader.time(), frame, reader)
-    known, place = reader.take("B"), reader.take_all("d", 3)
-    clock_offset, clock_bound = reader.take_all("d", 2)
-    concurrent, order_age = read_versions(reader), reader.take_all("d", 1)[0]
+    latency, names, counts = reader.doubles(1)[0], reader.texts(), reader.numbers("Q")
+    mission = _read_order(frame, reader)
+    known, place = reader.take("B"), reader.doubles(5)
+    concurrent, order_age = read_versions(reader), reader.doubles(1)[0]
     told = reader.texts(len(Reason._fields))
-    if not isfinite(sum((*figures, latency, *place, clock_offset, clock_bound, order_age))):
-        raise MessageError("holds a number that is not finite")
+    total = latency + order_age
+    for figure in figures:
+        total += figure
+    for figure in place:
+        total += figure
+    check_finite(total)
     if len(names) != len(counts) or len(names) > MOST_REJECTIONS:
         raise MessageError(f"{len(names)} names with {len(counts)} counts, {MOST_REJECTIONS} at most")
     if len(keys) > MOST_REJECTIONS or len(links) > MOST_LINKS:
         raise MessageError(f"names {len(keys)} rejections and {len(links)} links, too many")
     if len(told) > MOST_REASONS * len(Reason._fields):
         raise MessageError(f"gives {len(told) // len(Reason._fields)} reasons, {MOST_REASONS} at most")
-    if max([len(text) for text in (frame, identity, phase, detail, *keys, *links, *names, *told)]) > LONGEST_TEXT:
-        raise MessageError(f"holds a text of more than {LONGEST_TEXT} characters")
+    for text in (frame, identity, phase, detail, *keys, *links, *names, *told):
+        if len(text) > LONGEST_TEXT:
+            raise MessageError(f"holds a text of more than {LONGEST_TEXT} characters")
     if len(keys) != len(rejections):
         raise MessageError(f"{len(keys)} keys with {len(rejections)} counts")
-    rejected = tuple(zip(keys, rejections, strict=True))
-    error, pose, estimate, nearby, telemetry, battery, cpu = figures
-    obeyed = mission if mission.stamp else None
-    position = (place[0], place[1], place[2]) if known else None
-    reasons = tuple([Reason(*told[k : k + 3]) for k in range(0, len(told), 3)])
-    report = from_fields(Report, (
-        phase, detail, error, pose, estimate, nearby, telemetry, battery, obeyed, latency,
-        tuple(zip(names, counts, strict=True)), position, concurrent, order_age, reasons,
-    ))  # fmt: skip
-    return from_fields(Status, (
-        stamp, frame, identity, report, steps, delayed_1ms, delayed_5ms, skipped, refused, cpu, resident,
-        rejected, links, clock_offset, clock_bound,
-    ))  # fmt: skip
+    report = Report(
+        phase, detail, figures[0], figures[1], figures[2], figures[3], figures[4], figures[5],
+        mission if mission.stamp else None, latency, tuple(zip(names, counts, strict=True)),
+        (place[0], place[1], place[2]) if known else None, concurrent, order_age,
+        tuple([Reason(*told[k : k + 3]) for k in range(0, len(told), 3)]),
+    )  # fmt: skip
+    return Status(
+        stamp, frame, identity, report, numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], figures[6],
+        numbers[5], tuple(zip(keys, rejections, strict=True)), links, place[3], place[4],
+    )  # fmt: skip
 
 
 def write_counts(writer: Writer, counts: Counts) -> None:

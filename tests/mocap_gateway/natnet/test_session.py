@@ -82,9 +82,9 @@ def test_it_asks_for_names_again_when_the_models_have_changed():
 
 def test_poses_come_by_number_without_a_model_and_by_name_with_one():
     told = session()
-    assert told.receive(frame(1), SERVER, 0).bodies[0][:2] == (7, None)
+    assert told.receive(frame(1), SERVER, 0).bodies[0].fields()[:2] == (7, None)
     told.receive(encode_model([BodyDescription(7, "one")], (4, 1)), SERVER, 0)
-    assert told.receive(frame(2), SERVER, 0).bodies[0][:2] == (7, "one")
+    assert told.receive(frame(2), SERVER, 0).bodies[0].fields()[:2] == (7, "one")
 
 
 def test_stamps_are_in_ns_of_the_ticks_clock():

@@ -6,11 +6,25 @@ from collections import deque
 from math import exp
 from typing import Final
 
+from flockwire.compiling import mypyc_attr
 from flockwire.domain.motion import Motion
+from flockwire.domain.record import Record
 from flockwire.domain.vector import ZERO, Vector
 
 REMEMBERED: Final = 5.0  # s of commands, beyond the dead time: more than the age of any used pose
 GAP: Final = 1.0  # s between two poses after which the old velocity is dropped
+
+
+@mypyc_attr(acyclic=True)
+class Given(Record):
+    """A command, m/s, given at `begin`, s, when the integral of all before it was `travelled`, m."""
+
+    __slots__ = ("begin", "velocity", "travelled")
+
+    def __init__(self, begin: float, velocity: Vector, travelled: Vector) -> None:
+        self.begin: Final = begin
+        self.velocity: Final = velocity
+        self.travelled: Final = travelled
 
 
 class AirframeState:
@@ -25,7 +39,7 @@ class AirframeState:
 
     def __init__(self, lag: float, dead_time: float, time_constant: float = 0.1) -> None:
         self._lag, self._dead_time, self._time_constant = lag, dead_time, time_constant
-        self._commands: deque[tuple[float, Vector, Vector]] = deque()  # time, command, sum since the start
+        self._commands: deque[Given] = deque()
         self._position: Vector | None = None
         self._velocity = ZERO
         self._stamp = 0.0
@@ -33,13 +47,13 @@ class AirframeState:
     @property
     def last_command(self) -> Vector:
         """The newest command, m/s."""
-        return self._commands[-1][1] if self._commands else ZERO
+        return self._commands[-1].velocity if self._commands else ZERO
 
     def command(self, velocity: Vector, now: float) -> None:
         """Record the command `velocity` (m/s) given at `now`."""
         commands = self._commands
-        commands.append((now, velocity, self.travelled(now)))
-        while commands[0][0] < now - self._dead_time - REMEMBERED:
+        commands.append(Given(now, velocity, self.travelled(now)))
+        while commands[0].begin < now - self._dead_time - REMEMBERED:
             commands.popleft()
 
     def measure(self, position: Vector, stamp: float, now: float) -> Motion:
@@ -69,26 +83,26 @@ class AirframeState:
 
     def travelled(self, when: float) -> Vector:
         """Return the integral of the commands up to `when`, m."""
-        for begin, (ux, uy, uz), (x, y, z) in reversed(self._commands):
-            if begin <= when:
-                dt = when - begin
-                return (x + dt * ux, y + dt * uy, z + dt * uz)
-        return self._commands[0][2] if self._commands else ZERO
+        for given in reversed(self._commands):
+            if given.begin <= when:
+                dt, u, x = when - given.begin, given.velocity, given.travelled
+                return (x[0] + dt * u[0], x[1] + dt * u[1], x[2] + dt * u[2])
+        return self._commands[0].travelled if self._commands else ZERO
 
     def _predict(self, position: Vector, stamp: float) -> tuple[Vector, Vector]:
         """Integrate the model from the last measurement, at `position`, to `stamp`; return position and velocity."""
         commands, at, velocity = self._commands, self._stamp, self._velocity
-        while len(commands) > 1 and commands[1][0] + self._dead_time <= at:
+        while len(commands) > 1 and commands[1].begin + self._dead_time <= at:
             commands.popleft()
         current = ZERO
-        for begin, u, _ in commands:
-            effective = begin + self._dead_time
+        for given in commands:
+            effective = given.begin + self._dead_time
             if effective >= stamp:
                 break
             if effective > at:
                 position, velocity = _flown(position, velocity, current, effective - at, self._lag)
                 at = effective
-            current = u
+            current = given.velocity
         return _flown(position, velocity, current, stamp - at, self._lag)
 
 

@@ -1,0 +1,26 @@
+"""A body that has a drone's name at the tracker."""
+
+from __future__ import annotations
+
+from operator import attrgetter
+from typing import Final
+
+from flockwire.compiling import mypyc_attr
+from flockwire.domain.quaternion import Quaternion
+from flockwire.domain.record import Record
+from flockwire.domain.vector import Vector
+
+in_order: Final = attrgetter("stamp", "drone")  # the key by which claims are sorted
+
+
+@mypyc_attr(acyclic=True)
+class Claim(Record):
+    """A body with a drone's name at the tracker, as seen at `stamp` (ns): m, orientation x y z w."""
+
+    __slots__ = ("stamp", "drone", "position", "orientation")
+
+    def __init__(self, stamp: int, drone: int, position: Vector, orientation: Quaternion) -> None:
+        self.stamp: Final = stamp
+        self.drone: Final = drone
+        self.position: Final = position
+        self.orientation: Final = orientation
