@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Callable
 from struct import Struct, error
 from typing import Final, NamedTuple
 from zlib import crc32
