@@ -75,7 +75,8 @@ class CustomBuildHook(BuildHookInterface[Any]):
 def _pack(modules: list[Any], header: Path) -> None:
     """Have what a step executes close together: it finds the caches cold, since other processes ran meanwhile."""
     lines = ["#include <CPy.h>", *(f"__typeof__({name}) {name} __attribute__((cold));" for name in COLD)]
-    header.write_text("\n".join((*lines, "")))
+    # clang refuses an attribute after the definition, which CPy_DecRef has in the header
+    header.write_text("\n".join(("#ifndef __clang__", *lines, "#endif", "")))
     for module in modules:
         if module.name.endswith("__mypyc"):  # the library; each other one only asks it for a module
             module.extra_compile_args = [*module.extra_compile_args, *DENSE, f"-include{header}"]

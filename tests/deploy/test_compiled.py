@@ -1,9 +1,12 @@
 """What hatch_build.py compiles: whole folders, with the folders in them."""
 
 import importlib.util
+import subprocess
 import sys
+import sysconfig
 from pathlib import Path
-from types import ModuleType
+from shutil import which
+from types import ModuleType, SimpleNamespace
 from unittest.mock import MagicMock
 
 import pytest
@@ -34,6 +37,22 @@ def test_all_modules_of_a_compiled_folder_are_compiled_but_those_left_alone(hook
     assert missing == hook.LEFT_ALONE
     assert ROOT / "core/flockwire/control/around/way_round.py" in compiled
     assert all(file.is_file() for file in compiled)
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_compilers_accept_the_flags_that_pack_the_code(hook, tmp_path, compiler):
+    """Python's headers may be missing, and one of the compilers."""
+    headers = Path(sysconfig.get_path("include"))
+    if which(compiler) is None or not (headers / "Python.h").is_file() or sys.platform != "linux":
+        pytest.skip(f"needs {compiler} and Python.h, on Linux")
+    mypyc = Path(pytest.importorskip("mypyc").__file__).parent / "lib-rt"
+    library = SimpleNamespace(name="flockwire__mypyc", extra_compile_args=["-Werror"], extra_link_args=[])
+    hook._pack([library], tmp_path / "cold.h")
+    (tmp_path / "empty.c").write_text("#include <Python.h>\n#include <CPy.h>\n")
+    flags = ["-Wno-unused-function", "-Wno-ignored-optimization-argument", *library.extra_compile_args]  # as mypycify
+    command = [compiler, "-c", "empty.c", f"-I{headers}", f"-I{mypyc}", *flags]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.long
