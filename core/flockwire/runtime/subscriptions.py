@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 BACKLOG: Final = 256  # samples of one key that are buffered; beyond, the oldest is dropped and counted as an overflow
 BEHIND: Final = 1_000_000  # ns since a key was handled within which its next sample has waited: this process is behind
-_kept: Final[set[int]] = set()  # threads of Zenoh whose Python state is kept
+_thread: Final = threading.local()  # not a set of numbers: a new thread may have that of one that has ended
 
 
 class Ring(Protocol):
@@ -174,10 +174,8 @@ def _raise(error: Exception) -> None:
 
 def _keep_thread_state() -> None:
     """Keep what Python has of this thread, one of Zenoh's: else each callback maps it, and unmaps it at its end."""
-    thread = threading.get_ident()
-    if thread not in _kept:
-        _kept.add(thread)
-        ctypes.pythonapi.PyGILState_Ensure()
+    if not hasattr(_thread, "kept"):
+        _thread.kept = ctypes.pythonapi.PyGILState_Ensure()
 
 
 def _bytes(sample: zenoh.Sample) -> tuple[bytes, bytes]:
