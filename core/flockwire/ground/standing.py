@@ -29,9 +29,7 @@ class Standing:
         self.since = asked
         self._giver, self._asked, self._last = giver, asked, 0
         self._heard: set[str] = set()  # processes whose reports were read
-        self._looked: list[
-            tuple[str, Mission | None, tuple[Version, ...]]
-        ] = []  # what all reports named at the last look
+        self._looked: list[tuple[str, Mission | None, tuple[Version, ...]]] | None = None  # what the last look read
         self._known: dict[Version, None] = {}  # orders, those in force last
         self._count = 0  # the number of these in force
         self.holding: Mission | None = None  # the order in force at the last look
@@ -79,7 +77,7 @@ class Standing:
     def give(self, order: Mission) -> Mission:
         """Return `order` as this giver's, with its known orders and its own version; it stands from its stamp on."""
         self._last = max(order.stamp, self._last + 1)
-        self._looked = []
+        self._looked = None  # the next look reads all again
         known = tuple(self._known)[-max(HISTORY, self._count) :]
         order = order._replace(stamp=self._last, giver=self._giver, knows=known)
         self._known[order.version] = None
