@@ -66,21 +66,18 @@ def keep_clear(
     """
     z = nearest_on_segment(separation, stopping)
     distance = hypot(*z)
+    gap = distance - safety_distance
     if distance < _COINCIDENT:
-        z, distance = separation, max(hypot(*separation), _COINCIDENT)
-        gap = -safety_distance
-    else:
-        gap = distance - safety_distance
+        z, distance, gap = separation, max(hypot(*separation), _COINCIDENT), -safety_distance
     x, y, z_ = z[0] / distance, z[1] / distance, z[2] / distance
     allowed = max(approach_speed(gap, rate, braking), -recovery)
     closing = x * body_velocity[0] + y * body_velocity[1] + z_ * body_velocity[2]
+    least = closing - allowed
     if shared:
         own = -(x * velocity[0] + y * velocity[1] + z_ * velocity[2])
         most = _SHIFTED * max(allowed, 0.0)
         share = 0.5 * allowed + min(max(0.5 * (own - closing), -most), most)
-        least = -min(share, allowed - closing)
-    else:
-        least = closing - allowed
+        least = max(-share, least)
     return (x, y, z_, least) if least > -speed else None
 
 

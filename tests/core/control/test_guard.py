@@ -154,3 +154,19 @@ def test_between_a_wall_and_the_space_of_a_lost_body_the_wall_is_kept_clear_of(m
         at = step * SECOND // 100
         last = filtered.velocity((0.0, 0.0, 0.0), motion, (wall, lost), at, at, last, 0.01, 3.0, False)
     assert last[0] == pytest.approx(-0.05 if growth else 0.0, abs=0.005)  # -0.4 if both counted alike
+
+
+@pytest.mark.parametrize(("seen", "share"), [(1, 0.5), (30, 0.65)], ids=["for the first time", "standing"])
+def test_towards_a_drone_without_a_velocity_yet_a_drone_has_half_of_the_approach_speed(make_swarm, seen, share):
+    """It may come as fast; one that was seen to stand leaves a larger share (docs/theory.md, section 5)."""
+    parameters = guard_parameters(make_swarm({"control.law": "extended"}), 1)
+    filtered, last, gap = Guard(parameters), (0.9 * parameters.rate * 0.2, 0.0, 0.0), 0.2
+    for step in range(1, 31):
+        at, x = step * SECOND // 100, 0.01 * step * last[0]
+        ahead = 0.01 * (30 - step) * last[0] + parameters.separation.drone + gap
+        bodies = (Body(BodyKind.DRONE, (ahead, 0.0, 0.0), 0.0),) if step > 30 - seen else ()
+        motion = Motion((x, 0.0, 1.0), last, (x, 0.0, 1.0))
+        bodies = filtered.tracked(motion, bodies, at)
+    allowed = (share * parameters.rate * gap, 0.0, 0.0)
+    v = filtered.velocity(last, motion, bodies, at, at, allowed, 0.01, 3.0, False)
+    assert v == pytest.approx(allowed)
