@@ -17,7 +17,7 @@ COMPILED = (
     "core/flockwire/domain",
     *(
         f"core/flockwire/wire/{name}.py"
-        for name in ("batch", "cdr", "codec", "inbox", "orders", "phase", "stamped", "status")
+        for name in ("batch", "cdr", "codec", "inbox", "orders", "phase", "stamped", "status", "status_codec")
     ),
     "core/flockwire/pilot",
     *(f"core/flockwire/ground/{name}.py" for name in ("fleet", "lost", "standing")),

@@ -32,7 +32,8 @@ from flockwire.wire.stamped import (
     read_vector,
     write_vector,
 )
-from flockwire.wire.status import Status, read_status, write_status
+from flockwire.wire.status import Status
+from flockwire.wire.status_codec import read_status, write_status
 
 
 class Message(Protocol):
