@@ -21,9 +21,7 @@ FRESH: Final = SECOND  # ns for which a sighting identifies a body
 GAP: Final = SECOND // 20  # ns without a drone after which its name alone does not identify a body
 RESTORED: Final = SECOND  # ns for which names must be right until the doubt ends
 BLACKOUT: Final = 2 * SECOND // 5  # ns without any body after which the next frame counts as the first
-EXCHANGED: Final = (
-    2.0  # times nearer to where the other one flew: names were exchanged in a blackout of less than FRESH
-)
+EXCHANGED: Final = 2.0  # times nearer to where the other one flew: exchanged in a blackout of less than FRESH
 NOISE: Final = 3.0  # times the tolerance: a body that jumps less far is not another's, if nobody's last place is nearer
 FORGOTTEN: Final = 3 * SECOND  # ns without any body after which a doubt ends: the next frame counts as the first
 
@@ -52,14 +50,11 @@ class Identities:
     def judge(self, claims: list[Claim]) -> tuple[list[Claim], list[Claim]]:
         """Return the accepted claims, each with its drone, and those that are held back."""
         self._forget_blackout(claims)
-        jumps, suspects = self.jumps, list[Claim]()
-        for claim in claims:
-            if not jumps.follows(claim, GAP) and not self._plausible(claim, claims):
-                suspects.append(claim)
+        suspects = [claim for claim in claims if not self._plausible(claim, claims)]
         if not suspects and not self.doubts:
             for claim in claims:
-                jumps.accept(claim.drone, claim)
-            return claims, suspects
+                self.jumps.accept(claim.drone, claim)
+            return claims, []
         believable = {claim.drone for claim in claims}.difference(claim.drone for claim in suspects)
         for claim in suspects:
             self._suspect(claim, believable)
@@ -67,14 +62,15 @@ class Identities:
 
     def _plausible(self, claim: Claim, claims: list[Claim]) -> bool:
         """Return whether the drone can be there; after a gap also whether no other drone is there or is more likely."""
+        return self.jumps.follows(claim, GAP) or self._plausible_after_gap(claim, claims)
+
+    def _plausible_after_gap(self, claim: Claim, claims: list[Claim]) -> bool:
         stamp, drone, position = claim.stamp, claim.drone, claim.position
         last = self.jumps.last.get(drone)
         if last is None:
             return not self._others(claim, self._fresh(stamp))
         if not self.jumps.flies(last, stamp, position):
             return False
-        if stamp - last.stamp <= GAP:
-            return True
         if self._on_another(claim, claims):
             return False
         named = {other.drone for other in claims}
