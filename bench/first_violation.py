@@ -74,8 +74,8 @@ def main() -> int:
     known = Corpus()
     if options.corpus is not None:
         known = corpus.read(options.corpus, space.size, marks_near(options.changed))
-    if options.corpus is not None and options.method == "draws":  # asks for them again, in this order
-        known = replace(known, flights=corpus.flown(options.corpus))
+        if options.method == "draws":  # asks for them again, in their own order
+            known = replace(known, flights=corpus.flown(options.corpus))
     what: dict[int, str] = {}  # by flight, what ends the search, and why it could not be flown
 
     def ends(entry: Entry) -> bool:

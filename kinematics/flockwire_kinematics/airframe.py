@@ -21,6 +21,7 @@ from flockwire.swarm.drones import Airframe
 
 FLYING: Final = FlightState.FLYING  # compiled, a constant costs less than an attribute
 GROUNDED: Final = FlightState.GROUNDED
+LANDING: Final = FlightState.LANDING
 STOPPED: Final = FlightState.STOPPED
 
 

@@ -8,7 +8,6 @@ driver, a landing that it began is not cancelled, and a climb command that conti
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final
 
 from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.marks import Holding, sometimes
@@ -19,11 +18,9 @@ from flockwire.process.wind import Wind
 from flockwire.swarm.model import Swarm
 from flockwire.swarm.tables import Limits
 
-from flockwire_kinematics.airframe import FirstOrderAirframe
+from flockwire_kinematics.airframe import FLYING, LANDING, FirstOrderAirframe
 
 LEVEL = (0.0, 0.0, 0.0, 1.0)
-FLYING: Final = FlightState.FLYING  # compiled, a constant costs less than an attribute
-LANDING: Final = FlightState.LANDING
 
 
 class SimulatedDrone:

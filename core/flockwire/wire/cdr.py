@@ -159,19 +159,21 @@ class Reader:
 
     def doubles(self, count: int) -> list[float]:
         """Take `count` doubles."""
-        at = self._at + (4 - self._at) % 8
-        self._at = at + 8 * count
-        if self._at > len(self._data):
-            raise too_short(self._data)
+        at = self._eights(count)
         return [read_f64_le(self._data, at + 8 * k) for k in range(count)]
 
     def longs(self, count: int) -> list[int]:
         """Take `count` unsigned integers of 64 bits."""
+        at = self._eights(count)
+        return [int(read_i64_le(self._data, at + 8 * k)) & MOST_LONG for k in range(count)]
+
+    def _eights(self, count: int) -> int:
+        """Take `count` numbers of 8 bytes; return where they begin."""
         at = self._at + (4 - self._at) % 8
         self._at = at + 8 * count
         if self._at > len(self._data):
             raise too_short(self._data)
-        return [int(read_i64_le(self._data, at + 8 * k)) & MOST_LONG for k in range(count)]
+        return at
 
     def skips(self, raw: bytes) -> bool:
         """Return whether the bytes `raw` come next; if so, they count as taken."""
