@@ -144,13 +144,15 @@ def commanded(name: str, command: list[str], found: Callable[[str], str] = _last
     return lambda _: iter([Stage(name, command, found)])
 
 
-def searched(corpus: Path, known: int, limits: list[str], until: str = "violation", method: str = "search") -> Column:
+def searched(
+    corpus: Path, known: int, limits: list[str], until: str = "violation", method: str = "search", seed: int = 0
+) -> Column:
     """Return the column of a search: `known` flights of the unchanged copy are its corpus, kept in a folder.
 
     There they are flown again, too, which must not end it: `until` is what does (first_violation.py). `method` "draws"
     flies as many draws in their own order instead.
     """
-    chosen = [*SEARCH, "--method", method]
+    chosen = [*SEARCH, "--method", method, "--seed", str(seed)]
     again = [*chosen, "--corpus", str(corpus), "--until", until]
 
     def column(mutant: Mutant | None) -> Iterator[Stage]:

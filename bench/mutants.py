@@ -28,6 +28,7 @@ import signal
 import sys
 from collections.abc import Mapping
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 
 from mutant_columns import (
@@ -129,6 +130,7 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, help="processor time of each mutant, but of the suite")
     parser.add_argument("--every", type=int, default=1, help="take one of so many mutants")
     parser.add_argument("--known", type=int, default=1000, help="flights of the search's corpus")
+    parser.add_argument("--seed", type=int, default=0, help="of the search and of its draws")
     parser.add_argument("--again", action="store_true", help="run those that survived, or those of --only, once more")
     parser.add_argument("--out", type=Path, default=Path("runs/mutants"))
     options = parser.parse_args()
@@ -136,14 +138,16 @@ def main() -> int:
     own = {name: commanded(name, shlex.split(command)) for name, _, command in map(_split, options.column)}
     limits = ["--flights", str(options.flights)]
     timed = [] if options.seconds is None else ["--seconds", str(options.seconds)]
-    corpus = (options.out / "corpus").resolve()
+    corpus, seeded = (options.out / "corpus").resolve(), partial(searched, seed=options.seed)
     columns: dict[str, Column] = {
         "suite": suite(tuple(options.stages)), "draws": commanded("draws", [*DRAWS, str(options.rounds), *timed]),
-        "search": searched(corpus, options.known, [*limits, *timed]),
-        "search-worse": searched(corpus, options.known, [*limits, *timed], "worse"),
-        "search-change": searched(corpus, options.known, [*limits, *timed], "change"),
-        "draws-change": searched(corpus.with_name("draws"), options.known, [*limits, *timed], "change", "draws"),
-        "search-draws": commanded("draws", [*SEARCH, "--method", "draws", *limits, *timed], flight),
+        "search": seeded(corpus, options.known, [*limits, *timed]),
+        "search-worse": seeded(corpus, options.known, [*limits, *timed], "worse"),
+        "search-change": seeded(corpus, options.known, [*limits, *timed], "change"),
+        "draws-change": seeded(corpus.with_name("draws"), options.known, [*limits, *timed], "change", "draws"),
+        "search-draws": commanded(
+            "draws", [*SEARCH, "--method", "draws", "--seed", str(options.seed), *limits, *timed], flight
+        ),
         **own,
     }  # fmt: skip
     if unknown := set(options.columns) - set(columns):
