@@ -19,7 +19,7 @@ from flockwire_sim.search.space import SearchPlan, Space, usual_space
 from flockwire_sim.search.writing import read_case, write_case, write_search
 from flockwire_sim.study import workers as study_workers
 from flockwire_sim.study.file import StudyError, load_study
-from flockwire_sim.study.ledger import Ledger
+from flockwire_sim.study.ledger import Ledger, is_of
 from flockwire_sim.study.variation import rehearse, swarm_table
 from flockwire_sim.study.workers import Workers, cluster, local
 
@@ -56,6 +56,8 @@ def search(
     if earlier is not None and plan.method != "search":
         raise StudyError(f"--corpus = {earlier}: method = {plan.method!r} has none; remove one of them")
     known = corpus.read(earlier, space.size) if earlier is not None else Corpus()
+    if earlier is not None and not is_of(earlier, table):
+        print(f"flockwire: --corpus = {earlier}: is of another swarm file, so its flights may change", file=sys.stderr)
     place: AbstractContextManager[Workers] = cluster(scheduler) if scheduler else local(jobs)
     with place as workers, Ledger(out, plan, table, Entry) as ledger:
         stopped = _fly(plan, space, ledger, workers, first, known.asked)

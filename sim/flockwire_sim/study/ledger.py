@@ -85,6 +85,14 @@ def missing(plan: Study, table: Table, results: Iterable[Result]) -> list[Task]:
     return [Task(plan, table, point, run) for point, run in runs]
 
 
+def is_of(folder: Path, table: Table) -> bool:
+    """Return whether the study in `folder` is of the swarm file's content `table`."""
+    try:
+        return bool(json.loads(_read(folder / PLAN) or "{}")["swarm"] == json.loads(json.dumps(table, default=str)))
+    except (ValueError, KeyError, TypeError):
+        return False
+
+
 def _identity(plan: Study, table: Table) -> str:
     """Return the identity of a study: everything but the number of runs."""
     content = {

@@ -184,6 +184,7 @@ def test_a_search_with_a_corpus_flies_first_what_an_earlier_one_found(
     for runs in (1, 2):
         ended = flockwire(*again, "--runs", runs)
         assert ended.exit_code == 0, ended.output
+        assert "another swarm file" not in ended.output
     known, flown = corpus.flown(earlier), corpus.flown(later)
     assert [(one.asked.point, one.asked.seed) for one in flown] == [
         (one.asked.point, one.asked.seed) for one in list(corpus.chosen(known))[:2]
@@ -210,6 +211,9 @@ def test_a_search_tells_which_flights_of_its_corpus_became_worse(
     for row in rows:
         row["judged"]["margins"]["over"]["value"] = 0.999  # the code was quicker once
     runs.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    plan = json.loads((earlier / "plan.json").read_text())
+    plan["swarm"]["name"] = "other"
+    (earlier / "plan.json").write_text(json.dumps(plan))
     ended = flockwire(*files, "--search", "--corpus", earlier, "--out", later, "--jobs", 1, "--runs", 1)
     assert ended.exit_code == 0  # worse is no violation
     again = json.loads((later / "search.json").read_text())["corpus"]
@@ -217,6 +221,7 @@ def test_a_search_tells_which_flights_of_its_corpus_became_worse(
     assert "of 1 flights of the corpus 1 changed, 1 are worse than all before" in ended.output
     assert "  0: over: took " in ended.output
     assert "at least 0.999 in 2 flights before" in ended.output
+    assert f"--corpus = {earlier}: is of another swarm file" in ended.output
 
 
 def found_by(number: int, value: float, **shown: Any) -> Entry:
