@@ -3,8 +3,9 @@
     python bench/settling.py [--flights 10] [--followers 8] [--airframe tello] [--jobs 2]
 
 Each flight: followers start at random in 7 x 7 m, hold after take-off, and fly to a grid behind a leader at 0.2 m/s.
-They have settled when the last of them is within 0.1 m of its place for good; `allowed` is what distance and speed
-allow, the longest way to a place at the formation's time 0 over limits.speed. Three ways of the same starts:
+They have settled when the last of them is within 0.1 m of its place for good. `allowed` is what distance and speed
+allow: the longest way to a place, which moves on meanwhile, at limits.speed; `standing` takes the places as they are at
+the formation's time 0. Three ways of the same starts:
 
     by rank      each has the place of its rank
     free         assignment = "free": the operator's assignment for the shortest ways
@@ -28,7 +29,7 @@ from around_cases import AREA, IDEAL, SPACING, TELLO, Table, merged
 from flockwire.domain.order import Mission
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
-from flockwire.domain.vector import Vector, add
+from flockwire.domain.vector import Vector, add, scale
 from flockwire.loading import parse_swarm
 from flockwire.pilot.orders import flown_formation
 from flockwire.swarm.model import Swarm, uav
@@ -37,6 +38,7 @@ from flockwire_sim.world import World
 
 SETTLED = 0.1  # m
 DURATION = 26.0  # s
+VELOCITY = (0.2, 0.0, 0.0)  # m/s, of the leader
 EVERY = 5  # instants of 10 ms between two looks
 ALONE: Table = {"avoidance": {"drone_safety_distance": 0.01, "margin": 0.0}}
 WAYS: dict[str, Table] = {
@@ -47,9 +49,10 @@ WAYS: dict[str, Table] = {
 
 
 class Result(NamedTuple):
-    """One flight, times in s: allowed by distance and speed, and needed."""
+    """One flight, times in s: allowed by distance and speed to moving and to standing places, and needed."""
 
     allowed: float
+    standing: float
     settled: float
 
 
@@ -57,7 +60,7 @@ class Watch:
     """Measures one flight from the true positions."""
 
     def __init__(self, swarm: Swarm) -> None:
-        self.allowed = self.settled = 0.0
+        self.allowed = self.standing = self.settled = 0.0
         self._swarm, self._order, self._looked = swarm, Mission(0, "", ""), 0
         self._places: dict[str, Vector] = {}
 
@@ -86,9 +89,21 @@ class Watch:
             dist(self._places[uav(i)], add(leader, formation.offset(rank, t))) for rank, i in enumerate(swarm.followers)
         ]
         if self._looked == 1:
-            self.allowed = max(errors) / swarm.limits.speed
+            speed = swarm.limits.speed
+            self.standing = max(errors) / speed
+            places = [add(leader, formation.offset(rank, t)) for rank in range(len(errors))]
+            ways = zip((self._places[uav(i)] for i in swarm.followers), places, strict=True)
+            self.allowed = max(reached_after(start, place, speed) for start, place in ways)
         if max(errors) > SETTLED:
             self.settled = t
+
+
+def reached_after(start: Vector, place: Vector, speed: float) -> float:
+    """Return the time, s, after which a drone at `speed` can be at a `place` that moves with the leader."""
+    time = 0.0
+    for _ in range(50):  # contracts by the leader's share of the speed
+        time = dist(start, add(place, scale(VELOCITY, time))) / speed
+    return time
 
 
 def swarm_of(number: int, followers: int, airframe: Table, way: Table) -> Swarm:
@@ -101,7 +116,7 @@ def swarm_of(number: int, followers: int, airframe: Table, way: Table) -> Swarm:
     table = {
         "name": "settling",
         "formation": {"kind": "grid"},
-        "leader": {"trajectory": {"kind": "constant", "velocity": [0.2, 0.0, 0.0]}},
+        "leader": {"trajectory": {"kind": "constant", "velocity": VELOCITY}},
         "graph": {"edges": [[(i - 1) // 3, i] for i in range(1, followers + 1)]},
         "drones": [{"id": i, "start": [*start, 0.0]} for i, start in enumerate(starts)],
         "limits": {"fence": {"min": [-12.0, -12.0, -0.5], "max": [20.0, 12.0, 3.0]}},
@@ -114,7 +129,7 @@ def fly(way: str, followers: int, airframe: Table, number: int) -> Result:
     swarm = swarm_of(number, followers, airframe, WAYS[way])
     watch = Watch(swarm)
     World(swarm, number, DURATION, tap=watch.take).run()
-    return Result(watch.allowed, watch.settled)
+    return Result(watch.allowed, watch.standing, watch.settled)
 
 
 def main() -> int:
@@ -126,13 +141,19 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=2)
     args = parser.parse_args()
     airframe = TELLO if args.airframe == "tello" else IDEAL
-    print("way               allowed, s: median, worst   settled, s: median, worst   of allowed: median, worst")
+    headings = ("allowed, s", "settled, s", "of allowed", "of standing")
+    print(f"{'median / worst':15}" + "".join(f"{heading:>16}" for heading in headings))
     with ProcessPoolExecutor(args.jobs) as pool:
         for way in WAYS:
             found = list(pool.map(partial(fly, way, args.followers, airframe), range(args.flights)))
-            columns = ([r.allowed for r in found], [r.settled for r in found], [r.settled / r.allowed for r in found])
-            row = "".join(f"{median(column):19.2f} {max(column):7.2f}" for column in columns)
-            print(f"{way:15s} {row}", flush=True)
+            columns = (
+                [r.allowed for r in found],
+                [r.settled for r in found],
+                [r.settled / r.allowed for r in found],
+                [r.settled / r.standing for r in found],
+            )
+            row = "".join(f"{f'{median(column):.2f} / {max(column):.2f}':>16}" for column in columns)
+            print(f"{way:15}{row}", flush=True)
     return 0
 
 
