@@ -56,7 +56,7 @@ def search(
     if earlier is not None and plan.method != "search":
         raise StudyError(f"--corpus = {earlier}: method = {plan.method!r} has none; remove one of them")
     known = corpus.read(earlier, space.size) if earlier is not None else Corpus()
-    if earlier is not None and not is_of(earlier, table):
+    if earlier is not None and not is_of(earlier, plan, table):
         print(f"flockwire: --corpus = {earlier}: is of another swarm file, so its flights may change", file=sys.stderr)
     place: AbstractContextManager[Workers] = cluster(scheduler) if scheduler else local(jobs)
     with place as workers, Ledger(out, plan, table, Entry) as ledger:

@@ -85,12 +85,10 @@ def missing(plan: Study, table: Table, results: Iterable[Result]) -> list[Task]:
     return [Task(plan, table, point, run) for point, run in runs]
 
 
-def is_of(folder: Path, table: Table) -> bool:
-    """Return whether the study in `folder` is of the swarm file's content `table`."""
-    try:
-        return bool(json.loads(_read(folder / PLAN) or "{}")["swarm"] == json.loads(json.dumps(table, default=str)))
-    except (ValueError, KeyError, TypeError):
-        return False
+def is_of(folder: Path, plan: Study, table: Table) -> bool:
+    """Return whether the study in `folder` is of the swarm file's `table`, whatever else differs from `plan`."""
+    differing = _differing(_read(folder / PLAN) or "", _identity(plan, table))
+    return differing is not None and "swarm" not in differing
 
 
 def _identity(plan: Study, table: Table) -> str:
@@ -104,11 +102,19 @@ def _identity(plan: Study, table: Table) -> str:
 
 
 def _difference(there: str, here: str) -> str:
+    differing = _differing(there, here)
+    if differing is None:
+        return f"its {PLAN} cannot be read"
+    return ", ".join(f"its {key} differs" for key in differing) or "in another order"
+
+
+def _differing(there: str, here: str) -> list[str] | None:
+    """Return the keys in which two identities differ, None if the first cannot be read."""
     try:
         old, new = json.loads(there), json.loads(here)
-        return ", ".join(f"its {key} differs" for key in new if old.get(key) != new[key]) or "in another order"
+        return [key for key in new if old.get(key) != new[key]]
     except (ValueError, AttributeError):
-        return f"its {PLAN} cannot be read"
+        return None
 
 
 def _read(path: Path) -> str | None:
