@@ -85,15 +85,14 @@ class Watch:
         swarm = self._swarm
         formation = flown_formation({"": swarm.build_formation()}, self._order)
         leader = self._places[uav(0)]
-        errors = [
-            dist(self._places[uav(i)], add(leader, formation.offset(rank, t))) for rank, i in enumerate(swarm.followers)
+        ways = [
+            (self._places[uav(i)], add(leader, formation.offset(rank, t))) for rank, i in enumerate(swarm.followers)
         ]
+        errors = [dist(here, place) for here, place in ways]
         if self._looked == 1:
             speed = swarm.limits.speed
             self.standing = max(errors) / speed
-            places = [add(leader, formation.offset(rank, t)) for rank in range(len(errors))]
-            ways = zip((self._places[uav(i)] for i in swarm.followers), places, strict=True)
-            self.allowed = max(reached_after(start, place, speed) for start, place in ways)
+            self.allowed = max(reached_after(here, place, speed) for here, place in ways)
         if max(errors) > SETTLED:
             self.settled = t
 
