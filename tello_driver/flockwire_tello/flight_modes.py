@@ -93,7 +93,7 @@ class FlightModes:
         if self.mode is Mode.STOPPED:
             self._keep_stopping(now)
         elif self._monitor.heard(now):
-            self._follow(self._meaning(climb, now), self._monitor.airborne(now), now)
+            self._follow(self._meaning(climb, now), now)
 
     def land(self, now: int) -> None:
         """Land, if it flies. A landing is not cancelled; a climb commanded all the time causes no new take-off."""
@@ -133,7 +133,7 @@ class FlightModes:
         """Repeat `emergency`, which has no reply, until the state shows it down."""
         lasted, seen = now - self._since, now - self._monitor.silence(now)
         if lasted >= EMERGENCY_FOR and self._monitor.heard(now):
-            self._down = not self._monitor.airborne(seen) or self._monitor.held(seen)
+            self._down = self._monitor.down(seen) or self._monitor.held(seen)
         if lasted < EMERGENCY_FOR or (not self._down and now >= self._emergency_at):
             self.stop(now)
 
@@ -149,14 +149,14 @@ class FlightModes:
             self._held_down = False
         return self._meant_since is not None and now - self._meant_since >= MEANT
 
-    def _follow(self, meant: bool, airborne: bool, now: int) -> None:
-        lasted = now - self._since
+    def _follow(self, meant: bool, now: int) -> None:
+        lasted, airborne, down = now - self._since, self._monitor.airborne(now), self._monitor.down(now)
         match self.mode:
             case Mode.CONNECTING | Mode.GROUNDED | Mode.HELD if airborne:
                 self._find(now)
             case Mode.FLYING if airborne and self._found and self._monitor.held(now):
                 self._find(now)
-            case Mode.CONNECTING | Mode.HELD:
+            case Mode.CONNECTING | Mode.HELD if down:
                 self._go(Mode.GROUNDED, now)
             case Mode.GROUNDED if meant and not self._held_down:
                 self._go(Mode.TAKING_OFF, now)
@@ -167,7 +167,7 @@ class FlightModes:
             case Mode.TAKING_OFF if not airborne and lasted > NO_TAKEOFF:
                 self._go(Mode.GROUNDED, now)
                 self._client.give_up("takeoff", now)
-            case Mode.FLYING | Mode.LANDING if not airborne:
+            case Mode.FLYING | Mode.LANDING if down:
                 self._go(Mode.GROUNDED, now)
             case Mode.FLYING if meant and self._monitor.height <= LANDING_HEIGHT:
                 self.land(now)

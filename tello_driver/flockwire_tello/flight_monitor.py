@@ -71,6 +71,12 @@ class FlightMonitor:
         """Return whether the newest state shows it off the ground, or its motors run."""
         return self.off_the_ground or self.motors(now)
 
+    def down(self, now: int) -> bool:
+        """Return whether it is known to be on the ground, motors stopped: their time has to be watched for a while."""
+        if self.state is None or self.airborne(now):
+            return False
+        return not self.state.time or now - self._seen_from >= MOTORS_STAND
+
     def held(self, now: int) -> bool:
         """Return whether it is off the ground though its motors have stopped, or have never run."""
         state = self.state

@@ -26,3 +26,26 @@ def test_motors_that_ran_when_the_state_went_silent_are_not_taken_for_stopped() 
     for tenth in range(18, 60):
         modes.update(0.0, tenth * TENTH)
         assert modes.state is FlightState.FLYING
+
+
+def test_a_driver_that_starts_does_not_take_motors_for_stopped_before_it_has_watched_their_time() -> None:
+    client, monitor = TelloClient(), FlightMonitor()
+    modes = FlightModes(client, monitor, 0.7)
+    low = SimulatedTello(TelloParameters(), 0).state(0)._replace(h=10, tof=13)
+    seen = []
+    for tenth in range(30):  # it hovers below the height that a state tells of, and its motors' time has whole seconds
+        monitor.update(low._replace(time=5 + tenth // 10), tenth * TENTH)
+        modes.update(0.0, tenth * TENTH)
+        seen.append(modes.state)
+    assert seen == [None] * 10 + [FlightState.FLYING] * 20
+
+
+def test_a_driver_that_starts_finds_a_drone_on_the_ground_whose_motors_never_ran_at_once_others_later() -> None:
+    for time, after in ((0, 1), (5, 17)):
+        client, monitor = TelloClient(), FlightMonitor()
+        modes = FlightModes(client, monitor, 0.7)
+        standing = SimulatedTello(TelloParameters(), 0).state(0)._replace(time=time)
+        for tenth in range(20):
+            monitor.update(standing, tenth * TENTH)
+            modes.update(0.0, tenth * TENTH)
+            assert modes.state is (FlightState.GROUNDED if tenth >= after - 1 else None)

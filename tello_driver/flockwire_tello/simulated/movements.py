@@ -46,8 +46,8 @@ def take_off(drone: CommandedTello, texts: list[str], now: int) -> Reply:
 
 
 def land(drone: CommandedTello, texts: list[str], now: int) -> Reply:
-    """Land; `error` on the ground (assumption)."""
-    if not drone.flight.flying:
+    """Land, and stop the motors also if they run on the ground; `error` if they stand (assumption)."""
+    if not drone.flight.airframe.motors:
         return ERROR
     drone.flight.land()
     return NoText.AT_END
