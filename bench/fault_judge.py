@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any
@@ -99,12 +99,9 @@ class Judge:
         contact, bad = judged.margins.get("contact"), judged.violations
         if NO_PLACE in marks:  # a drone without a place to land hovers, and the director says so
             bad = [what for what in bad if not what.startswith(("down:", "over:", "landing:"))]
-        for fault in flight.faults:  # each excuses its own drone, not the others
-            for name in UNOWED.get(fault["kind"], ()):
-                if name in judged.margins and uav(fault["drone"]) in (
-                    judged.margins[name].who, *judged.margins[name].what.split(),
-                ):  # fmt: skip
-                    bad = [what for what in bad if not what.startswith(f"{name}:")]
+        for name, owner in self._unowed():
+            if name in judged.margins and owner in (judged.margins[name].who, *judged.margins[name].what.split()):
+                bad = [what for what in bad if not what.startswith(f"{name}:")]
         fastest = flight.swarm.limits.vertical_speed + self._bounds.hard
         return Result(
             flight.seed, flight.variant, flight.usual, list(flight.faults), outcome.failure, outcome.seconds,
@@ -112,6 +109,14 @@ class Judge:
             injector.world_ended, bad, judged.rungs, marks,
             {name: round(margin.value, 4) for name, margin in judged.margins.items()},
         )  # fmt: skip
+
+    def _unowed(self) -> Iterator[tuple[str, str]]:
+        """Yield the properties that faults excuse, each with the drone that it excuses."""
+        for fault in self.flight.faults:
+            for name in UNOWED.get(fault["kind"], ()):
+                yield name, uav(fault["drone"])
+            if not self.flight.swarm.control.filtered and "process" in fault:
+                yield "clearance", fault["process"]  # its last command goes on, and no filter limits it
 
     def take(self, published: Published) -> None:
         """Receive what is published."""
