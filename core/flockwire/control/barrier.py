@@ -9,7 +9,7 @@ from flockwire.control.safety_filter import HalfSpace
 from flockwire.domain.vector import Vector
 
 _COINCIDENT: Final = 1e-9
-_SHIFTED: Final = 0.15  # of A, more than half, for a drone that moves: behind its lag it still comes at less than A
+_SHIFTED: Final = 0.2  # of A, more than half, for a drone that moves: behind its lag it still comes at less than A
 
 
 def approach_speed(gap: float, rate: float, braking: float) -> float:
@@ -55,7 +55,7 @@ def keep_clear(
 
         z on the segment from `separation` to `stopping` nearest to the origin,   n = z / |z|,   g = |z| − r
         n·u >= −min(S, A(g) − c)   for a body that yields,      c = n·v_body,   c_i = −n·v
-        S = A(g)/2 + clamp((c_i − c)/2, −0.15 A(g), 0.15 A(g)),   A(g)/2 for A(g) <= 0
+        S = A(g)/2 + clamp((c_i − c)/2, −0.2 A(g), 0.2 A(g)),   A(g)/2 for A(g) <= 0
         n·u >= −A(g) + c           for one that does not              (ours)
 
     `separation` is x − x_body in m; `stopping` the same difference after both have stopped if the command is zero from

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf
+from math import dist, inf
 from typing import Final, NamedTuple
 
 from flockwire.control.barrier import keep_clear, sight_speed, speed_and_acceleration
@@ -17,6 +17,7 @@ from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
 
 BODY_TIME_CONSTANT = 0.05  # s, of the trackers of nearby bodies
+UNSEEN: Final = 0.1  # m between the own stopping way and what others see of it, from which both count
 STOPPING_DISTANCE_FACTOR: Final = 1.25  # stopping-distance factor: the airframe is known to about 20 %
 TOUCHING: Final = 0.2  # m/s, added to the vertical speed: the highest speed in take-off and landing below the floor
 _TOUCHES: Final = 1e-9  # m/s from a constraint within which a velocity is held by it
@@ -25,7 +26,7 @@ _BODY_MARKS = {
     BodyKind.OBSTACLE: "guard: an obstacle",
     BodyKind.MOVER: "guard: a body that does not yield",
 }
-BARRIER_PHASE = 0.7  # the barrier's rate times lag and dead time, the delay of others' reactions (docs/theory.md)
+BARRIER_PERIODS: Final = 4.5  # besides lag and dead time, of the delay of others' reactions (docs/theory.md, section 5)
 
 
 class GuardParameters(NamedTuple):
@@ -45,7 +46,7 @@ class GuardParameters(NamedTuple):
     @property
     def rate(self) -> float:
         """The barrier's rate alpha, 1/s, that suits the airframe."""
-        return min(self.barrier_rate, BARRIER_PHASE / (self.slowness + 3.0 * self.period))
+        return min(self.barrier_rate, 1.0 / (self.slowness + BARRIER_PERIODS * self.period))
 
     @property
     def fastest(self) -> float:
@@ -161,6 +162,9 @@ class Guard:
         own = scale(subtract(motion.stopping, motion.position), STOPPING_DISTANCE_FACTOR if slowness else 1.0)
         horizon = STOPPING_DISTANCE_FACTOR * slowness + (now - stamp) / SECOND
         tracked = self._own.velocity if self._own is not None else ZERO
+        seen = scale(tracked, horizon)  # `own` as the other drones see it
+        alone = (own,)
+        ways = (own, seen) if slowness > 0.0 and dist(own, seen) > UNSEEN else alone
         found: list[HalfSpace] = []
         self._kinds.clear()
         self._uncertain.clear()
@@ -169,19 +173,18 @@ class Guard:
             vx, vy, vz = body.velocity
             velocity = ZERO if self._tracks.is_new(place) else tracked  # nor has the body seen for the first time one
             drone = body.kind is BodyKind.DRONE
-            rise = own[2] if drone or z else 0.0  # beside an upright cylinder no height matters, nor its rate
-            vz = vz if drone or z else 0.0
-            separation = (-x, -y, -z)
-            stopping = (own[0] - x - horizon * vx, own[1] - y - horizon * vy, rise - z - horizon * vz)
+            vz = vz if drone or z else 0.0  # beside an upright cylinder no height matters, nor its rate
             distance = drone_distance if drone else obstacle_distance + body.radius
             recovery = parameters.vertical_speed if body.kind is BodyKind.OBSTACLE else inf
-            space = keep_clear(
-                separation, stopping, velocity, (vx, vy, vz), drone, distance, rate, parameters.acceleration,
-                speed, recovery,
-            )  # fmt: skip
-            if space is not None:
-                if body.kind is BodyKind.OBSTACLE and body.velocity != ZERO:  # its surface grows
-                    self._uncertain.append(len(found))
-                found.append(space)
-                self._kinds.append(body.kind)
+            for sx, sy, sz in ways if drone else alone:
+                rise = sz if drone or z else 0.0
+                space = keep_clear(
+                    (-x, -y, -z), (sx - x - horizon * vx, sy - y - horizon * vy, rise - z - horizon * vz), velocity,
+                    (vx, vy, vz), drone, distance, rate, parameters.acceleration, speed, recovery,
+                )  # fmt: skip
+                if space is not None:
+                    if body.kind is BodyKind.OBSTACLE and body.velocity != ZERO:  # its surface grows
+                        self._uncertain.append(len(found))
+                    found.append(space)
+                    self._kinds.append(body.kind)
         return found

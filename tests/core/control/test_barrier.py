@@ -59,11 +59,11 @@ def least(own: float, other: float, *, shared: bool = True, distance: float = 1.
         (0.0, 0.0, -0.5),  # both stand: half of A = 1 m/s for each
         (0.5, 0.5, -0.5),  # both come
         (0.2, 0.0, -0.6),  # half of what it is faster
-        (0.6, 0.0, -0.65),  # no more than 0.15 A
-        (0.0, 0.6, -0.35),  # and so the other one
+        (0.6, 0.0, -0.7),  # no more than 0.2 A
+        (0.0, 0.6, -0.3),  # and so the other one
         (0.0, 1.0, 0.0),  # the other one takes all that there is
         (0.0, 1.3, 0.3),  # and more
-        (0.0, -1.0, -0.65),  # it flies away: no reason to follow as fast
+        (0.0, -1.0, -0.7),  # it flies away: no reason to follow as fast
     ],
 )  # fmt: skip
 def test_two_drones_share_what_they_may_approach_by_who_moves(own: float, other: float, expected: float) -> None:

@@ -156,7 +156,7 @@ def test_between_a_wall_and_the_space_of_a_lost_body_the_wall_is_kept_clear_of(m
     assert last[0] == pytest.approx(-0.05 if growth else 0.0, abs=0.005)  # -0.4 if both counted alike
 
 
-@pytest.mark.parametrize(("seen", "share"), [(1, 0.5), (30, 0.65)], ids=["for the first time", "standing"])
+@pytest.mark.parametrize(("seen", "share"), [(1, 0.5), (30, 0.7)], ids=["for the first time", "standing"])
 def test_towards_a_drone_without_a_velocity_yet_a_drone_has_half_of_the_approach_speed(make_swarm, seen, share):
     """It may come as fast; one that was seen to stand leaves a larger share (docs/theory.md, section 5)."""
     parameters = guard_parameters(make_swarm({"control.law": "extended"}), 1)
@@ -170,3 +170,17 @@ def test_towards_a_drone_without_a_velocity_yet_a_drone_has_half_of_the_approach
     allowed = (share * parameters.rate * gap, 0.0, 0.0)
     v = filtered.velocity(last, motion, bodies, at, at, allowed, 0.01, 3.0, False)
     assert v == pytest.approx(allowed)
+
+
+def test_of_two_that_descend_together_neither_counts_on_passing_below_the_other(make_swarm):
+    """Each knows its own descent before the other one sees it: both counted on it, and came nearer beside each other."""
+    swarm = make_swarm({"control.law": "extended", "airframes": {"kinematics": {"lag": 0.25, "dead_time": 0.1}}})
+    parameters = guard_parameters(swarm, 1)
+    filtered, gap, last = Guard(parameters), 0.1, (0.0, 0.0, 0.0)
+    for step in range(1, 61):  # it hovers, and is about to descend, and to fly on by 0.1 m
+        at = step * SECOND // 100
+        aside = Body(BodyKind.DRONE, (parameters.separation.drone + gap, 0.0, 0.0), 0.0)
+        motion = Motion((0.0, 0.0, 2.0), (0.0,) * 3, (0.1, 0.0, 1.7))
+        bodies = filtered.tracked(motion, (aside,), at)
+        last = filtered.velocity((1.0, 0.0, -1.2), motion, bodies, at, at, last, 0.01, 3.0, False)
+    assert last[0] <= 0.7 * parameters.rate * gap + 1e-9
