@@ -173,7 +173,7 @@ def test_towards_a_drone_without_a_velocity_yet_a_drone_has_half_of_the_approach
 
 
 def test_of_two_that_descend_together_neither_counts_on_passing_below_the_other(make_swarm):
-    """Each knows its own descent before the other one sees it: both counted on it, and came nearer beside each other."""
+    """Each knows its own descent before the other one sees it: both counted on it, and came nearer."""
     swarm = make_swarm({"control.law": "extended", "airframes": {"kinematics": {"lag": 0.25, "dead_time": 0.1}}})
     parameters = guard_parameters(swarm, 1)
     filtered, gap, last = Guard(parameters), 0.1, (0.0, 0.0, 0.0)
