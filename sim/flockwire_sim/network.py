@@ -109,7 +109,6 @@ class VirtualLink:
         self._random = Random(f"{seed} {ends[0]} > {ends[1]}")  # noqa: S311  (not for secrets)
         self._conditions = [usual]  # the last one counts
         self._cuts = 0
-        self._was_closed = False  # as the last event departed: the next one gets through, or a stop would wait for ever
         self._last_arrival = 0
         self._update()
 
@@ -152,12 +151,10 @@ class VirtualLink:
         now, chance, conditions = self._scheduler.now, self._random.random, self._conditions[-1]
         travel = self._delay + (round(chance() * conditions.jitter * SECOND) if conditions.jitter else 0)
         if self._rare is not None:
-            if any(sample.row.delivery is Delivery.EVENT for _, sample in load):
-                self._was_closed = not self._was_closed and bool(closed := self._rare.closed())
-                if self._was_closed:
-                    self.cut()
-                    self._scheduler.at(now + closed, VirtualLink.mend, self)
-                    return
+            if any(sample.row.delivery is Delivery.EVENT for _, sample in load) and (closed := self._rare.closed()):
+                self.cut()
+                self._scheduler.at(now + closed, VirtualLink.mend, self)
+                return
             travel += self._rare.late_message()
         arrival = self._last_arrival = max(now + travel, self._last_arrival)
         together = []

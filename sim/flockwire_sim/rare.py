@@ -44,6 +44,7 @@ class RareBranches:
 
     def __init__(self, rare: Rare, chance: Random) -> None:
         self._rare, self._chance = rare, chance
+        self._closed = 0  # ns, at the last departure of an event
 
     def late_message(self) -> int:
         """Return the additional delay of a load, ns; mostly 0."""
@@ -54,8 +55,12 @@ class RareBranches:
         return self._drawn(self._rare.late_timers, TIMER_WITHIN)
 
     def closed(self) -> int:
-        """Return for how long the link is closed at the departure of an event, ns; 0: it stays open."""
-        return self._drawn(self._rare.closed_links, self._rare.closed_for)
+        """Return for how long the link is closed at the departure of an event, ns; 0: it stays open.
+
+        After it was closed it stays open once: else a stop could wait for ever.
+        """
+        self._closed = 0 if self._closed else self._drawn(self._rare.closed_links, self._rare.closed_for)
+        return self._closed
 
     def _drawn(self, share: float, within: float) -> int:
         if not share or self._chance.random() >= share:
