@@ -9,7 +9,7 @@ from flockwire.control.safety_filter import HalfSpace
 from flockwire.domain.vector import Vector
 
 _COINCIDENT: Final = 1e-9
-_SHIFTED: Final = 0.2  # of A, more than half, for a drone that moves: behind its lag it still comes at less than A
+_SHIFTED: Final = 0.2  # of A, more than half, for a drone that moves; more pushes one at its place (docs/theory.md)
 
 
 def approach_speed(gap: float, rate: float, braking: float) -> float:

@@ -162,9 +162,10 @@ class Guard:
         own = scale(subtract(motion.stopping, motion.position), STOPPING_DISTANCE_FACTOR if slowness else 1.0)
         horizon = STOPPING_DISTANCE_FACTOR * slowness + (now - stamp) / SECOND
         tracked = self._own.velocity if self._own is not None else ZERO
-        seen = scale(tracked, horizon)  # `own` as the other drones see it
-        alone = (own,)
-        ways = (own, seen) if slowness > 0.0 and dist(own, seen) > UNSEEN else alone
+        alone = ways = [own]
+        if slowness:
+            seen = scale(tracked, horizon)  # `own` as the other drones see it
+            ways = [own, seen] if dist(own, seen) > UNSEEN else alone
         found: list[HalfSpace] = []
         self._kinds.clear()
         self._uncertain.clear()
