@@ -150,13 +150,13 @@ class FlightModes:
         return self._meant_since is not None and now - self._meant_since >= MEANT
 
     def _follow(self, meant: bool, now: int) -> None:
-        lasted, airborne, down = now - self._since, self._monitor.airborne(now), self._monitor.down(now)
+        lasted, airborne = now - self._since, self._monitor.airborne(now)
         match self.mode:
             case Mode.CONNECTING | Mode.GROUNDED | Mode.HELD if airborne:
                 self._find(now)
             case Mode.FLYING if airborne and self._found and self._monitor.held(now):
                 self._find(now)
-            case Mode.CONNECTING | Mode.HELD if down:
+            case Mode.CONNECTING | Mode.HELD if self._monitor.down(now):
                 self._go(Mode.GROUNDED, now)
             case Mode.GROUNDED if meant and not self._held_down:
                 self._go(Mode.TAKING_OFF, now)
@@ -167,7 +167,7 @@ class FlightModes:
             case Mode.TAKING_OFF if not airborne and lasted > NO_TAKEOFF:
                 self._go(Mode.GROUNDED, now)
                 self._client.give_up("takeoff", now)
-            case Mode.FLYING | Mode.LANDING if down:
+            case Mode.FLYING | Mode.LANDING if self._monitor.down(now):
                 self._go(Mode.GROUNDED, now)
             case Mode.FLYING if meant and self._monitor.height <= LANDING_HEIGHT:
                 self.land(now)

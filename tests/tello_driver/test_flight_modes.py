@@ -11,14 +11,19 @@ from flockwire_tello.simulated.parameters import TelloParameters
 from flockwire_tello.simulated.tello import SimulatedTello
 
 TENTH = SECOND // 10
+STANDING = SimulatedTello(TelloParameters(), 0).state(0)
+
+
+def begun() -> tuple[FlightModes, FlightMonitor]:
+    """Return the flight modes of a driver that starts, and the monitor that takes its Tello's states."""
+    monitor = FlightMonitor()
+    return FlightModes(TelloClient(), monitor, 0.7), monitor
 
 
 def test_motors_that_ran_when_the_state_went_silent_are_not_taken_for_stopped() -> None:
-    client, monitor = TelloClient(), FlightMonitor()
-    modes = FlightModes(client, monitor, 0.7)
-    standing = SimulatedTello(TelloParameters(), 0).state(0)
+    modes, monitor = begun()
     for tenth in range(18):  # low above the ground: the motors' time alone shows that it flies
-        monitor.update(standing._replace(h=10, tof=15, time=5 + tenth // 10), tenth * TENTH)
+        monitor.update(STANDING._replace(h=10, tof=15, time=5 + tenth // 10), tenth * TENTH)
         modes.update(0.0, tenth * TENTH)
         if tenth == 12:
             assert modes.state is FlightState.FLYING
@@ -29,9 +34,8 @@ def test_motors_that_ran_when_the_state_went_silent_are_not_taken_for_stopped() 
 
 
 def test_a_driver_that_starts_does_not_take_motors_for_stopped_before_it_has_watched_their_time() -> None:
-    client, monitor = TelloClient(), FlightMonitor()
-    modes = FlightModes(client, monitor, 0.7)
-    low = SimulatedTello(TelloParameters(), 0).state(0)._replace(h=10, tof=13)
+    modes, monitor = begun()
+    low = STANDING._replace(h=10, tof=13)
     seen = []
     for tenth in range(30):  # it hovers below the height that a state tells of, and its motors' time has whole seconds
         monitor.update(low._replace(time=5 + tenth // 10), tenth * TENTH)
@@ -42,9 +46,8 @@ def test_a_driver_that_starts_does_not_take_motors_for_stopped_before_it_has_wat
 
 def test_a_driver_that_starts_finds_a_drone_on_the_ground_whose_motors_never_ran_at_once_others_later() -> None:
     for time, after in ((0, 1), (5, 17)):
-        client, monitor = TelloClient(), FlightMonitor()
-        modes = FlightModes(client, monitor, 0.7)
-        standing = SimulatedTello(TelloParameters(), 0).state(0)._replace(time=time)
+        modes, monitor = begun()
+        standing = STANDING._replace(time=time)
         for tenth in range(20):
             monitor.update(standing, tenth * TENTH)
             modes.update(0.0, tenth * TENTH)
