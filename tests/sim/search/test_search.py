@@ -31,7 +31,6 @@ from flockwire_sim.search.shrinking import shrunk
 from flockwire_sim.search.space import Genes, SearchPlan, Space, usual_space
 from flockwire_sim.search.writing import read_case, write_case
 from flockwire_sim.study.file import StudyError, load_study
-from search import five
 from typer.testing import CliRunner
 from typer.testing import Result as Ended
 
@@ -323,14 +322,6 @@ def test_who_restarts_the_airframes_as_the_station_is_lost_has_ended_the_world()
     assert judged.world_ended
     assert judged.violations == []
     assert judged.seconds < 20.0
-
-
-def test_a_driver_that_restarts_just_above_the_ground_does_not_tell_that_it_is_down() -> None:
-    swarm = five() | {"graph": {"edges": [[0, 1], [1, 2]]}, "sim": {"jitter": 0.00050047527, "loss": 0.0317692418}}
-    swarm["drones"] = [*swarm["drones"][:2], swarm["drones"][2] | {"airframe": "tello"}]
-    del swarm["obstacles"]
-    judged = fly(Case(swarm, [{"at": 8.0, "kind": "restart", "process": "driver2"}], 2, 4.0))
-    assert judged.violations == []
 
 
 def flown_here(monkeypatch: pytest.MonkeyPatch) -> None:
