@@ -53,6 +53,9 @@ def print_tables(results: list[Result]) -> None:
     print(f"\nclosest approach {closest.closest:.3f} m (seed {closest.seed})")
     print(f"fastest touch-down {fastest.fastest_contact:.2f} m/s (seed {fastest.seed})")
     print(f"longest flight {max(result.seconds for result in results):.1f} s")
+    unpromised = [result for result in results if result.unpromised]
+    seeds = ", ".join(str(result.seed) for result in unpromised)
+    print(f"nearer by law \"paper\" with a lag, which promises no distance: {len(unpromised)} flights  {seeds}")
     for result in results:
         if result.bad:
             kinds = ", ".join(f"{fault['kind']} {fault['at']:.1f}" for fault in result.faults)

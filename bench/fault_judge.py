@@ -9,6 +9,7 @@ from typing import Any
 
 from fault_draws import DURATION, Drawn, drawn
 from fault_injector import Injector
+from flockwire.control.graph import LEADER
 from flockwire.domain.marks import marked
 from flockwire.domain.order import Mission
 from flockwire.domain.pose import Pose
@@ -27,6 +28,7 @@ from rare_draws import APART, HAND, ORDERS, UPLINK
 from rare_swarms import SIDE
 
 LOOKING = 30.0  # s for which a landing may look for a free place in a room with hardly one
+DISTANCES = ("distance:", "clearance:")  # which law "paper" does not promise with a lag (docs/study.md)
 NO_PLACE = "landing place: none is free"
 UNOWED = {  # a hand still holds it; it obeys its last command; it is elsewhere until its pilot knows (docs/safety.md)
     HAND: ("down",), UPLINK: ("fence", "clearance"), APART: ("distance", "clearance", "fence"),
@@ -48,6 +50,7 @@ class Result:
     fastest_contact: float = 0.0  # m/s
     world_ended: bool = False
     bad: list[str] = field(default_factory=list)
+    unpromised: list[str] = field(default_factory=list)  # what is not bad because the law does not promise it
     rungs: dict[str, float] = field(default_factory=dict)  # when each was first reached
     marks: dict[str, int] = field(default_factory=dict)  # how often each was reached
     margins: dict[str, float] = field(default_factory=dict)  # of each property, as a share of its bound
@@ -102,11 +105,13 @@ class Judge:
         for name, owner in self._unowed():
             if name in judged.margins and owner in (judged.margins[name].who, *judged.margins[name].what.split()):
                 bad = [what for what in bad if not what.startswith(f"{name}:")]
+        lags = not flight.swarm.control.filtered and flight.swarm.airframe(LEADER).lag > 0.0
+        unpromised = [what for what in bad if lags and what.startswith(DISTANCES)]
         fastest = flight.swarm.limits.vertical_speed + self._bounds.hard
         return Result(
             flight.seed, flight.variant, flight.usual, list(flight.faults), outcome.failure, outcome.seconds,
             closest(flown), closest(flown, falls=True), 0.0 if contact is None else (1.0 - contact.value) * fastest,
-            injector.world_ended, bad, judged.rungs, marks,
+            injector.world_ended, [what for what in bad if what not in unpromised], unpromised, judged.rungs, marks,
             {name: round(margin.value, 4) for name, margin in judged.margins.items()},
         )  # fmt: skip
 
