@@ -34,7 +34,7 @@ class FlyingLeader:
         self.period = pilot.period
         self._course = Course(course)
         self._mover = WayOfMover(course.detour) if course.filtered else None
-        self._compensates = pilot.guard is not None and pilot.disturbance > 0.0
+        self._leads_stopping = pilot.guard is not None and (course.ahead > 0.0 or pilot.disturbance > 0.0)
         self._teleoperation = None if teleoperation is None else Teleoperation(teleoperation)
         self._flown: Mission | None = None  # the order of the course
 
@@ -89,7 +89,7 @@ class FlyingLeader:
         elif was is not Phase.FORMATION:
             course.resume(motion.position, (now - mission.start) / SECOND)
         t = (pilot.stamp - mission.start) / SECOND
-        stopping = motion.stopping if self._compensates else None
+        stopping = motion.stopping if self._leads_stopping else None
         wanted = course.velocity(motion.position, pilot.bodies, t, (now - pilot.born) / SECOND, stopping)
         if self._mover is None or not pilot.bodies:
             return wanted

@@ -6,7 +6,8 @@ p_error falls from 1 to 0 as the leader falls behind the goal x_d(s). p_place is
 there the goal continues, and waits on the other side. With the safety filter the correction is rotated around
 obstacles; without it (law "paper") there is no guard and no sidestep, and the trajectory does not wait.
 
-Where disturbances are compensated, the leader's stopping point y is led instead, which obeys its commands at once:
+With lag, dead time or compensated disturbances, the filtered leader's stopping point y is led instead, which obeys its
+commands at once:
 
     u_0 = p x_d'(s + p A) + K (x_d(s + p A) − y),     A = lag + dead time        (ours)
 """

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from math import dist, hypot, inf
 
 import pytest
+from flockwire.control.airframe.first_order_lag import lagged_motion
 from flockwire.domain.airframe import Command, FlightState, Telemetry
 from flockwire.domain.body import Body, BodyKind, Nearby
 from flockwire.domain.order import Mission
@@ -97,6 +98,29 @@ class Seat:
             self.closest = min(self.closest, dist(place, self.position))
         for centre, radius in self.obstacles:
             self.clearance = min(self.clearance, dist(centre[:2], self.position[:2]) - radius)
+
+
+class LaggingSeat(Seat):
+    """A flying leader whose airframe has the lag and the dead time of the swarm file."""
+
+    def __init__(self, swarm: Swarm) -> None:
+        super().__init__(swarm)
+        airframe = swarm.airframe(0)
+        self._lag, self._flown = airframe.lag, STILL
+        self._sent = [STILL] * round(airframe.dead_time * 100)
+
+    def _fly(self) -> None:
+        if self.velocity[2] > 0.0:
+            self.state = FlightState.FLYING
+        self._sent.append(self.velocity)
+        self.position, self._flown = lagged_motion(self.position, self._flown, self._sent.pop(0), self._lag, 0.01)
+
+
+@pytest.fixture
+def lagging(make_swarm: Callable[..., Swarm]) -> Seat:
+    """Return a leader with a Tello's lag and the safety filter, three seconds on its way."""
+    airframe = {"airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}}
+    return _three_seconds_on_its_way(LaggingSeat(make_swarm({"control.law": "extended", **airframe})))
 
 
 @pytest.fixture

@@ -57,6 +57,18 @@ def test_a_gust_is_made_up_for_within_the_speed_limit(flyer):
     assert flyer.position[0] == pytest.approx(x + 0.5, abs=0.02)
 
 
+def test_with_a_lag_it_returns_to_its_course_without_swinging(lagging):
+    """Led by its position, with lag and dead time in the loop, it flew 4 cm past its course."""
+    y, x = lagging.position[1], []
+    lagging.position = (lagging.position[0] - 1.0, y, lagging.position[2])
+    for _ in range(600):
+        lagging.step()
+        x.append(lagging.position[0] - lagging.position[1])  # both advance at 0.1 m/s
+    assert min(x) < -0.9
+    assert max(x) < 0.01
+    assert x[-1] == pytest.approx(0.0, abs=0.01)
+
+
 def test_it_lands_on_an_order_and_stays_down(flyer):
     flyer.order("land")
     flyer.run(4.0)
