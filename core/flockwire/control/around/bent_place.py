@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import dist, hypot, sqrt
-from typing import Final, NamedTuple
+from typing import Final
 
+from flockwire.compiling import mypyc_attr
 from flockwire.control.around.free_place import Disc, nearest_free_place
 from flockwire.control.around.lateral_shift import lateral_shift
 from flockwire.control.fence import Room
 from flockwire.control.plane_polygon import Corner
 from flockwire.domain.body import Body, BodyKind, Separation
+from flockwire.domain.record import Record
 from flockwire.domain.vector import ZERO, Vector
 
 SPARE: Final = 0.05  # m beyond the kept distance: the safety filter must not slow down a drone on its detour
@@ -33,27 +35,36 @@ def stands(body: Body) -> bool:
     return body.kind is BodyKind.MOVER and hypot(body.velocity[0], body.velocity[1]) < AT_REST
 
 
-class DetourParameters(NamedTuple):
+@mypyc_attr(acyclic=True)
+class DetourParameters(Record):
     """The distances that the safety filter keeps, the room, and the limits of speed, m/s, and acceleration, m/s^2.
 
     A mover is passed `early`, s: 1 / alpha of the safety filter, which else pushes a drone on before the mover.
     """
 
-    separation: Separation
-    room: Room
-    speed: float
-    acceleration: float
-    early: float
+    __slots__ = ("separation", "room", "speed", "acceleration", "early")
+
+    def __init__(self, separation: Separation, room: Room, speed: float, acceleration: float, early: float) -> None:
+        self.separation: Final = separation
+        self.room: Final = room
+        self.speed: Final = speed
+        self.acceleration: Final = acceleration
+        self.early: Final = early
 
     @property
     def sideways(self) -> float:
         """The speed at which a place is shifted beside bodies, m/s."""
         return min(SIDEWAYS * self.speed, FASTEST_SIDEWAYS)
 
+    def from_axis(self, body: Body, spare: float) -> float:
+        """Return the distance to keep from the axis of `body`, which is not a drone, with `spare` m, m."""
+        _, obstacle = self.separation
+        return obstacle + body.radius + spare
+
     def disc(self, body: Body, origin: Vector, spare: float) -> Disc:
-        """Return what to stay outside of for `body`, which is relative to `origin`, with `spare` m to its distance."""
+        """Return what to stay outside of for `body`, relative to `origin` and not a drone, with `spare` m more."""
         x, y, _ = body.relative_position
-        return (origin[0] + x, origin[1] + y, self.separation.from_axis(body) + spare)
+        return (origin[0] + x, origin[1] + y, self.from_axis(body, spare))
 
 
 class BentPlace:
@@ -66,6 +77,7 @@ class BentPlace:
 
     def __init__(self, parameters: DetourParameters) -> None:
         self._parameters = parameters
+        self._kept = parameters.separation.drone + SPARE  # m from another drone
         self._braking = min(0.5 * parameters.acceleration, 3.0)
         self._offset = self._rate = self._wanted = self._wanted_rate = (0.0, 0.0)
         self._sides = [0.0, 0.0]  # around obstacles, around movers; 0: none chosen
@@ -94,13 +106,13 @@ class BentPlace:
     def _shift(self, place: Corner, velocity: Vector, position: Vector, bodies: Sequence[Body]) -> Corner:
         """Return the offset for the bodies at present, m."""
         own = self._parameters
-        near_drones: list[Body] = []
+        drones: list[Body] = []
         standing: list[Body] = []
         movers: list[Body] = []
-        drone = BodyKind.DRONE
+        kind = BodyKind.DRONE
         for body in bodies:
-            if body.kind is drone:
-                near_drones.append(body)
+            if body.kind is kind:
+                drones.append(body)
             else:
                 (standing if stands(body) else movers).append(body)
         outside = self._is_outside(place)
@@ -108,18 +120,18 @@ class BentPlace:
             self._rests = False
             return (0.0, 0.0)
         obstacles = [own.disc(body, position, SPARE) for body in standing]
-        (px, py, _), (x, y), kept = position, place, own.separation.drone + SPARE
-        drones = [(px + body.relative_position[0], py + body.relative_position[1], kept) for body in near_drones]
+        x, y = place
         self._rests = bool(obstacles) and hypot(velocity[0], velocity[1]) < (MOVING if self._rests else STANDING)
         if self._rests or outside:
             x, y = self._nearest(place, obstacles)
         else:
-            x, y = self._beside(place, (velocity[0], velocity[1]), obstacles, drones, 0)
+            x, y = self._beside(place, (velocity[0], velocity[1]), obstacles, drones, position, 0)
         for body in movers:
             relative = (velocity[0] - body.velocity[0], velocity[1] - body.velocity[1])
-            x, y = self._beside((x, y), relative, [own.disc(body, position, SPARE)], drones, 1, own.early)
+            discs = [own.disc(body, position, SPARE)]
+            x, y = self._beside((x, y), relative, discs, drones, position, 1, own.early)
         if standing or movers:
-            x, y = self._make_room((x, y), velocity, near_drones, drones)
+            x, y = self._make_room((x, y), velocity, drones, position)
         return (x - place[0], y - place[1])
 
     def _nearest(self, place: Corner, obstacles: Sequence[Disc]) -> Corner:
@@ -131,15 +143,18 @@ class BentPlace:
         kept = nearest_free_place((x + STAYS * wx, y + STAYS * wy), obstacles, room) or place
         return kept if dist(kept, place) < dist(nearest, place) + BETTER else nearest
 
-    def _make_room(self, place: Corner, velocity: Vector, bodies: Sequence[Body], discs: Sequence[Disc]) -> Corner:
-        """Return `place` outside the `discs` of drones, as they will be in LOOK_AHEAD s seen from the place."""
+    def _make_room(self, place: Corner, velocity: Vector, drones: Sequence[Body], position: Vector) -> Corner:
+        """Return `place` away from `drones`, as they will be in LOOK_AHEAD s seen from the place."""
         x, y = place
-        for body, (cx, cy, r) in zip(bodies, discs, strict=True):
-            dx = x - cx - LOOK_AHEAD * (body.velocity[0] - velocity[0])
-            dy = y - cy - LOOK_AHEAD * (body.velocity[1] - velocity[1])
-            gap = hypot(dx, dy)
-            if 0.0 < gap < r:
-                x, y = x + dx * (r / gap - 1.0), y + dy * (r / gap - 1.0)
+        ox, oy = position[0] - LOOK_AHEAD * velocity[0], position[1] - LOOK_AHEAD * velocity[1]
+        kept = self._kept
+        for drone in drones:
+            (rx, ry, _), (vx, vy, _) = drone.relative_position, drone.velocity
+            dx, dy = x - ox - rx - LOOK_AHEAD * vx, y - oy - ry - LOOK_AHEAD * vy
+            square = dx * dx + dy * dy
+            if 0.0 < square < kept * kept:
+                more = kept / sqrt(square) - 1.0
+                x, y = x + dx * more, y + dy * more
         return (x, y)
 
     def _beside(
@@ -147,13 +162,14 @@ class BentPlace:
         place: Corner,
         velocity: Corner,
         discs: Sequence[Disc],
-        drones: Sequence[Disc],
+        drones: Sequence[Body],
+        position: Vector,
         group: int,
         early: float = 0.0,
     ) -> Corner:
         """Return where `place`, which moves at `velocity` relative to the discs, passes them on the better side.
 
-        That is the shorter one, but one that leads into the discs of `drones` counts as longer by twice how deep.
+        That is the shorter one, but one that leads too near to `drones` counts as longer by twice how much.
         """
         speed = hypot(*velocity)
         if not discs or speed < STANDING:
@@ -166,8 +182,8 @@ class BentPlace:
             return place
         left, most_left = lateral_shift(place, (ux, uy), discs, 1.0, slope, early * speed)
         x, y = place
-        to_right = self._cost((x + uy * most_right, y - ux * most_right), most_right, drones)
-        to_left = self._cost((x - uy * most_left, y + ux * most_left), most_left, drones)
+        to_right = self._cost((x + uy * most_right, y - ux * most_right), most_right, drones, position)
+        to_left = self._cost((x - uy * most_left, y + ux * most_left), most_left, drones, position)
         kept = self._sides[group]
         to_right, to_left = to_right - BETTER * (kept == -1.0), to_left - BETTER * (kept == 1.0)
         if to_right <= to_left:
@@ -176,11 +192,12 @@ class BentPlace:
         self._sides[group] = 1.0
         return (x - uy * left, y + ux * left)
 
-    def _cost(self, there: Corner, most: float, drones: Sequence[Disc]) -> float:
+    def _cost(self, there: Corner, most: float, drones: Sequence[Body], position: Vector) -> float:
         """Return what it costs to pass at `there`, shifted by `most`, m: more among `drones` and outside the room."""
-        (x, y), crowded = there, 0.0
-        for cx, cy, r in drones:
-            crowded = max(crowded, r - hypot(x - cx, y - cy))
+        x, y, crowded = there[0] - position[0], there[1] - position[1], 0.0
+        kept = self._kept
+        for drone in drones:
+            crowded = max(crowded, kept - hypot(x - drone.relative_position[0], y - drone.relative_position[1]))
         return most + 2.0 * crowded + (_CLOSED if self._is_outside(there) else 0.0)
 
     def _is_outside(self, place: Corner) -> bool:

@@ -93,6 +93,7 @@ class WayRound:
 
     def __init__(self, parameters: DetourParameters, patience: float) -> None:
         self._parameters, self._patience = parameters, patience
+        self._kept = parameters.separation.drone + SPARE  # m from another drone
         self._side = 0.0  # +1 left, -1 right, 0 none
         self._anchor, self._nearest = (0.0, 0.0), 0.0  # m to go at the last progress, seen from the formation
         self._moved = self._neared = self._kept_until = self._back_until = 0.0  # s
@@ -156,13 +157,14 @@ class WayRound:
         farther back.
         """
         origin = ox, oy, _ = subtract(motion.position, motion.stopping)
-        (gx, gy), (vx, vy, _), kept = to_go, velocity, self._parameters.separation.drone + SPARE
+        (gx, gy), (vx, vy, _), kept = to_go, velocity, self._kept
         discs: list[Disc] = []
         others: list[Body] = []
         drones = walled = False
         reach, together = hypot(gx, gy), TOGETHER[self._in_gap and self._side != 0.0]
+        kind = BodyKind.DRONE
         for body in bodies:
-            if body.kind is not BodyKind.DRONE:
+            if body.kind is not kind:
                 if stands(body):
                     x, y, r = self._parameters.disc(body, origin, SPARE)
                     early = min(max(hypot(x, y) - r, 0.0) / self._parameters.speed, LOOK_AHEAD)
@@ -171,13 +173,16 @@ class WayRound:
                 else:
                     others.append(body)
                 continue
-            x, y = ox + body.relative_position[0], oy + body.relative_position[1]
-            if hypot(gx - x, gy - y) < kept:
+            (rx, ry, _), (wx, wy, _) = body.relative_position, body.velocity
+            x, y, wx, wy = ox + rx, oy + ry, wx - vx, wy - vy
+            if (gx - x) * (gx - x) + (gy - y) * (gy - y) < kept * kept:
                 others.append(body)
                 continue
-            gap = hypot(x, y)
-            drones = drones or (gap < kept + BEFORE and x * gx + y * gy > 0.7 * gap * reach)
-            if hypot(body.velocity[0] - vx, body.velocity[1] - vy) > together:
+            ahead = x * gx + y * gy
+            if ahead > 0.0 and not drones:
+                gap = hypot(x, y)
+                drones = gap < kept + BEFORE and ahead > 0.7 * gap * reach
+            if wx * wx + wy * wy > together * together:
                 others.append(body)
             else:
                 discs.append((x, y, kept))
