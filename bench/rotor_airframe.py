@@ -20,7 +20,7 @@ from flockwire.domain.vector import Vector
 from flockwire.swarm import airframes
 from flockwire.swarm.drones import Airframe
 from flockwire.swarm.model import Swarm
-from flockwire_kinematics.airframe import FirstOrderAirframe
+from flockwire_kinematics.airframe import CONTACT, FirstOrderAirframe
 from flockwire_kinematics.drone import SimulatedDrone
 
 try:
@@ -74,9 +74,10 @@ class RotorAirframe(FirstOrderAirframe):
                 (float(x[0]), float(x[1]), float(x[2])),
                 (float(v[0]), float(v[1]), float(v[2])),
             )
-            self._land_on_contact()
+            if self.velocity[2] < 0.0 and self.height <= CONTACT:
+                self._stand()
         self._now = until
-        self.battery = max(0.0, self.battery - (until - began) / SECOND / self._parameters.endurance)
+        self.battery = max(0.0, self.battery - (until - began) / SECOND / self._endurance)
 
 
 def _rest(parameters: Airframe) -> Airframe:

@@ -112,7 +112,11 @@ class FirstOrderAirframe:
             self.position, self.velocity = moved[0], moved[1]
             battery = self.battery - dt / self._endurance
             self.battery = battery if battery > 0.0 else 0.0
-        if self.velocity[2] < 0.0 and self.position[2] - self._ground <= CONTACT:  # it touches the ground: it stands
-            self.position, self.velocity = (self.position[0], self.position[1], self._ground), ZERO
-            if self.state is not STOPPED:
-                self.state = GROUNDED
+        if self.velocity[2] < 0.0 and self.position[2] - self._ground <= CONTACT:
+            self._stand()
+
+    def _stand(self) -> None:
+        """Stand on the ground, which it touches."""
+        self.position, self.velocity = (self.position[0], self.position[1], self._ground), ZERO
+        if self.state is not STOPPED:
+            self.state = GROUNDED
