@@ -66,7 +66,8 @@ class Course:
         """
         s = self.time.at(t)
         error, rate = self._seen_from(position, s)
-        s = self.time.advance(t, self._wanted_pace(error, norm(rate), bodies) if self._filtered else 1.0)
+        pace = self._wanted_pace(error, stopping, s, norm(rate), bodies) if self._filtered else 1.0
+        s = self.time.advance(t, pace)
         if self.time.pace < 1.0:
             error, rate = self._seen_from(position, s)
         speed, rate = norm(rate), scale(rate, self.time.pace)
@@ -108,8 +109,12 @@ class Course:
         goal = add(self._origin, self._trajectory.position(s))
         return subtract(goal, position), self._trajectory.rate(s)
 
-    def _wanted_pace(self, error: Vector, speed: float, bodies: Sequence[Body]) -> float:
+    def _wanted_pace(
+        self, error: Vector, stopping: Vector | None, s: float, speed: float, bodies: Sequence[Body]
+    ) -> float:
         behind, self._fastest = norm(error), max(speed, self._fastest)
+        if stopping is not None:  # a wind holds back the position farther than the stopping point
+            behind = min(behind, norm(self._seen_from(stopping, s + self.time.pace * self._ahead)[0]))
         free = free_error(self._fastest, self._delay, self._braking)
         if behind <= free:
             return 1.0

@@ -215,6 +215,20 @@ def test_a_stopping_point_is_led_with_the_goal_of_when_the_drone_would_stop(make
         assert dist(behind, add(way.rate(t + 0.35), (0.2, 0.0, 0.0))) < 1e-9
 
 
+@pytest.mark.parametrize(("behind", "waits"), [(0.1, False), (0.6, True)])
+def test_the_trajectory_waits_for_the_stopping_point_where_a_wind_holds_the_position_back(
+    make_swarm: Callable[..., Any], behind: float, waits: bool
+) -> None:
+    tello = {"control.law": "extended", "airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}}
+    straight = {"kind": "constant", "velocity": [0.1, 0.0, 0.0]}
+    course = Course(course_parameters(make_swarm({**FREE, **tello, "leader.trajectory": straight})))
+    course.restart((0.0, 0.0, 1.0), 0.0)
+    for k in range(100):
+        t = 0.01 * k
+        course.velocity((0.1 * t - 0.6, 0.0, 1.0), (), t, t, (0.1 * (t + 0.35) - behind, 0.0, 1.0))
+    assert (course.time.pace < 0.5) == waits
+
+
 def test_a_leader_in_wind_with_a_wrong_airframe_stays_on_its_course(fly_leader_in_wind: Any) -> None:
     """Weak and slow by 30 %, in a wind that swings once in three seconds."""
     assert fly_leader_in_wind() < 0.025
