@@ -9,7 +9,6 @@ from typing import Any
 
 from fault_draws import DURATION, Drawn, drawn
 from fault_injector import Injector
-from flockwire.control.graph import LEADER
 from flockwire.domain.marks import marked
 from flockwire.domain.order import Mission
 from flockwire.domain.pose import Pose
@@ -28,7 +27,7 @@ from rare_draws import APART, HAND, ORDERS, UPLINK
 from rare_swarms import SIDE
 
 LOOKING = 30.0  # s for which a landing may look for a free place in a room with hardly one
-DISTANCES = ("distance:", "clearance:")  # which law "paper" does not promise with a lag (docs/study.md)
+DISTANCES = ("distance:", "clearance:")  # law "paper", without a safety filter, promises none (docs/study.md)
 NO_PLACE = "landing place: none is free"
 UNOWED = {  # a hand still holds it; it obeys its last command; it is elsewhere until its pilot knows (docs/safety.md)
     HAND: ("down",), UPLINK: ("fence", "clearance"), APART: ("distance", "clearance", "fence"),
@@ -62,6 +61,8 @@ class Result:
             return "bad"
         if self.world_ended:
             return "world ended"
+        if self.unpromised:
+            return "near"
         if self.struck < BOUNDS.collision:
             return "struck by a fall"
         return "landed early" if self.failure else "flew on"
@@ -105,8 +106,8 @@ class Judge:
         for name, owner in self._unowed():
             if name in judged.margins and owner in (judged.margins[name].who, *judged.margins[name].what.split()):
                 bad = [what for what in bad if not what.startswith(f"{name}:")]
-        lags = not flight.swarm.control.filtered and flight.swarm.airframe(LEADER).lag > 0.0
-        unpromised = [what for what in bad if lags and what.startswith(DISTANCES)]
+        filtered = flight.swarm.control.filtered
+        unpromised = [what for what in bad if not filtered and what.startswith(DISTANCES)]
         fastest = flight.swarm.limits.vertical_speed + self._bounds.hard
         return Result(
             flight.seed, flight.variant, flight.usual, list(flight.faults), outcome.failure, outcome.seconds,
@@ -120,8 +121,6 @@ class Judge:
         for fault in self.flight.faults:
             for name in UNOWED.get(fault["kind"], ()):
                 yield name, uav(fault["drone"])
-            if not self.flight.swarm.control.filtered and "process" in fault:
-                yield "clearance", fault["process"]  # its last command goes on, and no filter limits it
 
     def take(self, published: Published) -> None:
         """Receive what is published."""
