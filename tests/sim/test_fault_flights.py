@@ -8,13 +8,14 @@ from random import Random
 
 import pytest
 from fault_draws import KINDS, drawn
-from fault_judge import Result, fly, fly_rare
+from fault_judge import Judge, Result, fly, fly_rare
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
 from flockwire_sim.coverage import Coverage
 from flockwire_sim.search.margin import BOUNDS
 from flockwire_sim.search.rungs import RUNGS
 from rare_draws import RARE_KINDS, rare_faults
+from stacked import drawn as stacked
 
 FLIGHTS = 10
 RARE, TELLO = 18, 3  # with --rare a small swarm and orders of a second station; airframes with drivers
@@ -101,3 +102,7 @@ def test_what_went_wrong_once(seed: int) -> None:
 )
 def test_what_went_wrong_once_in_rare_flights(seed: int) -> None:
     assert fly_rare(seed).bad == []
+
+
+def test_a_pilot_between_two_does_not_descend_onto_one_whose_driver_still_waits_for_commands() -> None:
+    assert Judge(stacked(180)).fly().bad == []  # pose_land 0.53 s, command_land 1.2 s

@@ -305,7 +305,7 @@ class Pilot:
         """Return the velocity command without a fresh pose: straight down in a landing, or beneath a body, else zero.
 
         A drone above may descend at any time, as its driver does without commands. Above another body a drone waits
-        first, but between two no longer than such a driver: who is below may have lost its pose, or its commands, too.
+        first, until a driver below that has no commands lands its drone too, but between two no longer than that.
         A landing waits once in all, however often its pose is lost.
         """
         phase, stale, separation = self.flight.phase, self._limits.staleness, self._parameters.separation
@@ -313,7 +313,7 @@ class Pilot:
         beneath = not foreign and is_beneath(self.bodies, separation)
         if phase not in IN_FLIGHT or (phase is not Phase.LANDING and not beneath):
             return ZERO
-        patience = min(stale.pose_land, stale.command_land) if beneath else stale.pose_land
+        patience = stale.command_land if beneath else max(stale.pose_land, stale.command_land)
         waits = not foreign and 0 <= now - self._body.seen_at <= nanoseconds(patience) and self._waited <= patience
         if not (waits and is_above(self.bodies, separation)):
             self._body.sunk += self._limits.vertical_speed * self.dt
