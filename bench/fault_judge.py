@@ -97,7 +97,7 @@ class Judge:
                 scheduler.run(scheduler.now + fall_time(flight.swarm))
         flown = recorder.flown(
             EPOCH + nanoseconds(outcome.seconds), outcome.failure, fails=self._fails, world_ended=injector.world_ended,
-            still=(), formed=(), tails={}, visited=self._visited,
+            still=(), jumps=(), formed=(), tails={}, visited=self._visited,
         )  # fmt: skip
         judged = judge(flown, recorder, list(flight.faults), self._bounds)
         contact, bad = judged.margins.get("contact"), judged.violations

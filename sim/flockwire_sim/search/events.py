@@ -130,6 +130,12 @@ class EventInjector:
                 found.append((fault.at, fault.at - fault.step))
         return tuple(found)
 
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """When the simulated airframes' clock is set ahead, s: they fly some time in one step."""
+        steps = (fault for fault in self._faults if isinstance(fault, ClockStep))
+        return tuple(fault.at for fault in steps if fault.process == KINEMATICS.kind and fault.step > 0.0)
+
     def frozen(self, begin: float, end: float) -> bool:
         """Return whether the airframes stood still between two times, s, or drivers did not see them move yet.
 

@@ -124,6 +124,7 @@ class Flight:
             world_ended=self._injector.world_ended
             or self._injector.frozen(recorder.seconds(end), recorder.seconds(scheduler.now)),
             still=self._injector.still,
+            jumps=self._injector.jumps,
             visited=self._visited,
             formed=(self._recovery.formed((end - EPOCH) / SECOND),) if self._recovery is not None else (),
             tails=tails(recorder, world.swarm) if self._quiet and not failure else {},

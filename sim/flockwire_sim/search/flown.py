@@ -52,6 +52,7 @@ class Flown:
     fails: dict[str, float]  # times at which motors fail
     world_ended: bool  # the simulated airframes ended or stand still, drones and all
     still: tuple[tuple[float, float], ...]  # from when to when the simulated airframes stood still
+    jumps: tuple[float, ...]  # when their clock was set ahead: they flew some time in one step
     formed: tuple[tuple[float, float], ...]  # s until the formation stood again where it was owed, and the bound
     visited: bool  # a person or another body was in the field: drones avoid it as they land, too
     tails: dict[str, tuple[float, float]]  # at the end of a formation that had time to settle: time, largest error, m

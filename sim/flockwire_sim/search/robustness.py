@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 from math import isfinite
 
@@ -106,7 +106,7 @@ def _of_drone(flown: Flown, owner: str, bounds: Bounds) -> Iterator[tuple[str, M
     inside, at = always(times[owing], -beyond[owing])
     yield "fence", Margin(1.0 + inside / reach, at, owner, f"{owner} {-inside:.2f} m outside the fence")
     seen = places * (0.0, 0.0, 1.0) if flown.visited else places
-    yield from _contacts(owner, times, seen, falling(flown, owner, times), limits.vertical_speed + bounds.hard)
+    yield from _contacts(owner, times, seen, falling(flown, owner, times), limits.vertical_speed + bounds.hard, flown.jumps)
     yield from deadlines(flown, owner, times, steered, bounds)
 
 
@@ -129,13 +129,16 @@ def first_outside(flown: Flown) -> float | None:
 
 
 def _contacts(
-    owner: str, times: Floats, places: Floats, falls: Booleans, fastest: float
+    owner: str, times: Floats, places: Floats, falls: Booleans, fastest: float, jumps: Sequence[float]
 ) -> Iterator[tuple[str, Margin]]:
-    """Yield: always, who touches the ground is not too fast in the frame before."""
+    """Yield: always, who touches the ground is not too fast in the frame before; nobody knows how fast in a jump."""
     if len(times) < 3:
         return
     dt = np.diff(times)
-    speeds = np.where(dt > PAUSE, 0.0, np.linalg.norm(np.diff(places, axis=0), axis=1) / np.maximum(dt, 1e-9))
+    unknown = dt > PAUSE
+    for jump in jumps:
+        unknown |= (times[1:] >= jump) & (times[:-1] <= jump + PAUSE)
+    speeds = np.where(unknown, 0.0, np.linalg.norm(np.diff(places, axis=0), axis=1) / np.maximum(dt, 1e-9))
     touches = (places[2:, 2] <= 0.0) & (places[1:-1, 2] > 0.0) & (dt[1:] <= PAUSE) & ~falls[2:]
     speed, at = always(times[2:][touches], -speeds[:-1][touches])
     yield "contact", Margin(1.0 + speed / fastest, at, owner, f"{owner} touched down at {-speed:.2f} m/s")

@@ -56,7 +56,7 @@ def smooth(seed: int) -> Flown:
         dict.fromkeys(NAMES, reported([Phase.HOLD] * len(TIMES))),
         {name: States(TIMES, flying, np.zeros(len(TIMES), np.bool_), np.zeros(len(TIMES))) for name in NAMES},
         took_off=True, stopped=np.inf, refused=(), deviations=(), failure="", seconds=20.0, fails={}, world_ended=False,
-        still=(), formed=(), tails={}, visited=False,
+        still=(), jumps=(), formed=(), tails={}, visited=False,
     )  # fmt: skip
 
 
@@ -230,7 +230,9 @@ def test_the_end_the_contact_and_orders_have_margins() -> None:
     assert "down" not in margins(replace(high, world_ended=True))
     falls = still_at(0.0)
     falls[:100, 2] = 2.0 * (100 - np.arange(100)) * STEP
-    assert margins(flew(places={"uav0": falls, "uav1": still_at(0.0)}))["contact"].value == pytest.approx(-1.0)
+    fell = flew(places={"uav0": falls, "uav1": still_at(0.0)})
+    assert margins(fell)["contact"].value == pytest.approx(-1.0)
+    assert margins(replace(fell, jumps=(TIMES[98],)))["contact"].value == 1.0  # as fast as the clock was set ahead
     assert margins(flew(refused=((4.5, "uav1"),)))["order"].value == pytest.approx(-0.5)
     assert margins(flew(seconds=90.0))["over"].value == pytest.approx(-0.2)
     assert margins(flew(formed=((5.0, 20.0),)))["formation"].value == pytest.approx(0.75)
