@@ -1,4 +1,4 @@
-"""bench/rotor_airframe.py between the simulated world and rotorpy, which is not installed: a point mass in its place."""
+"""bench/rotor_airframe.py in the simulated world, with a point mass in the place of rotorpy's multirotor."""
 
 import importlib
 import sys

@@ -106,7 +106,8 @@ def _of_drone(flown: Flown, owner: str, bounds: Bounds) -> Iterator[tuple[str, M
     inside, at = always(times[owing], -beyond[owing])
     yield "fence", Margin(1.0 + inside / reach, at, owner, f"{owner} {-inside:.2f} m outside the fence")
     seen = places * (0.0, 0.0, 1.0) if flown.visited else places
-    yield from _contacts(owner, times, seen, falling(flown, owner, times), limits.vertical_speed + bounds.hard, flown.jumps)
+    fastest = limits.vertical_speed + bounds.hard
+    yield from _contacts(owner, times, seen, falling(flown, owner, times), fastest, flown.jumps)
     yield from deadlines(flown, owner, times, steered, bounds)
 
 
