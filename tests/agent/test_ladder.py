@@ -156,9 +156,10 @@ def test_without_its_pose_a_drone_that_is_not_beneath_another_hovers(flyer, plac
         assert (flyer.phase, flyer.velocity) == (Phase.HOLD, STILL)
 
 
-@pytest.mark.parametrize("lands", [False, True])
-def test_without_its_pose_a_drone_between_two_waits_as_long_as_a_driver_without_commands(cockpit, lands):
-    agent = cockpit({"limits.staleness.command_land": 0.5, "formation.rate": 0.001}).fly()
+@pytest.mark.parametrize(("lands", "pose_land"), [(False, 1.0), (True, 1.0), (True, 0.3)])
+def test_without_its_pose_a_drone_between_two_waits_as_long_as_a_driver_without_commands(cockpit, lands, pose_land):
+    limits = {"limits.staleness.command_land": 0.5, "limits.staleness.pose_land": pose_land}
+    agent = cockpit(limits | {"formation.rate": 0.001}).fly()
     if lands:
         agent.order("land")
         agent.step()
