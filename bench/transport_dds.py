@@ -43,8 +43,8 @@ class _Answering(Listener):
         super().__init__()
         self._receive, self._send = receive, send
 
-    def on_data_available(self, reader: DataReader) -> None:
-        for sample in reader.take(16):
+    def on_data_available(self, reader: DataReader | None) -> None:
+        for sample in reader.take(16) if reader is not None else ():  # None as the process ends
             if isinstance(sample, Sent) and (answer := self._receive(sample.stamp)) is not None:
                 self._send(answer)
 
