@@ -87,9 +87,12 @@ class Seat:
         if self.velocity[2] > 0.0 and self.state is FlightState.GROUNDED:
             self.state = FlightState.FLYING
         if self.state is FlightState.FLYING and not self.stuck:
-            self.position = add(self.position, scale(self.velocity, 0.01))
+            self._move()
             if self.position[2] <= 0.0:
                 self.state = FlightState.GROUNDED
+
+    def _move(self) -> None:
+        self.position = add(self.position, scale(self.velocity, 0.01))
 
     def _measure(self) -> None:
         self.fastest = max(self.fastest, hypot(*self.velocity))
@@ -109,9 +112,7 @@ class LaggingSeat(Seat):
         self._lag, self._flown = airframe.lag, STILL
         self._sent = [STILL] * round(airframe.dead_time * 100)
 
-    def _fly(self) -> None:
-        if self.velocity[2] > 0.0:
-            self.state = FlightState.FLYING
+    def _move(self) -> None:
         self._sent.append(self.velocity)
         self.position, self._flown = lagged_motion(self.position, self._flown, self._sent.pop(0), self._lag, 0.01)
 
