@@ -56,15 +56,10 @@ class DetourParameters(Record):
         """The speed at which a place is shifted beside bodies, m/s."""
         return min(SIDEWAYS * self.speed, FASTEST_SIDEWAYS)
 
-    def from_axis(self, body: Body, spare: float) -> float:
-        """Return the distance to keep from the axis of `body`, which is not a drone, with `spare` m, m."""
-        _, obstacle = self.separation
-        return obstacle + body.radius + spare
-
     def disc(self, body: Body, origin: Vector, spare: float) -> Disc:
-        """Return what to stay outside of for `body`, relative to `origin` and not a drone, with `spare` m more."""
+        """Return what to stay outside of for `body`, which is relative to `origin`, with `spare` m to its distance."""
         x, y, _ = body.relative_position
-        return (origin[0] + x, origin[1] + y, self.from_axis(body, spare))
+        return (origin[0] + x, origin[1] + y, self.separation.from_axis(body) + spare)
 
 
 class BentPlace:

@@ -50,7 +50,7 @@ class WayOfMover:
         own, (x, y, _), (wx, wy, _), (sx, sy, _) = self._parameters, body.relative_position, body.velocity, stopping
         speed = hypot(wx, wy)
         ux, uy = wx / speed, wy / speed
-        ahead, kept = -ux * x - uy * y, own.from_axis(body, SPARE)
+        ahead, kept = -ux * x - uy * y, own.separation.from_axis(body) + SPARE
         aside = uy * (x - sx) - ux * (y - sy)
         fastest = max(own.sideways, SHARE * sqrt(max(own.speed * own.speed - speed * speed, 0.0)))
         early = own.early + max(kept - abs(aside), 0.0) / fastest
