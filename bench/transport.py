@@ -1,14 +1,17 @@
-"""What messages cost through flockwire's session, bare Zenoh, CycloneDDS, MQTT and UDP: latency and processor time.
+"""What messages cost through flockwire's session, Zenoh, CycloneDDS, MQTT and UDP: latency and processor time.
 
     .venv/bin/python bench/transport.py [--rounds 5] [--seconds 4] [--only NAME ...]
 
 Two tests at 100 Hz, between processes of this host. Ping-pong: the round trip between two. Fan-out: the way from one to
 five. All transports take turns in each round, and every figure is the median of the rounds: compare those of one run.
 "Zenoh" has the same TLS and the same links as flockwire, its callback answers on Zenoh's own thread; "Zenoh, asyncio"
-takes what arrives into the loop first, as a process of flockwire does. Every message is of the same size.
-CPU is that of all processes and of the broker, for each message that is delivered.
+takes what arrives into the loop first, as a process of flockwire does. "DDS Security" is CycloneDDS with it; it and
+"MQTT, TLS" authenticate both ends and encrypt, as flockwire does. The rows from "flockwire, none" on have no security.
+Every message is of the same size. CPU is that of all processes and the broker, for each message that is delivered.
 
-Ends with status 1 when flockwire's median latency is above 1.15 of bare Zenoh's, 1.0 of CycloneDDS's or 0.5 of MQTT's.
+The last columns are flockwire's p50, p99 and CPU over those of the row, and the p50 of "flockwire, none" over that of a
+row without security. Ends with status 1 when flockwire's median latency is above 1.15 of bare Zenoh's, 1.0 of
+CycloneDDS's or 0.5 of MQTT's, with or without security.
 """
 
 from __future__ import annotations
@@ -29,14 +32,14 @@ from typing import Any
 import transports
 from flockwire import clock
 from flockwire.runtime.ticker import Ticker
-from transports import Place, Transport
+from transports import OURS, PLAIN, Place, Transport
 
 RATE = 100  # Hz
 WARM = 100  # messages that come before those that are measured
 SETTLE = 1.0  # s from the last process's opening to the first message
 MARK = 50  # messages between two looks at the processor time
 TESTS = {"ping-pong": 2, "fan-out": 6}  # processes
-BARS = {"Zenoh": 1.15, "CycloneDDS": 1.0, "MQTT": 0.5}  # times its median latency
+BARS = {"Zenoh": 1.15, "DDS Security": 1.0, "MQTT, TLS": 0.5, "CycloneDDS": 1.0, "MQTT": 0.5}  # times its p50
 PORTS = count(21000, 100)
 
 
@@ -114,7 +117,7 @@ def run(transport: Transport, test: str, folder: Path, messages: int) -> tuple[f
     context, processes = multiprocessing.get_context("spawn"), TESTS[test]
     place = Place(folder, next(PORTS), processes)
     go, done, results = context.Event(), context.Event(), context.Queue()
-    with transports.broker(place) if transport.broker else nullcontext(lambda: 0.0) as broker_time:
+    with transport.broker(place) if transport.broker else nullcontext(lambda: 0.0) as broker_time:
         places = [
             replace(place, number=i, source=0 if i else 1 if test == "ping-pong" else None) for i in range(processes)
         ]
@@ -149,7 +152,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=4.0)
     parser.add_argument("--only", nargs="+", metavar="NAME", help="of these transports, besides flockwire")
     options = parser.parse_args()
-    known = [one for one in transports.transports() if options.only is None or one.name in ("flockwire", *options.only)]
+    known = [one for one in transports.transports() if options.only is None or one.name in (OURS, *options.only)]
     for absent in (one for one in known if one.lacks):
         print(f"{absent.name}: skipped, not installed: {absent.lacks}")
     present = [one for one in known if not one.lacks]
@@ -170,23 +173,27 @@ def table(rows: dict[tuple[str, str], list[tuple[float, float, float, float]]]) 
     """Print the medians; returns whether flockwire is within all bars."""
     within = True
     heading = ("p50 us", "p99 us", "CPU us/message", "lost")
-    print(f"{'':28}{''.join(f'{name:>16}' for name in heading)}   flockwire: p50  p99  CPU of this")
+    print(f"{'':28}{''.join(f'{name:>16}' for name in heading)}   flockwire: p50  p99  CPU of this    none: p50")
+    medians = {row: [statistics.median(column) for column in zip(*found, strict=True)] for row, found in rows.items()}
     for test in TESTS:
-        ours = [statistics.median(column) for column in zip(*rows[test, "flockwire"], strict=True)]
+        plain: float | None = None
         for name in (name for of, name in rows if of == test):
-            p50, p99, cpu, lost = (statistics.median(column) for column in zip(*rows[test, name], strict=True))
-            ratios = [
-                mine / other if other else float("nan") for mine, other in zip(ours, (p50, p99, cpu), strict=False)
-            ]
+            p50, p99, cpu, lost = medians[test, name]
+            ratios = [_over(mine, other) for mine, other in zip(medians[test, OURS], (p50, p99, cpu), strict=False)]
+            plain = p50 if name == PLAIN else plain
+            columns = (
+                f"{p50:16.0f}{p99:16.0f}{cpu:16.0f}{lost:16.2%}   {ratios[0]:14.2f} {ratios[1]:.2f} {ratios[2]:.2f}"
+            )
+            without = "" if plain is None else f"{_over(plain, p50):.2f}"
             bar = BARS.get(name)
             verdict = "" if bar is None else f"   {'within' if ratios[0] <= bar else 'ABOVE'} {bar:g}"
             within = within and (bar is None or ratios[0] <= bar)
-            print(
-                f"{test:10}  {name:16}{p50:16.0f}{p99:16.0f}{cpu:16.0f}{lost:16.2%}   "
-                f"{ratios[0]:10.2f} {ratios[1]:.2f} {ratios[2]:.2f}{verdict}",
-                flush=True,
-            )
+            print(f"{test:10}  {name:16}{columns}{without:>20}{verdict}".rstrip(), flush=True)
     return within
+
+
+def _over(mine: float, other: float) -> float:
+    return mine / other if other else float("nan")
 
 
 if __name__ == "__main__":

@@ -14,13 +14,15 @@ import socket
 import subprocess
 import threading
 from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import AbstractAsyncContextManager
-from dataclasses import dataclass
+from contextlib import AbstractAsyncContextManager, AbstractContextManager
+from dataclasses import astuple, dataclass
 from functools import partial
+from getpass import getuser
 from importlib.util import find_spec
 from pathlib import Path
 
 import psutil
+import transport_dds_security
 import zenoh
 from flockwire import clock
 from flockwire.domain.motion import Estimate, LeaderMotion
@@ -40,6 +42,7 @@ HOME = "127.0.0.1"
 FRAME, MOTION = "world", LeaderMotion((1.0, 2.0, 3.0), (0.1, 0.2, 0.3), (0.0, 0.0, 0.0))
 SIZE = len(encode(Estimate(0, FRAME, MOTION))) + ATTACHMENT.size  # bytes, of every transport's message
 BROKER = "mosquitto"
+OURS, PLAIN = "flockwire", "flockwire, none"  # with mutual TLS; with network.security = "none"
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,9 +67,10 @@ class Place:
 Receive = Callable[[int], int | None]
 Send = Callable[[int], None]
 Open = Callable[[Place, Receive], AbstractAsyncContextManager[Send]]
+Broker = Callable[[Place], AbstractContextManager[Callable[[], float]]]
 
 
-def plan_of(place: Place) -> Plan:
+def plan_of(place: Place, security: str = "mtls") -> Plan:
     """Return the plan of followers, one for each process; only what runs here is dialled."""
     followers = range(1, place.count + 1)
     table: dict[str, object] = {
@@ -75,7 +79,7 @@ def plan_of(place: Place) -> Plan:
         "graph": {"edges": [[0, 1], [2, 1], *([1, i] for i in followers if i > 1)]},
         "limits": {"fence": {"min": [-50.0, -50.0, -0.5], "max": [50.0, 50.0, 5.0]}},
         "drones": [{"id": i, "start": [2.0 * i, 0.0, 0.0]} for i in (0, *followers)],
-        "network": {"base_port": place.port},
+        "network": {"base_port": place.port, "security": security},
     }
     plan = Plan(parse_swarm(table, "bench"))
     running = {uav(i) for i in followers}
@@ -84,13 +88,14 @@ def plan_of(place: Place) -> Plan:
 
 
 def prepare(place: Place) -> None:
-    """Make the certificates."""
+    """Make the certificates, and what DDS Security wants signed."""
     make_keys(plan_of(place), place.folder, clock.utc())
+    transport_dds_security.sign(place.folder, [uav(i + 1) for i in range(place.count)])
 
 
 @contextlib.asynccontextmanager
-async def by_flockwire(place: Place, receive: Receive) -> AsyncIterator[Send]:
-    """Open a process's session: mutual TLS, access list, quota, age, codec; it answers where an agent steps."""
+async def by_flockwire(place: Place, receive: Receive, security: str) -> AsyncIterator[Send]:
+    """Open a session: mutual TLS and access list by `security`, quota, age, codec; it answers where an agent steps."""
 
     def arrived(prompt: Prompt) -> None:
         message = prompt.message(clock.now())
@@ -101,7 +106,7 @@ async def by_flockwire(place: Place, receive: Receive) -> AsyncIterator[Send]:
         session.publish(((own, Estimate(stamp, FRAME, MOTION)),))
 
     own, wakeup = Key("estimate", uav(place.number + 1)), Wakeup(arrived, threading.Lock())
-    with Session(plan_of(place), own.owner, place.folder) as session:
+    with Session(plan_of(place, security), own.owner, place.folder) as session:
         if place.source is not None:
             session.prompt(Key("estimate", uav(place.source + 1)), wakeup)
         wakeup.direct = True
@@ -166,9 +171,12 @@ async def by_udp(place: Place, receive: Receive) -> AsyncIterator[Send]:
 
 
 @contextlib.asynccontextmanager
-async def by_mqtt(place: Place, receive: Receive) -> AsyncIterator[Send]:
-    """Open a client of the broker: delivered at most once, without TLS."""
+async def by_mqtt(place: Place, receive: Receive, encrypted: bool) -> AsyncIterator[Send]:
+    """Open a client of the broker, by mutual TLS if `encrypted`: delivered at most once."""
     import aiomqtt  # noqa: PLC0415  (not everywhere)
+
+    files = map(str, astuple(files_of(place.folder, uav(place.number + 1))))
+    tls = aiomqtt.TLSParameters(*files) if encrypted else None
 
     async def listen() -> None:
         async for message in client.messages:
@@ -182,7 +190,7 @@ async def by_mqtt(place: Place, receive: Receive) -> AsyncIterator[Send]:
         under_way.add(task)
         task.add_done_callback(under_way.discard)
 
-    async with aiomqtt.Client(HOME, place.port) as client:
+    async with aiomqtt.Client(HOME, place.port, tls_params=tls) as client:
         listening = asyncio.create_task(listen())
         if place.source is not None:
             await client.subscribe(str(place.source))
@@ -191,11 +199,13 @@ async def by_mqtt(place: Place, receive: Receive) -> AsyncIterator[Send]:
 
 
 @contextlib.asynccontextmanager
-async def by_dds(place: Place, receive: Receive) -> AsyncIterator[Send]:
-    """Open a participant of CycloneDDS, without security; a listener's thread answers."""
+async def by_dds(place: Place, receive: Receive, encrypted: bool) -> AsyncIterator[Send]:
+    """Open a participant of CycloneDDS, with DDS Security if `encrypted`; a listener's thread answers."""
     import transport_dds  # noqa: PLC0415  (not everywhere)
 
-    with transport_dds.opened(place.number, place.source, receive) as send:
+    files = files_of(place.folder, uav(place.number + 1))
+    security = transport_dds_security.security(files) if encrypted else ""
+    with transport_dds.opened(place.number, place.source, receive, security) as send:
         yield send
 
 
@@ -206,18 +216,23 @@ class Transport:
     name: str
     opened: Open
     lacks: str = ""
-    broker: bool = False
+    broker: Broker | None = None
 
 
 def transports() -> Iterator[Transport]:
-    """Yield all, flockwire's first."""
+    """Yield all, first flockwire and those that encrypt, then flockwire without security and those that do not."""
     install = "uv pip install --python .venv -r bench/requirements.txt"
-    yield Transport("flockwire", by_flockwire)
+    dds = "" if find_spec("cyclonedds") else install
+    server = "" if broker_program() else f"apt-get install {BROKER}"
+    mqtt = "; ".join(filter(None, ("" if find_spec("aiomqtt") else install, server)))
+    yield Transport(OURS, partial(by_flockwire, security="mtls"))
     yield Transport("Zenoh", partial(by_zenoh, in_loop=False))
     yield Transport("Zenoh, asyncio", partial(by_zenoh, in_loop=True))
-    yield Transport("CycloneDDS", by_dds, "" if find_spec("cyclonedds") else install)
-    client, broker = "" if find_spec("aiomqtt") else install, "" if broker_program() else f"apt-get install {BROKER}"
-    yield Transport("MQTT", by_mqtt, "; ".join(filter(None, (client, broker))), broker=True)
+    yield Transport("DDS Security", partial(by_dds, encrypted=True), dds or transport_dds_security.lacking())
+    yield Transport("MQTT, TLS", partial(by_mqtt, encrypted=True), mqtt, partial(broker, encrypted=True))
+    yield Transport(PLAIN, partial(by_flockwire, security="none"))
+    yield Transport("CycloneDDS", partial(by_dds, encrypted=False), dds)
+    yield Transport("MQTT", partial(by_mqtt, encrypted=False), mqtt, partial(broker, encrypted=False))
     yield Transport("UDP", by_udp)
 
 
@@ -227,10 +242,15 @@ def broker_program() -> str | None:
 
 
 @contextlib.contextmanager
-def broker(place: Place) -> Iterator[Callable[[], float]]:
+def broker(place: Place, encrypted: bool) -> Iterator[Callable[[], float]]:
     """Run the MQTT broker inside; yields what returns the processor time that it has used, s."""
     file = place.folder / f"broker{place.port}.conf"
-    file.write_text(f"listener {place.port} {HOME}\nallow_anonymous true\n")
+    lines = [f"listener {place.port} {HOME}", "allow_anonymous true"]
+    if encrypted:
+        files = files_of(place.folder, "gateway")
+        lines += [f"cafile {files.authority}", f"certfile {files.certificate}", f"keyfile {files.key}"]
+        lines += ["require_certificate true", f"user {getuser()}"]  # who may read the key
+    file.write_text("\n".join(lines))
     with subprocess.Popen([broker_program() or BROKER, "-c", str(file)], stderr=subprocess.DEVNULL) as process:
         times = psutil.Process(process.pid).cpu_times
         try:
