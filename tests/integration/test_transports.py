@@ -13,7 +13,7 @@ from flockwire import clock
 from flockwire.loading import load_swarm
 from flockwire_sim.flight import TraceFile
 from flockwire_sim.world import World
-from transports import Place
+from transports import OURS, PLAIN, Place
 
 
 @pytest.fixture
@@ -27,14 +27,13 @@ def free_ports(monkeypatch):
 def test_what_is_not_installed_is_named_with_what_installs_it():
     with mock.patch.object(transports, "find_spec", return_value=None), mock.patch("shutil.which", return_value=None):
         lacking = {one.name: one.lacks for one in transports.transports() if one.lacks}
-    assert lacking == {
-        "CycloneDDS": "uv pip install --python .venv -r bench/requirements.txt",
-        "MQTT": "uv pip install --python .venv -r bench/requirements.txt; apt-get install mosquitto",
-    }
+    install = "uv pip install --python .venv -r bench/requirements.txt"
+    dds, mqtt = install, f"{install}; apt-get install mosquitto"
+    assert lacking == {"DDS Security": dds, "MQTT, TLS": mqtt, "CycloneDDS": dds, "MQTT": mqtt}
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", ["flockwire", "Zenoh", "UDP"])
+@pytest.mark.parametrize("name", [OURS, PLAIN, "Zenoh", "UDP"])
 def test_both_ends_receive_each_message(name, tmp_path, free_ports):
     (one,) = (one for one in transports.transports() if one.name == name)
     transports.prepare(Place(tmp_path, next(transport.PORTS), 2))
@@ -42,6 +41,19 @@ def test_both_ends_receive_each_message(name, tmp_path, free_ports):
     assert 0.0 < p50 <= p99
     assert cost > 0.0
     assert lost <= 0.1  # of a machine that does much else
+
+
+def test_flockwire_is_judged_against_all_and_without_security_against_its_like(capsys):
+    found = {OURS: 400.0, "Zenoh": 380.0, "DDS Security": 410.0, PLAIN: 300.0, "CycloneDDS": 390.0}
+    rows = {(test, name): [(p50, 2.0 * p50, 100.0, 0.0)] for test in transport.TESTS for name, p50 in found.items()}
+    assert not transport.table(rows)
+    zenoh, security, plain, dds = capsys.readouterr().out.splitlines()[2:6]
+    assert zenoh.split()[-5:] == ["1.05", "1.05", "1.00", "within", "1.15"]
+    assert security.split()[-2:] == ["within", "1"]
+    assert plain.split()[-1] == "1.00"
+    assert dds.split()[-3:] == ["0.77", "ABOVE", "1"]
+    rows = {row: [(300.0, *others[1:])] if row[1] == OURS else [others] for row, (others,) in rows.items()}
+    assert transport.table(rows)
 
 
 def test_the_floor_repeats_what_a_flight_carried(tmp_path):
