@@ -5,7 +5,7 @@
 Two tests at 100 Hz, between processes of this host. Ping-pong: the round trip between two. Fan-out: the way from one to
 five. All transports take turns in each round, and every figure is the median of the rounds: compare those of one run.
 "Zenoh" has the same TLS and the same links as flockwire, its callback answers on Zenoh's own thread; "Zenoh, asyncio"
-takes what arrives into the loop first, as a process of flockwire does. "DDS Security" is CycloneDDS with it; it and
+takes what arrives into the loop first, as MQTT's client does. "DDS Security" is CycloneDDS with it; it and
 "MQTT, TLS" authenticate both ends and encrypt, as flockwire does. The rows from "flockwire, none" on have no security.
 Every message is of the same size. CPU is that of all processes and the broker, for each message that is delivered.
 

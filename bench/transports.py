@@ -190,7 +190,8 @@ async def by_mqtt(place: Place, receive: Receive, encrypted: bool) -> AsyncItera
         under_way.add(task)
         task.add_done_callback(under_way.discard)
 
-    async with aiomqtt.Client(HOME, place.port, tls_params=tls) as client:
+    at_once = [(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)]  # as Zenoh
+    async with aiomqtt.Client(HOME, place.port, tls_params=tls, socket_options=at_once) as client:
         listening = asyncio.create_task(listen())
         if place.source is not None:
             await client.subscribe(str(place.source))
@@ -245,7 +246,7 @@ def broker_program() -> str | None:
 def broker(place: Place, encrypted: bool) -> Iterator[Callable[[], float]]:
     """Run the MQTT broker inside; yields what returns the processor time that it has used, s."""
     file = place.folder / f"broker{place.port}.conf"
-    lines = [f"listener {place.port} {HOME}", "allow_anonymous true"]
+    lines = [f"listener {place.port} {HOME}", "allow_anonymous true", "set_tcp_nodelay true"]
     if encrypted:
         files = files_of(place.folder, "gateway")
         lines += [f"cafile {files.authority}", f"certfile {files.certificate}", f"keyfile {files.key}"]
