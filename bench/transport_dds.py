@@ -51,7 +51,7 @@ class _Answering(Listener):
 
 @contextlib.contextmanager
 def opened(
-    number: int, source: int | None, receive: Callable[[int], int | None], security: str = ""
+    number: int, source: int | None, receive: Callable[[int], int | None], security: str
 ) -> Iterator[Callable[[int], None]]:
     """Open the end of process `number`, which receives what process `source` sends; `security` is of its domain."""
     domain = Domain(DOMAIN, CONFIGURATION.format(security=security))

@@ -9,19 +9,16 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-import shutil
 import socket
-import subprocess
 import threading
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import AbstractAsyncContextManager, AbstractContextManager
 from dataclasses import astuple, dataclass
 from functools import partial
-from getpass import getuser
 from importlib.util import find_spec
 from pathlib import Path
 
-import psutil
+import transport_broker
 import transport_dds_security
 import zenoh
 from flockwire import clock
@@ -37,11 +34,10 @@ from flockwire.wire.codec import encode
 from flockwire.wire.inbox import ATTACHMENT
 from flockwire.wire.keys import Key
 from flockwire.wire.plan import Plan
+from transport_broker import HOME
 
-HOME = "127.0.0.1"
 FRAME, MOTION = "world", LeaderMotion((1.0, 2.0, 3.0), (0.1, 0.2, 0.3), (0.0, 0.0, 0.0))
 SIZE = len(encode(Estimate(0, FRAME, MOTION))) + ATTACHMENT.size  # bytes, of every transport's message
-BROKER = "mosquitto"
 OURS, PLAIN = "flockwire", "flockwire, none"  # with mutual TLS; with network.security = "none"
 
 
@@ -224,7 +220,7 @@ def transports() -> Iterator[Transport]:
     """Yield all, first flockwire and those that encrypt, then flockwire without security and those that do not."""
     install = "uv pip install --python .venv -r bench/requirements.txt"
     dds = "" if find_spec("cyclonedds") else install
-    server = "" if broker_program() else f"apt-get install {BROKER}"
+    server = "" if transport_broker.program() else f"apt-get install {transport_broker.BROKER}"
     mqtt = "; ".join(filter(None, ("" if find_spec("aiomqtt") else install, server)))
     yield Transport(OURS, partial(by_flockwire, security="mtls"))
     yield Transport("Zenoh", partial(by_zenoh, in_loop=False))
@@ -237,27 +233,9 @@ def transports() -> Iterator[Transport]:
     yield Transport("UDP", by_udp)
 
 
-def broker_program() -> str | None:
-    """Return the path of the MQTT broker, None when it is not installed."""
-    return shutil.which(BROKER) or shutil.which(BROKER, path="/usr/sbin")
-
-
-@contextlib.contextmanager
-def broker(place: Place, encrypted: bool) -> Iterator[Callable[[], float]]:
-    """Run the MQTT broker inside; yields what returns the processor time that it has used, s."""
-    file = place.folder / f"broker{place.port}.conf"
-    lines = [f"listener {place.port} {HOME}", "allow_anonymous true", "set_tcp_nodelay true"]
-    if encrypted:
-        files = files_of(place.folder, "gateway")
-        lines += [f"cafile {files.authority}", f"certfile {files.certificate}", f"keyfile {files.key}"]
-        lines += ["require_certificate true", f"user {getuser()}"]  # who may read the key
-    file.write_text("\n".join(lines))
-    with subprocess.Popen([broker_program() or BROKER, "-c", str(file)], stderr=subprocess.DEVNULL) as process:
-        times = psutil.Process(process.pid).cpu_times
-        try:
-            yield lambda: sum(times()[:2])
-        finally:
-            process.terminate()
+def broker(place: Place, encrypted: bool) -> AbstractContextManager[Callable[[], float]]:
+    """Run the MQTT broker inside, with mutual TLS if `encrypted`; yields the function of its processor time, s."""
+    return transport_broker.running(place.folder, place.port, files_of(place.folder, "gateway") if encrypted else None)
 
 
 def payload(stamp: int) -> bytes:
