@@ -22,7 +22,7 @@ COMPILED = (
     "core/flockwire/pilot",
     *(f"core/flockwire/ground/{name}.py" for name in ("fleet", "lost", "standing")),
     *(f"core/flockwire/process/{name}.py" for name in ("stepping", "timekeeping")),
-    *(f"core/flockwire/runtime/{name}.py" for name in ("publishing", "shell", "subscriptions", "topics")),
+    *(f"core/flockwire/runtime/{name}.py" for name in ("publishing", "shell", "subscriptions", "ticker", "topics")),
     "core/flockwire/clock.py",
     "core/flockwire/law.py",
     "agent/flockwire_agent",

@@ -131,7 +131,8 @@ class Stepper:
     next one by a period. A trigger that is up to a period late delays no other, and after a longer gap the next trigger
     makes a step. Each slower trigger makes a step.
 
-    `flush` sends the datagrams of a core; it is called after each received message and each step.
+    `flush` sends the datagrams of a core; it is called after each received message and each step. Ticks that find
+    triggers arriving only count; a runner that sets `postpone` is told at each trigger how many of them to leave out.
     """
 
     def __init__(
@@ -155,6 +156,7 @@ class Stepper:
         self._named = tuple((key_text(swarm_name, source.inbox.key), source.inbox) for source in inputs)
         self._counts = StepCounts()
         self._period = round(core.period * SECOND)
+        self.postpone: Callable[[int], None] | None = None  # of the runner's ticker
         self.reports_at_ticks = False  # instead of after a step, which the messages of that step would wait for
         self._stepped = False  # since the last status
         self._earliest = 0  # stamp of the trigger that makes the next step, Unix ns
@@ -176,7 +178,11 @@ class Stepper:
         late, period = stamp - self._earliest, self._period
         if late >= 0 or late < -period:
             self._earliest = self._earliest + period if 0 <= late < period else stamp
-            self._ticks = 0 if late < 3 * period // 2 else -1
+            idle = WATCHDOG_TICKS - 1 if late < 3 * period // 2 else WATCHDOG_TICKS
+            if self.postpone is not None:
+                self.postpone(idle)
+                idle = 0
+            self._ticks = WATCHDOG_TICKS - 1 - idle
             self._counts.count(now - inbox.sent, inbox.missed)
             self._step(now)
 

@@ -62,15 +62,19 @@ class Shell:
         inputs = [*buffered, *prompts, *swarm_clock.prompts]
         self._stepper = Stepper(core, plan.swarm.name, buffered, inputs, session.publish, timed, status, flush)
         self._ticker = Ticker(tick_period(core), self._tick)
+        self._postpones = bool(core.triggers) and not timed.keys
 
     def start(self, direct: bool = False) -> None:
         """Begin; `direct`: all that reaches the core comes by keys, so that it may step on the thread of one.
 
         Zenoh sends what a step publishes when that thread is done. One step of the gateway serves all drones: neither
-        its status nor its batch for the recorder is made there, if ticks come as often as a status must.
+        its status nor its batch for the recorder is made there, if ticks come as often as a status must. Others that
+        have triggers, and no clock to correct, need no tick while those come: the loop then sleeps.
         """
         if direct and self._frames:
             self._stepper.reports_at_ticks, self._flush_due = True, self._session.take_over_batches()
+        elif direct and self._postpones:
+            self._stepper.postpone = self._ticker.postpone
         self._running, self._wakeup.direct = True, direct
         self._ticker.start()
 

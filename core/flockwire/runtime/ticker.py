@@ -19,6 +19,10 @@ from flockwire.domain.time import SECOND, nanoseconds
 _CLOCK_MONOTONIC, _ABSOLUTE = 1, 1
 _TIMES = Struct("@qqqq")  # interval sec, nsec, first expiry sec, nsec
 
+_LIBC = ctypes.CDLL(None, use_errno=True)
+if sys.platform == "linux":
+    _LIBC.timerfd_settime.argtypes = (ctypes.c_int, ctypes.c_int, ctypes.c_char_p, ctypes.c_void_p)
+
 Tick = Callable[[int, int], None]  # lateness in ns, ticks skipped since the last
 
 
@@ -42,6 +46,17 @@ class Ticker:
         else:
             self._timer = self._loop.call_later(self._period / SECOND, self._elapsed)
 
+    def postpone(self, ticks: int) -> None:
+        """Tick next when more than `ticks` periods from now have passed, and at most one more.
+
+        Any thread may call it, between `start` and `stop`. Where that is so already, it does nothing.
+        """
+        now = clock.monotonic()
+        if self._next - now <= ticks * self._period:
+            self._next = now + (ticks + 1) * self._period
+            if self._fd >= 0:
+                _set_time(self._fd, self._next, self._period)
+
     def stop(self) -> None:
         """Stop ticking; harmless before `start`."""
         if self._fd >= 0:
@@ -53,28 +68,38 @@ class Ticker:
 
     def _expired(self) -> None:
         try:
-            count = int.from_bytes(os.read(self._fd, 8), sys.byteorder)
-        except BlockingIOError:
+            os.read(self._fd, 8)
+        except BlockingIOError:  # it was postponed meanwhile
             return
-        self._fire(count)
+        self._fire()
 
     def _elapsed(self) -> None:
-        count = 1 + max(0, clock.monotonic() - self._next) // self._period
-        self._fire(count)
+        self._fire()
         delay = max(0, self._next - clock.monotonic()) / SECOND
         self._timer = self._loop.call_later(delay, self._elapsed)
 
-    def _fire(self, count: int) -> None:
-        due = self._next + (count - 1) * self._period
-        self._next = due + self._period
-        self._tick(max(0, clock.monotonic() - due), count - 1)
+    def _fire(self) -> None:
+        late = clock.monotonic() - self._next
+        if late >= 0:  # else it was postponed meanwhile
+            skipped, late = divmod(late, self._period)
+            self._next += (skipped + 1) * self._period
+            self._tick(late, skipped)
 
 
 def _timerfd(first: int, interval: int) -> int:
-    libc = ctypes.CDLL(None, use_errno=True)
-    fd: int = libc.timerfd_create(_CLOCK_MONOTONIC, os.O_NONBLOCK | os.O_CLOEXEC)
-    times = _TIMES.pack(*divmod(interval, SECOND), *divmod(first, SECOND))
-    if fd < 0 or libc.timerfd_settime(fd, _ABSOLUTE, times, None) != 0:
-        code = ctypes.get_errno()
-        raise OSError(code, f"timerfd: {os.strerror(code)}")
+    fd: int = _LIBC.timerfd_create(_CLOCK_MONOTONIC, os.O_NONBLOCK | os.O_CLOEXEC)
+    if fd < 0:
+        raise _error()
+    _set_time(fd, first, interval)
     return fd
+
+
+def _set_time(fd: int, first: int, interval: int) -> None:
+    times = _TIMES.pack(*divmod(interval, SECOND), *divmod(first, SECOND))
+    if _LIBC.timerfd_settime(fd, _ABSOLUTE, times, None) != 0:
+        raise _error()
+
+
+def _error() -> OSError:
+    code = ctypes.get_errno()
+    return OSError(code, f"timerfd: {os.strerror(code)}")

@@ -6,6 +6,7 @@ import pytest
 from flockwire.process.cores import Ground
 from flockwire.runtime import shell as module
 from flockwire.runtime.shell import Shell
+from flockwire.wire.keys import Key
 from flockwire.wire.status import Report
 
 
@@ -25,12 +26,54 @@ class OfRareFrames(OfFrames):
     period = 0.2  # ticks come too rarely for a status
 
 
+class Following(Plain):
+    def __init__(self):
+        super().__init__()
+        self.triggers = frozenset({Key("pose", "uav1")})
+
+
 class Idle:
     def __init__(self, period, tick):
         pass
 
     def start(self):
         pass
+
+    def postpone(self, ticks):
+        pass
+
+
+class Session:
+    def __init__(self):
+        self.flushed, self.taken_over = [], 0
+
+    def take_over_batches(self):
+        self.taken_over += 1
+        return lambda: self.flushed.append(True)
+
+    def newest(self, key):
+        return SimpleNamespace(inbox=SimpleNamespace(key=key), message=lambda now: None)
+
+    def prompt(self, key, wakeup):
+        return self.newest(key)
+
+    def publish(self, messages):
+        pass
+
+
+def started(monkeypatch, core, plan, direct, requests=()):
+    monkeypatch.setattr(module, "Ticker", Idle)
+    timed = SimpleNamespace(keys=requests, step=lambda now: ())
+    swarm_clock = SimpleNamespace(lock=threading.Lock(), timekeeping=timed, prompts=[])
+
+    async def start():
+        session = Session()
+        shell = Shell(core, plan, "gateway", session, swarm_clock, None, None)
+        shell.start(direct)
+        shell._tick(0, 0)
+        return shell._stepper, session
+
+    return asyncio.run(start())
 
 
 @pytest.mark.parametrize(
@@ -40,22 +83,20 @@ class Idle:
 def test_poses_that_leave_when_the_step_is_over_wait_for_neither_status_nor_batch(
     monkeypatch, make_plan, core, direct, apart
 ):
-    monkeypatch.setattr(module, "Ticker", Idle)
-    flushed, taken, plan = [], [], make_plan()
-    session = SimpleNamespace(
-        publish=lambda messages: None,
-        take_over_batches=lambda: taken.append(True) or (lambda: flushed.append(True)),
-        newest=lambda key: SimpleNamespace(inbox=SimpleNamespace(key=key), message=lambda now: None),
-    )
-    session.prompt = lambda key, wakeup: session.newest(key)
-    timed = SimpleNamespace(keys=(), step=lambda now: ())
-    swarm_clock = SimpleNamespace(lock=threading.Lock(), timekeeping=timed, prompts=[])
+    stepper, session = started(monkeypatch, core(), make_plan(), direct)
+    assert stepper.reports_at_ticks is apart
+    assert bool(session.taken_over) is bool(session.flushed) is apart
 
-    async def started():
-        shell = Shell(core(), plan, "gateway", session, swarm_clock, None, None)
-        shell.start(direct)
-        shell._tick(0, 0)
-        return shell._stepper.reports_at_ticks
 
-    assert asyncio.run(started()) is apart
-    assert bool(taken) is bool(flushed) is apart
+@pytest.mark.parametrize(
+    ("core", "direct", "requests", "postpones"),
+    [
+        pytest.param(Following, True, (), True, id="poses make it step at once"),
+        pytest.param(Following, False, (), False, id="other input too"),
+        pytest.param(Following, True, (Key("time_reply", "uav1"),), False, id="a clock to correct"),
+        pytest.param(Plain, True, (), False, id="ticks make it step"),
+    ],
+)
+def test_ticks_that_would_do_nothing_are_postponed(monkeypatch, make_plan, core, direct, requests, postpones):
+    stepper, _ = started(monkeypatch, core(), make_plan(), direct, requests)
+    assert (stepper.postpone is not None) is postpones
