@@ -9,9 +9,9 @@ takes what arrives into the loop first, as MQTT's client does. "DDS Security" is
 "MQTT, TLS" authenticate both ends and encrypt, as flockwire does. The rows from "flockwire, none" on have no security.
 Every message is of the same size. CPU is that of all processes and the broker, for each message that is delivered.
 
-The last columns are flockwire's p50, p99 and CPU over those of the row, and the p50 of "flockwire, none" over that of a
-row without security. Ends with status 1 when flockwire's median latency is above 1.15 of bare Zenoh's, 1.0 of
-CycloneDDS's or 0.5 of MQTT's, with or without security.
+The last columns are flockwire's p50, with its bar, p99 and CPU over those of the row, and the p50 of "flockwire, none"
+over that of a row without security. Ends with status 1 when flockwire's median latency is above 1.15 of bare Zenoh's,
+1.0 of CycloneDDS's or 0.5 of MQTT's, with or without security.
 """
 
 from __future__ import annotations
@@ -150,9 +150,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--seconds", type=float, default=4.0)
-    parser.add_argument("--only", nargs="+", metavar="NAME", help="of these transports, besides flockwire")
+    every = list(transports.transports())
+    names = [one.name for one in every]
+    parser.add_argument("--only", nargs="+", choices=names, metavar="NAME", help=f"besides flockwire, of {names}")
     options = parser.parse_args()
-    known = [one for one in transports.transports() if options.only is None or one.name in (OURS, *options.only)]
+    known = [one for one in every if options.only is None or one.name in (OURS, *options.only)]
     for absent in (one for one in known if one.lacks):
         print(f"{absent.name}: skipped, not installed: {absent.lacks}")
     present = [one for one in known if not one.lacks]
@@ -173,7 +175,7 @@ def table(rows: dict[tuple[str, str], list[tuple[float, float, float, float]]]) 
     """Print the medians; returns whether flockwire is within all bars."""
     within = True
     heading = ("p50 us", "p99 us", "CPU us/message", "lost")
-    print(f"{'':28}{''.join(f'{name:>16}' for name in heading)}   flockwire: p50  p99  CPU of this    none: p50")
+    print(f"{'':28}{''.join(f'{name:>16}' for name in heading)}   flockwire: p50{'':17}p99  CPU    none: p50")
     medians = {row: [statistics.median(column) for column in zip(*found, strict=True)] for row, found in rows.items()}
     for test in TESTS:
         plain: float | None = None
@@ -181,14 +183,13 @@ def table(rows: dict[tuple[str, str], list[tuple[float, float, float, float]]]) 
             p50, p99, cpu, lost = medians[test, name]
             ratios = [_over(mine, other) for mine, other in zip(medians[test, OURS], (p50, p99, cpu), strict=False)]
             plain = p50 if name == PLAIN else plain
-            columns = (
-                f"{p50:16.0f}{p99:16.0f}{cpu:16.0f}{lost:16.2%}   {ratios[0]:14.2f} {ratios[1]:.2f} {ratios[2]:.2f}"
-            )
-            without = "" if plain is None else f"{_over(plain, p50):.2f}"
             bar = BARS.get(name)
-            verdict = "" if bar is None else f"   {'within' if ratios[0] <= bar else 'ABOVE'} {bar:g}"
+            verdict = "" if bar is None else f" {'within' if ratios[0] <= bar else 'ABOVE'} {bar:g}"
             within = within and (bar is None or ratios[0] <= bar)
-            print(f"{test:10}  {name:16}{columns}{without:>20}{verdict}".rstrip(), flush=True)
+            columns = f"{p50:16.0f}{p99:16.0f}{cpu:16.0f}{lost:16.2%}"
+            over = f"{ratios[0]:17.2f}{verdict:16}{ratios[1]:.2f} {ratios[2]:.2f}"
+            without = "" if plain is None else f"{_over(plain, p50):.2f}"
+            print(f"{test:10}  {name:16}{columns}{over}{without:>13}".rstrip(), flush=True)
     return within
 
 
