@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -25,10 +25,23 @@ def common_times(span: Span) -> Integers:
     return np.arange(span.begin, span.end + 1, GRID, dtype=np.int64)
 
 
-def pair_distances(trace: Trace, times: Integers) -> dict[tuple[int, int], Floats]:
-    """Return |x_i - x_j| in m of any two airframes at `times` (Unix ns), NaN if one is unknown."""
+def pair_distances(trace: Trace, times: Integers) -> Iterator[tuple[int, int, Floats]]:
+    """Yield any two airframes i, j and |x_i - x_j| in m at `times` (Unix ns), NaN where one is unknown.
+
+    One pair after the other: those of a thousand drones do not fit into memory.
+    """
     places = {number: interpolated(trace.positions(number), times) for number in trace.flying}
-    return {(i, j): np.sqrt(np.sum((places[i] - places[j]) ** 2, axis=1)) for i, j in combinations(trace.flying, 2)}
+    for i, j in combinations(trace.flying, 2):
+        yield i, j, np.sqrt(np.sum((places[i] - places[j]) ** 2, axis=1))
+
+
+def nearest_drones(trace: Trace, times: Integers) -> dict[int, Floats]:
+    """Return each airframe's distance in m to the nearest other one at `times`, NaN where none is known."""
+    nearest = {number: np.full(len(times), np.nan) for number in trace.flying}
+    for i, j, distances in pair_distances(trace, times):
+        for one in (i, j):
+            np.fmin(nearest[one], distances, out=nearest[one])
+    return nearest
 
 
 def obstacle_distances(trace: Trace, times: Integers) -> dict[int, Floats]:

@@ -184,7 +184,7 @@ def _distances(trace: Trace) -> tuple[float | None, float | None, float | None, 
     obstacles = separation.obstacle_distances(trace, times) if trace.swarm.obstacles else {}
     movers = separation.mover_distances(trace, flight)
     return (
-        separation.smallest(list(separation.pair_distances(trace, times).values())),
+        separation.smallest([*separation.nearest_drones(trace, times).values()]),
         separation.smallest([*obstacles.values(), *movers.values()]),
         separation.max_speed(trace, flight),
         separation.max_outside(trace, flight),

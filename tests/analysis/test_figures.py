@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from flockwire.domain.time import SECOND
 from flockwire_analysis.events import Event, events
-from flockwire_analysis.figures import animation, errors, motion
+from flockwire_analysis.figures import animation, distances, errors, motion
 from flockwire_analysis.figures.animation import animate
 from flockwire_analysis.figures.comparison import compare
 from flockwire_analysis.figures.distances import between_drones, to_obstacles
@@ -78,6 +78,18 @@ def test_the_ring_round_an_obstacle_is_not_called_the_fence(canvas, drawn):
     assert list(colours) == ["clearance of obstacles"]  # the fence is far out of view
     rings = [patch for patch in drawn[0].axes[0].patches if isinstance(patch, Circle) and not patch.get_fill()]
     assert to_hex(rings[0].get_edgecolor()) == colours["clearance of obstacles"]
+
+
+def test_of_many_drones_each_is_drawn_to_the_nearest_and_not_every_pair(canvas, drawn, monkeypatch):
+    pairs = between_drones(canvas)
+    monkeypatch.setattr(distances, "MANY", 3)
+    nearest = between_drones(canvas)
+    greys = [[grey for grey in figure.axes[0].lines if grey.get_color() == distances.GREY] for figure in drawn]
+    assert [len(lines) for lines in greys] == [10, 5]
+    assert "Every pair" in pairs.caption
+    assert "the nearest other one" in nearest.caption
+    lowest = np.nanmin([np.nanmin(grey.get_ydata()) for grey in greys[0]])
+    assert np.nanmin([np.nanmin(grey.get_ydata()) for grey in greys[1]]) == lowest
 
 
 @pytest.mark.parametrize("drones", [4, 12])

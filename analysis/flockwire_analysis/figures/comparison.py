@@ -98,8 +98,8 @@ def _formation(trace: Trace) -> tuple[Floats, Floats]:
 
 def _nearest(trace: Trace) -> tuple[Floats, Floats]:
     times = separation.common_times(airborne(trace))
-    pairs = [d for d in separation.pair_distances(trace, times).values() if np.isfinite(d).any()]
-    return times.astype(np.float64), np.fmin.reduce(pairs) if pairs else np.full(len(times), np.nan)
+    nearest = [*separation.nearest_drones(trace, times).values()]
+    return times.astype(np.float64), np.fmin.reduce(nearest) if nearest else np.full(len(times), np.nan)
 
 
 def _largest(errors: dict[int, Errors]) -> tuple[Floats, Floats]:

@@ -14,30 +14,36 @@ from flockwire_analysis.figures.legends import MARK, dot, legend, line
 from flockwire_analysis.series import Floats
 
 GREY = "#9aa3b2"
+MANY = 30  # drones, of which no picture shows every pair
 
 
 def between_drones(canvas: Canvas) -> Picture | None:
-    """Draw the distance of every pair, and the smallest of all."""
-    times = separation.common_times(canvas.flight)
-    pairs = separation.pair_distances(canvas.trace, times)
-    known = {pair: d for pair, d in pairs.items() if np.isfinite(d).any()}
+    """Draw the distance of every pair, or of many drones that to the nearest other one, and the smallest of all."""
+    trace, times = canvas.trace, separation.common_times(canvas.flight)
+    known = {number: d for number, d in separation.nearest_drones(trace, times).items() if np.isfinite(d).any()}
     if not known:
         return None
     figure, (axes,) = canvas.panels()
     seconds = canvas.seconds(times)
-    for distances in known.values():
-        axes.plot(*thinned(seconds, distances), color=GREY, linewidth=0.6, alpha=max(0.12, 0.7 - 0.02 * len(known)))
-    nearest = np.fmin.reduce(list(known.values()))
+    many = len(known) > MANY
+    every = known.values() if many else (d for *_, d in separation.pair_distances(trace, times))
+    shown = [distances for distances in every if np.isfinite(distances).any()]
+    for distances in shown:
+        axes.plot(*thinned(seconds, distances), color=GREY, linewidth=0.6, alpha=max(0.12, 0.7 - 0.02 * len(shown)))
+    nearest = np.fmin.reduce([*known.values()])
     axes.plot(*thinned(seconds, nearest), color=OKABE_ITO[0], linewidth=1.3)
-    (one, other), at = _lowest(axes, seconds, known)
-    limit = canvas.trace.swarm.avoidance.drone_safety_distance
+    one, at = _lowest(axes, seconds, known)
+    other = next(number for number, d in known.items() if number != one and d[at] == known[one][at])
+    limit = trace.swarm.avoidance.drone_safety_distance
     _limit(axes, limit)
-    axes.set_ylim(0.0, 1.05 * max(float(np.nanmax(d)) for d in known.values()))
+    axes.set_ylim(0.0, 1.05 * max(float(np.nanmax(d)) for d in shown))
     axes.set_ylabel("distance, m")
     rows = canvas.over_time([axes])
     found = f"{nearest[at]:.2f} m: {canvas.name(one)}, {canvas.name(other)}, {seconds[at]:.1f} s"
-    legend(axes, [line("a pair", GREY), line("smallest", OKABE_ITO[0]), _named(limit)], [dot(found)], rows)
-    caption = "Every pair in grey, the smallest of all in blue; the marked one is the smallest of the flight."
+    grey = "a drone to the nearest" if many else "a pair"
+    legend(axes, [line(grey, GREY), line("smallest", OKABE_ITO[0]), _named(limit)], [dot(found)], rows)
+    whose = "From every drone to the nearest other one" if many else "Every pair"
+    caption = f"{whose} in grey, the smallest of all in blue; the marked one is the smallest of the flight."
     return Picture(canvas.save(figure, "distances"), "Distances between drones", caption)
 
 
