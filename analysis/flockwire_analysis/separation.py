@@ -44,6 +44,14 @@ def nearest_drones(trace: Trace, times: Integers) -> dict[int, Floats]:
     return nearest
 
 
+def nearest_to(trace: Trace, number: int, now: int) -> int:
+    """Return the airframe that is nearest to airframe `number` at `now`, Unix ns; raises ValueError without one."""
+    at = np.array([now], np.int64)
+    apart = {i: interpolated(trace.positions(i), at) - interpolated(trace.positions(number), at) for i in trace.flying}
+    squares = {i: float(np.sum(offset**2)) for i, offset in apart.items() if i != number}
+    return min((i for i, square in squares.items() if np.isfinite(square)), key=squares.__getitem__)
+
+
 def obstacle_distances(trace: Trace, times: Integers) -> dict[int, Floats]:
     """Return each airframe's distance in m to the nearest obstacle's surface at `times`, NaN if it is unknown."""
     return {

@@ -33,7 +33,7 @@ def between_drones(canvas: Canvas) -> Picture | None:
     nearest = np.fmin.reduce([*known.values()])
     axes.plot(*thinned(seconds, nearest), color=OKABE_ITO[0], linewidth=1.3)
     one, at = _lowest(axes, seconds, known)
-    other = next(number for number, d in known.items() if number != one and d[at] == known[one][at])
+    other = separation.nearest_to(trace, one, int(times[at]))
     limit = trace.swarm.avoidance.drone_safety_distance
     _limit(axes, limit)
     axes.set_ylim(0.0, 1.05 * max(float(np.nanmax(d)) for d in shown))

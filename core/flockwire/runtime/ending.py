@@ -8,18 +8,18 @@ import logging
 import os
 import signal
 import threading
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager
 
 from flockwire import clock
 from flockwire.process.cores import Core
 from flockwire.runtime.session import Session
+from flockwire.runtime.ticker import NO_LOCK
 from flockwire.wire.plan import Plan
 
 LIFELINE = "FLOCKWIRE_LIFELINE"  # file descriptor whose end means that the parent is gone
 LAST_RESORT = 1.8  # s for closing the session
 UNDONE = 70  # exit status of a process with unfinished work
 POLL = 0.05  # s between two checks whether a process may end
-NO_LOCK: AbstractContextManager[object] = nullcontext()
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 

@@ -61,7 +61,7 @@ class Shell:
         flush = None if sockets is None else sockets.flush
         inputs = [*buffered, *prompts, *swarm_clock.prompts]
         self._stepper = Stepper(core, plan.swarm.name, buffered, inputs, session.publish, timed, status, flush)
-        self._ticker = Ticker(tick_period(core), self._tick)
+        self._ticker = Ticker(tick_period(core), self._tick, swarm_clock.lock)
         self._postpones = bool(core.triggers) and not timed.keys
 
     def start(self, direct: bool = False) -> None:
@@ -75,8 +75,8 @@ class Shell:
             self._stepper.reports_at_ticks, self._flush_due = True, self._session.take_over_batches()
         elif direct and self._postpones:
             self._stepper.postpone = self._ticker.postpone
-        self._running, self._wakeup.direct = True, direct
         self._ticker.start()
+        self._running, self._wakeup.direct = True, direct
 
     def stop(self) -> None:
         """Stop stepping; later announcements of Zenoh's threads are ignored."""
@@ -95,9 +95,8 @@ class Shell:
             self._stepper.arrived(prompt, clock.now())
 
     def _tick(self, lateness: int, skipped: int) -> None:
-        with self._lock:
-            self._stepper.tick(lateness, skipped, clock.now())
-            self._flush_due()
+        self._stepper.tick(lateness, skipped, clock.now())
+        self._flush_due()
 
 
 def _nothing() -> None:

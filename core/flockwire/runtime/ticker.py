@@ -9,8 +9,8 @@ from __future__ import annotations
 import asyncio
 import ctypes
 import os
-import sys
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from struct import Struct
 
 from flockwire import clock
@@ -20,18 +20,20 @@ _CLOCK_MONOTONIC, _ABSOLUTE = 1, 1
 _TIMES = Struct("@qqqq")  # interval sec, nsec, first expiry sec, nsec
 
 _LIBC = ctypes.CDLL(None, use_errno=True)
-if sys.platform == "linux":
+_TIMERFD = hasattr(_LIBC, "timerfd_settime")
+if _TIMERFD:
     _LIBC.timerfd_settime.argtypes = (ctypes.c_int, ctypes.c_int, ctypes.c_char_p, ctypes.c_void_p)
 
+NO_LOCK: AbstractContextManager[object] = nullcontext()
 Tick = Callable[[int, int], None]  # lateness in ns, ticks skipped since the last
 
 
 class Ticker:
-    """Calls `tick(lateness_ns, skipped)` every `period` s from `start` until `stop`."""
+    """Calls `tick(lateness_ns, skipped)` every `period` s from `start` until `stop`, with `lock` held."""
 
-    def __init__(self, period: float, tick: Tick) -> None:
+    def __init__(self, period: float, tick: Tick, lock: AbstractContextManager[object] = NO_LOCK) -> None:
         self._period = nanoseconds(period)
-        self._tick = tick
+        self._tick, self._lock = tick, lock
         self._next = 0
         self._fd = -1
         self._timer: asyncio.TimerHandle | None = None
@@ -40,7 +42,7 @@ class Ticker:
         """Start ticking in the running loop, first after one period."""
         self._loop = asyncio.get_running_loop()
         self._next = clock.monotonic() + self._period
-        if sys.platform == "linux":
+        if _TIMERFD:
             self._fd = _timerfd(self._next, self._period)
             self._loop.add_reader(self._fd, self._expired)
         else:
@@ -49,11 +51,11 @@ class Ticker:
     def postpone(self, ticks: int) -> None:
         """Tick next when more than `ticks` periods from now have passed, and at most one more.
 
-        Any thread may call it, between `start` and `stop`. Where that is so already, it does nothing.
+        Any thread that holds the lock may call it, between `start` and `stop`. Where that is so, it does nothing.
         """
-        now = clock.monotonic()
-        if self._next - now <= ticks * self._period:
-            self._next = now + (ticks + 1) * self._period
+        now, least = clock.monotonic(), ticks * self._period
+        if not least < self._next - now <= least + self._period:
+            self._next = now + least + self._period
             if self._fd >= 0:
                 _set_time(self._fd, self._next, self._period)
 
@@ -79,11 +81,12 @@ class Ticker:
         self._timer = self._loop.call_later(delay, self._elapsed)
 
     def _fire(self) -> None:
-        late = clock.monotonic() - self._next
-        if late >= 0:  # else it was postponed meanwhile
-            skipped, late = divmod(late, self._period)
-            self._next += (skipped + 1) * self._period
-            self._tick(late, skipped)
+        with self._lock:
+            late = clock.monotonic() - self._next
+            if late >= 0:  # else it was postponed meanwhile
+                skipped, late = divmod(late, self._period)
+                self._next += (skipped + 1) * self._period
+                self._tick(late, skipped)
 
 
 def _timerfd(first: int, interval: int) -> int:

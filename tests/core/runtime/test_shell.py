@@ -33,7 +33,7 @@ class Following(Plain):
 
 
 class Idle:
-    def __init__(self, period, tick):
+    def __init__(self, period, tick, lock):
         pass
 
     def start(self):

@@ -1,10 +1,12 @@
 import asyncio
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from itertools import accumulate
 from time import monotonic_ns
 
 import pytest
 from flockwire.domain.time import SECOND, nanoseconds
+from flockwire.runtime import ticker as ticker_module
 from flockwire.runtime.ticker import Ticker
 
 PERIOD = 0.002
@@ -64,9 +66,9 @@ def test_a_slow_step_is_reported_as_skipped_ticks():
     assert Ticks(2, 4.5 * PERIOD).skipped[1] >= 3
 
 
-@pytest.mark.parametrize("platform", ["linux", "darwin"])
-def test_one_that_is_postponed_again_and_again_does_not_tick_until_it_is_not(monkeypatch, platform):
-    monkeypatch.setattr("sys.platform", platform)
+@pytest.mark.parametrize("timerfd", [ticker_module._TIMERFD, False])
+def test_one_that_is_postponed_again_and_again_does_not_tick_until_it_is_not(monkeypatch, timerfd):
+    monkeypatch.setattr(ticker_module, "_TIMERFD", timerfd)
 
     async def run():
         ticked, loop = asyncio.Event(), asyncio.get_running_loop()
@@ -84,6 +86,21 @@ def test_one_that_is_postponed_again_and_again_does_not_tick_until_it_is_not(mon
         return (monotonic_ns() - ended) / NS
 
     assert asyncio.run(run()) > 250
+
+
+@pytest.mark.skipif(not ticker_module._TIMERFD, reason="without timerfd it comes no sooner")
+def test_a_shorter_postponement_after_a_longer_one_counts():
+    async def run():
+        held, done, lock = [], asyncio.Event(), threading.Lock()
+        ticker = Ticker(PERIOD, lambda *_: (held.append(lock.locked()), done.set()), lock)
+        ticker.start()
+        ticker.postpone(100_000)  # more than three minutes
+        ticker.postpone(1)
+        await asyncio.wait_for(done.wait(), 5.0)
+        ticker.stop()
+        return held
+
+    assert all(asyncio.run(run()))
 
 
 def test_ticks_that_were_postponed_come_that_many_periods_later():
