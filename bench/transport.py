@@ -147,10 +147,10 @@ def run(transport: Transport, test: str, folder: Path, messages: int) -> tuple[f
 
 def main() -> None:
     """Measure all, in turns."""
+    every = list(transports.transports())
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--seconds", type=float, default=4.0)
-    every = list(transports.transports())
     names = [one.name for one in every]
     parser.add_argument("--only", nargs="+", choices=names, metavar="NAME", help=f"besides flockwire, of {names}")
     options = parser.parse_args()

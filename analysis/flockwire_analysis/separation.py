@@ -46,9 +46,9 @@ def nearest_drones(trace: Trace, times: Integers) -> dict[int, Floats]:
 
 def nearest_to(trace: Trace, number: int, now: int) -> int:
     """Return the airframe that is nearest to airframe `number` at `now`, Unix ns; raises ValueError without one."""
-    at = np.array([now], np.int64)
-    apart = {i: interpolated(trace.positions(i), at) - interpolated(trace.positions(number), at) for i in trace.flying}
-    squares = {i: float(np.sum(offset**2)) for i, offset in apart.items() if i != number}
+    places = {i: interpolated(trace.positions(i), np.array([now], np.int64)) for i in trace.flying}
+    own = places.pop(number)
+    squares = {i: float(np.sum((place - own) ** 2)) for i, place in places.items()}
     return min((i for i, square in squares.items() if np.isfinite(square)), key=squares.__getitem__)
 
 

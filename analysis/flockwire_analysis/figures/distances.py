@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -20,28 +20,31 @@ MANY = 30  # drones, of which no picture shows every pair
 def between_drones(canvas: Canvas) -> Picture | None:
     """Draw the distance of every pair, or of many drones that to the nearest other one, and the smallest of all."""
     trace, times = canvas.trace, separation.common_times(canvas.flight)
-    known = {number: d for number, d in separation.nearest_drones(trace, times).items() if np.isfinite(d).any()}
+    many = len(trace.flying) > MANY
+    found: Iterable[tuple[tuple[int, ...], Floats]]
+    if many:
+        found = (((number,), d) for number, d in separation.nearest_drones(trace, times).items())
+    else:
+        found = (((i, j), d) for i, j, d in separation.pair_distances(trace, times))
+    known = {drones: d for drones, d in found if np.isfinite(d).any()}
     if not known:
         return None
     figure, (axes,) = canvas.panels()
     seconds = canvas.seconds(times)
-    many = len(known) > MANY
-    every = known.values() if many else (d for *_, d in separation.pair_distances(trace, times))
-    shown = [distances for distances in every if np.isfinite(distances).any()]
-    for distances in shown:
-        axes.plot(*thinned(seconds, distances), color=GREY, linewidth=0.6, alpha=max(0.12, 0.7 - 0.02 * len(shown)))
-    nearest = np.fmin.reduce([*known.values()])
+    for distances in known.values():
+        axes.plot(*thinned(seconds, distances), color=GREY, linewidth=0.6, alpha=max(0.12, 0.7 - 0.02 * len(known)))
+    nearest = np.fmin.reduce(list(known.values()))
     axes.plot(*thinned(seconds, nearest), color=OKABE_ITO[0], linewidth=1.3)
-    one, at = _lowest(axes, seconds, known)
-    other = separation.nearest_to(trace, one, int(times[at]))
+    (one, *rest), at = _lowest(axes, seconds, known)
+    (other,) = rest or (separation.nearest_to(trace, one, int(times[at])),)
     limit = trace.swarm.avoidance.drone_safety_distance
     _limit(axes, limit)
-    axes.set_ylim(0.0, 1.05 * max(float(np.nanmax(d)) for d in shown))
+    axes.set_ylim(0.0, 1.05 * max(float(np.nanmax(d)) for d in known.values()))
     axes.set_ylabel("distance, m")
     rows = canvas.over_time([axes])
-    found = f"{nearest[at]:.2f} m: {canvas.name(one)}, {canvas.name(other)}, {seconds[at]:.1f} s"
+    lowest = f"{nearest[at]:.2f} m: {canvas.name(one)}, {canvas.name(other)}, {seconds[at]:.1f} s"
     grey = "a drone to the nearest" if many else "a pair"
-    legend(axes, [line(grey, GREY), line("smallest", OKABE_ITO[0]), _named(limit)], [dot(found)], rows)
+    legend(axes, [line(grey, GREY), line("smallest", OKABE_ITO[0]), _named(limit)], [dot(lowest)], rows)
     whose = "From every drone to the nearest other one" if many else "Every pair"
     caption = f"{whose} in grey, the smallest of all in blue; the marked one is the smallest of the flight."
     return Picture(canvas.save(figure, "distances"), "Distances between drones", caption)

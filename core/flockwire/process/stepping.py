@@ -178,11 +178,10 @@ class Stepper:
         late, period = stamp - self._earliest, self._period
         if late >= 0 or late < -period:
             self._earliest = self._earliest + period if 0 <= late < period else stamp
-            idle = WATCHDOG_TICKS - 1 if late < 3 * period // 2 else WATCHDOG_TICKS
+            self._ticks = 0 if late < 3 * period // 2 else -1
             if self.postpone is not None:
-                self.postpone(idle)
-                idle = 0
-            self._ticks = WATCHDOG_TICKS - 1 - idle
+                self.postpone(WATCHDOG_TICKS - 1 - self._ticks)
+                self._ticks = WATCHDOG_TICKS - 1
             self._counts.count(now - inbox.sent, inbox.missed)
             self._step(now)
 

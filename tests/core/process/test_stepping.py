@@ -199,7 +199,14 @@ def test_after_a_gap_the_next_pose_makes_a_step_and_all_after_it(steps_of: Steps
     assert len(steps_of(stamps, T0 + 2 * SECOND)) == 200
 
 
+@pytest.mark.parametrize("steps_of", [False], indirect=True, ids=["all ticks"])
 def test_without_poses_the_watchdog_makes_the_steps(steps_of: StepsOf) -> None:
+    steps = steps_of(poses(100, 1.0), T0 + 3 * SECOND)[100:]
+    assert 20 * MS < steps[0] - T0 - SECOND + 10 * MS <= 40 * MS
+    assert {b - a for a, b in pairwise(steps)} == {40 * MS}
+
+
+def test_the_watchdogs_first_step_is_20_to_40_ms_after_the_last_pose_came(steps_of: StepsOf) -> None:
     steps = steps_of(poses(100, 1.0), T0 + 3 * SECOND)[100:]
     assert 20 * MS < steps[0] - (T0 + 992 * MS) <= 40 * MS  # the last pose is of 0.99 s, and 2 ms late
     assert {b - a for a, b in pairwise(steps)} == {40 * MS}
