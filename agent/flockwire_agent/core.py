@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from flockwire.domain.motion import Estimate, Leading
 from flockwire.domain.order import Mission
+from flockwire.domain.signals import Signals
 from flockwire.domain.vector import ZERO, Vector, add
 from flockwire.law import Decision, Observation, Reference
 from flockwire.loading import make_law
@@ -42,6 +43,7 @@ class AgentCore:
         self.period = parameters.pilot.period
         self._frame = parameters.pilot.frame
         self._estimate_key, self._bids_key = Key("estimate", name), Key("bids", name)
+        self._signals_key = Key("signals", name)
         self._rank, self._formations = parameters.rank, parameters.formations
         self._law = GuardedLaw(partial(make_law, parameters.law, parameters.settings), name)
         self._neighbourhood = Neighbourhood(
@@ -103,6 +105,9 @@ class AgentCore:
             bids = self._auction.step(phase, pilot.motion, estimate, now)
             if bids is not None:
                 messages.append((self._bids_key, bids))
+        if decision.signals is not None:
+            values = tuple([(signal, float(value)) for signal, value in decision.signals.items()])
+            messages.append((self._signals_key, Signals(now, self._frame, values)))
         if estimate is None:
             return messages
         origin, hops, leading = neighbourhood.origin, neighbourhood.hops, neighbourhood.leading

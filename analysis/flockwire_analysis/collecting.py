@@ -19,7 +19,7 @@ from flockwire_recorder.trace import count_lost, published_at
 
 from flockwire_analysis.observed import Observed, Shown, append_change, keep, observed, shown
 from flockwire_analysis.recorded import Held, ProcessRecord, StateChange, Trace, is_repeated
-from flockwire_analysis.series import Columns, Movers
+from flockwire_analysis.series import Columns, Movers, Signal
 
 
 @dataclass(slots=True)
@@ -153,6 +153,7 @@ class Collector:
             len(lost_orders) + self._lost(judged=True), self._lost(judged=False),
             self._malformed, closed, lost_bytes,
             {number: tuple(sorted(held, key=attrgetter("stamp"))) for number, held in self._held.items()},
+            self._signals(),
         )  # fmt: skip
 
     def _movers(self) -> dict[int, Movers]:
@@ -160,6 +161,11 @@ class Collector:
         sensed = {i: self._columns.get(Key("nearby", uav(i))) for i in self.plan.swarm.flying}
         movers = {i: one.movers() for i, one in sensed.items() if one is not None}
         return {i: one for i, one in movers.items() if len(one.stamps)}
+
+    def _signals(self) -> dict[int, dict[str, Signal]]:
+        """Return what the laws recorded."""
+        recorded = {i: self._columns.get(Key("signals", uav(i))) for i in self.plan.swarm.followers}
+        return {i: one.signals() for i, one in recorded.items() if one is not None}
 
     def _lost(self, judged: bool) -> int:
         """Return the number of missing messages of keys that are judged, or of all others.

@@ -15,7 +15,7 @@ from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 
 from flockwire_analysis.observed import Observed, Shown
-from flockwire_analysis.series import Columns, Movers, Series
+from flockwire_analysis.series import Columns, Movers, Series, Signal
 
 
 def is_repeated(kind: str) -> bool:
@@ -55,7 +55,8 @@ class Trace:
     mission that a pilot obeyed once, by stamp, `orders` the others too; `vitals` one entry for each publisher of a
     status, `states` the changes of reported phases by identity, `histories` what pilots reported of phase and orders,
     `shown` the changes of what pages show of a process, by identity, `failed_laws` a sentence for each error of a law,
-    `contradictions` one for each input that a pilot took for false; `held` which places followers held by auctions.
+    `contradictions` one for each input that a pilot took for false; `held` which places followers held by auctions;
+    `signals` what laws recorded, by follower and name.
     `begin` and `end` are the first and the last log time (Unix ns). `lost` counts missing messages of topics that are
     not repeated, and missing orders that pilots obeyed; `lost_beside` those of dispensable processes alone; `malformed`
     the messages that could not be decoded. A trace that was not `closed` was read up to its last complete record;
@@ -85,6 +86,7 @@ class Trace:
     closed: bool
     lost_bytes: int
     held: dict[int, tuple[Held, ...]] = field(default_factory=dict)
+    signals: dict[int, dict[str, Signal]] = field(default_factory=dict)
 
     @property
     def swarm(self) -> Swarm:

@@ -11,6 +11,7 @@ from flockwire.domain.airframe import Command, Telemetry
 from flockwire.domain.body import BodyKind, Nearby
 from flockwire.domain.motion import Estimate
 from flockwire.domain.pose import Pose
+from flockwire.domain.signals import Signals
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import ROWS
 from numpy.typing import NDArray
@@ -56,6 +57,14 @@ class Movers:
     bodies: Floats
 
 
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """One number that a law recorded: `stamps` (Unix ns, ascending) and `values`."""
+
+    stamps: Integers
+    values: Floats
+
+
 class Columns:
     """Collects the rows of one series: the messages of a key of this `kind`, and the moving bodies in them."""
 
@@ -65,6 +74,7 @@ class Columns:
         self._width = _WIDTHS.get(ROWS[kind].message, 0)
         self._sensed_at = array("q")
         self._sensed = array("d")
+        self._signals: dict[str, tuple[array[int], array[float]]] = {}
 
     def add(self, message: Message, published: int, logged: int, sequence: int) -> None:
         """Add a message, with its times of publication and logging (Unix ns), and its publisher's count."""
@@ -85,6 +95,11 @@ class Columns:
                     self._sensed.extend((*body.relative_position, body.radius))
                 gaps = [hypot(*body.relative_position) - body.radius for body in movers]
                 self._values.append(min(gaps, default=inf))
+            case Signals():
+                for name, value in message.values:
+                    stamps, values = self._signals.setdefault(name, (array("q"), array("d")))
+                    stamps.append(message.stamp)
+                    values.append(value)
 
     def movers(self) -> Movers:
         """Return the moving bodies in the added messages."""
@@ -92,6 +107,15 @@ class Columns:
         bodies = np.array(self._sensed, np.float64).reshape(len(stamps), 4).clip(-NOWHERE, NOWHERE)
         order = np.argsort(stamps, kind="stable")
         return Movers(stamps[order], bodies[order])
+
+    def signals(self) -> dict[str, Signal]:
+        """Return the numbers in the added messages, by name, in the order of their stamps."""
+        found = {}
+        for name, (times, values) in sorted(self._signals.items()):
+            stamps = np.array(times, np.int64)
+            order = np.argsort(stamps, kind="stable")
+            found[name] = Signal(stamps[order], np.array(values, np.float64)[order])
+        return found
 
     def series(self) -> Series:
         """Return the added messages, in the order of their stamps."""

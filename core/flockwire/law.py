@@ -21,6 +21,7 @@ from flockwire.control.protocol import ProtocolParameters
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.motion import LeaderMotion, Motion
 from flockwire.domain.record import Record
+from flockwire.domain.signals import LONGEST_NAME, MOST_SIGNALS
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, distance, limit, norm, scale, subtract
 from flockwire.swarm.tables import Finite, NotNegative, Parameters, Positive
@@ -114,14 +115,24 @@ class Observation(Record):
 
 @mypyc_attr(acyclic=True)
 class Decision(Record):
-    """The output of a law: a velocity for the airframe and, for its subscribers, an estimate of the leader."""
+    """The output of a law: a velocity for the airframe and, for its subscribers, an estimate of the leader.
 
-    __slots__ = ("velocity", "estimate", "stamp")
+    `signals` are numbers by name that the trace keeps; no other drone receives them.
+    """
 
-    def __init__(self, velocity: Vector = ZERO, estimate: LeaderMotion | None = None, stamp: int = 0) -> None:
+    __slots__ = ("velocity", "estimate", "stamp", "signals")
+
+    def __init__(
+        self,
+        velocity: Vector = ZERO,
+        estimate: LeaderMotion | None = None,
+        stamp: int = 0,
+        signals: Mapping[str, float] | None = None,
+    ) -> None:
         self.velocity: Final = velocity
         self.estimate: Final = estimate  # None: nothing to publish
         self.stamp: Final = stamp  # the time for which the estimate is valid; 0 means now
+        self.signals: Final = signals  # of your own law: None, nothing to record
 
 
 class Law(Protocol):
@@ -136,6 +147,8 @@ class Law(Protocol):
 
 def check_decision(decision: Decision) -> None:
     """Raise an error for a decision that cannot be flown, or that compiled code would not take."""
+    if not isinstance(decision, Decision):
+        raise TypeError(f"a step must return a Decision, not {decision!r}")
     estimate, total = decision.estimate, _total(decision.velocity, decision)
     if estimate is not None:
         for vector in (estimate.position, estimate.velocity, estimate.acceleration):
@@ -144,6 +157,19 @@ def check_decision(decision: Decision) -> None:
         raise _malformed(decision)
     if not -inf < total < inf:
         raise ValueError(f"{decision}: holds a number that is not finite")
+    if decision.signals is not None:
+        _check_signals(decision.signals)
+
+
+def _check_signals(signals: Mapping[str, float]) -> None:
+    """Raise ValueError for signals that a trace cannot keep."""
+    if len(signals) > MOST_SIGNALS:
+        raise ValueError(f"{len(signals)} signals: must be {MOST_SIGNALS} or fewer")
+    for name, value in signals.items():
+        if not isinstance(name, str) or not 0 < len(name) <= LONGEST_NAME:
+            raise ValueError(f"signal {name!r}: its name must be text of 1 to {LONGEST_NAME} characters")
+        if not isinstance(value, float | int) or not -inf < value < inf:
+            raise ValueError(f"signal {name!r} = {value!r}: must be a finite number")
 
 
 def _total(vector: Vector, decision: Decision) -> float:

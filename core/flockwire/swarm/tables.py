@@ -67,6 +67,11 @@ class Control(Model):
     safety_filter: bool | None = None  # whether it is used; default: with every law but "paper"
 
     @property
+    def own_law(self) -> bool:
+        """Whether the law is none of the built-in ones."""
+        return ":" in self.law
+
+    @property
     def filtered(self) -> bool:
         """Whether the law has the safety filter."""
         return self.law != "paper" if self.safety_filter is None else self.safety_filter

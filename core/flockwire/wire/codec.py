@@ -18,6 +18,7 @@ from flockwire.domain.body import Body, BodyKind, Nearby
 from flockwire.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire.domain.order import Mission, Stop
 from flockwire.domain.pose import IdentityDoubt, Pose
+from flockwire.domain.signals import Signals
 from flockwire.domain.time import SECOND, TimeReply, TimeRequest
 from flockwire.wire.batch import Batch, decode_batch, encode_batch
 from flockwire.wire.cdr import LONGEST_SEQUENCE, MessageError, Reader, Writer, align, too_short
@@ -175,6 +176,22 @@ def _read_telemetry(stamp: int, frame: str, reader: Reader) -> Telemetry:
     return Telemetry(stamp, frame, state, battery, height, age, bool(stopped))
 
 
+def _write_signals(writer: Writer, signals: Signals) -> None:
+    writer.length(len(signals.values))
+    for name, value in signals.values:
+        writer.text(name)
+        writer.put("d", value)
+
+
+def _read_signals(stamp: int, frame: str, reader: Reader) -> Signals:
+    values: list[tuple[str, float]] = []
+    for _ in range(reader.length()):
+        name, (value,) = reader.text(), reader.take_all("d", 1)
+        check_finite(value)
+        values.append((name, value))
+    return Signals(stamp, frame, tuple(values))
+
+
 def _write_times(writer: Writer, *stamps: int) -> None:
     for stamp in stamps:
         writer.time(stamp)
@@ -222,6 +239,7 @@ CODECS: Final[dict[type[Any], Codec]] = {
         lambda stamp, frame, reader: TimeReply(stamp, frame, reader.time(), reader.time()),
     ),
     Bids: _codec(write_bids, read_bids),
+    Signals: _codec(_write_signals, _read_signals),
     Mission: _codec(write_mission, read_mission),
     Stop: _codec(
         lambda writer, stop: writer.text(stop.reason),

@@ -19,6 +19,7 @@ from flockwire.domain.body import Nearby
 from flockwire.domain.motion import Estimate
 from flockwire.domain.order import Mission, Stop
 from flockwire.domain.pose import IdentityDoubt, Pose
+from flockwire.domain.signals import Signals
 from flockwire.domain.time import SECOND, TimeReply, TimeRequest
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.batch import LARGEST, PERIOD, Batch
@@ -208,6 +209,7 @@ def _other_hosts(roster: Roster) -> tuple[Owner, ...]:
 _FLYING = _drones(lambda swarm: swarm.flying)
 _FOLLOWERS = _drones(lambda swarm: swarm.followers)
 _BIDDERS = _drones(lambda swarm: swarm.followers if swarm.auctioned else ())
+_SIGNALLING = _drones(lambda swarm: swarm.followers if swarm.control.own_law else ())
 _POSED = _drones(lambda swarm: tuple(sorted({LEADER, *swarm.tracked})))
 _SENSED = _drones(lambda swarm: swarm.flying if swarm.avoidance.sensing == "nearby" else ())
 _SIMULATED = _drones(lambda swarm: (*swarm.walking, *swarm.simulated))
@@ -221,6 +223,7 @@ TABLE = (
     KeyRow("pose", Pose, _POSED, _pose_source, _any_of(_pose_readers, _turning_driver, _all(ROS)), 1000, 512),
     KeyRow("estimate", Estimate, _FOLLOWERS, _pilot, _any_of(_neighbours, _all(ROS)), 1000, 512),
     KeyRow("bids", Bids, _BIDDERS, _pilot, _neighbours, 1000, 16384, occasional=True),
+    KeyRow("signals", Signals, _SIGNALLING, _pilot, _all(), 1000, 8192, occasional=True),
     KeyRow("command", Command, _FLYING, _pilot, _any_of(_driver, _all(ROS)), 1000, 512),
     KeyRow("telemetry", Telemetry, _FLYING, _driver, _any_of(_pilot, _all(*ORDERING, ROS)), 40, 512),
     KeyRow("status", Status, _STARTED, _itself, _any_of(_led, _all(*ORDERING, ROS)), 40, 16384, Delivery.BACKGROUND),

@@ -10,6 +10,7 @@ from flockwire.domain.body import Nearby
 from flockwire.domain.motion import Estimate
 from flockwire.domain.order import Mission, Stop
 from flockwire.domain.pose import IdentityDoubt, Pose
+from flockwire.domain.signals import Signals
 from flockwire.domain.time import TimeReply, TimeRequest
 from flockwire.wire.batch import Batch
 from flockwire.wire.codec import Message
@@ -22,6 +23,7 @@ ROS_TYPES: dict[type[Message], str] = {
     Nearby: "flockwire_msgs/msg/NearbyBodies",
     IdentityDoubt: "flockwire_msgs/msg/IdentityDoubt",
     Bids: "flockwire_msgs/msg/Bids",
+    Signals: "flockwire_msgs/msg/Signals",
     Telemetry: "flockwire_msgs/msg/Telemetry",
     Mission: "flockwire_msgs/msg/Mission",
     Stop: "flockwire_msgs/msg/Stop",
@@ -54,6 +56,8 @@ DEFINITIONS = {
     "flockwire_msgs/msg/IdentityDoubt": "std_msgs/Header header\nbuiltin_interfaces/Time since",
     "flockwire_msgs/msg/Bid": "float64 price\nint32 bidder",
     "flockwire_msgs/msg/Bids": ("std_msgs/Header header\nflockwire_msgs/OrderVersion order\nflockwire_msgs/Bid[] bids"),
+    "flockwire_msgs/msg/Signal": "string name\nfloat64 value",
+    "flockwire_msgs/msg/Signals": "std_msgs/Header header\nflockwire_msgs/Signal[] values",
     "flockwire_msgs/msg/Telemetry": (
         "uint8 GROUNDED=0\nuint8 FLYING=1\nuint8 LANDING=2\nuint8 STOPPED=3\nuint8 HELD=4\n"
         "std_msgs/Header header\nuint8 state\nfloat64 battery\nfloat64 height\nfloat64 command_age\nbool stop_received"
