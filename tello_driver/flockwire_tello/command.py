@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from typing import Annotated
+from zlib import crc32
 
 import typer
 
@@ -44,9 +45,12 @@ def tello_sim(
             flush=True,
         )
 
-    parameters = TelloParameters(generation=sdk, quirks=quirks, state_port=state_port)  # type: ignore[arg-type]
     try:
-        asyncio.run(serve(parameters, (address, port), seed, ready))
+        serial = f"0TQZSI{crc32(f'{address}:{port}'.encode()):08X}"
+        parameters = TelloParameters(generation=sdk, quirks=quirks, state_port=state_port, serial=serial)  # type: ignore[arg-type]
+        asyncio.run(
+            serve(parameters, (address, port), seed, ready, lambda line: print(f"flockwire: {line}", flush=True))
+        )
     except OSError as error:
         raise ValueError(
             f"--address = {address}, --port = {port}: cannot be bound: {error.strerror or error} (is another simulated "

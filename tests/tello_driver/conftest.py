@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire_tello.simulated.parameters import TelloParameters, switched
-from flockwire_tello.simulated.tello import SimulatedTello
+from flockwire_tello.simulated.tello import VIDEO_PORT, SimulatedTello
 from flockwire_tello.state_string import TelloState, parse_states
 
 CLIENT = ("127.0.0.9", 40000)
@@ -21,6 +21,7 @@ class Talk:
         self.tello = SimulatedTello(parameters, self.now, chance)
         self.replies: list[tuple[float, bytes, tuple[str, int]]] = []  # s since the last command, datagram, to whom
         self.states: list[tuple[TelloState, tuple[str, int]]] = []
+        self.video: list[tuple[bytes, tuple[str, int]]] = []
         self._asked = self.now
 
     def run(self, seconds: float) -> None:
@@ -32,6 +33,8 @@ class Talk:
                 found, _ = parse_states(datagram)
                 if found:
                     self.states.append((found[0], address))
+                elif address[1] == VIDEO_PORT:
+                    self.video.append((datagram, address))
                 else:
                     self.replies.append(((self.now - self._asked) / SECOND, datagram, address))
 

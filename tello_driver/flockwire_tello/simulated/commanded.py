@@ -39,6 +39,7 @@ class CommandedTello:
     pads: bool = False  # looks for mission pads
     ports: tuple[int, int] = (8890, 11111)  # of state and video
     moves: int = 0  # movement commands so far
+    streaming: bool = False  # sends video
     rebooting: bool = field(default=False, init=False)
 
     def has(self, quirk: Quirk) -> bool:

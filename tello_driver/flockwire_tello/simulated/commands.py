@@ -8,6 +8,7 @@ from typing import Final
 from flockwire_tello.commands import word
 from flockwire_tello.simulated import movements, settings
 from flockwire_tello.simulated.commanded import OK, CommandedTello, Handler, RefusedError, Reply
+from flockwire_tello.simulated.parameters import Quirk
 from flockwire_tello.state_string import TelloState
 
 SIGNAL = "90"  # signal to noise of the Wi-Fi
@@ -64,8 +65,8 @@ _COMMANDS: Final[dict[str, tuple[str, Handler]]] = {  # first SDK with it, handl
     "curve": ("1.3", movements.curve),
     "jump": ("2.0", fixed_reply("error No valid marker")),
     "speed": ("1.3", settings.speed),
-    "streamon": ("1.3", fixed_reply(OK)),
-    "streamoff": ("1.3", fixed_reply(OK)),
+    "streamon": ("1.3", settings.stream(True)),
+    "streamoff": ("1.3", settings.stream(False)),
     "wifi": ("1.3", settings.network),
     "ap": ("2.0", settings.network),
     "mon": ("2.0", settings.pads(True)),
@@ -96,6 +97,10 @@ _COMMANDS: Final[dict[str, tuple[str, Handler]]] = {  # first SDK with it, handl
     "wifi?": ("1.3", fixed_reply(f"{SIGNAL}\r\n")),
     "sdk?": ("2.0", lambda drone, texts, now: drone.parameters.generation.replace(".", "")),
     "sn?": ("2.0", lambda drone, texts, now: drone.parameters.serial),
+    "active?": (
+        "3.0",
+        lambda drone, texts, now: "inactive" if drone.has(Quirk.NOT_ACTIVATED) else "active",
+    ),  # assumption
     "hardware?": ("3.0", fixed_reply("RMTT")),
     "wifiversion?": ("3.0", fixed_reply("wifiv1.0.0.0")),
     "ap?": ("3.0", fixed_reply("simulated simulated")),

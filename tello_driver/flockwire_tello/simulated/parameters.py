@@ -106,7 +106,7 @@ class TelloParameters:
     takeoff_height: float = 1.0
     takeoff_time: float = 3.9  # until the reply (public logs)
     sink: float = 0.7  # m/s, of landing: 1.7 s from the take-off height (public logs)
-    serial: str = "0TQZSIMULATED0"
+    serial: str = "0TQZSIMULATED0"  # distinct in a swarm and on a host: clients know drones by it
 
     def __post_init__(self) -> None:
         for name in ("lag", "yaw_lag", "dead_time", "drag"):

@@ -73,13 +73,21 @@ def bound(address: Address) -> socket.socket:
     return found
 
 
-async def serve(parameters: TelloParameters, address: Address, seed: int, ready: Callable[[Address], None]) -> None:
-    """Serve one simulated Tello on `address` until Ctrl-C or SIGTERM; calls `ready` with the bound address.
+async def serve(
+    parameters: TelloParameters,
+    address: Address,
+    seed: int,
+    ready: Callable[[Address], None],
+    note: Callable[[str], None],
+) -> None:
+    """Serve one simulated Tello on `address` until Ctrl-C or SIGTERM.
+
+    Calls `ready` with the bound address, and `note` with lines for whoever watches it.
 
     Raises OSError if it cannot be bound.
     """
     ended, sock = Ending().told, bound(address)
-    tello = SimulatedTello(parameters, clock.monotonic(), Random(seed).random)  # noqa: S311  (no secret)
+    tello = SimulatedTello(parameters, clock.monotonic(), Random(seed).random, note)  # noqa: S311  (no secret)
     loop = asyncio.get_running_loop()
     transport, _ = await loop.create_datagram_endpoint(lambda: TelloServer(tello), sock=sock)
     try:

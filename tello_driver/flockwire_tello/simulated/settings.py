@@ -23,6 +23,16 @@ def pads(on: bool) -> Handler:
     return switch
 
 
+def stream(on: bool) -> Handler:
+    """Return the handler that starts or stops the video."""
+
+    def switch(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+        drone.streaming = on
+        return OK
+
+    return switch
+
+
 def checked(*ranges: tuple[int, int]) -> Handler:
     """Return the handler of a setting with only its ranges simulated."""
 

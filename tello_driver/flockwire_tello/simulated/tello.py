@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import dataclass
 from heapq import heappop, heappush
 from itertools import count
-from typing import NamedTuple
 
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.swarm.airframes import TELLO
@@ -20,6 +20,7 @@ from flockwire_tello.simulated.commanded import ERROR, OK, CommandedTello, NoTex
 from flockwire_tello.simulated.commands import answer
 from flockwire_tello.simulated.flight import SimulatedFlight
 from flockwire_tello.simulated.parameters import Quirk, TelloParameters
+from flockwire_tello.simulated.video import test_picture
 from flockwire_tello.state_string import NO_PAD, PADS_OFF, MissionPad, TelloState, format_state
 from flockwire_tello.swarm_file import COMMAND_PORT
 
@@ -29,36 +30,54 @@ STATE_PERIOD = SECOND // 10
 SILENCE = nanoseconds(TELLO.without_setpoints.after)  # ns, after which it lands
 REBOOT_TIME = 3 * SECOND
 LATENESS = 3 * SECOND // 2  # of the quirk LATE_REPLIES
+VIDEO_PORT = 11111
 LONGEST = 256  # bytes of a command, a longer one is ignored
 MOST_WAITING = 256  # unsent datagrams, more are dropped
 NUMBERED = re.compile(r"(Re[0-9]{2})([0-9]{2} )(.+)", re.DOTALL)  # number, repetition, command: DJI's RoboMaster SDK
+NOT_TEXT = "{}:{} sends something else than text: the app's binary protocol is not simulated"
 JUNK = bytes(range(0xCC, 0xE8)) + b"VQZd"  # not ASCII, 32 bytes as in public logs
 
 
-class _Asker(NamedTuple):
-    """A client that waits for a reply, and the reply's prefix."""
+@dataclass
+class _Asker:
+    """A client that waits for the reply to its command.
+
+    DJI's RoboMaster SDK numbers its commands, sends each several times, and waits for as many replies: each with the
+    prefix of its repetition.
+    """
 
     address: Address
-    prefix: str = ""
+    text: str
+    number: str  # empty of an unnumbered command
+    prefixes: list[str]  # of the repetitions that came before the reply
+    reply: str | None = None  # the last one
 
 
 class SimulatedTello:
     """One Tello at `now` (ns); `chance` draws from [0, 1) where a reply time or a loss is random.
 
+    `note` takes a line for whoever watches it.
+
     `flight` is what it flies: the truth that a tracker would see, at a time to which `advance` has come.
     """
 
-    def __init__(self, parameters: TelloParameters, now: int, chance: Callable[[], float] = lambda: 0.5) -> None:
-        self.parameters, self._chance = parameters, chance
+    def __init__(
+        self,
+        parameters: TelloParameters,
+        now: int,
+        chance: Callable[[], float] = lambda: 0.5,
+        note: Callable[[str], None] = lambda line: None,
+    ) -> None:
+        self.parameters, self._chance, self._note = parameters, chance, note
+        self._binary: Address | None = None  # last sender of something else than text
         self._outbox: list[tuple[int, int, bytes, Address]] = []
         self._order = count()
         self.flight = SimulatedFlight(parameters, now)
-        self._drone = CommandedTello(parameters, self.flight, ports=(parameters.state_port, 11111))
+        self._drone = CommandedTello(parameters, self.flight, ports=(parameters.state_port, VIDEO_PORT))
         self._client: Address | None = None  # last sender of `command`
         self._first: Address | None = None  # its first sender since power-on
         self._mover: _Asker | None = None  # waits for the end of a movement
-        self._numbered: tuple[Address, str, str] | None = None  # sender, number and text of the newest such command
-        self._answered: str | None = None  # its reply
+        self._numbered: _Asker | None = None  # of the newest numbered command
         self._replies, self._last_reply = 0, now
         self._commanded_at = self._state_due = now
         self._silent_until = now
@@ -68,22 +87,29 @@ class SimulatedTello:
         self.advance(now)
         if now < self._silent_until or len(datagram) > LONGEST or self._lost():
             return
-        text, prefix = datagram.decode("ascii", errors="replace").strip("\r\n\0 "), ""
+        text, number, prefix = datagram.decode("ascii", errors="replace").strip("\r\n\0 "), "", ""
         if self.parameters.generation != "1.3" and (numbered := NUMBERED.fullmatch(text)) is not None:
             number, repetition, text = numbered.groups()
             prefix = number + repetition
-            if (sender, number, text) == self._numbered:
-                self._commanded_at = now
-                if self._answered is not None:
-                    self._reply(self._answered, _Asker(sender, prefix), now)
-                return
-            self._numbered, self._answered = (sender, number, text), None
+        if not (text.isascii() and text.isprintable()) and sender != self._binary:
+            self._binary = sender
+            self._note(NOT_TEXT.format(*sender))
+        asker, earlier = _Asker(sender, text, number, [prefix]), self._numbered
+        if number and earlier is not None and (earlier.address, earlier.number, earlier.text) == (sender, number, text):
+            self._commanded_at = now
+            if earlier.reply is not None:
+                self._reply(earlier.reply, asker, now)
+            elif prefix not in earlier.prefixes:
+                earlier.prefixes.append(prefix)
+            return
         if text == "command":
             self._enter(sender, now)
         if self._client is None or not text:
             return
         self._commanded_at = now
-        self._command(text, _Asker(sender, prefix), now)
+        if number:
+            self._numbered = asker
+        self._command(text, asker, now)
 
     def advance(self, now: int) -> None:
         """Advance to `now`."""
@@ -98,9 +124,11 @@ class SimulatedTello:
                 self._interrupt("", moment)
             self._watch(moment)
         while self._client is not None and self._state_due <= now:
-            self._send(
-                format_state(self.state(self._state_due)), (self._client[0], self._drone.ports[0]), self._state_due
-            )
+            (host, _), (state, video), due = self._client, self._drone.ports, self._state_due
+            self._send(format_state(self.state(due)), (host, state), due)
+            if self._drone.streaming:
+                for datagram in test_picture(odd=bool(due // STATE_PERIOD % 2)):
+                    self._send(datagram, (host, video), due)
             self._state_due += STATE_PERIOD
 
     def outgoing(self, now: int) -> list[tuple[bytes, Address]]:
@@ -166,17 +194,21 @@ class SimulatedTello:
             flight.land()
 
     def _reply(self, text: str, asker: _Asker, now: int) -> None:
-        """Send a reply after its reply time, with the quirks."""
-        to, quirks = asker.address, self.parameters.quirks
+        """Send a reply to each repetition after its reply time, with the quirks."""
+        to = asker.address
         fastest, slowest = self.parameters.reply_time
-        if Quirk.SECOND_SESSION_HANGS in quirks and to != self._first and to[1] != COMMAND_PORT:
+        if Quirk.SECOND_SESSION_HANGS in self.parameters.quirks and to != self._first and to[1] != COMMAND_PORT:
             return
         due = max(self._last_reply, now + round((fastest + (slowest - fastest) * self._chance()) * SECOND))
         self._last_reply = due  # replies keep their order
+        asker.reply = text
+        for prefix in asker.prefixes:
+            self._datagram(prefix + text, to, due)
+
+    def _datagram(self, text: str, to: Address, due: int) -> None:
+        quirks = self.parameters.quirks
         self._replies += 1
-        if self._numbered is not None and self._numbered[:2] == (to, asker.prefix[:4]):
-            self._answered = text
-        datagram = (asker.prefix + text).encode("ascii", errors="replace")
+        datagram = text.encode("ascii", errors="replace")
         if self._replies == 1 and Quirk.JUNK_BEFORE_FIRST_REPLY in quirks:
             self._send(JUNK, to, due)
         if self._replies == 1 and Quirk.JUNK_IN_FIRST_REPLY in quirks:
@@ -191,7 +223,7 @@ class SimulatedTello:
     def _reboot(self, now: int) -> None:
         """Reset the session; a flying drone falls."""
         self.flight.cut(now)
-        self._drone = CommandedTello(self.parameters, self.flight, ports=(self.parameters.state_port, 11111))
+        self._drone = CommandedTello(self.parameters, self.flight, ports=(self.parameters.state_port, VIDEO_PORT))
         self._client = self._first = self._mover = self._numbered = None
         self._replies, self._silent_until = 0, now + REBOOT_TIME
 

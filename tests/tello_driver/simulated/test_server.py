@@ -32,7 +32,9 @@ async def talk(*commands):
     client, loop, here = TelloClient(), asyncio.get_running_loop(), asyncio.get_running_loop().create_future()
     states, _ = await loop.create_datagram_endpoint(lambda: Shell(client.receive_state), local_addr=(CLIENT, 0))
     port = states.get_extra_info("sockname")[1]
-    server = asyncio.create_task(serve(TelloParameters(state_port=port, **QUICK), (DRONE, 0), 0, here.set_result))
+    server = asyncio.create_task(
+        serve(TelloParameters(state_port=port, **QUICK), (DRONE, 0), 0, here.set_result, print)
+    )
     replies, _ = await loop.create_datagram_endpoint(
         lambda: Shell(client.receive), local_addr=(CLIENT, 0), remote_addr=await here
     )

@@ -5,7 +5,7 @@ import pytest
 from flockwire.domain.time import SECOND
 from flockwire_tello.commands import RULES, fits, split_replies
 from flockwire_tello.simulated.parameters import TelloParameters
-from flockwire_tello.simulated.tello import SimulatedTello
+from flockwire_tello.simulated.tello import NOT_TEXT, SimulatedTello
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -268,23 +268,63 @@ def test_impossible_parameters_are_rejected(name, value):
 
 
 @pytest.mark.parametrize("generation", ["2.0", "3.0"])
-def test_a_command_of_the_robomaster_sdk_is_done_once_and_answered_with_its_prefix(talk, generation):
+def test_each_repetition_of_the_robomaster_sdk_is_answered_as_the_movement_ends(talk, generation):
     found = talk(enter=False, generation=generation)
     assert found.ask("Re0101 command") == b"Re0101 ok"
-    assert found.ask("Re8701 takeoff", 1.0) is None
-    assert found.ask("Re8702 takeoff", 1.0) is None  # it waits for an answer, and repeats
+    for repetition in range(1, 6):  # it sends five at once, and waits for five answers
+        assert found.ask(f"Re550{repetition} takeoff", 0.0) is None
+    found.run(1.0)
+    assert found.replies == []
+    assert found.ask("Re5505 takeoff", 0.1) is None  # one that comes twice is answered once
     found.run(4.0)
-    assert [datagram for _, datagram, _ in found.replies] == [b"Re8701 ok"]
-    assert found.ask("Re8703 takeoff") == b"Re8703 ok"  # the answer was lost
+    assert [datagram for _, datagram, _ in found.replies] == [b"Re550%d ok" % repetition for repetition in range(1, 6)]
+    assert found.ask("Re5506 takeoff") == b"Re5506 ok"  # the answers were lost
     assert found.state.h >= 90
     before = found.position[0]
     for repetition in range(1, 4):
-        found.ask(f"Re880{repetition} forward 50", 6.0)
+        assert found.ask(f"Re880{repetition} forward 50", 6.0) == b"Re880%d ok" % repetition
     assert found.position[0] - before == pytest.approx(0.5, abs=0.05)
     assert found.ask("Re8901 takeoff") == b"Re8901 error"
     assert found.ask("Re9001 battery?", 0.2).startswith(b"Re9001 ")
     assert found.ask("battery?", 0.2).strip().isdigit()
 
 
+def test_an_interrupted_movement_answers_each_repetition_of_the_robomaster_sdk(talk):
+    found = talk(generation="3.0")
+    found.ask("Re0101 takeoff", 5.0)
+    for repetition in (1, 2):
+        found.ask(f"Re020{repetition} forward 300", 0.0)
+    found.ask("stop", 0.5)
+    answers = {datagram for _, datagram, _ in found.replies}
+    assert {b"Re0201 forced stop", b"Re0202 forced stop", b"Re0201 ok", b"Re0202 ok", b"ok"} == answers
+
+
 def test_an_early_tello_knows_no_numbered_commands(talk):
     assert talk(generation="1.3").ask("Re8701 takeoff") == b"unknown command: Re8701 takeoff"
+
+
+def test_what_is_no_text_is_named_once_for_whoever_watches():
+    lines = []
+    tello = SimulatedTello(TelloParameters(), 0, note=lines.append)
+    tello.receive(b"command\r\n", ("127.0.0.9", 9), 0)
+    assert lines == []
+    for datagram in (b"conn_req:\x96\x17", b"\xcc\x58\x00\x7c", b"Re\x01\x02\x01\x07 takeoff"):
+        tello.receive(datagram, ("127.0.0.8", 8889), 0)
+    assert lines == [NOT_TEXT.format("127.0.0.8", 8889)]
+
+
+def test_a_stream_sends_pictures_to_the_video_port(talk):
+    here = talk()
+    assert here.ask("streamon", 0.3) == b"ok"
+    assert {address for _, address in here.video} == {("127.0.0.9", 11111)}
+    video = b"".join(datagram for datagram, _ in here.video)
+    assert [unit[0] & 0x1F for unit in video.split(b"\0\0\0\1")[1:]] == [7, 8, 5] * 3  # parameters, then a picture
+    here.ask("streamoff")
+    here.video.clear()
+    here.run(0.5)
+    assert here.video == []
+
+
+@pytest.mark.parametrize(("quirks", "reply"), [((), b"active"), (("not-activated",), b"inactive")])
+def test_a_tt_says_whether_it_was_activated(talk, quirks, reply):
+    assert talk(*quirks, generation="3.0").ask("active?") == reply
