@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from random import Random
 
 from flockwire.compiling import mypyc_attr
+from flockwire.domain.frozen import Frozen
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.process.cores import Address, Datagram
 from flockwire.swarm.tables import Sim
@@ -78,7 +79,7 @@ TRIES = 20
 
 
 @dataclass(frozen=True, slots=True)
-class Conditions:
+class Conditions(Frozen):
     """The conditions of a link: times in s, shares from 0 to 1."""
 
     delay: float = 0.0

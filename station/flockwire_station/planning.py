@@ -7,7 +7,6 @@ by tens of ms: imports hold the interpreter's lock.
 from __future__ import annotations
 
 import asyncio
-import pickle
 import sys
 from collections.abc import Sequence
 
@@ -17,12 +16,26 @@ from flockwire.domain.vector import Vector
 from flockwire.ground.giving import Giving
 from flockwire.ground.order import ToPlan
 from flockwire.swarm.model import Swarm
+from flockwire.swarm.tables import Model
+from flockwire.wire.codec import decode, encode
 
 CHILD = "flockwire_station.planning_child"  # the module of the child
+REFUSED = 3  # exit status; the last line of the standard error says why
 
 
 class PlanRefusedError(ValueError):
     """A change of formation that cannot be flown or planned; the text says why."""
+
+
+class Request(Model):
+    """What is to be planned: the arguments of `plan_in_time`, the order in force as its message in hexadecimal."""
+
+    epoch: int  # ns, of the station's clock
+    swarm: Swarm
+    running: str
+    formation: str
+    leader: tuple[float, float, float] | None
+    duration: float | None
 
 
 class Planner:
@@ -57,22 +70,24 @@ async def plan_off_loop(
     `leader` is the leader's position (m, world frame), `duration` is in s. The fleet's orders may have changed when
     this returns. Raises PlanRefusedError.
     """
-    epoch = clock.now() - clock.monotonic()
+    request = Request(
+        epoch=clock.now() - clock.monotonic(), swarm=swarm, running=encode(running).hex(), formation=name,
+        leader=leader, duration=duration,
+    )  # fmt: skip
     planner = await asyncio.create_subprocess_exec(
-        sys.executable, "-m", CHILD,
+        sys.executable, "-P", "-m", CHILD,
         stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE,
         start_new_session=True,  # the station handles the terminal's Ctrl-C
     )  # fmt: skip
     try:
-        answer, said = await planner.communicate(pickle.dumps((epoch, swarm, running, name, leader, duration)))
+        answer, said = await planner.communicate(request.model_dump_json().encode())
     finally:
         if planner.returncode is None:  # no longer needed
             planner.kill()
             await planner.wait()
+    last = said.decode(errors="replace").strip().rpartition("\n")[2]
+    if planner.returncode == REFUSED:
+        raise PlanRefusedError(last)
     if planner.returncode:
-        last = said.decode(errors="replace").strip().rpartition("\n")[2]
         raise PlanRefusedError(f"the change could not be planned: {last or f'exit status {planner.returncode}'}")
-    order: Mission | str = pickle.loads(answer)  # noqa: S301  (of the own child)
-    if isinstance(order, str):
-        raise PlanRefusedError(order)
-    return order
+    return decode(Mission, answer)

@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
-import pickle
 import sys
 
 from flockwire import clock
 from flockwire.domain.order import Mission
 from flockwire.ground.formation_planning import ChangeRefusedError, plan_in_time
+from flockwire.wire.codec import decode, encode
+
+from flockwire_station.planning import REFUSED, Request
 
 
 def main() -> None:
-    """Read the request from the standard input; write the order, or the refusal, to the standard output."""
-    epoch, swarm, running, name, leader, duration = pickle.load(sys.stdin.buffer)  # noqa: S301  (of the own parent)
-    answer: Mission | str
+    """Read the request from the standard input; write the order's message to the standard output."""
+    request = Request.model_validate_json(sys.stdin.buffer.read())
+    running = decode(Mission, bytes.fromhex(request.running))
     try:
-        answer = plan_in_time(swarm, running, name, lambda: epoch + clock.monotonic(), leader, duration)
+        order = plan_in_time(
+            request.swarm, running, request.formation, lambda: request.epoch + clock.monotonic(),
+            request.leader, request.duration,
+        )  # fmt: skip
     except ChangeRefusedError as error:
-        answer = str(error)
-    sys.stdout.buffer.write(pickle.dumps(answer))
+        print(error, file=sys.stderr)
+        raise SystemExit(REFUSED) from None
+    sys.stdout.buffer.write(encode(order))
 
 
 if __name__ == "__main__":

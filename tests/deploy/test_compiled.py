@@ -1,32 +1,23 @@
 """What hatch_build.py compiles: whole folders, with the folders in them."""
 
-import importlib.util
 import subprocess
 import sys
 import sysconfig
 from pathlib import Path
 from shutil import which
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 from unittest.mock import MagicMock
 
 import pytest
+from build_hook import build_hook
 
 ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture
-def hook(monkeypatch):
+def hook():
     """hatch_build.py, without the builder that calls it."""
-    name = "hatchling.builders.hooks.plugin.interface"
-    for place in range(1, len(name.split("."))):
-        monkeypatch.setitem(sys.modules, ".".join(name.split(".")[:place]), ModuleType(name))
-    interface = ModuleType(name)
-    interface.BuildHookInterface = dict  # a class that takes a type in brackets
-    monkeypatch.setitem(sys.modules, name, interface)
-    spec = importlib.util.spec_from_file_location("hatch_build", ROOT / "hatch_build.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return build_hook()
 
 
 def test_all_modules_of_a_compiled_folder_are_compiled_but_those_left_alone(hook):

@@ -10,6 +10,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from flockwire.domain.frozen import Frozen
+
 TIME = "t"
 VARIABLES = (TIME, "i", "n")
 CONSTANTS: Mapping[str, float] = {"pi": math.pi, "e": math.e}
@@ -20,21 +22,21 @@ class ExpressionError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Number:
+class Number(Frozen):
     """A constant."""
 
     value: float
 
 
 @dataclass(frozen=True, slots=True)
-class Variable:
+class Variable(Frozen):
     """One of VARIABLES."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
-class Apply:
+class Apply(Frozen):
     """A function of FUNCTIONS, by its name, of as many arguments as it takes."""
 
     function: str

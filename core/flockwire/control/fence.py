@@ -10,13 +10,14 @@ from typing import Final
 from flockwire.control.barrier import approach_speed, keep_inside
 from flockwire.control.plane_polygon import Corner, clearance, edges, inward_normal, nearest_on_edge
 from flockwire.control.safety_filter import HalfSpace
+from flockwire.domain.frozen import Frozen
 from flockwire.domain.vector import Vector
 
 _COINCIDENT: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class Room:
+class Room(Frozen):
     """From `low` to `high` (m, world frame); horizontally within the polygon of `corners`, if there is one."""
 
     low: Vector

@@ -7,13 +7,14 @@ from math import cos, nan, pi, sin
 from flockwire.control.expression import Node, bound, derivative, function_of_time
 from flockwire.control.formation_change import FormationChange
 from flockwire.control.key_frames import KeyFrames
+from flockwire.domain.frozen import Frozen
 from flockwire.domain.vector import Vector
 
 _Axis = Callable[[float], float]
 
 
 @dataclass(frozen=True, slots=True)
-class Circle:
+class Circle(Frozen):
     """The paper's rotating circle: `radius` r in m, `rate` w in rad/s, clockwise from above for w > 0.
 
     h_i(t) = [r sin(w t + 2 pi i / count), r cos(w t + 2 pi i / count), 0],   i = 0 … count − 1
@@ -36,7 +37,7 @@ class Circle:
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class Line(Frozen):
     """A line through the leader: followers at +1, −1, +2, −2 … times `spacing` (m) along `heading` (rad from X).
 
     It turns about Z at `rate` rad/s, counter-clockwise from above for rate > 0.
@@ -61,7 +62,7 @@ class Line:
 
 
 @dataclass(frozen=True, slots=True)
-class Grid:
+class Grid(Frozen):
     """Rows of `columns` cells, `spacing` m apart, filled from the front (+X) left (+Y); the leader has a middle cell.
 
     It turns about Z round the leader at `rate` rad/s, counter-clockwise from above for rate > 0.
@@ -90,7 +91,7 @@ class Grid:
 
 
 @dataclass(frozen=True, slots=True)
-class Polygon:
+class Polygon(Frozen):
     """A regular polygon round the leader, followers evenly spread along its perimeter from a corner on +X.
 
     `sides` >= 3 and the circumscribed circle's `radius` in m. It turns about Z at `rate` rad/s, counter-clockwise from

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+from flockwire.domain.frozen import Frozen
 from flockwire.domain.vector import Vector
 
 
@@ -38,7 +39,7 @@ def blend_rate(s: float) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class FormationChange:
+class FormationChange(Frozen):
     """From `before` to `after`, from mission time `begin` on, for `duration` s; both formations' time continues.
 
         h_i = (1 − sigma) a_i + sigma b_i,     sigma = sigma((t − begin) / duration)        (ours)

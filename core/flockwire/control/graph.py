@@ -5,11 +5,13 @@ from dataclasses import dataclass
 from math import inf
 from typing import Final
 
+from flockwire.domain.frozen import Frozen
+
 LEADER: Final = 0
 
 
 @dataclass(frozen=True, slots=True)
-class Graph:
+class Graph(Frozen):
     """Directed graph over the leader 0 and the followers; w_ij > 0 iff i receives from j.
 
     `followers` has the followers' ids, `edges` one (source, target, weight) = (j, i, w_ij) for each link: the target

@@ -6,13 +6,14 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import isfinite
 
+from flockwire.domain.frozen import Frozen
 from flockwire.domain.vector import ZERO, Vector
 
 HEADER = ["t", "drone", "x", "y", "z"]
 
 
 @dataclass(frozen=True, slots=True)
-class KeyFrames:
+class KeyFrames(Frozen):
     """Offsets through key frames: `times[i]` (s, growing) and `offsets[i]` (m, world axes) for each rank i.
 
     Between two frames h_i is a cubic Hermite polynomial per axis, with s = (t − t_k) / T and T = t_{k+1} − t_k:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from math import copysign
 from typing import Final
 
+from flockwire.domain.frozen import Frozen
 from flockwire.domain.motion import LeaderMotion
 from flockwire.domain.vector import Vector
 
@@ -17,7 +18,7 @@ _NEWTON_TOLERANCE: Final = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
-class ObserverParameters:
+class ObserverParameters(Frozen):
     """Gains of the observer (8): `gain` mu > 0 in m/s, `exponent` p > 1. Raises ValueError outside those ranges."""
 
     gain: float

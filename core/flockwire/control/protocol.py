@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 from math import hypot
 
+from flockwire.domain.frozen import Frozen
 from flockwire.domain.vector import Vector
 
 
 @dataclass(frozen=True, slots=True)
-class ProtocolParameters:
+class ProtocolParameters(Frozen):
     """Gains of the protocol (9).
 
     `formation_gain` is K > 0 in 1/s, `compensation_gain` phi >= 0 in m/s (phi >= u0_max compensates the leader's

@@ -9,11 +9,12 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from math import cos, sin
 
+from flockwire.domain.frozen import Frozen
 from flockwire.domain.vector import ZERO, Vector, add, distance, norm, scale, subtract
 
 
 @dataclass(frozen=True, slots=True)
-class Constant:
+class Constant(Frozen):
     """Straight on: x_0(t) = v t."""
 
     velocity: Vector
@@ -33,7 +34,7 @@ class Constant:
 
 
 @dataclass(frozen=True, slots=True)
-class Circling:
+class Circling(Frozen):
     """A circle of `radius` m through the start, at `angular_rate` rad/s: x_0(t) = r [sin(w t), 1 - cos(w t), 0]."""
 
     radius: float
@@ -58,7 +59,7 @@ class Circling:
 
 
 @dataclass(frozen=True, slots=True)
-class Waypoints:
+class Waypoints(Frozen):
     """Straight legs at constant `speed` m/s through `points` (relative to the start), once or without end."""
 
     points: tuple[Vector, ...]
