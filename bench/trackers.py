@@ -106,7 +106,7 @@ class Seen:
     inside: list[int] = field(default_factory=list)
     whole: list[int] = field(default_factory=list)
 
-    def deliver(self, frame: TrackerFrame, received: int) -> None:
+    def deliver(self, frame: TrackerFrame, received: int, *_: object) -> None:
         """Receive a frame."""
         now = clock.now()
         self.inside.append(now - received)

@@ -16,14 +16,17 @@ from flockwire_mocap.coordinates import Coordinates
 from flockwire_mocap.source_clock import SourceClock
 from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, framed
 
-MOST_TWICE = 8  # duplicated bodies that the status names; the others are one sum
+MOST_NAMED = 8  # bodies, or senders, that a count of the status names; the others are one sum
+MOST_SENDERS = 512  # senders whose clocks are followed; beyond that the oldest clock begins again
+TWICE, STEPPED = "{} twice in a frame", "steps of the clock of {}"
 
 
 class StreamedSource:
     """Takes a tracker's frames, and keeps the newest measurement of each body.
 
-    A newer measurement replaces the older one; there is no queue. The send time of a frame is mapped to the gateway's
-    clock; then the tracker's delay from exposure to sending is subtracted.
+    A newer measurement replaces the older one; there is no queue. The send time of a frame is mapped from its sender's
+    clock to the gateway's; then the tracker's delay from exposure to sending is subtracted. Each sender has a clock of
+    its own: what one stamps never moves the poses of another.
 
     Args:
         gateway: its table has the map from the tracker's axes to the field, and the rate of frames.
@@ -48,26 +51,45 @@ class StreamedSource:
         self._awaited = awaited
         bodies = None if awaited is None else tuple(awaited.values())
         self._completeness = None if bodies is None else Completeness(bodies, 1.0 / gateway.rate_hz)
-        self._twice: Counter[str] = Counter()
-        self._clock = SourceClock()
+        self._named: dict[str, Counter[str]] = {}  # by what is counted, then by whose it is
+        self._clocks: dict[str, SourceClock] = {}  # by sender
         self._complete = False
         self._frames = 0
         self._newest: dict[int, tuple[int, ReportedBody]] = {}  # by the tracker's number: capture time, body
 
-    def arrived(self, frame: TrackerFrame, now: int) -> None:
-        """Receive a frame that arrived at `now` (Unix ns), newer than all before."""
-        sent = self._clock.update(frame.transmitted, now, frame.set_back)
+    def arrived(self, frame: TrackerFrame, now: int, sender: str = "", whole: bool = False) -> None:
+        """Receive a frame that arrived at `now` (Unix ns), newer than all before of its `sender`, who stamped it.
+
+        A `whole` frame has all bodies that its sender sees, of a protocol that otherwise reports single ones.
+        """
+        if sender not in self._clocks:
+            if len(self._clocks) >= MOST_SENDERS:
+                del self._clocks[next(iter(self._clocks))]
+            self._clocks[sender] = SourceClock()
+        clock = self._clocks[sender]
+        steps = clock.steps
+        sent = clock.update(frame.transmitted, now, frame.set_back)
+        if clock.steps > steps:
+            self.count_named(STEPPED, self.sender_name(sender))
         captured = sent - (frame.transmitted - frame.captured) - self._latency
         self._hold(captured, frame.bodies)
-        self._complete = self._complete or self._completes(frame.bodies, now)
+        self._complete = self._complete or whole or self._completes(frame.bodies, now)
+
+    def sender_name(self, sender: str) -> str:
+        """Return what the status calls a sender."""
+        return sender or "the tracker"
+
+    def count_named(self, what: str, who: str) -> None:
+        """Count `what` of `who`, whose name takes the place of {} in it; of many names the first are shown."""
+        counts = self._named.setdefault(what, Counter())
+        counts[who if who in counts or len(counts) < MOST_NAMED else OTHERS] += 1
 
     def _hold(self, captured: int, bodies: tuple[ReportedBody, ...]) -> None:
         """Keep the newest of each body; a body that is in the frame twice is dropped, because one of both is wrong."""
         here: dict[int, ReportedBody] = {}
         for body in bodies:
             if body.identity in here:
-                who = str(body.name or body.identity)
-                self._twice[who if who in self._twice or len(self._twice) < MOST_TWICE else OTHERS] += 1
+                self.count_named(TWICE, str(body.name or body.identity))
                 body = body._replace(tracked=False)  # noqa: PLW2901
             here[body.identity] = body
         for identity, body in here.items():
@@ -101,9 +123,8 @@ class StreamedSource:
 
     def state(self, now: int) -> SourceState:
         """Return its state at `now` (Unix ns)."""
-        twice = [(f"{who} twice in a frame", count) for who, count in self._twice.items()]
-        counts = counted(*self.counts.items(), ("steps of its clock", self._clock.steps), *twice)
-        return SourceState(self.trouble(now), counts)
+        named = [(what.format(who), n) for what, counts in self._named.items() for who, n in counts.items()]
+        return SourceState(self.trouble(now), counted(*self.counts.items(), *named))
 
     def trouble(self, now: int) -> str:
         """Return why there are no frames at `now` (Unix ns), and the remedy; empty while they arrive."""

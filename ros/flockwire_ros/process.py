@@ -120,7 +120,7 @@ class RosProcess:
             self.core.trouble, self.core.advice = "" if node.linked else remedy(self._plan.swarm), ""
             if steering is not None and now - self._steered > SILENCE:
                 name, kind = steering.topic.name, steering.topic.ros_type
-                self.core.advice = advice(node.publishers(), node.place.domain, name, kind, "ros.domain to that")
+                self.core.advice = advice(node.publishers(), node.place.domain, name, (kind,), "ros.domain to that")
         rejected = tuple(
             (f"{self._names[source.inbox.key]} {reason}", count)
             for source in self._inputs

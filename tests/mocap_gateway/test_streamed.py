@@ -2,7 +2,7 @@ import pytest
 from flockwire.domain.time import SECOND
 from flockwire.swarm.gateway import Gateway
 from flockwire.wire.keys import MISSION
-from flockwire_mocap.streamed import MOST_TWICE, StreamedSource
+from flockwire_mocap.streamed import MOST_NAMED, MOST_SENDERS, StreamedSource
 from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame
 
 NOW = 1_790_000_000 * SECOND
@@ -61,11 +61,11 @@ def test_a_body_that_is_there_twice_is_nowhere_and_counted():
 
 def test_of_many_bodies_that_are_there_twice_the_first_are_named():
     source = streamed()
-    for k in range(MOST_TWICE + 100):
+    for k in range(MOST_NAMED + 100):
         source.arrived(frame(k, k * MS, body(k), body(k)), NOW)
     counts = source.state(NOW).counts
     assert counts[:2] == (("uav0 twice in a frame", 1), ("uav1 twice in a frame", 1))
-    assert (counts[-1], len(counts)) == (("others twice in a frame", 100), MOST_TWICE + 1)
+    assert (counts[-1], len(counts)) == (("others twice in a frame", 100), MOST_NAMED + 1)
 
 
 @pytest.mark.parametrize("awaited", [None, {"uav1": 1, "uav2": 2}])
@@ -83,5 +83,30 @@ def test_it_reports_what_the_connection_lacks_and_restarts_of_the_trackers_clock
     source = streamed("no answer", missing=3)
     source.arrived(frame(1, 5 * SECOND, body(1)), NOW)
     source.arrived(frame(2, 900 * SECOND, body(1)), NOW + MS)
-    assert source.state(NOW) == SourceState("no answer", (("frames missing", 3), ("steps of its clock", 1)))
+    assert source.state(NOW) == SourceState(
+        "no answer", (("frames missing", 3), ("steps of the clock of the tracker", 1))
+    )
     assert source.triggers == {MISSION}
+
+
+@pytest.mark.parametrize("ahead", [0.2, 1.1, -0.9, -20.0])
+def test_the_stamps_of_one_sender_never_move_the_poses_of_another(ahead):
+    source = streamed()
+    for k in range(300):
+        now = NOW + k * 10 * MS
+        source.arrived(frame(k, now - 7 * SECOND, body(1)), now, "driver")
+        if k > 100:
+            stamp = now + round(ahead * SECOND)
+            source.arrived(frame(k, stamp, body(2)), now, "another")
+        captured = {b.identity: f.captured for f in source.take(now) for b in f.bodies}
+        assert set(captured.values()) == {now}
+    assert source.state(now).counts == ()
+
+
+def test_endless_senders_take_no_memory_and_no_pose():
+    source = streamed()
+    for k in range(3 * MOST_SENDERS):
+        source.arrived(frame(k, k, body(2)), NOW + k * MS, f"{k}")
+        source.arrived(frame(k, k * MS, body(1)), NOW + k * MS, "driver")
+        assert {f.captured for f in source.take(NOW) for b in f.bodies if b.identity == 1} == {NOW + k * MS}
+    assert len(source._clocks) == MOST_SENDERS

@@ -1,6 +1,7 @@
 """The definitions of the ROS 2 messages and services on the ROS side, in the form of schemas.py.
 
-Source: common_interfaces, geometry2 and rcl_interfaces of ROS 2 (Humble to Lyrical agree on these).
+Source: common_interfaces, geometry2 and rcl_interfaces of ROS 2 (Humble to Lyrical agree on these), and of
+motion_capture_tracking its interfaces.
 """
 
 from __future__ import annotations
@@ -9,6 +10,8 @@ from flockwire.wire.schemas import DEFINITIONS
 
 POSE = "geometry_msgs/msg/PoseStamped"
 POSES = "geometry_msgs/msg/PoseArray"
+NAMED_POSES = "motion_capture_tracking_interfaces/msg/NamedPoseArray"
+TRANSFORM = "geometry_msgs/msg/TransformStamped"
 TWIST = "geometry_msgs/msg/TwistStamped"
 ODOMETRY = "nav_msgs/msg/Odometry"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
@@ -21,12 +24,12 @@ TRIGGER = "std_srvs/srv/Trigger"
 
 MESSAGES = DEFINITIONS | {
     POSES: "std_msgs/Header header\ngeometry_msgs/Pose[] poses",
+    NAMED_POSES: "std_msgs/Header header\nmotion_capture_tracking_interfaces/NamedPose[] poses",
+    "motion_capture_tracking_interfaces/msg/NamedPose": "string name\ngeometry_msgs/Pose pose",
     "geometry_msgs/msg/PoseWithCovariance": "geometry_msgs/Pose pose\nfloat64[36] covariance",
     "geometry_msgs/msg/TwistWithCovariance": "geometry_msgs/Twist twist\nfloat64[36] covariance",
     "geometry_msgs/msg/Transform": "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation",
-    "geometry_msgs/msg/TransformStamped": (
-        "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform"
-    ),
+    TRANSFORM: "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform",
     ODOMETRY: (
         "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n"
         "geometry_msgs/TwistWithCovariance twist"

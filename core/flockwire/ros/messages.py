@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from struct import Struct
 from typing import Final, NamedTuple
@@ -10,6 +10,7 @@ from typing import Final, NamedTuple
 from flockwire.domain.quaternion import Quaternion
 from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector
+from flockwire.ros.definitions import NAMED_POSES, POSE, POSES, TRANSFORM, TRANSFORMS
 from flockwire.wire.cdr import HEADER, MessageError, Reader, Writer
 
 OK, WARN, ERROR, STALE = 0, 1, 2, 3  # levels of a diagnostic status
@@ -24,6 +25,16 @@ class Transform(NamedTuple):
 
     stamp: int
     child: str
+    position: Vector
+    orientation: Quaternion
+
+
+class Sighting(NamedTuple):
+    """A body in a message of poses: its name (empty if the message has none) and its pose in `frame` at `stamp`."""
+
+    stamp: int
+    frame: str
+    name: str
     position: Vector
     orientation: Quaternion
 
@@ -139,17 +150,48 @@ def check_empty(data: bytes) -> None:
         raise MessageError(f"{len(data)} bytes are not an empty message")
 
 
-def read_poses(data: bytes) -> tuple[int, list[tuple[Vector, Quaternion]]]:
-    """Return the stamp and the poses of a geometry_msgs/PoseArray; raises MessageError."""
+def read_sightings(ros_type: str, data: bytes) -> list[Sighting]:
+    """Return the bodies in a message of one of the types of poses (`SIGHTINGS`); raises MessageError."""
     reader = Reader(data)
-    stamp, _ = reader.time(), reader.text()
-    count = reader.length()
-    found = []
-    for _ in range(count):
-        x, y, z, qx, qy, qz, qw = reader.take_all("d", 7)
-        found.append(((x, y, z), (qx, qy, qz, qw)))
+    found = SIGHTINGS[ros_type](reader)
     reader.end()
-    return stamp, found
+    return found
+
+
+def _one_pose(reader: Reader) -> list[Sighting]:
+    return [_sighting(reader, reader.time(), reader.text())]
+
+
+def _poses(reader: Reader) -> list[Sighting]:
+    stamp, frame = reader.time(), reader.text()
+    return [_sighting(reader, stamp, frame) for _ in range(reader.length())]
+
+
+def _named_poses(reader: Reader) -> list[Sighting]:
+    stamp, frame = reader.time(), reader.text()
+    return [_sighting(reader, stamp, frame, reader.text()) for _ in range(reader.length())]
+
+
+def _one_transform(reader: Reader) -> list[Sighting]:
+    return [_sighting(reader, reader.time(), reader.text(), reader.text().removeprefix("/"))]
+
+
+def _transforms_in(reader: Reader) -> list[Sighting]:
+    return [one for _ in range(reader.length()) for one in _one_transform(reader)]
+
+
+def _sighting(reader: Reader, stamp: int, frame: str, name: str = "") -> Sighting:
+    x, y, z, qx, qy, qz, qw = reader.take_all("d", 7)
+    return Sighting(stamp, frame, name, (x, y, z), (qx, qy, qz, qw))
+
+
+SIGHTINGS: Mapping[str, Callable[[Reader], list[Sighting]]] = {
+    POSE: _one_pose,
+    TRANSFORM: _one_transform,
+    POSES: _poses,
+    NAMED_POSES: _named_poses,
+    TRANSFORMS: _transforms_in,
+}
 
 
 def _stamped(stamp: int, frame: str) -> Writer:

@@ -97,19 +97,23 @@ class RosNode(AbstractContextManager["RosNode"]):
         return RosOutput(publisher, publisher_id(token))
 
     def subscribe(
-        self, name: str, ros_type: str, shown: tuple[str, ...] = (), wake: Callable[[], None] | None = None
+        self, name: str, ros_type: str, shown: bool = True, wake: Callable[[], None] | None = None
     ) -> RosInput:
         """Subscribe to the topic of the absolute name `name`, in which `*` is any part; call it in the loop.
 
-        Others see a subscription to each of `shown`, or of the one name.
+        Others see the subscription if it is `shown`.
         """
-        for one in shown or (name,):
-            self._end(EndKind.SUBSCRIPTION, one, ros_type, DEFAULT)
+        if shown:
+            self.show(name, ros_type)
         source = RosInput(self.counts, wake)
         callback = zenoh.handlers.Callback(source.arrived, indirect=False)
         key = data_key(self.place.domain, name, ros_type)
         self._declared.append(self._session.declare_subscriber(key, callback, allowed_origin=zenoh.Locality.REMOTE))
         return source
+
+    def show(self, name: str, ros_type: str) -> None:
+        """Show others a subscription to the topic of the absolute name `name`."""
+        self._end(EndKind.SUBSCRIPTION, name, ros_type, DEFAULT)
 
     def serve(self, names: tuple[str, ...]) -> RosServices:
         """Serve a std_srvs/Trigger at each of these absolute names."""

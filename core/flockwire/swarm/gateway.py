@@ -32,8 +32,8 @@ def _version(text: str) -> str:
 
 
 def _body_topic(text: str) -> str:
-    if text.count("{body}") != 1 or "{body}" not in text.split("/"):
-        raise ValueError("must have {body} as one whole part, as /vrpn_mocap/{body}/pose")
+    if "{body}" not in text or "{body}" in text.replace("/{body}", ""):
+        raise ValueError("must have {body} as a whole part, as /vrpn_mocap/{body}/pose")
     absolute_name(text.replace("{body}", "body"))
     return text
 
@@ -90,17 +90,17 @@ class Vicon(Axes):
 
 
 class RosPoses(Axes):
-    """Poses from ROS 2: a PoseStamped topic for each body, or a PoseArray of all (docs/ros.md)."""
+    """Poses from ROS 2: a topic for each body, or one of all (docs/ros.md)."""
 
     router: RouterAddress = "127.0.0.1:7447"  # address and port of rmw_zenohd
     domain: Domain = 0  # ROS_DOMAIN_ID
     topic: Annotated[str, AfterValidator(_body_topic), Takes("an absolute ROS name with {body} in it")] = (
-        "/vrpn_mocap/{body}/pose"  # PoseStamped, one for each body
+        "/vrpn_mocap/{body}/pose"  # PoseStamped or TransformStamped, one for each body
     )
     array: Annotated[str, AfterValidator(absolute_name), Takes("an absolute ROS name")] | None = (
-        None  # PoseArray with all bodies, instead of `topic`
+        None  # PoseArray, NamedPoseArray or TFMessage of all bodies, instead of `topic`
     )
-    bodies: tuple[str, ...] = ()  # the bodies' names in the order of `array`; default: the drones', by id
+    bodies: tuple[str, ...] = ()  # the bodies' names in the order of a PoseArray; default: the drones', by id
     latency: NotNegative = 0.0  # s, from exposure to arrival, if known
 
     @property

@@ -7,9 +7,11 @@ import contextlib
 import logging
 from collections import Counter
 from collections.abc import Callable
+from functools import partial
 
 from flockwire import clock
 from flockwire.ros.advice import advice
+from flockwire.ros.graph import End, dds_type
 from flockwire.runtime.ros_ends import RosInput
 from flockwire.runtime.ros_node import Place, RosNode, join
 from flockwire.wire.processes import GATEWAY
@@ -26,7 +28,7 @@ class RosClient:
         self._source, self._drained = source, drained
         self._ended = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
-        self._input: RosInput | None = None
+        self._shown: set[str] = set()  # topics to which others see a subscription
 
     def open(self) -> None:
         """Start to connect, until `close`."""
@@ -51,7 +53,10 @@ class RosClient:
         if node is None:
             return
         with node:
-            self._input = node.subscribe(source.topic, source.ros_type, shown=source.shown, wake=self._arrived)
+            for ros_type in source.ros_types:
+                waiting: list[RosInput] = []
+                wake = partial(self._arrived, ros_type, waiting)
+                waiting.append(node.subscribe(source.topic, ros_type, shown=False, wake=wake))
             node.watch()
             seen: Counter[str] = Counter()
             while not self._ended.is_set():
@@ -59,11 +64,11 @@ class RosClient:
                 with contextlib.suppress(TimeoutError):
                     await asyncio.wait_for(self._ended.wait(), LOOK)
 
-    def _arrived(self) -> None:
-        if self._input is None or self._ended.is_set():
+    def _arrived(self, ros_type: str, inputs: list[RosInput]) -> None:
+        if self._ended.is_set():
             return
-        for arrived in self._input.take():
-            self._source.message(arrived.topic, arrived.payload, clock.now())
+        for arrived in inputs[0].take():
+            self._source.message(arrived.topic, ros_type, arrived.payload, clock.now(), arrived.origin.publisher)
             self._drained()
 
     def _absent(self, why: str) -> None:
@@ -71,7 +76,7 @@ class RosClient:
         self._source.failure = f"gateway.ros.router = {router!r}: no router answers; start rmw_zenohd there ({why})"
 
     def _look(self, node: RosNode, seen: Counter[str]) -> None:
-        """Tell the source whether the router is there, what was dropped, and why no pose arrives."""
+        """Tell the source whether the router is there, what was dropped, who publishes, and why no pose arrives."""
         source = self._source
         if node.linked:
             source.failure = ""
@@ -79,8 +84,15 @@ class RosClient:
             self._absent("the link is lost")
         source.counts.update(node.counts - seen)
         seen.update(node.counts - seen)
-        if not source.counts["arrays of another length"]:
-            found = node.publishers()
-            source.advice = advice(
-                found, source.table.domain, source.topic, source.ros_type, "gateway.ros.domain to that"
-            )
+        source.publishers, domain = node.publishers(), source.table.domain
+        source.advice = advice(source.publishers, domain, source.topic, source.ros_types, "gateway.ros.domain to that")
+        for end in source.publishers:
+            if end.domain == domain and end.name in source.shown:
+                self._show(node, end)
+
+    def _show(self, node: RosNode, end: End) -> None:
+        """Show others the subscription to a topic, of the type that it has: one topic with two confuses their tools."""
+        for ros_type in self._source.ros_types:
+            if end.dds_type == dds_type(ros_type) and end.name not in self._shown:
+                self._shown.add(end.name)
+                node.show(end.name, ros_type)

@@ -1,47 +1,70 @@
-"""Topics of ROS 2 as a source of the gateway: a PoseStamped for each body, or a PoseArray of all."""
+"""Topics of ROS 2 as a source of the gateway: one for each body, or one of all."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
+from typing import NamedTuple
 
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import nanoseconds
+from flockwire.domain.time import SECOND
 from flockwire.process.cores import Start
-from flockwire.ros.definitions import POSE, POSES
-from flockwire.ros.messages import read_poses
+from flockwire.ros.definitions import NAMED_POSES, POSE, POSES, TRANSFORM, TRANSFORMS
+from flockwire.ros.graph import End
+from flockwire.ros.messages import Sighting, read_sightings
 from flockwire.wire.cdr import MessageError
-from flockwire.wire.codec import decode
 
 from flockwire_mocap.streamed import StreamedSource
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose, unseen
 
-MOST_BODIES = 256  # named by topics
-_NAME = r"(\w{1,255})"  # a part of a topic in ROS
+MOST_BODIES = 256  # that topics and messages may name
+SINGLE: tuple[str, ...] = (POSE, TRANSFORM)  # types of a topic of one body
+OF_ALL: tuple[str, ...] = (POSES, NAMED_POSES, TRANSFORMS)  # types of a topic of all bodies
+OWNED = SECOND  # ns without its publisher's poses after which another publisher may report a body
+NO_STAMP = "{}: its poses have no stamp (header.stamp is 0): set the driver to stamp them with their exposure"
+LENGTH = "{} has {} poses, but {} bodies are expected: set gateway.ros.bodies"
+SECOND_PUBLISHER = "poses of a second publisher, {}"
+_PART = r"(\w{1,255})"  # a part of a topic in ROS
+_NAME = re.compile(r"[\w .:-]{1,255}")  # a name that is safe to show
+
+
+class Report(NamedTuple):
+    """The newest report of a body: its sender, its stamp (ns), when it arrived (Unix ns)."""
+
+    sender: str
+    stamp: int
+    at: int
 
 
 class RosSource(StreamedSource):
-    """The bodies whose poses the topics report; `message` takes them in. `advice` is why no pose arrives."""
+    """The bodies whose poses the topics report; `message` takes them in.
+
+    Each body has one publisher at a time. `publishers` are those of the graph, `advice` is why no message arrives.
+    """
 
     def __init__(self, start: Start) -> None:
         swarm = start.plan.swarm
         self.table = table = swarm.gateway.ros
         self.namespace = f"/{swarm.name}"
-        self.topic, self.ros_type = table.topic.replace("{body}", "*"), POSE
+        self.topic, self.ros_types = table.topic.replace("{body}", "*"), SINGLE
         if table.array is not None:
-            self.topic, self.ros_type = table.array, POSES
+            self.topic, self.ros_types = table.array, OF_ALL
         self.bodies = table.bodies or tuple(str(swarm.body(i)) for i in swarm.tracked)
         self.advice = ""
-        self._body = re.compile(re.escape(table.topic).replace(r"\{body\}", _NAME))
+        self.publishers: tuple[End, ...] = ()
+        self._rejected = ""  # why the newest message was not used; empty if it was
+        self._body = body_pattern(table.topic)
+        self._known = frozenset({*self.bodies, *(one.body for one in swarm.tracked_obstacles)})
+        self._parents: dict[str, str] = {}  # the frames in which transforms have the known bodies
         self._numbers = {body: number for number, body in enumerate(self.bodies)}
-        self._stamps: dict[str, int] = {}  # the newest of each topic
+        self._reports: dict[str, Report] = {}  # by body
         self._number = 0
-        awaited = None if table.array is not None else {swarm.body(i): i for i in swarm.tracked}
+        self._used_at = 0
         waits = f"waits for the router at {table.router}"
-        super().__init__(swarm.gateway, waits, table.latency, awaited)
+        super().__init__(swarm.gateway, waits, table.latency, {swarm.body(i): i for i in swarm.tracked})
 
     def trouble(self, now: int) -> str:
         """Return why there is no ROS side, or why no pose arrives from it; empty while they arrive."""
-        return self.failure or self.advice
+        return self.failure or ("" if now - self._used_at < SECOND else self._rejected or self.advice)
 
     @property
     def shown(self) -> tuple[str, ...]:
@@ -50,53 +73,82 @@ class RosSource(StreamedSource):
             return (self.table.array,)
         return tuple(self.table.topic.replace("{body}", body) for body in self.bodies)
 
-    def message(self, topic: str, payload: bytes, now: int) -> None:
-        """Take in a message of `topic` that arrived at `now` (Unix ns); a bad one is counted."""
+    def sender_name(self, sender: str) -> str:
+        """Return the topic that a sender publishes, with the nodes that do."""
+        topic, domain = sender.partition("#")[0], self.table.domain
+        nodes = sorted({end.node for end in self.publishers if end.name == topic and end.domain == domain})
+        return f"{topic} ({', '.join(nodes)})" if nodes else topic
+
+    def message(self, topic: str, ros_type: str, payload: bytes, now: int, publisher: bytes = b"") -> None:
+        """Take in a message of `topic` that arrived at `now` (Unix ns); a bad one is counted.
+
+        `publisher` is the id of who sent it: each has its own clock.
+        """
         try:
-            stamp, bodies = self._array(payload) if self.ros_type == POSES else self._pose(topic, payload)
+            found = read_sightings(ros_type, payload)
         except MessageError:
             self.counts["poses malformed"] += 1
             return
-        if not bodies:
-            return
-        if stamp <= self._stamps.get(topic, 0):
-            set_back = stamp > 0 and self._stamps[topic] - stamp > nanoseconds(1.0)
-            self.counts["poses of a clock set back" if set_back else "poses repeated, late or without a stamp"] += 1
-            if not set_back:
-                return
-        self._stamps[topic] = stamp
-        self._number += 1
-        self.arrived(TrackerFrame(self._number, stamp, stamp, bodies), now)
+        sender, frames = f"{topic}#{publisher.hex()}", dict[int, list[ReportedBody]]()
+        for name, one in self._with_names(topic, ros_type, found):
+            body = self._reported(name, one, sender, now)
+            if body is not None:
+                frames.setdefault(one.stamp, []).append(body)
+        for stamp, bodies in frames.items():
+            self._number += 1
+            self._used_at, self._rejected = now, ""
+            whole = ros_type in (POSES, NAMED_POSES)
+            self.arrived(TrackerFrame(self._number, stamp, stamp, tuple(bodies)), now, sender, whole)
 
-    def _pose(self, topic: str, payload: bytes) -> tuple[int, tuple[ReportedBody, ...]]:
-        found = self._body.fullmatch(topic)
-        if found is None:
-            self.counts["poses of a name that ROS does not have"] += 1
-            return 0, ()
-        number = self._numbered(found[1])
-        if number is None:
-            self.counts["poses of too many bodies"] += 1
-            return 0, ()
-        pose = decode(Pose, payload)
-        if not is_pose(pose.position, pose.orientation):
-            self.counts["poses rejected"] += 1
-            return 0, ()
-        return pose.stamp, (ReportedBody(number, found[1], pose.position, pose.orientation, tracked=True),)
+    def _with_names(self, topic: str, ros_type: str, found: list[Sighting]) -> Iterable[tuple[str, Sighting]]:
+        if ros_type in SINGLE:
+            match = self._body.fullmatch(topic)
+            return [(match[1] if match else "", one) for one in found]
+        if ros_type == POSES:
+            if len(found) != len(self.bodies):
+                self.counts["arrays of another length"] += 1
+                self._rejected = LENGTH.format(topic, len(found), len(self.bodies))
+                return ()
+            return zip(self.bodies, found, strict=True)
+        if ros_type == TRANSFORMS:
+            self._parents |= {one.name: one.frame for one in found if one.name in self._known}
+            parents = set(self._parents.values())
+            found = [one for one in found if one.frame in parents]  # others are parts of robots
+        return [(one.name, one) for one in found]
 
-    def _array(self, payload: bytes) -> tuple[int, tuple[ReportedBody, ...]]:
-        stamp, poses = read_poses(payload)
-        if len(poses) != len(self.bodies):
-            self.counts["arrays of another length"] += 1
-            wanted = f"{len(self.bodies)} bodies are expected"
-            self.advice = f"{self.topic} has {len(poses)} poses, but {wanted}: set gateway.ros.bodies"
-            return 0, ()
-        return stamp, tuple(
-            ReportedBody(number, body, *pose, tracked=True) if is_pose(*pose) else unseen(number, body)
-            for number, (body, pose) in enumerate(zip(self.bodies, poses, strict=True))
-        )
+    def _reported(self, name: str, one: Sighting, sender: str, now: int) -> ReportedBody | None:
+        """Return a body with its pose, None if its report is not used, which is counted."""
+        unused = self._unused(name, one, sender)
+        if unused:
+            self.counts[unused] += 1
+            return None
+        newest = self._reports.get(name)
+        if newest is not None and newest.sender != sender and now - newest.at < OWNED:
+            self.count_named(SECOND_PUBLISHER, self.sender_name(sender))
+            return None
+        number = self._numbers.setdefault(name, len(self._numbers))
+        self._reports[name] = Report(sender, one.stamp, now)
+        if not is_pose(one.position, one.orientation):
+            return unseen(number, name)
+        return ReportedBody(number, name, one.position, one.orientation, tracked=True)
 
-    def _numbered(self, body: str) -> int | None:
-        """Return the number of a body, None for one too many."""
-        if body not in self._numbers and len(self._numbers) < MOST_BODIES:
-            self._numbers[body] = len(self._numbers)
-        return self._numbers.get(body)
+    def _unused(self, name: str, one: Sighting, sender: str) -> str:
+        """Return why a report is not used; empty if it is."""
+        newest = self._reports.get(name)
+        if not _NAME.fullmatch(name):
+            return "poses of a name that ROS does not have"
+        if name not in self._numbers and len(self._numbers) >= MOST_BODIES:
+            return "poses of too many bodies"
+        if one.stamp <= 0:
+            self._rejected = NO_STAMP.format(self.sender_name(sender))
+            return "poses without a stamp"
+        if newest is not None and newest.sender == sender and one.stamp <= newest.stamp:
+            if newest.stamp - one.stamp <= SECOND:
+                return "poses repeated or late"
+            self.counts["poses of a clock set back"] += 1
+        return "" if self.ros_types == OF_ALL or is_pose(one.position, one.orientation) else "poses rejected"
+
+
+def body_pattern(topic: str) -> re.Pattern[str]:
+    """Return the expression of the topics that `topic` means, in which {body} is any name, at each place the same."""
+    return re.compile(re.escape(topic).replace(r"\{body\}", _PART, 1).replace(r"\{body\}", r"\1"))

@@ -30,7 +30,7 @@ class VrpnSource(StreamedSource):
         for report in self.connection.receive(data):
             frame = self._reports.frame(report)
             if frame is not None:
-                self.arrived(frame, now)
+                self.arrived(frame, now, report.name)  # a server may pass on what other hosts have stamped
 
     def trouble(self, now: int) -> str:
         """Return why there are no frames, and the remedy; empty while they arrive."""

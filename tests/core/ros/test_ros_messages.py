@@ -19,6 +19,12 @@ STANDARD = [name for name in MESSAGES if not name.startswith(("flockwire_msgs", 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 RESPONSE = "std_srvs/msg/TriggerResponse"
 STORE.register(get_types_from_msg(SERVICES[definitions.TRIGGER][1], RESPONSE))
+MOTION_CAPTURE = {  # as motion_capture_tracking_interfaces has them
+    "motion_capture_tracking_interfaces/msg/NamedPose": "string name\ngeometry_msgs/Pose pose",
+    "motion_capture_tracking_interfaces/msg/NamedPoseArray": "std_msgs/Header header\nNamedPose[] poses",
+}
+for _name, _text in MOTION_CAPTURE.items():
+    STORE.register(get_types_from_msg(_text, _name))
 
 
 def read(data: bytes, ros_type: str) -> Any:
@@ -28,6 +34,8 @@ def read(data: bytes, ros_type: str) -> Any:
 @pytest.mark.parametrize("store", [Stores.ROS2_HUMBLE, Stores.ROS2_JAZZY, Stores.LATEST])
 def test_hashes_are_those_of_rosbags(store: Stores) -> None:
     types = get_typestore(store)
+    for name, text in MOTION_CAPTURE.items():
+        types.register(get_types_from_msg(text, name))
     assert {name: type_hash(name) for name in STANDARD} == {name: types.hash_rihs01(name) for name in STANDARD}
 
 
@@ -118,7 +126,21 @@ def test_poses_of_rosbags_are_read_and_others_refused() -> None:
     )
     header = types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](5, 7), "map")
     data = bytes(STORE.serialize_cdr(types[definitions.POSES](header, [pose, pose]), definitions.POSES))
-    assert messages.read_poses(data) == (5_000_000_007, [((1.0, 2.0, 3.0), (0.0, 0.0, 0.6, 0.8))] * 2)
+    one = messages.Sighting(5_000_000_007, "map", "", (1.0, 2.0, 3.0), (0.0, 0.0, 0.6, 0.8))
+    assert messages.read_sightings(definitions.POSES, data) == [one, one]
+    named = [types["motion_capture_tracking_interfaces/msg/NamedPose"](name, pose) for name in ("a", "drone 12")]
+    array = types[definitions.NAMED_POSES](header, named)
+    found = messages.read_sightings(definitions.NAMED_POSES, bytes(STORE.serialize_cdr(array, definitions.NAMED_POSES)))
+    assert found == [one._replace(name="a"), one._replace(name="drone 12")]
+    transform = types["geometry_msgs/msg/TransformStamped"](
+        header,
+        "/cf1",
+        types["geometry_msgs/msg/Transform"](types["geometry_msgs/msg/Vector3"](1.0, 2.0, 3.0), pose.orientation),
+    )
+    single = bytes(STORE.serialize_cdr(transform, definitions.TRANSFORM))
+    assert messages.read_sightings(definitions.TRANSFORM, single) == [one._replace(name="cf1")]
+    several = bytes(STORE.serialize_cdr(types[definitions.TRANSFORMS]([transform] * 2), definitions.TRANSFORMS))
+    assert messages.read_sightings(definitions.TRANSFORMS, several) == [one._replace(name="cf1")] * 2
     for length in range(len(data) - 4):
         with pytest.raises(MessageError):
-            messages.read_poses(data[:length])
+            messages.read_sightings(definitions.POSES, data[:length])

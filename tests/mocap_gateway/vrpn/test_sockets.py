@@ -23,7 +23,7 @@ def frames(count=FRAMES):
         yield TrackerFrame(number, now, now, tuple(bodies))
 
 
-def client_of(start, port, deliver=lambda frame, now: None):
+def client_of(start, port, deliver=lambda frame, now, *_: None):
     source = make_core(start(source="vrpn", vrpn={"server": HOME, "port": port})).source
     source.arrived = deliver
     return VrpnClient(source, lambda: None)
@@ -33,7 +33,7 @@ def test_every_report_arrives_once_and_lost_bodies_say_nothing(start):
     async def fly():
         server, delivered = VrpnServer(NAMES, port=0), []
         await server.open()
-        client = client_of(start, server.port, lambda frame, now: delivered.append((frame, now)))
+        client = client_of(start, server.port, lambda frame, now, *_: delivered.append((frame, now)))
         client.open()
         await until(lambda: len(client.source.connection.senders) == len(NAMES))
         await stream(frames(), 240.0, server.publish)
@@ -62,7 +62,7 @@ def test_a_server_that_comes_later_or_comes_back_is_found(start, monkeypatch):
         await first.open()
         port = first.port
         first.close()
-        client = client_of(start, port, lambda frame, now: delivered.append(frame))
+        client = client_of(start, port, lambda frame, now, *_: delivered.append(frame))
         client.open()
         await until(lambda: "cannot be reached" in (client.source.failure))
         for _ in range(2):
