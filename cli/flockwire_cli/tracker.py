@@ -27,14 +27,13 @@ def tracker(swarm: SwarmFile, seconds: Seconds = 1.5) -> None:
     """List the tracker's bodies with rate, jitter, latency, loss, and the problems to correct before a flight."""
     plan = load(swarm)
     inspection, state = _listen(plan, seconds)
-    rows, troubles = inspection.figures(), [state.trouble] if state.trouble else []
+    rows, problems = inspection.figures(), inspection.problems(state.trouble)
     if rows:
         print(f"{'body':20}{'drone':>7}{'Hz':>8}{'jitter ms':>11}{'latency ms':>12}{'lost':>8}  position, m")
     for row in rows:
         print(_line(row))
     if state.counts:
         print(", ".join(f"{count} {what}" for what, count in state.counts))
-    problems = troubles if not rows else [*troubles, *inspection.problems()]
     for problem in problems:
         print(f"flockwire: {problem}", file=sys.stderr)
     if problems:

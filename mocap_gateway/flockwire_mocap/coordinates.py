@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 from flockwire.domain.quaternion import IDENTITY, Quaternion, product, rotate
 from flockwire.domain.vector import ZERO, Vector, add, subtract
+from flockwire.swarm.gateway import Unit, UpAxis
 
 from flockwire_mocap.tracking import ReportedBody
 
@@ -28,8 +28,8 @@ class Coordinates:
 
     """
 
-    up_axis: Literal["y", "z"] = "z"
-    unit: Literal["m", "mm"] = "m"
+    up_axis: UpAxis = "z"
+    unit: Unit = "m"
     rotation: Quaternion = IDENTITY
     offset: Vector = ZERO
 

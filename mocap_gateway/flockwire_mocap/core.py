@@ -30,7 +30,7 @@ from flockwire_mocap.qualisys.source import QualisysSource
 from flockwire_mocap.replay.source import ReplaySource
 from flockwire_mocap.ros.source import RosSource
 from flockwire_mocap.simulated import SimulatedSource
-from flockwire_mocap.tracking import Source
+from flockwire_mocap.tracking import NO_FRAMES, Source
 from flockwire_mocap.vicon.source import ViconSource
 from flockwire_mocap.vrpn.source import VrpnSource
 
@@ -115,7 +115,7 @@ class GatewayCore(Ground):
         state = self.source.state(now)
         lost = [i for i in self._swarm.tracked if now - self._seen.get(i, 0) > SECOND]
         if now - self._last_frame > SECOND:
-            phase, detail = Phase.WAITING, state.trouble or "no frames arrive: does the tracker still stream?"
+            phase, detail = Phase.WAITING, state.trouble or NO_FRAMES
         else:
             phase = Phase.TRACKING if len(lost) < len(self._swarm.tracked) else Phase.WAITING
             detail = self._unseen(lost, now)

@@ -15,6 +15,7 @@ from flockwire.wire.keys import Key
 from flockwire.wire.status import Counts
 
 UNIT_TOLERANCE = 0.02  # of the squared norm: single precision and a tracker's rounding stay far below
+NO_FRAMES = "no frames arrive: does the tracker still stream?"
 LOST = (0.0, 0.0, 0.0)  # position of a body that the tracker does not see
 
 

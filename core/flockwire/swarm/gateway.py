@@ -14,6 +14,8 @@ from flockwire.swarm.wording import Takes
 
 Port = Annotated[int, Field(ge=1, le=65535)]
 Share = Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)]
+UpAxis = Literal["y", "z"]
+Unit = Literal["m", "mm"]
 UNIT_TOLERANCE = 0.01  # of a quaternion's length: rounding by a person
 
 
@@ -47,8 +49,8 @@ Version = Annotated[str, AfterValidator(_version), Takes('a version like "4.1"')
 class Axes(Model):
     """The frame of a source."""
 
-    up_axis: Literal["y", "z"] = "z"  # the axis that points up
-    unit: Literal["m", "mm"] = "m"  # of its lengths
+    up_axis: UpAxis = "z"  # the axis that points up
+    unit: Unit = "m"  # of its lengths
 
 
 class NatNet(Axes):
@@ -62,7 +64,7 @@ class NatNet(Axes):
     interface: str = "0.0.0.0"  # noqa: S104  # this host's IPv4 address towards the server
     bitstream: Version | None = None  # NatNet version to request (multicast: the streamed one); default: the server's
     request_model: bool = True  # whether to request the bodies' names
-    up_axis: Literal["y", "z"] = "y"  # the axis that points up
+    up_axis: UpAxis = "y"  # the axis that points up
 
 
 class Vrpn(Axes):
@@ -79,7 +81,7 @@ class Qualisys(Axes):
     server: str = "127.0.0.1"  # its name or address
     port: Port = 22223  # of TCP, for little-endian
     latency: NotNegative = 0.0  # s, from exposure to arrival, if known
-    unit: Literal["m", "mm"] = "mm"  # of its lengths
+    unit: Unit = "mm"  # of its lengths
 
 
 class Vicon(Axes):

@@ -20,7 +20,8 @@ MOST_BODIES = 256  # that topics and messages may name
 SINGLE: tuple[str, ...] = (POSE, TRANSFORM)  # types of a topic of one body
 OF_ALL: tuple[str, ...] = (POSES, NAMED_POSES, TRANSFORMS)  # types of a topic of all bodies
 OWNED = SECOND  # ns without its publisher's poses after which another publisher may report a body
-NO_STAMP = "{}: its poses have no stamp (header.stamp is 0): set the driver to stamp them with their exposure"
+NO_STAMP = "{}: header.stamp of its poses is {}: set the driver to stamp them with their exposure"
+UNSET, SAME = "0", "always the same"
 LENGTH = "{} has {} poses, but {} bodies are expected: set gateway.ros.bodies"
 SECOND_PUBLISHER = "poses of a second publisher, {}"
 _PART = r"(\w{1,255})"  # a part of a topic in ROS
@@ -140,10 +141,11 @@ class RosSource(StreamedSource):
         if name not in self._numbers and len(self._numbers) >= MOST_BODIES:
             return "poses of too many bodies"
         if one.stamp <= 0:
-            self._rejected = NO_STAMP.format(self.sender_name(sender))
+            self._rejected = NO_STAMP.format(self.sender_name(sender), UNSET)
             return "poses without a stamp"
         if newest is not None and newest.sender == sender and one.stamp <= newest.stamp:
             if newest.stamp - one.stamp <= SECOND:
+                self._rejected = NO_STAMP.format(self.sender_name(sender), SAME)  # until it is another
                 return "poses repeated or late"
             self.counts["poses of a clock set back"] += 1
         return "" if self.ros_types == OF_ALL or is_pose(one.position, one.orientation) else "poses rejected"

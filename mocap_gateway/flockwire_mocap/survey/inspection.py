@@ -11,7 +11,8 @@ from flockwire.domain.vector import Vector
 from flockwire.swarm.model import Swarm, uav
 
 from flockwire_mocap.identities import owner
-from flockwire_mocap.tracking import TrackerFrame
+from flockwire_mocap.survey.conventions import other_conventions
+from flockwire_mocap.tracking import NO_FRAMES, TrackerFrame
 
 STILL = 0.02  # m, standard deviation of the position of a body that stands still
 
@@ -74,15 +75,20 @@ class Inspection:
         """Return where each body that was tracked was on average, by its name, m."""
         return {row.name: row.position for row in self.figures() if row.position is not None}
 
-    def problems(self) -> list[str]:
-        """Return the problems to correct before a flight, one line each.
+    def problems(self, trouble: str = "") -> list[str]:
+        """Return the problems to correct before a flight, one line each; `trouble` is the source's.
 
         Every drone's body must be present, tracked, still, and at its start; one that a person carries may move.
         """
         rows = self.figures()
+        if not rows:
+            return [trouble or NO_FRAMES]
         there = {row.drone: row for row in rows if row.drone is not None}
         free = ", ".join(repr(row.name) for row in rows if row.drone is None)
-        lines = []
+        flying = [(row.position, self._swarm.drone(i).start) for i, row in there.items() if i in self._swarm.flying]
+        places = [(place, start) for place, start in flying if place is not None]
+        other = other_conventions(self._swarm.gateway, places, self._swarm.limits.start_tolerance)
+        lines = [*filter(None, (trouble, other))]
         for i in self._swarm.tracked:
             if i not in there:
                 seen = f"; free bodies: {free}" if free else ""

@@ -6,6 +6,7 @@ import asyncio
 from random import Random
 
 from flockwire import clock
+from flockwire.domain.time import SECOND
 from flockwire.process.cores import Start
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import GATEWAY
@@ -25,17 +26,20 @@ async def listen(plan: Plan, seconds: float) -> tuple[Inspection, SourceState]:
     """
     core = make_core(Start(plan, GATEWAY.kind, clock.now(), Random(0)))  # noqa: S311
     source, inspection = core.source, Inspection(plan.swarm)
-    began = clock.monotonic()
+    begin = clock.monotonic() + round(NAMES * SECOND)
 
     def drained() -> None:
         now = clock.now()
         for frame in source.take(now):
-            if clock.monotonic() - began > NAMES * 1e9:
+            if clock.monotonic() > begin:
                 inspection.take(frame, now)
 
     connection = feed(core, drained)
     if connection is None:
         raise ValueError(f"gateway.source = {plan.swarm.gateway.source!r}: there is no tracker to listen to")
     async with connection:
-        await asyncio.sleep(NAMES + seconds)
+        while clock.monotonic() < begin + round(seconds * SECOND):
+            await asyncio.sleep(core.period)
+            if not source.triggers:  # no message completes its frames: they are due by time
+                drained()
         return inspection, source.state(clock.now())

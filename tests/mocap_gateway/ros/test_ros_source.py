@@ -18,7 +18,7 @@ from flockwire.ros.type_hash import type_hash
 from flockwire.wire.cdr import Writer
 from flockwire.wire.codec import encode
 from flockwire.wire.plan import Plan
-from flockwire_mocap.ros.source import MOST_BODIES, NO_STAMP, OWNED, SINGLE, RosSource
+from flockwire_mocap.ros.source import MOST_BODIES, NO_STAMP, OWNED, SAME, SINGLE, UNSET, RosSource
 
 NOW = 1_790_000_000 * SECOND
 LEVEL = (0.0, 0.0, 0.0, 1.0)
@@ -228,7 +228,9 @@ def test_while_poses_arrive_nothing_is_wrong_and_poses_without_a_stamp_are_said(
     ros, topic = source(), "/vrpn_mocap/uav1/pose"
     ros.failure, ros.advice = "", "/driver announces it, but publishes nothing"
     ros.message(topic, POSE, pose(0), NOW)
-    assert ros.state(NOW).trouble == NO_STAMP.format(topic)
+    assert ros.state(NOW).trouble == NO_STAMP.format(topic, UNSET)
     ros.message(topic, POSE, pose(1000), NOW)
     assert ros.state(NOW + SECOND - 1).trouble == ""
     assert ros.state(NOW + SECOND).trouble == ros.advice
+    ros.message(topic, POSE, pose(1000), NOW + 9)
+    assert ros.state(NOW + SECOND).trouble == NO_STAMP.format(topic, SAME)

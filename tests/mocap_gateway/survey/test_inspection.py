@@ -1,7 +1,8 @@
 import pytest
 from flockwire.domain.time import SECOND
+from flockwire_mocap.streamed import coordinates_of
 from flockwire_mocap.survey.inspection import Inspection
-from flockwire_mocap.tracking import ReportedBody, TrackerFrame
+from flockwire_mocap.tracking import NO_FRAMES, ReportedBody, TrackerFrame
 
 NOW = 1_790_000_000 * SECOND
 FRAME = SECOND // 100
@@ -87,3 +88,25 @@ def test_exchanged_bodies_are_named_by_whose_start_they_stand_at(inspect, make_s
 def test_flicker_is_a_share(inspect):
     row = inspect(lambda name, k, place: (name, None if k % 4 == 0 else place)).figures()[0]
     assert row.lost == pytest.approx(0.25)
+
+
+def test_without_frames_nothing_is_well(make_swarm):
+    assert Inspection(make_swarm()).problems() == [NO_FRAMES]
+    assert Inspection(make_swarm()).problems("no answer") == ["no answer"]
+
+
+@pytest.mark.parametrize(("unit", "up_axis"), [("mm", "z"), ("m", "y"), ("mm", "y")])
+@pytest.mark.parametrize("frame", [{}, {"rotation": [0.0, 0.0, 0.6, 0.8], "offset": [1.0, 2.0, 0.1]}])
+def test_a_tracker_with_another_unit_or_axis_is_a_line_with_the_keys(make_swarm, inspect, unit, up_axis, frame):
+    read = {"source": "vrpn", **frame}
+    starts = {f"drones.{i}.start": [0.5 * i - 1.0, 1.0 + 0.6 * i, 0.3] for i in range(5)}
+    sent = coordinates_of(make_swarm({"gateway": read | {"vrpn": {"unit": unit, "up_axis": up_axis}}}).gateway)
+    believed = coordinates_of(make_swarm({"gateway": read}).gateway)
+
+    def seen(name, k, place):
+        return name, believed.position(sent.to_tracker(ReportedBody(0, name, place, LEVEL, True)).position)
+
+    line = inspect(seen, {"gateway": read} | starts).problems()[0]
+    assert f"unit = {unit!r} and up_axis = {up_axis!r} in [gateway.vrpn]" in line
+    moved = inspect(lambda name, k, place: (name, (place[0] + 3.0, *place[1:])), {"gateway": read} | starts)
+    assert "3.00 m from its start" in moved.problems()[0]  # other keys do not bring them there
