@@ -62,7 +62,7 @@ async def _kept(client: PersistentConnection[Any] | RosClient) -> AsyncIterator[
 async def _replay(source: ReplaySource) -> AsyncIterator[None]:
     path = Path(source.table.trace)
     try:
-        source.load(await asyncio.to_thread(read_poses, path))
+        source.load(await asyncio.to_thread(read_poses, path, source.swarm))
     except OSError as error:
         raise OSError(f"gateway.replay.trace = {source.table.trace!r}: {error.strerror or error}") from error
     yield

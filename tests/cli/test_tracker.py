@@ -71,3 +71,14 @@ def test_without_a_server_it_is_one_line_with_a_remedy_soon(
 
 def test_a_source_without_a_tracker_is_refused(flockwire: Any, swarm: Callable[..., Path]) -> None:
     assert "gateway.source = 'simulated': there is no tracker" in refused(flockwire("tracker", swarm()))
+
+
+def test_a_replayed_trace_is_examined_too(flockwire: Any, swarm: Callable[..., Path], tmp_path: Path) -> None:
+    flown = swarm()
+    assert flockwire("sim", flown, "--duration", 1, "--out", tmp_path / "out").returncode in (0, 1)
+    replay = {"trace": str(tmp_path / "out" / "trace.mcap")}
+    found = flockwire("tracker", swarm(source="replay", replay=replay), "--seconds", 0.5)
+    assert found.stdout.count("uav") == 5
+    (tmp_path / "empty.mcap").write_bytes(b"")
+    none = flockwire("tracker", swarm(source="replay", replay={"trace": str(tmp_path / "empty.mcap")}))
+    assert (none.returncode != 0, none.stdout) == (True, "")

@@ -43,6 +43,7 @@ def _body_topic(text: str) -> str:
 Rotation = Annotated[
     tuple[Finite, Finite, Finite, Finite], AfterValidator(_unit), Takes("a unit quaternion [x, y, z, w]")
 ]
+BodyTopic = Annotated[str, AfterValidator(_body_topic), Takes("an absolute ROS name with {body} in it")]
 Version = Annotated[str, AfterValidator(_version), Takes('a version like "4.1"')]
 
 
@@ -91,18 +92,22 @@ class Vicon(Axes):
     latency: NotNegative = 0.0  # s, from exposure to arrival, if known
 
 
-class RosPoses(Axes):
-    """Poses from ROS 2: a topic for each body, or one of all (docs/ros.md)."""
+class BodyTopics(Axes):
+    """Topics of ROS 2 that report bodies: one for each, or one of all (docs/ros.md)."""
 
-    router: RouterAddress = "127.0.0.1:7447"  # address and port of rmw_zenohd
-    domain: Domain = 0  # ROS_DOMAIN_ID
-    topic: Annotated[str, AfterValidator(_body_topic), Takes("an absolute ROS name with {body} in it")] = (
-        "/vrpn_mocap/{body}/pose"  # PoseStamped or TransformStamped, one for each body
-    )
+    topic: BodyTopic | None = None  # PoseStamped or TransformStamped, one for each body
     array: Annotated[str, AfterValidator(absolute_name), Takes("an absolute ROS name")] | None = (
         None  # PoseArray, NamedPoseArray or TFMessage of all bodies, instead of `topic`
     )
     bodies: tuple[str, ...] = ()  # the bodies' names in the order of a PoseArray; default: the drones', by id
+
+
+class RosPoses(BodyTopics):
+    """Poses from ROS 2 (docs/ros.md)."""
+
+    router: RouterAddress = "127.0.0.1:7447"  # address and port of rmw_zenohd
+    domain: Domain = 0  # ROS_DOMAIN_ID
+    topic: BodyTopic = "/vrpn_mocap/{body}/pose"  # PoseStamped or TransformStamped, one for each body
     latency: NotNegative = 0.0  # s, from exposure to arrival, if known
 
     @property
@@ -111,11 +116,16 @@ class RosPoses(Axes):
         return self.router
 
 
-class Replay(Model):
-    """The poses of an earlier trace."""
+class Replay(BodyTopics):
+    """The poses of an earlier flight, or of a bag of ROS 2 with `topic` or `array`; frame and unit are the latter's."""
 
-    trace: str = ""  # file, trace.mcap of an earlier flight
+    trace: str = ""  # file, trace.mcap of an earlier flight or an MCAP bag
     pace: Positive = 1.0  # relative to the recorded pace
+
+    @property
+    def foreign(self) -> bool:
+        """Whether the poses are in a tracker's frame, on topics of its own."""
+        return self.topic is not None or self.array is not None
 
 
 class Twin(Model):

@@ -1,30 +1,38 @@
-"""Poses of an earlier trace, served again at its pace or faster, with stamps of now."""
+"""Poses of an earlier trace, or of a bag, served again at their pace or faster, with stamps of now."""
 
 from __future__ import annotations
 
 import re
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from struct import error as StructError  # noqa: N812
 from typing import NamedTuple
 
-from flockwire.domain.pose import Pose
 from flockwire.domain.quaternion import Quaternion
+from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 from flockwire.process.cores import Start
+from flockwire.ros.definitions import POSE
+from flockwire.ros.messages import SIGHTINGS, Sighting, read_sightings
+from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.cdr import MessageError
-from flockwire.wire.codec import Message, decode
+from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
 
-from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, framed
+from flockwire_mocap.ros.naming import BodyNames, LengthError
+from flockwire_mocap.streamed import coordinates_of
+from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, framed, is_pose
+
+STEP = SECOND  # ns between the clock of a topic's stamps and that of the recording, from which on one was set
+MOST_SHOWN = 8  # topics that a message names
 
 
 class RecordedPose(NamedTuple):
-    """A recorded pose: ns since the trace's first pose, the drone, m in the field's frame, x y z w."""
+    """A recorded pose: ns since the first pose, the body's name, m, x y z w; in the frame of the recording."""
 
     elapsed: int
-    drone: int
+    body: str
     position: Vector
     orientation: Quaternion
 
@@ -35,17 +43,24 @@ class ReplaySource:
     triggers: frozenset[Key] = frozenset()
 
     def __init__(self, start: Start) -> None:
-        swarm = start.plan.swarm
+        self.swarm = swarm = start.plan.swarm
         self.table = swarm.gateway.replay
-        self._names = {i: str(swarm.body(i)) for i in swarm.tracked}
+        self._drones = {str(swarm.body(i)): i for i in swarm.tracked}
+        self._numbers = dict(self._drones)
+        self._coordinates = coordinates_of(swarm.gateway) if self.table.foreign else None
         self._poses: Sequence[RecordedPose] = ()
         self._times: list[int] = []
         self._begun: int | None = None
         self._next = self._frames = 0
 
     def load(self, poses: Sequence[RecordedPose]) -> None:
-        """Serve these poses from the next `take` on."""
-        self._poses = [pose for pose in poses if pose.drone in self._names]
+        """Serve these poses from the next `take` on; raises OSError if none is of a drone."""
+        bodies = dict.fromkeys(pose.body for pose in poses)
+        if not self._drones.keys() & bodies:
+            raise OSError(
+                f"has no poses of {_several(self._drones)}, but of {_several(bodies)}: set `body` of [[drones]]"
+            )
+        self._poses = poses
         self._times = [pose.elapsed for pose in self._poses]
         self._begun, self._next = None, 0
 
@@ -57,12 +72,12 @@ class ReplaySource:
         return False
 
     def take(self, now: int) -> list[TrackerFrame]:
-        """Return of each drone the newest pose that is due at `now` (Unix ns) and has not been returned."""
+        """Return of each body the newest pose that is due at `now` (Unix ns) and has not been returned."""
         if self._begun is None:
             self._begun = now
         pace = self.table.pace
         due = bisect_right(self._times, round((now - self._begun) * pace))
-        newest = {pose.drone: pose for pose in self._poses[self._next : due]}
+        newest = {pose.body: pose for pose in self._poses[self._next : due]}
         self._next = max(self._next, due)
         measured = [(self._begun + round(pose.elapsed / pace), self._body(pose)) for pose in newest.values()]
         frames = framed(measured, self._frames, now)
@@ -70,7 +85,9 @@ class ReplaySource:
         return frames
 
     def _body(self, pose: RecordedPose) -> ReportedBody:
-        return ReportedBody(pose.drone, self._names[pose.drone], pose.position, pose.orientation, tracked=True)
+        number = self._numbers.setdefault(pose.body, max(self._numbers.values()) + 1)
+        body = ReportedBody(number, pose.body, pose.position, pose.orientation, tracked=True)
+        return body if self._coordinates is None else self._coordinates.body(body)
 
     def state(self, now: int) -> SourceState:
         """Return why there are no poses."""
@@ -78,27 +95,80 @@ class ReplaySource:
         return SourceState(f"{self.table.trace} has ended" if over else "")
 
 
-_TOPIC = re.compile(r"/\w+/uav(\d+)/pose")
+class OwnNames:
+    """Names the bodies of a trace of this project, whose topics have the drones' numbers."""
+
+    def __init__(self, swarm: Swarm) -> None:
+        self._topic = re.compile(r"/\w+/(uav\d{1,9})/pose")
+        self._bodies = {uav(i): str(swarm.body(i)) for i in swarm.tracked}
+
+    def matches(self, topic: str, ros_type: str) -> bool:
+        """Return whether messages of this topic and type are read."""
+        return ros_type == POSE and self._body(topic) is not None
+
+    def of(self, topic: str, _: str, found: list[Sighting]) -> Iterable[tuple[str, Sighting]]:
+        """Return what was `found` in a message, with names."""
+        return [(self._body(topic) or "", one) for one in found]
+
+    def _body(self, topic: str) -> str | None:
+        match = self._topic.fullmatch(topic)
+        return self._bodies.get(match[1]) if match else None
 
 
-def read_poses(path: Path) -> list[RecordedPose]:
-    """Return all poses of a trace in the order of their stamps; raises OSError if there are none."""
+def read_poses(path: Path, swarm: Swarm) -> list[RecordedPose]:
+    """Return all poses of a recording in the order of their time; raises OSError if there are none."""
     from mcap.exceptions import McapError  # noqa: PLC0415  (no other source needs them)
     from mcap.reader import NonSeekingReader  # noqa: PLC0415
 
-    found: list[tuple[int, int, Pose]] = []
+    table = swarm.gateway.replay
+    names = BodyNames(table, swarm) if table.foreign else OwnNames(swarm)
+    found, times, others = list[RecordedPose](), Times(), dict[str, None]()
     with path.open("rb") as file:
         try:
-            for _, channel, record in NonSeekingReader(file, validate_crcs=True).iter_messages(log_time_order=False):
-                drone = _TOPIC.fullmatch(channel.topic)
-                if drone is not None:
-                    pose = decode(Pose, record.data)
-                    found.append((pose.stamp, int(drone[1]), pose))
-        except (McapError, MessageError, StructError) as error:  # cut off: what was read until then is served
+            for schema, channel, record in NonSeekingReader(file, validate_crcs=True).iter_messages(
+                log_time_order=False
+            ):
+                kind = schema.name if schema is not None else ""
+                if kind in SIGHTINGS and not names.matches(channel.topic, kind):
+                    others[channel.topic] = None
+                elif kind in SIGHTINGS:
+                    for name, one in names.of(channel.topic, kind, read_sightings(kind, record.data)):
+                        if is_pose(one.position, one.orientation):
+                            at = times.of(channel.topic, one.stamp, record.log_time)
+                            found.append(RecordedPose(at, name, one.position, one.orientation))
+        except (McapError, MessageError, LengthError, StructError) as error:  # cut off: what was read is served
             if not found:
-                raise OSError(f"{path}: is not a trace: {error}") from error
+                raise OSError(f"{path}: has no poses that can be read: {error}") from error
     if not found:
-        raise OSError(f"{path}: has no poses")
-    found.sort(key=lambda row: row[:2])
-    first = found[0][0]
-    return [RecordedPose(stamp - first, drone, pose.position, pose.orientation) for stamp, drone, pose in found]
+        wanted = table.array or table.topic or "/SWARM/uavN/pose"
+        there = f"; poses are on {_several(others)}: set gateway.replay.topic or array" if others else ""
+        raise OSError(f"{path}: has no poses on {wanted}{there}")
+    first = min(pose.elapsed for pose in found)
+    return sorted([pose._replace(elapsed=pose.elapsed - first) for pose in found], key=lambda pose: pose[:2])
+
+
+class Times:
+    """Maps the stamps of each topic to one time, the recording's: a clock that was set back changes no order.
+
+    Stamps differ from the time of recording by the same for all topics, until one differs by more than STEP.
+    """
+
+    def __init__(self) -> None:
+        self._first: int | None = None
+        self._offsets: dict[str, int] = {}  # ns, by topic
+
+    def of(self, topic: str, stamp: int, recorded: int) -> int:
+        """Return the time of a message of `topic` that was `recorded` then (ns)."""
+        if stamp <= 0:
+            return recorded
+        if self._first is None:
+            self._first = recorded - stamp
+        offset = self._offsets.setdefault(topic, self._first)
+        if abs(recorded - stamp - offset) > STEP:
+            offset = self._offsets[topic] = recorded - stamp
+        return stamp + offset
+
+
+def _several(names: Iterable[str]) -> str:
+    first = [*names]
+    return ", ".join(first[:MOST_SHOWN]) + (f" and {len(first) - MOST_SHOWN} more" if len(first) > MOST_SHOWN else "")

@@ -3,28 +3,24 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 from typing import NamedTuple
 
 from flockwire.domain.time import SECOND
 from flockwire.process.cores import Start
-from flockwire.ros.definitions import NAMED_POSES, POSE, POSES, TRANSFORM, TRANSFORMS
+from flockwire.ros.definitions import NAMED_POSES, POSES
 from flockwire.ros.graph import End
 from flockwire.ros.messages import Sighting, read_sightings
 from flockwire.wire.cdr import MessageError
 
+from flockwire_mocap.ros.naming import OF_ALL, BodyNames, LengthError
 from flockwire_mocap.streamed import StreamedSource
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose, unseen
 
 MOST_BODIES = 256  # that topics and messages may name
-SINGLE: tuple[str, ...] = (POSE, TRANSFORM)  # types of a topic of one body
-OF_ALL: tuple[str, ...] = (POSES, NAMED_POSES, TRANSFORMS)  # types of a topic of all bodies
 OWNED = SECOND  # ns without its publisher's poses after which another publisher may report a body
 NO_STAMP = "{}: header.stamp of its poses is {}: set the driver to stamp them with their exposure"
 UNSET, SAME = "0", "always the same"
-LENGTH = "{} has {} poses, but {} bodies are expected: set gateway.ros.bodies"
 SECOND_PUBLISHER = "poses of a second publisher, {}"
-_PART = r"(\w{1,255})"  # a part of a topic in ROS
 _NAME = re.compile(r"[\w .:-]{1,255}")  # a name that is safe to show
 
 
@@ -46,16 +42,12 @@ class RosSource(StreamedSource):
         swarm = start.plan.swarm
         self.table = table = swarm.gateway.ros
         self.namespace = f"/{swarm.name}"
-        self.topic, self.ros_types = table.topic.replace("{body}", "*"), SINGLE
-        if table.array is not None:
-            self.topic, self.ros_types = table.array, OF_ALL
-        self.bodies = table.bodies or tuple(str(swarm.body(i)) for i in swarm.tracked)
+        self.topic = table.array or table.topic.replace("{body}", "*")
+        self._names = BodyNames(table, swarm)
+        self.ros_types, self.bodies = self._names.ros_types, self._names.bodies
         self.advice = ""
         self.publishers: tuple[End, ...] = ()
         self._rejected = ""  # why the newest message was not used; empty if it was
-        self._body = body_pattern(table.topic)
-        self._known = frozenset({*self.bodies, *(one.body for one in swarm.tracked_obstacles)})
-        self._parents: dict[str, str] = {}  # the frames in which transforms have the known bodies
         self._numbers = {body: number for number, body in enumerate(self.bodies)}
         self._reports: dict[str, Report] = {}  # by body
         self._number = 0
@@ -86,12 +78,16 @@ class RosSource(StreamedSource):
         `publisher` is the id of who sent it: each has its own clock.
         """
         try:
-            found = read_sightings(ros_type, payload)
+            named = self._names.of(topic, ros_type, read_sightings(ros_type, payload))
         except MessageError:
             self.counts["poses malformed"] += 1
             return
+        except LengthError as error:
+            self.counts["arrays of another length"] += 1
+            self._rejected = f"{error}: set gateway.ros.bodies"
+            return
         sender, frames = f"{topic}#{publisher.hex()}", dict[int, list[ReportedBody]]()
-        for name, one in self._with_names(topic, ros_type, found):
+        for name, one in named:
             body = self._reported(name, one, sender, now)
             if body is not None:
                 frames.setdefault(one.stamp, []).append(body)
@@ -100,22 +96,6 @@ class RosSource(StreamedSource):
             self._used_at, self._rejected = now, ""
             whole = ros_type in (POSES, NAMED_POSES)
             self.arrived(TrackerFrame(self._number, stamp, stamp, tuple(bodies)), now, sender, whole)
-
-    def _with_names(self, topic: str, ros_type: str, found: list[Sighting]) -> Iterable[tuple[str, Sighting]]:
-        if ros_type in SINGLE:
-            match = self._body.fullmatch(topic)
-            return [(match[1] if match else "", one) for one in found]
-        if ros_type == POSES:
-            if len(found) != len(self.bodies):
-                self.counts["arrays of another length"] += 1
-                self._rejected = LENGTH.format(topic, len(found), len(self.bodies))
-                return ()
-            return zip(self.bodies, found, strict=True)
-        if ros_type == TRANSFORMS:
-            self._parents |= {one.name: one.frame for one in found if one.name in self._known}
-            parents = set(self._parents.values())
-            found = [one for one in found if one.frame in parents]  # others are parts of robots
-        return [(one.name, one) for one in found]
 
     def _reported(self, name: str, one: Sighting, sender: str, now: int) -> ReportedBody | None:
         """Return a body with its pose, None if its report is not used, which is counted."""
@@ -149,8 +129,3 @@ class RosSource(StreamedSource):
                 return "poses repeated or late"
             self.counts["poses of a clock set back"] += 1
         return "" if self.ros_types == OF_ALL or is_pose(one.position, one.orientation) else "poses rejected"
-
-
-def body_pattern(topic: str) -> re.Pattern[str]:
-    """Return the expression of the topics that `topic` means, in which {body} is any name, at each place the same."""
-    return re.compile(re.escape(topic).replace(r"\{body\}", _PART, 1).replace(r"\{body\}", r"\1"))

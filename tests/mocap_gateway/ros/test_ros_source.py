@@ -18,7 +18,8 @@ from flockwire.ros.type_hash import type_hash
 from flockwire.wire.cdr import Writer
 from flockwire.wire.codec import encode
 from flockwire.wire.plan import Plan
-from flockwire_mocap.ros.source import MOST_BODIES, NO_STAMP, OWNED, SAME, SINGLE, UNSET, RosSource
+from flockwire_mocap.ros.naming import SINGLE
+from flockwire_mocap.ros.source import MOST_BODIES, NO_STAMP, OWNED, SAME, UNSET, RosSource
 
 NOW = 1_790_000_000 * SECOND
 LEVEL = (0.0, 0.0, 0.0, 1.0)
