@@ -136,8 +136,9 @@ def flockwire(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str
 
 @pytest.fixture
 def terminal(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[int, int]]:
-    """Return both ends of a terminal, whose inner end is the standard input."""
+    """Return both ends of a terminal, whose inner end is the standard input, in whose foreground this process is."""
     ours, theirs = pty.openpty()
+    monkeypatch.setattr("os.tcgetpgrp", lambda fd: os.getpgrp() if os.isatty(fd) else -1)
     with os.fdopen(theirs) as stdin:
         monkeypatch.setattr("sys.stdin", stdin)
         yield ours, theirs

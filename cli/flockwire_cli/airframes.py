@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 from flockwire import clock
 from flockwire.objects import load_object
+from flockwire.runtime.standard_streams import unblocked
 from flockwire.swarm.airframes import AIRFRAMES
 from flockwire.swarm.model import uav
 
@@ -46,7 +47,7 @@ def identify(
     axes = (Axis.CLOCKWISE,) if body else tuple(Axis)
     secrets = made_keys(swarm, plan, keys, plan.hosts[plan.pilots[number]])
     try:
-        with refused(folder):
+        with refused(folder), unblocked():
             core = asyncio.run(identifying.excite(plan, swarm, secrets, number, folder, axes))
             found = {axis: fit_axis(response) for axis, response in core.responses.items()}
     except IdentificationError as error:
@@ -65,12 +66,13 @@ def identify(
 
 
 def _refusing(run: Callable[..., None]) -> Callable[..., None]:
-    """Return the command `run`, whose ValueError refuses its arguments."""
+    """Return the command `run`, which waits for no terminal, and whose ValueError refuses its arguments."""
 
     @wraps(run)
     def refusing(*given: object, **named: object) -> None:
         try:
-            run(*given, **named)
+            with unblocked():
+                run(*given, **named)
         except ValueError as error:
             refuse(str(error))
 

@@ -29,7 +29,7 @@ TIME_ZONES = (
 def main() -> NoReturn:
     """Run the command line."""
     try:
-        from flockwire_station.terminal.standard_streams import report, tolerant  # noqa: PLC0415
+        from flockwire.runtime.standard_streams import report, tolerant  # noqa: PLC0415
 
         with tolerant() as errors:
             status = _run()

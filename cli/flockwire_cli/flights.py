@@ -11,10 +11,10 @@ from typing import Annotated
 import typer
 from flockwire import clock
 from flockwire.loading import SwarmFileError
+from flockwire.runtime.standard_streams import unblocked
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
 from flockwire_station.folders import keys_folder, warn_of
-from flockwire_station.terminal.standard_streams import unblocked
 
 from flockwire_cli.arguments import FaultsFile, Keys, SwarmFile, Without, left_out
 from flockwire_cli.inputs import (

@@ -15,6 +15,7 @@ from pathlib import Path
 
 from flockwire import clock
 from flockwire.objects import load_object
+from flockwire.runtime.standard_streams import unblocked
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import PROCESSES, Process
 from flockwire_station.flown import OtherFlightError, as_flown, flown, flown_by
@@ -22,6 +23,7 @@ from flockwire_station.folders import keys_folder
 
 from flockwire_cli.inputs import faults_of, load, planned, refuse, refuse_a_second_trace
 
+PATIENCE = 1.0  # s that an ended process waits for a paused terminal
 FASTEST = 100.0  # times the recorded pace
 KINDS = {row.kind: row for row in PROCESSES if row.started}
 
@@ -47,7 +49,9 @@ def _width() -> int:
 def run(kind: str, arguments: Sequence[str]) -> int:
     """Run one process of that kind to its end; returns its exit status. Raises SystemExit for bad arguments."""
     row = KINDS[kind]
-    return _serve(row, parser_of(row).parse_args(arguments))
+    given = parser_of(row).parse_args(arguments)
+    with unblocked(PATIENCE):
+        return _serve(row, given)
 
 
 def parser_of(row: Process) -> ArgumentParser:

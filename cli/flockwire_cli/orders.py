@@ -9,11 +9,11 @@ from typing import Annotated
 
 import typer
 from flockwire.ground.order import Order
+from flockwire.runtime.standard_streams import unblocked
 from flockwire.security.files import CredentialsError
 from flockwire.swarm.wording import meant
 from flockwire.wire.plan import Plan
 from flockwire_station.folders import keys_folder, renew_keys, warn_of
-from flockwire_station.terminal.standard_streams import unblocked
 
 from flockwire_cli.arguments import Keys, SwarmFile, Without, application, left_out
 from flockwire_cli.inputs import load, load_flying, refuse, refused
@@ -100,7 +100,7 @@ def teleop(swarm: SwarmFile, keys: Keys = None) -> None:
     if gamepad is None and not sys.stdin.isatty():
         refuse("there is no terminal to read keys from, and no gamepad")
     warn_of(plan.swarm)
-    with refused():
+    with refused(), unblocked():
         steered = asyncio.run(steer(plan, keys_folder(swarm, plan, keys), gamepad))
     raise typer.Exit(0 if steered else 1)
 

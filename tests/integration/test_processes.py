@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import os
+import pty
 import resource
 import signal
+import subprocess
+import termios
 from collections.abc import Callable
 from pathlib import Path
 
@@ -21,6 +25,7 @@ from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
 from flockwire.wire.status import Report, Status
 from flockwire_analysis.reading import read_trace
+from flockwire_station.host import Host
 from waiting import wait_until
 
 MakeSwarm = Callable[..., Path]
@@ -44,6 +49,22 @@ def test_any_order_will_do_and_each_reports_what_it_waits_for_and_ends_in_time(
     assert max(took.values()) < 2.0, took
     assert "uav4: grounded: waits for" in fleet.log("uav4")
     assert all("Traceback" not in fleet.log(name) for name in names)
+
+
+def test_a_process_whose_terminal_is_paused_runs_on_and_ends_in_time(
+    make_swarm: MakeSwarm, make_fleet: MakeFleet, make_tower: MakeTower
+) -> None:
+    fleet = make_fleet(make_swarm())
+    ours, theirs = pty.openpty()
+    termios.tcflow(theirs, termios.TCOOFF)  # Ctrl-S
+    fleet.start("recorder", "leader", "uav2", "uav3", "uav4", "gateway", "kinematics")
+    line = Host(fleet.plan, fleet.swarm_file, "localhost", fleet.out, fleet.keys).command_line("uav1")
+    fleet.running["uav1"] = subprocess.Popen(line, stdin=theirs, stdout=theirs, stderr=theirs)
+    make_tower(fleet).all_in("ready")
+    assert fleet.end("uav1") < 4.0
+    assert fleet.end("uav2") < 2.0
+    os.close(ours)
+    os.close(theirs)
 
 
 BOTH_WAYS = "[[0, 1], [1, 2], [2, 1], [2, 3], [3, 2], [3, 4], [4, 3]]"

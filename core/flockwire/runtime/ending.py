@@ -13,14 +13,21 @@ from contextlib import AbstractContextManager
 from flockwire import clock
 from flockwire.process.cores import Core
 from flockwire.runtime.session import Session
+from flockwire.runtime.standard_streams import finish
 from flockwire.runtime.ticker import NO_LOCK
 from flockwire.wire.plan import Plan
 
 LIFELINE = "FLOCKWIRE_LIFELINE"  # file descriptor whose end means that the parent is gone
 LAST_RESORT = 1.8  # s for closing the session
 UNDONE = 70  # exit status of a process with unfinished work
+LAST_WORDS = 0.2  # s for writing why it did not close
 POLL = 0.05  # s between two checks whether a process may end
-_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+def ending_signals() -> tuple[signal.Signals, ...]:
+    """Return the signals that end this process; without SIGHUP if it was started to outlive its terminal (nohup)."""
+    outlives = signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    return (signal.SIGINT, signal.SIGTERM, *(() if outlives else (signal.SIGHUP,)))
 
 
 class Ending:
@@ -31,7 +38,7 @@ class Ending:
         self.insisted = False  # a second signal: it ends at once
         self.orphaned = False  # its parent is gone
         loop = asyncio.get_running_loop()
-        for number in _SIGNALS:
+        for number in ending_signals():
             loop.add_signal_handler(number, self._signalled)
         lifeline = os.environ.get(LIFELINE)
         if lifeline is not None:
@@ -89,6 +96,7 @@ def last_resort(identity: str, done: bool) -> None:
             f"the session did not close in {LAST_RESORT} s: its peers have vanished; the process ends, "
             f"its work is {'' if done else 'not '}done"
         )
+        finish(LAST_WORDS)
         os._exit(0 if done else UNDONE)
 
     timer = threading.Timer(LAST_RESORT, give_up)

@@ -1,26 +1,28 @@
 """The output of `up` and `conduct` in flight: the live table, or a line for each new stage.
 
-Lines are for outputs without a terminal, and for terminals that cannot move the cursor (TERM=dumb). Nothing here waits
-for the reader (standard_streams.py): the next table is drawn after the terminal has accepted the last one.
+Lines are for outputs without a terminal, for processes in its background (`up … &`), and for terminals that cannot move
+the cursor (TERM=dumb). Nothing here waits for the reader (runtime/standard_streams.py): the next table is drawn after
+the terminal has accepted the last one.
 """
 
 from __future__ import annotations
 
 import contextlib
+import sys
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
 from flockwire import clock
 from flockwire.domain.time import SECOND
+from flockwire.runtime.standard_streams import busy, later
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 from rich.console import Console
 from rich.live import Live
 
 from flockwire_station.operator import Operator
-from flockwire_station.terminal.keyboard import hint
-from flockwire_station.terminal.standard_streams import busy, later
+from flockwire_station.terminal.keyboard import foreground, hint
 from flockwire_station.terminal.table import Rates, draw
 
 REFRESH = SECOND // 4  # ns between two tables
@@ -34,7 +36,7 @@ class Display:
         self._plan, self._name, self._order = plan, plan.swarm.name, order
         self._rates = Rates()
         self._console = Console()
-        self._headless = headless or not self._console.is_terminal or self._console.is_dumb_terminal
+        self._headless = headless or self._console.is_dumb_terminal or not foreground(sys.stdout)
         self._live: Live | None = None
         self._stage = ""
         self._began, self._drawn = clock.now(), 0

@@ -7,7 +7,7 @@ import contextlib
 import signal
 from collections.abc import Iterator
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+from flockwire.runtime.ending import ending_signals
 
 
 class Interrupts:
@@ -26,12 +26,12 @@ class Interrupts:
 
 @contextlib.contextmanager
 def interrupts() -> Iterator[Interrupts]:
-    """Count SIGINT, SIGTERM and SIGHUP in the running loop during the context."""
-    loop, taken = asyncio.get_running_loop(), Interrupts()
-    for number in SIGNALS:
+    """Count the signals that end a process (ending_signals) in the running loop during the context."""
+    loop, taken, signals = asyncio.get_running_loop(), Interrupts(), ending_signals()
+    for number in signals:
         loop.add_signal_handler(number, taken.take, number)
     try:
         yield taken
     finally:
-        for number in SIGNALS:
+        for number in signals:
             loop.remove_signal_handler(number)

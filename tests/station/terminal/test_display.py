@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import pytest
 from flockwire.domain.time import SECOND
 from flockwire.ground.director import Stage
+from flockwire.runtime.standard_streams import UnblockedStream, busy, unblocked
 from flockwire_station.terminal.display import REFRESH, Display
-from flockwire_station.terminal.standard_streams import UnblockedStream, busy, unblocked
 from terminal_text import text_until
 
 NOW = 1_790_000_000 * SECOND

@@ -1,7 +1,8 @@
 """Standard output and error that may be gone or blocked: no flight ends, and no loop waits, because of them.
 
-With a full disk or a lost reader the text is lost; this is reported once, at the end of the command. While a swarm
-flies, a thread writes: a paused terminal, or a pipe without a reader, blocks only this thread.
+With a full disk or a lost reader the text is lost; this is reported once, at the end of the command. Where a loop
+runs, a thread writes: a paused terminal, or a pipe without a reader, blocks only this thread. MOST pieces of text
+wait for it; the lines after these are dropped, and their number is written when it can write again.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
 
 LOST = "flockwire: the standard output could not be written: "
+DROPPED = "flockwire: lines dropped while this terminal, or the reader of this output, was paused: {count}\n"
+MOST = 1000  # pieces of text (lines of a log) that wait for a paused terminal
 
 
 class UnblockedStream(io.RawIOBase):
@@ -30,6 +33,8 @@ class UnblockedStream(io.RawIOBase):
     def __init__(self, fd: int) -> None:
         self.error: OSError | None = None
         self._fd = fd
+        self._lock = threading.Lock()
+        self._waiting = self._dropped = 0  # pieces in the thread, and lines lost since it has been full
 
     def fileno(self) -> int:
         """Return the file descriptor."""
@@ -44,13 +49,29 @@ class UnblockedStream(io.RawIOBase):
         return True
 
     def write(self, data: ReadableBuffer, /) -> int:
-        """Write all of `data`, directly or by the thread."""
+        """Write all of `data`, directly or by the thread, or drop it."""
         taken = bytes(data)
-        later(partial(self.pass_on, taken))
+        with self._lock:
+            full = self._waiting >= MOST or self._dropped > 0
+            if full:
+                self._dropped += taken.count(b"\n")
+            else:
+                self._waiting += 1
+        if not full:
+            later(partial(self._pass_on, taken))
         return len(taken)
 
-    def pass_on(self, data: bytes) -> None:
-        """Write `data`, without a time limit."""
+    def _pass_on(self, data: bytes) -> None:
+        """Write `data`, and then how many lines were dropped if nothing else waits, without a time limit."""
+        self._write_out(data)
+        with self._lock:
+            self._waiting -= 1
+            dropped = 0 if self._waiting else self._dropped
+            self._dropped -= dropped
+        if dropped:
+            self._write_out(DROPPED.format(count=dropped).encode())
+
+    def _write_out(self, data: bytes) -> None:
         try:
             while data and self.error is None:
                 data = data[os.write(self._fd, data) :]
@@ -59,14 +80,13 @@ class UnblockedStream(io.RawIOBase):
 
 
 class WritingThread:
-    """A thread that writes and draws one after the other."""
+    """A thread that writes and draws one after the other; it starts with its first work."""
 
     def __init__(self) -> None:
         self._taken: deque[Callable[[], None]] = deque()  # the first one is in progress
         self._changed = threading.Condition()
         self._over = False
-        self._thread = threading.Thread(target=self._write, daemon=True)  # a blocked one does not keep the process
-        self._thread.start()
+        self._thread: threading.Thread | None = None
 
     @property
     def busy(self) -> bool:
@@ -78,13 +98,17 @@ class WritingThread:
         with self._changed:
             self._taken.append(work)
             self._changed.notify()
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._write, daemon=True)  # a blocked one keeps no process
+                self._thread.start()
 
-    def end(self) -> None:
-        """Wait until all is done, without a time limit."""
+    def end(self, patience: float | None) -> None:
+        """Wait until all is done, at most `patience` s."""
         with self._changed:
             self._over = True
             self._changed.notify()
-        self._thread.join()
+        if self._thread is not None:
+            self._thread.join(patience)
 
     def _write(self) -> None:
         while True:
@@ -99,11 +123,11 @@ class WritingThread:
             self._taken.popleft()
 
 
-_writer: WritingThread | None = None  # while a swarm flies
+_writer: WritingThread | None = None  # while a loop runs
 
 
 def busy() -> bool:
-    """Return whether text of a flying swarm still waits for the terminal or the reader."""
+    """Return whether text still waits for the terminal or the reader."""
     return _writer is not None and _writer.busy
 
 
@@ -115,16 +139,22 @@ def later(work: Callable[[], None]) -> None:
         _writer.take(work)
 
 
+def finish(patience: float) -> None:
+    """Wait at most `patience` s until all is written, before this process ends at once."""
+    if _writer is not None:
+        _writer.end(patience)
+
+
 @contextlib.contextmanager
-def unblocked() -> Iterator[None]:
-    """Do not wait for the terminal or a reader during the context; wait at its end until all is written."""
+def unblocked(patience: float | None = None) -> Iterator[None]:
+    """Do not wait for the terminal or a reader during the context; wait at its end, at most `patience` s."""
     global _writer  # noqa: PLW0603  (one process, one standard output)
     _writer = WritingThread()
     try:
         yield
     finally:
         ending, _writer = _writer, None
-        ending.end()
+        ending.end(patience)
 
 
 @contextlib.contextmanager

@@ -7,7 +7,7 @@ import threading
 from pathlib import Path
 
 import pytest
-from flockwire_station.terminal.standard_streams import UnblockedStream, busy, later, unblocked
+from flockwire.runtime.standard_streams import DROPPED, MOST, UnblockedStream, busy, finish, later, unblocked
 
 FULL = Path("/dev/full")
 
@@ -79,6 +79,33 @@ def test_while_a_swarm_flies_no_process_waits_for_a_reader_and_nothing_is_lost()
     os.close(write_end)
     reader.join()
     assert found == [data + b"end"]
+
+
+def test_of_a_paused_reader_the_lines_that_no_longer_fit_are_dropped_and_counted():
+    read_end, write_end = os.pipe()
+    found, full, kept = [], 1_000_000 * b"x", b"line\n" * (MOST - 1)
+    reader = threading.Thread(target=lambda: found.append(_all(read_end)))
+    outlet = UnblockedStream(write_end)
+    with unblocked():
+        outlet.write(full)  # more than a pipe holds
+        for _ in range(MOST + 6):
+            outlet.write(b"line\n")
+        reader.start()
+    with unblocked():
+        outlet.write(b"later\n")
+    os.close(write_end)
+    reader.join()
+    assert found == [full + kept + DROPPED.format(count=7).encode() + b"later\n"]
+
+
+def test_the_end_of_a_process_does_not_wait_for_a_paused_reader():
+    read_end, write_end = os.pipe()
+    outlet = UnblockedStream(write_end)
+    with unblocked(patience=0.0):
+        outlet.write(1_000_000 * b"x")
+        finish(0.0)
+        assert busy()
+    os.close(read_end)  # the thread ends
 
 
 def test_a_table_that_cannot_be_drawn_is_reported_and_what_follows_is_written(capsys):
