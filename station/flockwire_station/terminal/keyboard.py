@@ -9,6 +9,7 @@ import sys
 import termios
 import tty
 from collections.abc import Callable, Iterator
+from typing import TextIO
 
 from flockwire import clock
 from flockwire.domain.time import SECOND
@@ -17,6 +18,7 @@ TWICE = SECOND  # ns for the second press of a stop
 VERBS = {"h": "hold", "l": "land", "f": "resume"}
 HINT = "h hold, f resume, l land, ss stop"
 INTERRUPT = "Ctrl-C lands"
+CONTROLS = 6  # the control characters in the list of tcgetattr
 
 
 class Keyboard:
@@ -36,9 +38,21 @@ class Keyboard:
             self._order(VERBS[key])
 
 
+def foreground(stream: TextIO | None) -> bool:
+    """Return whether `stream` is this process's terminal, and this process is not in its background.
+
+    Who changes or reads a terminal from the background is stopped by the kernel (SIGTTOU, SIGTTIN); who shares that of
+    another session (setsid) takes its keys.
+    """
+    try:
+        return stream is not None and os.tcgetpgrp(stream.fileno()) == os.getpgrp()
+    except (OSError, ValueError):  # no terminal, another session's, or closed
+        return False
+
+
 def attached() -> bool:
     """Return whether there is a terminal to read keys from."""
-    return sys.stdin is not None and sys.stdin.isatty()
+    return foreground(sys.stdin)
 
 
 def hint() -> str:
@@ -48,7 +62,10 @@ def hint() -> str:
 
 @contextlib.contextmanager
 def keys_pressed(press: Callable[[str, int], None]) -> Iterator[None]:
-    """Call `press` as Keyboard has it for the terminal's keys, in the running loop; without a terminal do nothing."""
+    """Call `press` as Keyboard has it for the terminal's keys, in the running loop; without a terminal do nothing.
+
+    Ctrl-Z is a key too: a stopped process would conduct nothing while the drones fly.
+    """
     if not attached():
         yield
         return
@@ -56,20 +73,24 @@ def keys_pressed(press: Callable[[str, int], None]) -> Iterator[None]:
     before = termios.tcgetattr(fd)
 
     def readable() -> None:
-        try:
-            data = os.read(fd, 64)
-        except OSError:
-            data = b""
-        if not data:  # the terminal is gone
+        data = b""
+        with contextlib.suppress(OSError):
+            if attached():
+                data = os.read(fd, 64)
+        if not data:  # the terminal is gone, or another's
             loop.remove_reader(fd)
         for key in data.decode(errors="replace"):
             press(key, clock.monotonic())
 
     tty.setcbreak(fd, termios.TCSANOW)  # another `when` waits for a paused terminal
+    modes = termios.tcgetattr(fd)
+    modes[CONTROLS][termios.VSUSP] = bytes([os.fpathconf(fd, "PC_VDISABLE")])
+    termios.tcsetattr(fd, termios.TCSANOW, modes)
     loop.add_reader(fd, readable)
     try:
         yield
     finally:
         loop.remove_reader(fd)
         with contextlib.suppress(termios.error):
-            termios.tcsetattr(fd, termios.TCSANOW, before)
+            if attached():
+                termios.tcsetattr(fd, termios.TCSANOW, before)

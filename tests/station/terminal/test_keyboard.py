@@ -3,6 +3,8 @@
 import asyncio
 import os
 import signal
+import subprocess
+import sys
 import termios
 from pathlib import Path
 
@@ -64,6 +66,59 @@ def test_a_terminal_that_goes_away_is_not_an_error(orders, terminal):
 
     asyncio.run(run())
     assert orders == []
+
+
+BEHIND = """
+import asyncio, os, pty, sys
+from flockwire_station.terminal.keyboard import foreground, keys_pressed
+
+async def fly():
+    with keys_pressed(lambda key, now: None):
+        await asyncio.sleep(0)
+
+terminal, ours = pty.fork()
+if terminal:  # whose child leads the terminal's session
+    sys.exit(os.waitstatus_to_exitcode(os.waitpid(terminal, 0)[1]))
+assert foreground(sys.stdin)
+job = os.fork()
+if job:
+    _, how = os.waitpid(job, os.WUNTRACED)
+    os._exit(9 if os.WIFSTOPPED(how) else os.waitstatus_to_exitcode(how))
+{leaves}
+asyncio.run(fly())
+os._exit(int(foreground(sys.stdin)))
+"""
+
+
+@pytest.mark.parametrize("leaves", ["os.setpgid(0, 0)", "os.setsid()"], ids=["up &", "setsid up"])
+def test_in_the_background_of_a_terminal_its_keys_are_not_read_and_its_modes_stay(leaves):
+    done = subprocess.run([sys.executable, "-c", BEHIND.format(leaves=leaves)], timeout=60, check=False)
+    assert done.returncode == 0
+
+
+def test_control_z_is_a_key_while_a_swarm_flies(orders, terminal):
+    async def run():
+        with keys_pressed(lambda key, _: orders.append(key)):
+            assert termios.tcgetattr(terminal[1])[3] & termios.ISIG
+            os.write(terminal[0], b"\x1a")
+            await until(lambda: orders)
+
+    asyncio.run(run())
+    assert orders == ["\x1a"]
+
+
+def test_a_command_that_was_started_to_outlive_its_terminal_does():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup does
+
+    async def run():
+        with interrupts() as taken:
+            os.kill(os.getpid(), signal.SIGHUP)
+            os.kill(os.getpid(), signal.SIGTERM)
+            await until(lambda: taken.count)
+            assert taken.count == 1
+
+    asyncio.run(run())
+    assert signal.signal(signal.SIGHUP, before) is signal.SIG_IGN
 
 
 def test_without_a_terminal_nothing_is_read(orders, monkeypatch):
