@@ -79,8 +79,9 @@ async def steer(plan: Plan, keys: Path, gamepad: Gamepad | None = None) -> bool:
             print(f"flockwire: {HINT}", flush=True)
             while not (pressed.ended or interrupted.count):
                 swarm_clock.step()
-                velocity = gamepad.axes.velocity() if gamepad is not None else ZERO
-                velocity = velocity if velocity != ZERO else pressed.velocity(clock.monotonic())
+                now = clock.monotonic()
+                velocity = gamepad.velocity(now) if gamepad is not None else ZERO
+                velocity = velocity if velocity != ZERO else pressed.velocity(now)
                 session.publish([(key, Command(clock.now(), plan.swarm.frame, velocity))])
                 await asyncio.sleep(PERIOD)
     return True
