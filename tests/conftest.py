@@ -117,13 +117,15 @@ def example() -> Callable[[str, str], str]:
 @pytest.fixture
 def documented_law(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> str:
     """Make the law of docs/own_law.md importable, here and in processes begun from here; return its name."""
-    (tmp_path / "my_law.py").write_text(laid_out("own_law", "python"), encoding="utf-8")
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    installed = tmp_path / "installed"  # not beside a swarm file
+    installed.mkdir()
+    (installed / "my_law.py").write_text(laid_out("own_law", "python"), encoding="utf-8")
+    monkeypatch.syspath_prepend(installed)
+    monkeypatch.setenv("PYTHONPATH", str(installed), prepend=os.pathsep)
     monkeypatch.delitem(sys.modules, "my_law", raising=False)
-    name = re.search(r'^law = "(my_law:\w+)"$', laid_out("own_law", "toml"), re.MULTILINE)
+    name = re.search(r'^law = "my_law.py:(\w+)"$', laid_out("own_law", "toml"), re.MULTILINE)
     assert name is not None
-    return name[1]
+    return f"my_law:{name[1]}"
 
 
 @pytest.fixture

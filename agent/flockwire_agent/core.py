@@ -12,7 +12,7 @@ from flockwire.domain.order import Mission
 from flockwire.domain.signals import Signals
 from flockwire.domain.vector import ZERO, Vector, add
 from flockwire.law import Decision, Observation, Reference
-from flockwire.loading import make_law
+from flockwire.own_law import make_law
 from flockwire.parameters import AgentParameters, agent_parameters
 from flockwire.pilot.ladder import shown
 from flockwire.pilot.neighbourhood import Neighbourhood
@@ -20,6 +20,7 @@ from flockwire.pilot.orders import flown_place, is_known
 from flockwire.pilot.pilot import Pilot
 from flockwire.pilot.place import Place
 from flockwire.process.cores import Core, Start
+from flockwire.process.stopwatch import Stopwatch
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
@@ -33,9 +34,9 @@ if TYPE_CHECKING:
 
 
 class AgentCore:
-    """One follower, which flies by `parameters`; started at `now` (Unix ns)."""
+    """One follower, which flies by `parameters`; started at `now` (Unix ns). The `stopwatch` measures its law."""
 
-    def __init__(self, parameters: AgentParameters, now: int) -> None:
+    def __init__(self, parameters: AgentParameters, now: int, stopwatch: Stopwatch | None = None) -> None:
         self._pilot = pilot = Pilot(parameters.pilot, now)
         name, neighbours = uav(parameters.pilot.number), parameters.neighbours
         self.triggers = frozenset({pilot.pose_key})
@@ -45,7 +46,7 @@ class AgentCore:
         self._estimate_key, self._bids_key = Key("estimate", name), Key("bids", name)
         self._signals_key = Key("signals", name)
         self._rank, self._formations = parameters.rank, parameters.formations
-        self._law = GuardedLaw(partial(make_law, parameters.law, parameters.settings), name)
+        self._law = GuardedLaw(partial(make_law, parameters.law, parameters.settings), name, stopwatch)
         self._neighbourhood = Neighbourhood(
             neighbours,
             parameters.pilot.limits.staleness,
@@ -207,7 +208,7 @@ def make_core(start: Start) -> Core:
     """Return the core of one follower's agent, which lies if a fault says so."""
     parameters = agent_parameters(start.plan.swarm, start.drone)
     if not start.faults:
-        return AgentCore(parameters, start.now)
+        return AgentCore(parameters, start.now, start.stopwatch if start.plan.swarm.control.own_law else None)
     from flockwire.process.faults import AgentFault  # noqa: PLC0415  (few flights have such a fault)
 
     from flockwire_agent.lying import LyingAgent  # noqa: PLC0415

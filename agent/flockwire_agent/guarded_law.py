@@ -7,6 +7,7 @@ import traceback
 from collections.abc import Callable
 
 from flockwire.law import Decision, Law, Observation, check_decision
+from flockwire.process.stopwatch import Stopwatch
 from flockwire.wire.status import LAW_FAILED, Reason
 
 OWN = "flockwire_agent"  # this file's frames are not the law's
@@ -14,10 +15,10 @@ MOST_FRAMES = 4  # characters of the reported line
 
 
 class GuardedLaw:
-    """Calls `make` for the law of the drone `name`; raises its errors."""
+    """Calls `make` for the law of the drone `name`; raises its errors. The `stopwatch` measures its steps."""
 
-    def __init__(self, make: Callable[[], Law], name: str) -> None:
-        self._make, self._name = make, name
+    def __init__(self, make: Callable[[], Law], name: str, stopwatch: Stopwatch | None = None) -> None:
+        self._make, self._name, self._stopwatch = make, name, stopwatch
         self._law = make()
         self.fault: Reason | None = None  # the law's error, None without one
 
@@ -25,8 +26,13 @@ class GuardedLaw:
         """Return the law's decision; None if it failed."""
         if self.fault is not None:
             return None
+        stopwatch = self._stopwatch
         try:
+            if stopwatch is not None:
+                stopwatch.begin()
             decision = self._law.step(observation, now)
+            if stopwatch is not None:
+                stopwatch.end()
             check_decision(decision)
         except Exception as error:
             self._failed(error)
@@ -52,6 +58,6 @@ class GuardedLaw:
 def where(error: Exception) -> str:
     """Return the file positions of `error`, the law's first, in one line."""
     frames = [f for f in traceback.extract_tb(error.__traceback__) if f"{OWN}/guarded_law" not in f.filename]
-    frames = [f for f in frames if "flockwire/law.py" not in f.filename and "flockwire/loading.py" not in f.filename]
+    frames = [f for f in frames if "flockwire/law.py" not in f.filename and "flockwire/own_law.py" not in f.filename]
     places = [f"{frame.filename.rsplit('/', maxsplit=1)[-1]}:{frame.lineno}" for frame in frames[-MOST_FRAMES:]]
     return f" ({' > '.join(places)})" if places else ""

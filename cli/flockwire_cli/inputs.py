@@ -98,7 +98,7 @@ def load_flying(file: Path, keys: Path | None) -> tuple[Plan, Path]:
 def _changed(file: Path, flying: Flown) -> str:
     """Return how `file` differs from the flying swarm, empty if it does not."""
     try:
-        return "" if read_swarm(file) == flying.swarm else "has changed since take-off"
+        return "" if read_swarm(file).model_dump() == flying.swarm.model_dump() else "has changed since take-off"
     except SwarmFileError:
         return "cannot be read any more"
 

@@ -35,6 +35,8 @@ def simulate(flight: Flight, out: Path | None = None, toml: str = "") -> int:
     used = max(clock.cpu_time() - began, 1e-9)
     faster = outcome.seconds / used
     print(f"flockwire: {outcome.seconds:.1f} s of flight in {used:.1f} s of processor time, {faster:.0f} x real time")
+    for line in outcome.slow:
+        print(f"flockwire: warning: {line} in a real flight on this machine")
     if out is not None:
         return conclude(outcome.failure, out)
     failures = print_figures(summarise(trace))

@@ -1,4 +1,4 @@
-"""Reads swarm files: TOML in, one checked model out. The only place that applies the rules and imports a user's law.
+"""Reads swarm files: TOML in, one checked model out. The only place that applies the rules.
 
 It is above `swarm` and `wire` because some rules concern addresses, which only the plan knows.
 """
@@ -6,24 +6,21 @@ It is above `swarm` and `wire` because some rules concern addresses, which only 
 from __future__ import annotations
 
 import json
-import traceback
 from collections.abc import Iterator
 from copy import deepcopy
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from pydantic import ValidationError
 
-from flockwire.law import Law, LawSettings
 from flockwire.objects import load_object
-from flockwire.parameters import law_settings
+from flockwire.own_law import law_failures, law_problems
 from flockwire.swarm import airframe_rules, formation_rules, gateway_rules, ros_rules, rules
 from flockwire.swarm.airframes import AIRFRAMES
-from flockwire.swarm.model import Swarm, uav
+from flockwire.swarm.model import Swarm
 from flockwire.swarm.outline import place
 from flockwire.swarm.reading import error_lines, faults, read_toml
-from flockwire.swarm.rules import broken, needs
-from flockwire.swarm.tables import Model
+from flockwire.swarm.rules import broken
 from flockwire.wire import address_rules
 
 ROUNDS = 8  # a removed value may leave its table incomplete, and this table its parent
@@ -33,16 +30,8 @@ _STAND_INS: dict[str, Any] = {
 }  # fmt: skip
 
 
-class NoParameters(Model):
-    """The parameters of a law without its own model."""
-
-
 class SwarmFileError(ValueError):
     """A swarm file that cannot be flown; each line of the text names one key, its value and the rule."""
-
-
-class LawError(ValueError):
-    """An unusable law; the text names it and the reason."""
 
 
 def load_swarm(path: Path) -> Swarm:
@@ -65,8 +54,13 @@ def read_swarm(path: Path) -> Swarm:
 
 
 def load_table(path: Path) -> dict[str, object]:
-    """Read a swarm file and its key frames without a check; raises SwarmFileError if it cannot be read."""
+    """Read a swarm file and its key frames without a check; raises SwarmFileError if it cannot be read.
+
+    The table says in which folder an own law is searched.
+    """
     table = read_toml(path, "swarm file", SwarmFileError)
+    if isinstance(control := table.get("control"), dict) and ":" in str(control.get("law")):
+        control.setdefault("folder", str(path.absolute().parent))
     for name, formation in [("formation", table.get("formation")), *_tables(table, "formations")]:
         if isinstance(formation, dict) and formation.get("kind") == "key_frames" and "file" in formation:
             formation["frames"] = _read_key_frames(path, name, str(formation["file"]))
@@ -137,52 +131,8 @@ def problems(swarm: Swarm, to_fly: bool = True, wrong: set[str] | None = None) -
     own = (rule for row in AIRFRAMES if row.rules for rule in load_object(row.rules))
     later = (*airframe_rules.RULES, *gateway_rules.RULES, *ros_rules.RULES)
     of_files = (*rules.RULES, *formation_rules.RULES, *own, *later)
-    of_laws = (_law_problems, _law_constructor) if to_fly else ()
+    of_laws = (law_problems, law_failures) if to_fly else ()
     yield from broken(swarm, (*of_files, *address_rules.RULES, *of_laws), wrong if wrong is not None else set())
-
-
-def load_law(name: str) -> type[Law]:
-    """Return the class that `[control] law` names: a built-in one or `package.module:ClassName`; raises LawError."""
-    try:
-        found = load_object(rules.BUILT_IN.get(name, name))
-    except Exception as error:  # importing a user's module may raise anything
-        raise LawError(f"control.law = {name!r}: cannot import it: {type(error).__name__}: {error}") from error
-    if not isinstance(found, type) or not callable(getattr(found, "step", None)):
-        raise LawError(f"control.law = {name!r}: must be a class with a method step(observation, now)")
-    return cast("type[Law]", found)
-
-
-def make_law(name: str, settings: LawSettings) -> Law:
-    """Return the law that `[control] law` names, made from `settings`; raises LawError, and what its class raises."""
-    return load_law(name)(settings)
-
-
-@needs("control.law", "control.parameters")
-def _law_problems(swarm: Swarm) -> Iterator[str]:
-    try:
-        law = load_law(swarm.control.law)
-    except LawError as error:
-        yield str(error)
-        return
-    model = getattr(law, "Parameters", NoParameters)
-    try:
-        model.model_validate_json(json.dumps(swarm.control.parameters))
-    except ValidationError as error:
-        yield from (f"control.parameters.{line}" for line in error_lines(error, model))
-
-
-def _law_constructor(swarm: Swarm) -> Iterator[str]:
-    """Make the law of every follower once, to find errors before a flight."""
-    if swarm.control.law in rules.BUILT_IN:
-        return
-    for number in swarm.followers:
-        try:
-            make_law(swarm.control.law, law_settings(swarm, number))
-        except Exception as error:  # a user's class may raise anything
-            frame = traceback.extract_tb(error.__traceback__)[-1]
-            raised = f"{type(error).__name__}: {error} ({frame.filename}:{frame.lineno})"
-            yield f"control.law = {swarm.control.law!r}: cannot be made for {uav(number)}: {raised}"
-            return
 
 
 def _tables(table: dict[str, object], key: str) -> list[tuple[str, object]]:

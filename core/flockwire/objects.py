@@ -1,12 +1,40 @@
-"""Loads objects that a table names as "package.module:name", so that its package does not import them."""
+"""Loads objects named as "package.module:name", so that their package is not imported, or as "/folder/file.py:name"."""
 
 from __future__ import annotations
 
 import importlib
+import sys
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
 from typing import Any
+from zlib import crc32
 
 
 def load_object(path: str) -> Any:  # noqa: ANN401  (whatever it names)
-    """Return the object `package.module:name`; raises ImportError, AttributeError, or errors of the import."""
-    module, _, attribute = path.partition(":")
-    return getattr(importlib.import_module(module), attribute)
+    """Return the object that `path` names; raises ImportError, AttributeError, OSError, or errors of the import."""
+    module, _, attribute = path.rpartition(":")
+    return getattr(_of_file(Path(module)) if module.endswith(".py") else importlib.import_module(module), attribute)
+
+
+def _of_file(file: Path) -> ModuleType:
+    """Return the module in `file`, imported once, by a name that hides no other module.
+
+    Its folder is searched last: what is installed cannot be replaced by a file there.
+    """
+    file = file.resolve()
+    name = f"{file.stem}_{crc32(str(file).encode()):08x}"
+    if name in sys.modules:
+        return sys.modules[name]
+    if str(file.parent) not in sys.path:
+        sys.path.append(str(file.parent))
+    spec = spec_from_file_location(name, file)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{file} is no Python file")
+    module = sys.modules[name] = module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module

@@ -23,6 +23,7 @@ from flockwire.control.trajectory import Trajectory
 from flockwire.domain.body import Separation
 from flockwire.domain.vector import Vector
 from flockwire.law import LawSettings
+from flockwire.swarm.laws import law_object
 from flockwire.swarm.model import Swarm
 from flockwire.swarm.tables import Checks, Limits, Obstacle
 from flockwire.wire.processes import Roster
@@ -65,7 +66,7 @@ class AgentParameters(NamedTuple):
     """The parameters of a follower's agent."""
 
     pilot: PilotParameters
-    law: str  # a built-in one or `package.module:ClassName`
+    law: str  # its class, for `load_object`
     settings: LawSettings
     rank: int  # of its place in a formation
     formations: Mapping[str, Formation]  # by the name in an order
@@ -154,7 +155,7 @@ def agent_parameters(swarm: Swarm, number: int) -> AgentParameters:
     formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
     return AgentParameters(
         pilot=pilot_parameters(swarm, number),
-        law=swarm.control.law,
+        law=law_object(swarm.control),
         settings=law_settings(swarm, number),
         rank=swarm.followers.index(number),
         formations=formations,

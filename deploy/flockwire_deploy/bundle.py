@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from hashlib import sha256
 from pathlib import Path
 
-from flockwire.swarm.rules import BUILT_IN
+from flockwire.swarm.laws import BUILT_IN, law_file
 from flockwire.wire.plan import Plan
 
 from flockwire_deploy.files import DeployError, template, write, write_keys, write_swarm
@@ -22,8 +22,9 @@ SUMS = "SHA256SUMS"
 def write_bundles(plan: Plan, swarm_file: Path, keys: Path, out: Path, wheels: Path, playbook: bool) -> str:
     """Write a folder for each host, and what brings them there; returns the next step. Raises DeployError, OSError."""
     held, law, hosts = read_wheels(wheels), plan.swarm.control.law, tuple(plan.swarm.hosts)
-    if law not in BUILT_IN and not held.install(law.partition(":")[0]):
-        raise DeployError(f"control.law = {law!r}: no wheel in --wheels contains it; build one into that folder")
+    if law_file(plan.swarm.control) is None and law not in BUILT_IN and not held.install(law.partition(":")[0]):
+        remedy = "build one into that folder, or put its file beside the swarm file"
+        raise DeployError(f"control.law = {law!r}: no wheel in --wheels contains it; {remedy}")
     if idle := next((host for host in hosts if not plan.processes_on(host)), None):
         raise DeployError(f"hosts.{idle}: runs nothing; name it as a drone's host, give it processes, or remove it")
     for host in hosts:

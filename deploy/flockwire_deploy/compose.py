@@ -13,8 +13,8 @@ from ipaddress import IPv4Network
 from pathlib import Path
 from typing import NamedTuple
 
+from flockwire.swarm.laws import BUILT_IN, law_file
 from flockwire.swarm.model import Swarm
-from flockwire.swarm.rules import BUILT_IN
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
 from flockwire_station.host import FilePaths, arguments
@@ -113,8 +113,9 @@ def services(plan: Plan, within: IPv4Network | None = None) -> tuple[Service, ..
 def outside(swarm: Swarm) -> str:
     """Return a line about an input that containers on private networks cannot have; empty without one."""
     remedy = "deploy with --target systemd, or fly it with `flockwire up`"
-    if swarm.control.law not in BUILT_IN:
-        return f"control.law = {swarm.control.law!r}: the image has only {sorted(BUILT_IN)}; {remedy}"
+    if swarm.control.law not in BUILT_IN and law_file(swarm.control) is None:
+        which = f"control.law = {swarm.control.law!r}: the image has only {sorted(BUILT_IN)}"
+        return f"{which}; put its file beside the swarm file, or {remedy}"
     if swarm.gateway.source != "simulated":
         return f"gateway.source = {swarm.gateway.source!r}: containers cannot reach a tracker; {remedy}"
     if swarm.driven:

@@ -11,6 +11,7 @@ from cryptography import x509
 from flockwire.security.credentials import common_name
 from flockwire.security.files import in_use
 from flockwire.security.pki import authority_name
+from flockwire.swarm.laws import law_file
 from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import AUTHORITY, Plan
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
@@ -115,6 +116,9 @@ def write(path: Path, content: str | bytes, mode: int = 0o644) -> None:
 
 def _named(swarm: Swarm) -> Iterator[tuple[str, str]]:
     """Yield the keys of the swarm file that name files, with the paths from its folder."""
+    if (law := law_file(swarm.control)) is not None:
+        module = swarm.control.law.rpartition(":")[0]
+        yield "control.law", module if module.endswith(".py") else law.relative_to(swarm.control.folder).as_posix()
     tables = {"formation": swarm.formation, **{f"formations.{name}": each for name, each in swarm.formations.items()}}
     for key, table in tables.items():
         name = getattr(table, "file", None)

@@ -10,6 +10,7 @@ from functools import partial
 from itertools import chain, count
 from random import Random
 
+from flockwire import clock
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground.director import Director, Stage
@@ -17,6 +18,7 @@ from flockwire.ground.operator import OperatorCore
 from flockwire.ground.order import Order
 from flockwire.process.cores import Core, Start, make_core, of_core
 from flockwire.process.faults import Fault
+from flockwire.process.stopwatch import Stopwatch
 from flockwire.process.timekeeping import patience, timekeeping
 from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import Key
@@ -40,10 +42,11 @@ COLLECT_AFTER = 50_000  # new objects after which Python looks for unused cycles
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """The outcome of a flight: why it failed (empty if it did not), and its s of virtual time."""
+    """The outcome of a flight: why it failed (empty if it did not), its s of virtual time, laws too slow for real."""
 
     failure: str
     seconds: float
+    slow: tuple[str, ...] = ()
 
 
 class World:
@@ -79,6 +82,7 @@ class World:
         self._limit = EPOCH + nanoseconds(duration + LONGEST)
         self._network = DatagramNetwork(swarm.sim, seed, self.scheduler)
         self._seated: dict[str, Core] = {}
+        self._stopwatches: dict[str, Stopwatch] = {}  # of real time, for users' laws
         self.processes = self._processes()
         self._connect()
         again = frozenset(identity for identity, row in self.plan.rows.items() if row.restarts)
@@ -97,7 +101,9 @@ class World:
         failure = director.failure
         if director.stage is not Stage.OVER:
             failure = failure or f"the flight was not over after {(scheduler.now - EPOCH) / SECOND:.0f} s"
-        return Outcome(failure, (scheduler.now - EPOCH) / SECOND)
+        measured = ((identity, stopwatch.reason()) for identity, stopwatch in self._stopwatches.items())
+        slow = tuple(f"{identity}: {reason.text}" for identity, reason in measured if reason is not None)
+        return Outcome(failure, (scheduler.now - EPOCH) / SECOND, slow)
 
     @property
     def director(self) -> Director:
@@ -154,7 +160,8 @@ class World:
         def make(now: int, starts: int) -> Core:
             chance = Random(f"{self.swarm.gateway.seed} {self._seed} {identity} {starts}")  # noqa: S311  (noise)
             faults = of_core(self._faults, self.plan, identity)
-            return make_core(Start(self.plan, identity, now, chance, faults, self._faulty.took_off))
+            stopwatch = self._stopwatches[identity] = Stopwatch(clock.monotonic, 1.0 / self.swarm.control.rate_hz)
+            return make_core(Start(self.plan, identity, now, chance, faults, self._faulty.took_off, stopwatch))
 
         return make
 

@@ -10,12 +10,14 @@ from math import inf, sqrt
 # eigenvalue of 1000 drones takes twelve seconds instead of one. It is read at numpy's import.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+from flockwire import clock
 from flockwire.control.airframe.first_order_lag import critical_gain, smallest_smoothing
 from flockwire.control.convergence import convergence, smallest_observer_gain
 from flockwire.control.graph import LEADER
 from flockwire.control.leader_track import leader_time_constant, motion_error, noise_gain
 from flockwire.domain.vector import norm
 from flockwire.objects import load_object
+from flockwire.own_law import step_time
 from flockwire.parameters import guard_parameters
 from flockwire.swarm.airframes import AIRFRAMES, ByItself
 from flockwire.swarm.model import Swarm, uav
@@ -142,6 +144,7 @@ def warnings(swarm: Swarm) -> Iterator[str]:
     """Yield warnings of settings that are allowed but unlikely to fly well."""
     yield from _observer_warnings(swarm)
     yield from _wind_warnings(swarm)
+    yield from _law_warnings(swarm)
     if swarm.control.law == "paper":
         yield from _compensation_warnings(swarm)
         for number in swarm.followers:
@@ -172,6 +175,16 @@ def _observer_warnings(swarm: Swarm) -> Iterator[str]:
     deepest = swarm.depth
     if deepest > DEEP:
         yield f"the deepest drone is {deepest} hops from the leader: noise and delay grow with every hop beyond {DEEP}"
+
+
+def _law_warnings(swarm: Swarm) -> Iterator[str]:
+    """Yield a warning if a step of the user's law takes longer than the control period on this machine."""
+    period = 1.0 / swarm.control.rate_hz
+    if swarm.control.own_law and (step := step_time(swarm, clock.monotonic)) > period:
+        yield (
+            f"control.law = {swarm.control.law!r}: a step takes {1e3 * step:.0f} ms here, control.rate_hz = "
+            f"{swarm.control.rate_hz} leaves {1e3 * period:g} ms: a real flight misses steps; virtual time does not"
+        )
 
 
 def _compensation_warnings(swarm: Swarm) -> Iterator[str]:

@@ -76,7 +76,7 @@ def _held(file: Path, what: Flown) -> BinaryIO | None:
     fcntl.flock(record, fcntl.LOCK_SH)
     record.seek(0)
     with suppress(ValidationError):
-        if Flown.model_validate_json(record.read()).swarm == what.swarm:
+        if Flown.model_validate_json(record.read()).swarm.model_dump() == what.swarm.model_dump():
             return record
     record.close()
     raise OtherFlightError(f"{file}: a swarm flies by an earlier version of it; land it first")

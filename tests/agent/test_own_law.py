@@ -11,9 +11,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tomli_w
 from flockwire import law
 from flockwire.law import SECOND, Decision, LawSettings, LeaderMotion, Observation, check_decision
-from flockwire.loading import SwarmFileError, make_law
+from flockwire.loading import SwarmFileError
+from flockwire.own_law import make_law
 from flockwire.parameters import law_settings
 from flockwire.swarm.model import Swarm
 
@@ -21,16 +23,33 @@ STARTS = [[0.0, 0.0], [1.6, 0.3], [-1.4, 0.2]]
 PLACES = {1: [1.0, 1.0, 0.0], 2: [-1.0, 1.0, 0.0]}
 
 
+SOON = 20  # steps of a law after which it fails: more than `check` takes
+
+
 class Failing:
     """Flies into the sky, then fails."""
 
     def __init__(self, settings: LawSettings) -> None:
-        self.number = settings.number
+        self.number, self.steps = settings.number, 0
 
     def step(self, seen: Observation, now: int) -> Decision:
-        if seen.reference is not None and self.number == 1:
+        self.steps += seen.reference is not None
+        if self.steps > SOON and self.number == 1:
             raise ArithmeticError("no way")
         return Decision((0.0, 0.0, 0.0), LeaderMotion((0.0, 0.0, 1.0)))
+
+
+class OnTheGround(Failing):
+    """Fails before it flies, made again or not."""
+
+    taken = 0  # steps of all
+
+    def step(self, seen: Observation, now: int) -> Decision:
+        OnTheGround.taken += 1
+        return self.fail(now) if OnTheGround.taken > SOON else Decision()
+
+    def fail(self, now: int) -> Decision:
+        raise NotImplementedError
 
 
 class Unready(Failing):
@@ -39,26 +58,27 @@ class Unready(Failing):
     def __init__(self, settings: LawSettings) -> None:
         if settings.number == 2:
             raise KeyError("no map of the hall")
+        super().__init__(settings)
 
 
-class NotFinite(Failing):
+class NotFinite(OnTheGround):
     """Wants what cannot be flown."""
 
-    def step(self, seen: Observation, now: int) -> Decision:
+    def fail(self, now: int) -> Decision:
         return Decision((float("nan"), 0.0, 0.0), LeaderMotion((0.0, 0.0, 1.0)))
 
 
-class TwoNumbers(Failing):
+class TwoNumbers(OnTheGround):
     """Forgets the height."""
 
-    def step(self, seen: Observation, now: int) -> Decision:
+    def fail(self, now: int) -> Decision:
         return Decision((0.0, 0.0), LeaderMotion((0.0, 0.0, 1.0)))  # type: ignore[arg-type]
 
 
-class Seconds(Failing):
+class Seconds(OnTheGround):
     """Counts in seconds."""
 
-    def step(self, seen: Observation, now: int) -> Decision:
+    def fail(self, now: int) -> Decision:
         return Decision((0.0, 0.0, 0.0), LeaderMotion((0.0, 0.0, 1.0)), now / 1e9)  # type: ignore[arg-type]
 
 
@@ -94,6 +114,7 @@ def test_the_settings_are_those_of_the_drone_and_the_swarm_file(make_swarm: Call
 def fly_law(fly_flock: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Any]:
     """Fly a law of this file for three seconds."""
     monkeypatch.setitem(sys.modules, "my_failing_law", sys.modules[__name__])
+    monkeypatch.setattr(OnTheGround, "taken", 0)
     changes = {"graph.edges": [[0, 1], [0, 2]]}
     return lambda law: fly_flock(STARTS, PLACES, changes | {"control.law": f"my_failing_law:{law}"}, 3.0)
 
@@ -202,7 +223,7 @@ def test_a_law_whose_constructor_fails_is_refused_with_its_line(
 ) -> None:
     monkeypatch.setitem(sys.modules, "my_failing_law", sys.modules[__name__])
     with pytest.raises(
-        SwarmFileError, match=r"cannot be made for uav2: KeyError: 'no map of the hall' \(.*test_own_law"
+        SwarmFileError, match=r"fails when that of uav2 is made: KeyError: 'no map of the hall' \(.*test_own_law"
     ):
         make_swarm({"control.law": "my_failing_law:Unready"})
 
@@ -212,3 +233,108 @@ def test_the_traceback_is_in_the_log(fly_law: Callable[[str], Any], caplog: pyte
     record = next(record for record in caplog.records if record.name == "uav1")
     assert "Traceback" in record.getMessage()
     assert 'raise ArithmeticError("no way")' in record.getMessage()
+
+
+LAW_FILE = """
+from flockwire.law import Decision, LeaderMotion
+{imports}
+
+class Law:
+    def __init__(self, settings):
+        self.steps = 0
+
+    def step(self, observation{more}):
+        self.steps += 1
+        {body}
+"""
+
+
+@pytest.fixture
+def check_law(
+    tmp_path: Path, swarm_table: Callable[..., dict[str, Any]], flockwire: Any
+) -> Callable[..., tuple[int, str, str]]:
+    """Return a function that checks a swarm file beside a law of the given body."""
+
+    def check(body: str, law: str = "mine.py:Law", more: str = ", now", imports: str = "") -> tuple[int, str, str]:
+        (tmp_path / "mine.py").write_text(LAW_FILE.format(body=body, more=more, imports=imports), encoding="utf-8")
+        table = swarm_table({"control.law": law, "control.safety_filter": True})
+        (tmp_path / "mine.toml").write_text(tomli_w.dumps(table), encoding="utf-8")
+        done = flockwire("check", tmp_path / "mine.toml")
+        return done.returncode, done.stdout, done.stderr
+
+    return check
+
+
+GOOD = "return Decision(estimate=LeaderMotion((0.0, 0.0, 1.0)))"
+IN_FORMATION = "if observation.reference is not None: "
+
+
+@pytest.mark.parametrize(
+    ("body", "more", "said"),
+    [
+        (GOOD, "", "fails when that of uav1 has no pose yet: TypeError: Law.step() takes 2 positional arguments"),
+        ("return None", ", now", "has no pose yet: TypeError: a step must return a Decision, not None"),
+        ("return [0.0, 0.0, 0.0]", ", now", "a step must return a Decision, not [0.0, 0.0, 0.0]"),
+        ("return Decision((float('nan'), 0.0, 0.0))", ", now", "holds a number that is not finite"),
+        ("return Decision((1 / (self.steps - 2), 0.0, 0.0))", ", now", "stands on the ground: ZeroDivisionError"),
+        (f"{IN_FORMATION}1 / 0\n        {GOOD}", ", now", "flies in formation: ZeroDivisionError: division by zero ("),
+        (f"observation.motion.position\n        {GOOD}", ", now", "has no pose yet: AttributeError"),
+        ("return Decision(signals={'V': float('inf')})", ", now", "signal 'V' = inf: must be a finite number"),
+    ],
+)
+def test_check_takes_dry_steps_of_a_law(
+    check_law: Callable[..., tuple[int, str, str]], body: str, more: str, said: str
+) -> None:
+    status, _, errors = check_law(body, more=more)
+    assert status == 2
+    assert said in errors
+    assert len(errors.splitlines()) == 1
+    raised = said.endswith(("AttributeError", "ZeroDivisionError", "by zero ("))
+    assert ("mine.py:" in errors.partition(said)[2]) == raised
+
+
+@pytest.mark.parametrize("law", ["mine.py:Law", "mine:Law"])
+def test_a_law_is_found_beside_its_swarm_file_from_any_folder(
+    check_law: Callable[..., tuple[int, str, str]], law: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "mine.py").write_text("raise SystemExit('code of the current folder ran')", encoding="utf-8")
+    monkeypatch.chdir(elsewhere)
+    (tmp_path / "helper_of_mine.py").write_text("NUMBER = 1\n", encoding="utf-8")
+    assert check_law(GOOD, law, imports="import helper_of_mine")[0] == 0
+
+
+def test_a_law_file_hides_no_module(check_law: Callable[..., tuple[int, str, str]], tmp_path: Path) -> None:
+    (tmp_path / "random.py").write_text("class Law:\n    pass\n", encoding="utf-8")
+    status, _, errors = check_law(GOOD, "random.py:Law")
+    assert status == 2
+    assert "must be a class with a method step" in errors
+    import random
+
+    assert Path(random.__file__).parent != tmp_path
+
+
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [
+        ("lost.py:Law", "lost.py must be beside the swarm file, or the module installed"),
+        ("lost_law:Law", "lost_law.py must be beside the swarm file, or the module installed"),
+    ],
+)
+def test_a_missing_law_names_where_it_is_searched(
+    check_law: Callable[..., tuple[int, str, str]], law: str, said: str
+) -> None:
+    status, _, errors = check_law(GOOD, law)
+    assert status == 2
+    assert said in errors
+
+
+def test_a_slow_law_is_named_by_check(
+    check_law: Callable[..., tuple[int, str, str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    steps = iter(range(0, 10**15, 31_000_000))
+    monkeypatch.setattr("flockwire.clock.monotonic", lambda: next(steps))
+    status, printed, _ = check_law(GOOD)
+    assert status == 0
+    assert "a step takes 31 ms here, control.rate_hz = 100 leaves 10 ms: a real flight misses steps" in printed

@@ -108,9 +108,24 @@ def test_a_law_of_your_own_is_installed_from_a_wheel_or_refused(
     line = ["deploy", swarm_file, "--target", "systemd", "--wheels", wheels, "--out", tmp_path / "out"]
     assert f"control.law = '{documented_law}': no wheel in --wheels contains it" in refused(flockwire(*line))
     with zipfile.ZipFile(wheels / "my_law-1.0-py3-none-any.whl", "w") as wheel:
-        wheel.write(tmp_path / "my_law.py", "my_law.py")
+        wheel.write(tmp_path / "installed" / "my_law.py", "my_law.py")
     assert flockwire(*line).returncode == 0
     assert "my-law==1.0" in (tmp_path / "out" / "pi1" / "requirements.txt").read_text()
+
+
+def test_a_law_beside_the_swarm_file_travels_with_it(
+    flockwire, swarm_file, swarm_table, wheels, tmp_path, example, documented_law
+):
+    line = ["deploy", swarm_file, "--target", "systemd", "--wheels", wheels, "--out", tmp_path / "out"]
+    (tmp_path / "mine.py").write_text(example("own_law", "python"))
+    for law in ("mine.py:PullTogether", "mine:PullTogether"):
+        swarm_file.write_text(tomli_w.dumps(swarm_table({**HOSTS, "control.law": law})))
+        assert flockwire(*line).returncode == 0
+        assert (tmp_path / "out" / "pi1" / "swarm" / "mine.py").read_text() == example("own_law", "python")
+        shutil.rmtree(tmp_path / "out")
+    elsewhere = {"control.law": f"{tmp_path}/installed/my_law.py:PullTogether"}
+    swarm_file.write_text(tomli_w.dumps(swarm_table({**HOSTS, **elsewhere})))
+    assert "must lie in the swarm file's folder" in refused(flockwire(*line))
 
 
 def test_the_inventory_has_the_hosts_addresses(bundled):

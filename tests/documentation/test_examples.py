@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import sys
 from pathlib import Path
 
 import pytest
@@ -31,8 +30,6 @@ def test_the_page_has_a_section_and_the_picture_of_each_example():
 @pytest.mark.parametrize("name", FOLDERS)
 def test_the_files_of_an_example_are_accepted(name, monkeypatch):
     monkeypatch.chdir(EXAMPLES / name)
-    monkeypatch.syspath_prepend(EXAMPLES / name)
-    monkeypatch.delitem(sys.modules, "my_law", raising=False)  # of another page
     plan = Plan(load_swarm(Path("swarm.toml")))
     assert plan.swarm.gateway.noise > 0  # of a laboratory's tracker, as the page says
     assert plan.swarm.gateway.latency > 0

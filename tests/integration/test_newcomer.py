@@ -34,7 +34,7 @@ def run(tmp_path):
 
 @pytest.mark.long
 def test_a_swarm_a_law_a_study_and_its_figures(run, tmp_path):
-    assert "PYTHONPATH=. flockwire check mine.toml" in OWN_LAW
+    assert "    flockwire check mine.toml" in OWN_LAW
     swarm = block(README, "toml", "graph")
     (tmp_path / "mine.toml").write_text(swarm + "\n" + block(OWN_LAW, "toml", "law ="))
     (tmp_path / "my_law.py").write_text(block(OWN_LAW, "python"))

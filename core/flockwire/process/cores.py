@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple, Protocol, cast, runtime_checkable
 
 from flockwire.objects import load_object
+from flockwire.process.stopwatch import Stopwatch
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import Key
 from flockwire.wire.plan import Plan
@@ -34,6 +35,7 @@ class Start(NamedTuple):
     chance: Randomness
     faults: tuple[Fault, ...] = ()  # of its own kinds (processes.py)
     took_off: int | None = None  # time 0 of the flight's faults, Unix ns, if known
+    stopwatch: Stopwatch | None = None  # for a user's law
 
     @property
     def drone(self) -> int:

@@ -11,6 +11,7 @@ from typing import Final, Protocol
 
 from flockwire.domain.time import SECOND
 from flockwire.process.cores import Core, Framed, Untimed
+from flockwire.process.stopwatch import Stopwatch
 from flockwire.process.timekeeping import Timekeeping
 from flockwire.wire.codec import Message
 from flockwire.wire.inbox import Input
@@ -90,6 +91,7 @@ class StatusPublisher:
         self._key, self._frame, self._identity = Key("status", identity), frame, identity
         self._publish, self._resources, self._timekeeping, self._log = publish, resources, timekeeping, log
         self.deadline = 0  # of the next status, Unix ns
+        self.stopwatch: Stopwatch | None = None  # what it measures is reported; none in virtual time
         self._logged = ""
 
     def due(self, now: int) -> bool:
@@ -100,6 +102,9 @@ class StatusPublisher:
         """Publish the status, and log a new state."""
         self.deadline = next_deadline(self.deadline, now, STATUS_PERIOD)
         offset, bound = self._timekeeping.figures(now)
+        slow = self.stopwatch.reason() if self.stopwatch is not None else None
+        if slow is not None:
+            report = report._replace(reasons=(*report.reasons, slow))
         status = Status(
             now, self._frame, self._identity, report,
             counts.steps, counts.delayed_1ms, counts.delayed_5ms, counts.skipped, self._resources.refused(),

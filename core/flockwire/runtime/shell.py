@@ -16,6 +16,7 @@ from flockwire import clock
 from flockwire.domain.time import SECOND
 from flockwire.process.cores import Core, Framed, Start, make_core, of_core
 from flockwire.process.stepping import STATUS_PERIOD, StatusPublisher, StepCounts, Stepper, at_once, tick_period
+from flockwire.process.stopwatch import Stopwatch
 from flockwire.process.timekeeping import Timekeeping, patience
 from flockwire.runtime.datagrams import Sockets, served
 from flockwire.runtime.ending import Ending, finished, last_resort
@@ -148,7 +149,9 @@ async def run_core(job: Job, feed: Feed | None = None) -> None:
         status = status_publisher(plan, identity, session, refusals, swarm_clock.timekeeping, loop)
         await swarm_clock.settled(ending.told, patience(plan, identity), lambda: _waits(status))
         chance = Random(plan.swarm.gateway.seed)  # noqa: S311  (noise)
-        core = make_core(Start(plan, identity, clock.now(), chance, of_core(job.faults, plan, identity), job.took_off))
+        faults, period = of_core(job.faults, plan, identity), 1.0 / plan.swarm.control.rate_hz
+        status.stopwatch = Stopwatch(clock.monotonic, period)
+        core = make_core(Start(plan, identity, clock.now(), chance, faults, job.took_off, status.stopwatch))
         sockets = await stack.enter_async_context(served(core))
         shell = Shell(core, plan, identity, session, swarm_clock, status, sockets)
         fed = feed(core, shell.step) if feed is not None else None

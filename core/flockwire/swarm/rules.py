@@ -13,14 +13,9 @@ from math import dist
 
 from flockwire.control.graph import LEADER
 from flockwire.control.plane_polygon import Corner, crossing, edges
+from flockwire.swarm.laws import BUILT_IN
 from flockwire.swarm.model import Swarm, uav
 from flockwire.swarm.wording import meant
-
-BUILT_IN = {
-    "paper": "flockwire_agent.paper_law:PaperLaw",
-    "extended": "flockwire_agent.extended_law:ExtendedLaw",
-}
-
 
 Rule = Callable[[Swarm], Iterable[str]]
 _NEEDS: dict[Rule, tuple[str, ...]] = {}
@@ -87,9 +82,10 @@ def _rates(swarm: Swarm) -> Iterator[str]:
 @needs("control.law")
 def _law(swarm: Swarm) -> Iterator[str]:
     law = swarm.control.law
-    if law not in BUILT_IN and not re.fullmatch(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*", law):
+    if law not in BUILT_IN and not re.fullmatch(r"([A-Za-z_][\w.]*|[^:]+\.py):[A-Za-z_]\w*", law):
         yield (
-            f"control.law = {law!r}: must be one of {sorted(BUILT_IN)} or your own class, 'package.module:ClassName'"
+            f"control.law = {law!r}: must be one of {sorted(BUILT_IN)} or your own class, 'file.py:ClassName' or "
+            "'package.module:ClassName'"
             f"{meant(law, BUILT_IN)}"
         )
 

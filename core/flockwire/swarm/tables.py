@@ -58,12 +58,13 @@ class Control(Model):
     """The control law, the gains of the formation tracking protocol (9), and the safety filter round it."""
 
     rate_hz: Annotated[int, Field(ge=10, le=500)] = 100  # Hz, of control steps
-    law: str = "extended"  # "extended", "paper" or your own, "package.module:ClassName"
+    law: str = "extended"  # "extended", "paper" or your own, "file.py:ClassName" or "package.module:ClassName"
     parameters: dict[str, JsonValue] = Field(default={})  # those of your own law
     formation_gain: Positive = 3.0  # 1/s, K: gain towards the follower's place
     compensation_gain: NotNegative = 0.2  # m/s, phi: compensates the leader's unknown motion (law "paper")
     compensation_smoothing: Positive = 0.01  # m, epsilon: width of the soft sign behind it (law "paper")
     disturbance: NotNegative = 0.0  # m/s, most that pilots estimate and compensate: wind, a wrong gain (safety filter)
+    folder: Annotated[str, Field(repr=False, exclude=True)] = ""  # of the swarm file, where an own law is searched
     safety_filter: bool | None = None  # whether it is used; default: with every law but "paper"
 
     @property

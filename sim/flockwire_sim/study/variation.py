@@ -47,11 +47,13 @@ def vary(plan: Study, table: Table, point: GridPoint, seed: int, chance: Chance 
 
 
 def swarm_table(path: Path) -> Table:
-    """Return the swarm file's content with absolute paths of key frames.
+    """Return the swarm file's content with absolute paths of key frames and of the folder of own laws.
 
     Raises SwarmFileError.
     """
     table: Table = load_table(path)
+    if isinstance(control := table.setdefault("control", {}), dict):
+        control.setdefault("folder", str(path.absolute().parent))
     for formation in (table.get("formation"), *dict(table.get("formations", {})).values()):
         if isinstance(formation, dict) and "frames" in formation:
             formation["file"] = str((path.parent / str(formation["file"])).resolve())
