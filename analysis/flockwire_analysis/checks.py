@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,13 +20,17 @@ if TYPE_CHECKING:
     from flockwire_analysis.summary import PhaseFigures, Summary
 
 SPEED_TOLERANCE = 0.02  # share by which a speed from noisy positions may exceed its limit
+OFF = "not judged ([checks] of the swarm file)"
 MOST_NAMED = 4  # drones that the sentence of a check names
 ABOUT_THE_RECORD = frozenset({"control rate", "recording", "lost messages"})  # they judge the recording, not the flight
 
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One check: `value` against `limit`, both in `unit`; `reason` is why there is no value, or its origin."""
+    """One check: `value` against `limit`, both in `unit`; `reason` is why there is no value, or its origin.
+
+    One that the swarm file switched off is not `judged`; it is ok.
+    """
 
     name: str
     value: float | None
@@ -35,10 +39,12 @@ class Check:
     rule: str  # in words
     unit: str = ""
     reason: str = ""
+    judged: bool = True
 
     def as_json(self) -> dict[str, object]:
         """Return the entry of this check in summary.json."""
-        return {"name": self.name, "value": self.value, "limit": self.limit, "ok": self.ok}
+        entry: dict[str, object] = {"name": self.name, "value": self.value, "limit": self.limit, "ok": self.ok}
+        return entry if self.judged else entry | {"judged": False}
 
     def found(self) -> str:
         """Return the result as text."""
@@ -49,7 +55,10 @@ class Check:
 
     def sentence(self) -> str:
         """Return the result and the rule as text."""
-        return f"{self.name}: {self.found()}" + (f", must be {self.rule}" if self.value is not None else "")
+        found = f"{self.name}: {self.found()}"
+        if not self.judged:
+            return f"{found}, {self.rule}"
+        return found + (f", must be {self.rule}" if self.value is not None else "")
 
 
 def kept_within(swarm: Swarm) -> float:
@@ -73,7 +82,9 @@ def checks(trace: Trace, figures: Summary, no_places: str, no_formation: str) ->
         *_drones(trace),
         *_record(trace, figures, no_formation),
     )
-    return tuple(check for check in found if not idle.get(check.name))
+    off = trace.swarm.checks.off
+    judged = (replace(check, ok=True, rule=OFF, judged=False) if check.name in off else check for check in found)
+    return tuple(check for check in judged if not idle.get(check.name))
 
 
 def _in_flight(trace: Trace, figures: Summary, no_places: str) -> tuple[Check, ...]:

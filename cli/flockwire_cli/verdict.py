@@ -88,7 +88,7 @@ def key_figures(summary: Summary) -> Iterator[str]:
     if summary.left_out:
         yield f"{'left out':<22}{', '.join(summary.left_out)}"
     for check in summary.checks:
-        yield f"{'ok  ' if check.ok else 'FAIL'} {check.sentence()}"
+        yield f"{('ok  ' if check.ok else 'FAIL') if check.judged else 'off '} {check.sentence()}"
     for sentence in summary.missing:
         yield f"missing: {sentence}"
 

@@ -60,7 +60,7 @@ def load_table(path: Path) -> dict[str, object]:
     """
     table = read_toml(path, "swarm file", SwarmFileError)
     if isinstance(control := table.get("control"), dict) and ":" in str(control.get("law")):
-        control.setdefault("folder", str(path.absolute().parent))
+        table.setdefault("folder", str(path.absolute().parent))
     for name, formation in [("formation", table.get("formation")), *_tables(table, "formations")]:
         if isinstance(formation, dict) and formation.get("kind") == "key_frames" and "file" in formation:
             formation["frames"] = _read_key_frames(path, name, str(formation["file"]))

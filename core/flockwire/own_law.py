@@ -61,7 +61,7 @@ def law_problems(swarm: Swarm) -> Iterator[str]:
     """Yield what makes the law unusable: its import, its parameters."""
     key = f"control.law = {swarm.control.law!r}"
     try:
-        law = load_law(law_object(swarm.control))
+        law = load_law(law_object(swarm))
     except LawError as error:
         module = swarm.control.law.rpartition(":")[0]
         missing = isinstance(error.__cause__, FileNotFoundError) or (
@@ -84,7 +84,7 @@ def law_failures(swarm: Swarm) -> Iterator[str]:
     for number in swarm.followers:
         key, when = f"control.law = {swarm.control.law!r}", "is made"
         try:
-            law = make_law(law_object(swarm.control), law_settings(swarm, number))
+            law = make_law(law_object(swarm), law_settings(swarm, number))
             for situation in dry_flight(swarm, number):
                 when, observation = situation
                 check_decision(law.step(observation, observation.stamp))
@@ -121,7 +121,7 @@ def dry_flight(swarm: Swarm, number: int) -> Iterator[tuple[str, Observation]]:
 def step_time(swarm: Swarm, read: Callable[[], int]) -> float:
     """Return the s that a step in formation takes at least, by the clock `read` (ns); raises what the law raises."""
     number = swarm.followers[0]
-    law, spent = make_law(law_object(swarm.control), law_settings(swarm, number)), []
+    law, spent = make_law(law_object(swarm), law_settings(swarm, number)), []
     for when, observation in dry_flight(swarm, number):
         began = read()
         law.step(observation, observation.stamp)

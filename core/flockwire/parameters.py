@@ -155,7 +155,7 @@ def agent_parameters(swarm: Swarm, number: int) -> AgentParameters:
     formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
     return AgentParameters(
         pilot=pilot_parameters(swarm, number),
-        law=law_object(swarm.control),
+        law=law_object(swarm),
         settings=law_settings(swarm, number),
         rank=swarm.followers.index(number),
         formations=formations,

@@ -22,7 +22,7 @@ SUMS = "SHA256SUMS"
 def write_bundles(plan: Plan, swarm_file: Path, keys: Path, out: Path, wheels: Path, playbook: bool) -> str:
     """Write a folder for each host, and what brings them there; returns the next step. Raises DeployError, OSError."""
     held, law, hosts = read_wheels(wheels), plan.swarm.control.law, tuple(plan.swarm.hosts)
-    if law_file(plan.swarm.control) is None and law not in BUILT_IN and not held.install(law.partition(":")[0]):
+    if law_file(plan.swarm) is None and law not in BUILT_IN and not held.install(law.partition(":")[0]):
         remedy = "build one into that folder, or put its file beside the swarm file"
         raise DeployError(f"control.law = {law!r}: no wheel in --wheels contains it; {remedy}")
     if idle := next((host for host in hosts if not plan.processes_on(host)), None):

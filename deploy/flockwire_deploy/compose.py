@@ -113,7 +113,7 @@ def services(plan: Plan, within: IPv4Network | None = None) -> tuple[Service, ..
 def outside(swarm: Swarm) -> str:
     """Return a line about an input that containers on private networks cannot have; empty without one."""
     remedy = "deploy with --target systemd, or fly it with `flockwire up`"
-    if swarm.control.law not in BUILT_IN and law_file(swarm.control) is None:
+    if swarm.control.law not in BUILT_IN and law_file(swarm) is None:
         which = f"control.law = {swarm.control.law!r}: the image has only {sorted(BUILT_IN)}"
         return f"{which}; put its file beside the swarm file, or {remedy}"
     if swarm.gateway.source != "simulated":

@@ -116,9 +116,9 @@ def write(path: Path, content: str | bytes, mode: int = 0o644) -> None:
 
 def _named(swarm: Swarm) -> Iterator[tuple[str, str]]:
     """Yield the keys of the swarm file that name files, with the paths from its folder."""
-    if (law := law_file(swarm.control)) is not None:
+    if (law := law_file(swarm)) is not None:
         module = swarm.control.law.rpartition(":")[0]
-        yield "control.law", module if module.endswith(".py") else law.relative_to(swarm.control.folder).as_posix()
+        yield "control.law", module if module.endswith(".py") else law.relative_to(swarm.folder).as_posix()
     tables = {"formation": swarm.formation, **{f"formations.{name}": each for name, each in swarm.formations.items()}}
     for key, table in tables.items():
         name = getattr(table, "file", None)

@@ -34,6 +34,8 @@ def describe(plan: Plan, duration: float = 40.0) -> str:
     """Return the description for `check`; `duration` is the flight's, s."""
     swarm = plan.swarm
     lines = [*_graph(plan), "", *_lemma(swarm), *_depth(swarm), "", *_formations(swarm), "", *_airframes(plan), ""]
+    if off := sorted(swarm.checks.off):
+        lines += [f"not judged after a flight ([checks]): {', '.join(off)}", ""]
     warned = [f"warning: {line}" for line in (*warnings(swarm), *predicted(swarm, duration))]
     return "\n".join([*lines, *_links(plan), *([""] if warned else []), *warned])
 

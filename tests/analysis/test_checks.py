@@ -1,16 +1,21 @@
 """The verdict on flights that went wrong, each in one way; all but one check must pass them."""
 
+import inspect
 import json
+import re
 
+import flockwire_analysis.checks
 import pytest
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
-from flockwire.swarm.tables import Checks
+from flockwire.loading import SwarmFileError
+from flockwire.swarm.tables import BOUNDED, Checks
 from flockwire.wire.keys import MISSION, Key
 from flockwire_analysis import outcomes
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.report import write_files
 from flockwire_analysis.summary import summarise
+from recorded_flights import swarm_of
 
 BOUNDS = Checks()
 T0 = 1_790_000_000 * SECOND  # mission time 0
@@ -274,3 +279,37 @@ def test_the_default_bounds():
 def test_a_pilot_that_ends_once_all_are_down_is_not_lost(failures, monkeypatch, ends_at, lost):
     monkeypatch.setattr(outcomes, "SILENCE", SECOND // 10)
     assert ("lost drones" in failures(pilot_ends_at=ends_at)) is lost
+
+
+SWITCHES = {"formation_settled": False, "observation_tail": False, "separation": True}
+
+
+def test_a_check_that_is_switched_off_is_shown_and_fails_nothing(fly):
+    flown = fly(begin=-2.0, end=10.0, estimate_bias=15.0, swarm=swarm_of(checks=SWITCHES))
+    summary = summarise(read_trace(flown))
+    found = {check.name: check for check in summary.checks}
+    tail = found["observation tail"]
+    assert (tail.ok, tail.judged, summary.ok) == (True, False, True)
+    assert tail.value == pytest.approx(15.0, abs=0.1)
+    assert tail.sentence().endswith("not judged ([checks] of the swarm file)")
+    assert [check.name for check in summary.checks if not check.judged] == ["formation settled", "observation tail"]
+    assert "judged" not in found["separation"].as_json()
+    assert tail.as_json()["judged"] is False
+
+
+def test_every_check_can_be_switched_off_by_its_name(good_flight):
+    trace = read_trace(good_flight)
+    keys = {name: False for name in Checks.model_fields if Checks.model_fields[name].annotation is bool}
+    keys |= dict.fromkeys(BOUNDED, False)
+    off = Checks(**keys).off
+    sources = "".join(inspect.getsource(module) for module in (flockwire_analysis.checks,))
+    assert off == set(re.findall(r'(?:_none|_at_least|_at_most|Check)\(\s*"([a-z ]+)"', sources))
+    assert {check.name for check in summarise(trace).checks} <= off
+    assert Checks.model_validate_json(Checks(**keys).model_dump_json()).off == off
+
+
+def test_an_unknown_check_is_refused_with_the_nearest_name(make_swarm):
+    with pytest.raises(SwarmFileError, match=r"formation_setled = false: unknown key; did you mean checks\.form"):
+        make_swarm({"checks": {"formation_setled": False}})
+    with pytest.raises(SwarmFileError, match=r"checks\.settle_within = false: must be a number above 0"):
+        make_swarm({"checks": {"settle_within": False}})

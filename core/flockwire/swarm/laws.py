@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from flockwire.swarm.tables import Control
+from flockwire.swarm.model import Swarm
 
 BUILT_IN = {
     "paper": "flockwire_agent.paper_law:PaperLaw",
@@ -12,16 +12,16 @@ BUILT_IN = {
 }
 
 
-def law_file(control: Control) -> Path | None:
+def law_file(swarm: Swarm) -> Path | None:
     """Return the file of an own law, beside the swarm file; None for a built-in one or an installed module."""
-    module = control.law.rpartition(":")[0]
+    module = swarm.control.law.rpartition(":")[0]
     if module.endswith(".py"):
-        return Path(control.folder, module)
-    file = Path(control.folder, f"{module.replace('.', '/')}.py")
-    return file if control.own_law and control.folder and file.is_file() else None
+        return Path(swarm.folder, module)
+    file = Path(swarm.folder, f"{module.replace('.', '/')}.py")
+    return file if swarm.control.own_law and swarm.folder and file.is_file() else None
 
 
-def law_object(control: Control) -> str:
+def law_object(swarm: Swarm) -> str:
     """Return the class of the law, for `load_object`."""
-    file = law_file(control)
-    return BUILT_IN.get(control.law, control.law) if file is None else f"{file}:{control.law.rpartition(':')[2]}"
+    law, file = swarm.control.law, law_file(swarm)
+    return BUILT_IN.get(law, law) if file is None else f"{file}:{law.rpartition(':')[2]}"

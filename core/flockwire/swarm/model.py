@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from functools import cached_property
+from typing import Annotated
 
 from pydantic import Field, field_validator
 
@@ -69,6 +70,7 @@ class Swarm(Model):
     ros: Ros | None = None  # the swarm in ROS 2; this table enables it
     sim: Sim = Sim()  # the network of `flockwire sim`
     hosts: dict[str, Host] = Field(default={"local": Host()})  # the machines
+    folder: Annotated[str, Field(repr=False, exclude=True)] = ""  # of the file, where an own law is searched
 
     @field_validator("name", "frame")
     @classmethod

@@ -134,6 +134,6 @@ def _elsewhere(model: type[BaseModel], table: Place, name: str) -> list[str]:
     """Return up to two keys of the whole file with this name, first from another kind of the same table."""
     every = list(entries(model))
     here = ".".join("N" if isinstance(key, int) else str(key) for key in table.keys)
-    found = [entry for entry in every if entry.name == name]
+    found = sorted((entry for entry in every if entry.name == name), key=lambda entry: entry.field.annotation is bool)
     of_kind = [f"kind = {one_of(get_args(e.model.model_fields['kind'].annotation))}" for e in found if e.table == here]
     return of_kind[:1] or list(dict.fromkeys(entry.text for entry in found))[:2]

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from math import inf
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, JsonValue, WithJsonSchema
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, JsonValue, WithJsonSchema, model_validator
 
 from flockwire.control.fence import Room
 from flockwire.domain.body import Separation
@@ -64,7 +64,6 @@ class Control(Model):
     compensation_gain: NotNegative = 0.2  # m/s, phi: compensates the leader's unknown motion (law "paper")
     compensation_smoothing: Positive = 0.01  # m, epsilon: width of the soft sign behind it (law "paper")
     disturbance: NotNegative = 0.0  # m/s, most that pilots estimate and compensate: wind, a wrong gain (safety filter)
-    folder: Annotated[str, Field(repr=False, exclude=True)] = ""  # of the swarm file, where an own law is searched
     safety_filter: bool | None = None  # whether it is used; default: with every law but "paper"
 
     @property
@@ -190,8 +189,14 @@ class Limits(Model):
     staleness: Staleness = Staleness()  # maximum ages of inputs
 
 
+BOUNDED = ("formation_tail", "observation_tail", "fence", "control_rate")  # checks that are named as their bounds
+
+
 class Checks(Model):
-    """The bounds that judge a flight, besides the safety distances and the limits (docs/checks.md)."""
+    """What judges a flight, besides the safety distances and the limits (docs/checks.md).
+
+    A check is switched off by its name: `NAME = false`, also in place of a bound.
+    """
 
     formation_tail: Positive = 0.1  # m, formation error in the last 30 % of each formation phase
     observation_tail: Positive = 0.1  # m, observation error in the same part
@@ -201,6 +206,38 @@ class Checks(Model):
     landing_radius: Positive = 0.5  # m, horizontal distance between begin and end of a landing
     control_rate: Probability = 0.95  # share of its steps that the slowest agent must make in the formation phases
     recording_gap: Positive = 0.5  # s, longest gap in a recorded topic
+    separation: bool = True  # whether this check judges, as those below
+    obstacle_clearance: bool = True  # likewise
+    speed: bool = True  # likewise
+    emergency_stop: bool = True  # likewise
+    laws_that_failed: bool = True  # likewise
+    contradictions: bool = True  # likewise
+    formation_settled: bool = True  # likewise: whether the followers ever reach their places
+    formation_kept: bool = True  # likewise: whether they stay there
+    places: bool = True  # likewise
+    on_the_ground_in_formation: bool = True  # likewise
+    lost_drones: bool = True  # likewise
+    conformance: bool = True  # likewise
+    landed: bool = True  # likewise
+    recording: bool = True  # likewise
+    lost_messages: bool = True  # likewise
+    unbound: Annotated[tuple[str, ...], Field(repr=False)] = ()  # checks whose bound is false
+
+    @model_validator(mode="before")
+    @classmethod
+    def _unbound(cls, table: object) -> object:
+        """Note the bounds that are false in place of a number."""
+        if not isinstance(table, dict):
+            return table
+        false = [key for key, value in table.items() if value is False and key in BOUNDED]
+        unbound = (*table.get("unbound", ()), *false)
+        return {key: value for key, value in table.items() if key not in false} | {"unbound": unbound}
+
+    @property
+    def off(self) -> frozenset[str]:
+        """The names of the checks that do not judge."""
+        named = (key for key, value in self if value is False)
+        return frozenset(key.replace("_", " ") for key in (*named, *self.unbound))
 
 
 class GraphTable(Model):

@@ -179,13 +179,12 @@ def write_flight(table: Table, faults: Table | None, stem: Path) -> tuple[Path, 
 
 def _without_frames(table: Table) -> Table:
     """Remove the text of key frames: the swarm file names their file; and the folder of a law that needs none."""
-    control = dict(table.get("control", {}))
-    if ":" not in str(control.get("law", "")):
-        control.pop("folder", None)
+    own = ":" in str(table.get("control", {}).get("law", ""))
     formations = table.get("formations", {})
     bare = {key: {k: v for k, v in table[key].items() if k != "frames"} for key in ("formation",) if key in table}
     named = {name: {k: v for k, v in one.items() if k != "frames"} for name, one in formations.items()}
-    return {**table, "control": control, **bare, **({"formations": named} if formations else {})}
+    kept = {key: value for key, value in table.items() if key != "folder" or own}
+    return {**kept, **bare, **({"formations": named} if formations else {})}
 
 
 UNKNOWN = "\N{EN DASH}"

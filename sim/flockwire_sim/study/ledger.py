@@ -96,7 +96,7 @@ def _identity(plan: Study, table: Table) -> str:
     content = {
         "flockwire": version("flockwire"),
         "study": plan.model_dump(mode="json", exclude={"runs"}),
-        "swarm": table,
+        "swarm": {key: value for key, value in table.items() if key != "folder"},
     }
     return json.dumps(content, indent=1, default=str) + "\n"
 

@@ -52,8 +52,7 @@ def swarm_table(path: Path) -> Table:
     Raises SwarmFileError.
     """
     table: Table = load_table(path)
-    if isinstance(control := table.setdefault("control", {}), dict):
-        control.setdefault("folder", str(path.absolute().parent))
+    table.setdefault("folder", str(path.absolute().parent))
     for formation in (table.get("formation"), *dict(table.get("formations", {})).values()):
         if isinstance(formation, dict) and "frames" in formation:
             formation["file"] = str((path.parent / str(formation["file"])).resolve())

@@ -19,8 +19,9 @@ from flockwire_sim.flight import TraceInMemory
 from flockwire_sim.study import workers
 from flockwire_sim.study.draws import random_edges, random_starts
 from flockwire_sim.study.file import RandomGraph, Starts, Study, StudyError, load_study
+from flockwire_sim.study.findings import write_flight
 from flockwire_sim.study.flight import Result
-from flockwire_sim.study.variation import rehearse
+from flockwire_sim.study.variation import rehearse, swarm_table
 from flockwire_sim.world import World
 from pydantic import TypeAdapter
 from typer.testing import CliRunner
@@ -248,3 +249,16 @@ def test_a_scheduler_that_is_not_there_is_one_line(
     assert f"--scheduler = {address}: no Dask scheduler answers there" in result.stderr
     assert len(result.stderr.splitlines()) == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_a_grid_may_name_a_law_beside_the_swarm_file(
+    files: tuple[Path, Path], example: Callable[[str, str], str]
+) -> None:
+    (files[0].parent / "mine.py").write_text(example("own_law", "python"), encoding="utf-8")
+    study = {"runs": 1, "grid": {"control": [{"law": "extended"}, {"law": "mine.py:PullTogether"}]}}
+    table = swarm_table(files[0])
+    rehearse(Study.model_validate_json(json.dumps(study)), table)
+    flown, _ = write_flight(table | {"control": {"law": "mine.py:PullTogether"}}, None, files[0].parent / "out")
+    assert load_swarm(flown).control.own_law
+    plain, _ = write_flight(table, None, files[0].parent / "plain")
+    assert "folder" not in plain.read_text(encoding="utf-8")
