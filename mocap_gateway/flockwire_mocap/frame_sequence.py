@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter, deque
 
 WINDOW = 32  # frames that one may be late: networks reorder by few; a recording played in a loop jumps by more
-MISSING, LATE = "frames missing", "frames late"
+MISSING, LATE, RESTARTS = "frames missing", "frames late", "stream restarts"
 
 
 class FrameSequence:
@@ -29,7 +29,7 @@ class FrameSequence:
             self._behind(number)
             return False
         elif self._restart is not None and 0 < number - self._restart <= WINDOW:
-            self._counts["stream restarts"] += 1
+            self._counts[RESTARTS] += 1
             self._recent.clear()
         else:
             self._restart = number

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from flockwire import clock
 
 from flockwire_mocap.natnet.packets import DATA_PORT, GROUP
-from flockwire_mocap.natnet.session import NatNetSession
+from flockwire_mocap.natnet.session import SILENCE, NatNetSession
 from flockwire_mocap.tracking import TrackerFrame
 
 BUFFER = 1 << 20  # bytes of the socket's queue: a second of frames and more
@@ -31,13 +31,17 @@ def command_socket(local: str) -> socket.socket:
 def multicast_socket(group: tuple[str, int], local: str) -> socket.socket:
     """Return a socket that receives what is sent to the group (address, port) on the interface `local`."""
     sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # others on this host may listen too
-    sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
-    sock.setblocking(False)
-    address, port = group
-    sock.bind(("" if sys.platform == "win32" else address, port))  # by its address: nothing else sent to the port
-    membership = socket.inet_aton(address) + socket.inet_aton(local)
-    sock.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, membership)
+    try:
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # others on this host may listen too
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
+        sock.setblocking(False)
+        address, port = group
+        sock.bind(("" if sys.platform == "win32" else address, port))  # by its address: nothing else sent to the port
+        membership = socket.inet_aton(address) + socket.inet_aton(local)
+        sock.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, membership)
+    except OSError:
+        sock.close()
+        raise
     return sock
 
 
@@ -63,7 +67,7 @@ class NatNetClient:
 
     A group in the swarm file takes the place of the announced one. Of a server that does not answer it is the
     protocol's default, which the client leaves when a group is announced: another server of the same host may stream to
-    it.
+    it. While frames stay away it joins again: a network adapter that was plugged in again has lost its memberships.
 
     Args:
         session: the state of the connection.
@@ -77,13 +81,14 @@ class NatNetClient:
         self._group = None if self._table.group is None else (self._table.group, self._table.data_port)
         self._sockets: list[socket.socket] = []  # of commands, then of the group
         self._joined: tuple[str, int] | None = None
+        self._tried_at = 0  # when it last tried to join, Unix ns
         self._task: asyncio.Task[None] | None = None
 
     async def open(self) -> None:
         """Open the sockets and start to greet the server; raises OSError if the interface does not exist."""
         self._listen(command_socket(self._table.interface))
         if self._table.multicast and (self._group is not None or self._session.version is not None):
-            self._join(self._group or (GROUP, DATA_PORT))  # else frames could not be read before the answer
+            self._join(self._group or (GROUP, DATA_PORT), clock.now())  # else frames could not be read yet
         self._task = asyncio.get_running_loop().create_task(self._keep_asking())
 
     @property
@@ -121,24 +126,24 @@ class NatNetClient:
             for request in self._session.requests(clock.now()):
                 with contextlib.suppress(OSError):  # no route, or refused: reported as silence
                     self._sockets[0].sendto(request, server)
-            info = self._session.info
-            if info is not None and info.multicast and self._table.multicast and self._group is None:
-                self._join_announced((info.group, info.data_port))
+            self._keep_joined(clock.now())
             await asyncio.sleep(TICK)
 
-    def _join_announced(self, group: tuple[str, int]) -> None:
-        try:
-            self._join(group)
-        except OSError as error:
-            self._session.failure = (
-                f"cannot join {group[0]}:{group[1]} on {self._table.interface}: {error.strerror or error}"
-            )
-        else:
-            self._session.failure = None
-
-    def _join(self, group: tuple[str, int]) -> None:
-        if group == self._joined:
+    def _keep_joined(self, now: int) -> None:
+        session, info, group = self._session, self._session.info, self._group or self._joined
+        if info is not None and info.multicast and self._table.multicast and self._group is None:
+            group = (info.group, info.data_port)
+        if group is None or (group == self._joined and now - max(self._tried_at, session.framed_at) <= SILENCE):
             return
+        try:
+            self._join(group, now)
+        except OSError as error:
+            session.failure = f"cannot join {group[0]}:{group[1]} on {self._table.interface}: {error.strerror or error}"
+        else:
+            session.failure = None
+
+    def _join(self, group: tuple[str, int], now: int) -> None:
+        self._tried_at = now
         left = self._sockets[1:]
         self._listen(multicast_socket(group, self._table.interface))
         self._joined = group

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.swarm.gateway import NatNet
 
-from flockwire_mocap.frame_sequence import FrameSequence
+from flockwire_mocap.frame_sequence import MISSING, RESTARTS, FrameSequence
 from flockwire_mocap.natnet.encoding import encode, encode_command, encode_connect
 from flockwire_mocap.natnet.packets import (
     MODELS_CHANGED,
@@ -30,6 +31,7 @@ from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose
 
 PERIOD = SECOND  # ns between two keep-alives, and between two attempts at anything else
 SILENCE = 3 * SECOND  # ns without a packet after which the greeting is repeated
+ANSWERED = SILENCE + 2 * PERIOD  # ns for which an answer to the greeting shows that the server is there
 MODEL_PAUSE = 4 * SECOND  # ns more between two model definitions; some servers mark every frame as changed
 MODEL_ATTEMPTS = 3  # requests are limited: a server that does not answer may stop streaming
 
@@ -51,22 +53,28 @@ class _Request:
 
 
 class NatNetSession:
-    """The state of the server of `table`, from its packets.
+    """The state of the server of `table`, from its packets; `bodies` are the names that it should have.
+
+    Names are requested again when the server or its stream has restarted, and until then no body has one: the numbers
+    may be others. They are also requested again, with a pause, when the server marks a change, when a frame that may
+    have had that mark is lost, when a number has no name, and while one of `bodies` is missing.
 
     Attributes:
         info: the server's answer to the greeting, None before it.
         names: of rigid bodies by number, once a model definition has come.
         frames: how many were passed on; `empty`: how many of them were without a rigid body.
+        framed_at: when the newest came, ns; `answered_at`: when the newest answer to a greeting came.
         counts: of bad frames and packets: missing or late, unreadable, from other addresses than the server's; and of
             poses marked as tracked that are invalid: not finite, or not a unit quaternion.
         foreign: the newest other address that sent a packet.
-        rejected: reason of the newest malformed packet.
+        rejected: reason of the newest packet if it was malformed.
         failure: why the sockets do not receive, None if they do.
 
     """
 
-    def __init__(self, table: NatNet) -> None:
+    def __init__(self, table: NatNet, bodies: Iterable[str] = ()) -> None:
         self.table, self._asked = table, version_of(table.bitstream)
+        self._bodies = frozenset(bodies)
         self.info: ServerInfo | None = None
         self.names: dict[int, str] = {}
         self.frames = self.empty = 0
@@ -76,7 +84,7 @@ class NatNetSession:
         self.rejected: str | None = None
         self.failure: str | None = None
         self.adjusted = False  # whether the server has agreed to the bitstream of the table
-        self._received_at = 0
+        self._received_at = self.framed_at = self.answered_at = 0
         self._greeting, self._keep_alive, self._bitstream = _Request(), _Request(), _Request()
         self._model = _Request(wanted=table.request_model)
 
@@ -113,15 +121,28 @@ class NatNetSession:
             self.counts["packets of others"] += 1
             self.foreign = source
             return None
+        if now - self._received_at > SILENCE:
+            self._forget_names()
         self._received_at = now
-        return self._take_in(parse(datagram, self.version))
+        return self._take_in(parse(datagram, self.version), now)
 
-    def _take_in(self, packet: Packet) -> TrackerFrame | None:
+    def answers(self, now: int) -> bool:
+        """Return whether the server has answered a greeting lately, and streamed nothing since."""
+        return self.answered_at >= self.framed_at and now - self.answered_at <= ANSWERED
+
+    def silent(self, now: int) -> bool:
+        """Return whether nothing has come from the server lately, though it was greeted again."""
+        return now - self._received_at > SILENCE + PERIOD
+
+    def _take_in(self, packet: Packet, now: int) -> TrackerFrame | None:
         match packet:
             case MocapFrame():
-                return self._frame(packet)
+                self.rejected = None
+                return self._frame(packet, now)
             case ServerInfo():
-                self.info, self.adjusted = packet, False
+                if packet != self.info:
+                    self._forget_names()
+                self.info, self.adjusted, self.answered_at = packet, False, now
             case ModelDefinition():
                 self._model.wanted = not packet.complete
                 self.names = dict(packet.bodies)
@@ -137,15 +158,30 @@ class NatNetSession:
             confirmed = "Bitstream,{}.{}".format(*self._asked)
             self.adjusted |= response.code == 0 or (response.text or "").replace(" ", "").startswith(confirmed)
 
-    def _frame(self, frame: MocapFrame) -> TrackerFrame | None:
+    def _forget_names(self) -> None:
+        self.names = {}
+        self._model = _Request(due=self._model.due, wanted=self.table.request_model)
+
+    def _frame(self, frame: MocapFrame, now: int) -> TrackerFrame | None:
+        missing, restarts = self.counts[MISSING], self.counts[RESTARTS]
         if not self._sequence.arrived(frame.number):
             return None
         self.frames += 1
+        self.framed_at = now
         self.empty += not frame.bodies
-        if frame.parameters & MODELS_CHANGED and self.table.request_model and not self._model.wanted:
-            self._model = _Request(due=self._model.due + MODEL_PAUSE)
+        if self.counts[RESTARTS] > restarts:
+            self._forget_names()
+        elif self.table.request_model and not self._model.wanted:
+            again = self._model.due + MODEL_PAUSE
+            changed = frame.parameters & MODELS_CHANGED or self.counts[MISSING] > missing
+            if changed or (now >= again and self._lacks_names(frame)):
+                self._model = _Request(due=again)
         captured, transmitted = self._times(frame.stamps)
         return TrackerFrame(frame.number, captured, transmitted, tuple(map(self._body, frame.bodies)))
+
+    def _lacks_names(self, frame: MocapFrame) -> bool:
+        known = self.names
+        return any(body.identity not in known for body in frame.bodies) or not self._bodies.issubset(known.values())
 
     def _body(self, body: RigidBody) -> ReportedBody:
         tracked = body.tracked

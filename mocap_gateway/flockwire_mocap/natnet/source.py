@@ -17,8 +17,12 @@ class NatNetSource(StreamedSource):
     """The bodies that a NatNet server streams. `session` takes the server's datagrams in, `arrived` the frames."""
 
     def __init__(self, start: Start) -> None:
-        gateway = start.plan.swarm.gateway
-        self.session = NatNetSession(gateway.natnet)
+        swarm = start.plan.swarm
+        gateway, bodies = (
+            swarm.gateway,
+            (*map(swarm.body, swarm.tracked), *(one.body for one in swarm.tracked_obstacles)),
+        )
+        self.session = NatNetSession(gateway.natnet, [body for body in bodies if isinstance(body, str)])
         self._began = start.now
         super().__init__(gateway)
         self.counts = self.session.counts
@@ -27,26 +31,32 @@ class NatNetSource(StreamedSource):
         """Return why there are no frames at `now` (Unix ns), and the remedy; empty while they arrive."""
         if now - self._began < FIRST_ANSWER and not self.session.frames:
             return f"waits for {self.session.table.server}"
-        return trouble(self.session) or ""
+        return trouble(self.session, now) or ""
 
 
-def trouble(session: NatNetSession) -> str | None:
-    """Return the problem of a session after its first second; None if frames with rigid bodies arrive."""
+def trouble(session: NatNetSession, now: int) -> str | None:
+    """Return the problem of a session at `now` (ns), after its first second; None if frames arrive or just ended."""
     if session.failure is not None:
         return f"{session.failure}: set the address of the interface that leads to the server"
     if 0 < session.frames == session.empty:
         server = session.table.server
         return f"{server}: frames without rigid bodies: enable Rigid Bodies in Motive's streaming settings"
-    if session.frames:
+    if session.frames and now - session.framed_at <= SECOND:
         return None
-    if session.counts["packets malformed"]:
+    return _no_frames(session, now)
+
+
+def _no_frames(session: NatNetSession, now: int) -> str | None:
+    if session.rejected is not None:
         return _not_understood(session)
-    if session.info is not None:
-        return _no_frames(session, session.info)
+    if session.info is not None and session.answers(now):
+        return _answers_only(session, session.info)
+    if session.frames and not session.silent(now):
+        return None
     return _foreign(session) or _no_answer(session.table)
 
 
-def _no_frames(session: NatNetSession, info: ServerInfo) -> str:
+def _answers_only(session: NatNetSession, info: ServerInfo) -> str:
     server = session.table.server
     if info.version < OLDEST:
         return f"{server} streams NatNet {_text(info.version)}: {_text(OLDEST)} or newer is needed, update Motive"

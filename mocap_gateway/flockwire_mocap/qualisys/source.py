@@ -19,12 +19,18 @@ Measured = tuple[Vector, Sequence[float]]  # mm, rotation matrix column by colum
 
 
 class QualisysSource(StreamedSource):
-    """The bodies that a QTM server streams; `names` are theirs, in the order of the frames."""
+    """The bodies that a QTM server streams.
+
+    `names` are theirs, in the order of the frames; empty if they are not those of the newest frame: then the settings
+    have been changed, and no body has a name until the names are set again. `streamed` is how many bodies that
+    frame has.
+    """
 
     def __init__(self, start: Start) -> None:
         gateway = start.plan.swarm.gateway
         self.table = gateway.qualisys
         self.names: tuple[str, ...] = ()
+        self.streamed = 0
         super().__init__(gateway, f"waits for {self.table.server}:{self.table.port}", self.table.latency)
         self._sequence = FrameSequence(self.counts)
 
@@ -32,6 +38,10 @@ class QualisysSource(StreamedSource):
         """Receive a frame that arrived at `now` (Unix ns)."""
         if self._sequence.arrived(number):
             captured = microseconds * MICROSECOND
+            bodies = tuple(bodies)
+            self.streamed = len(bodies)
+            if self.streamed != len(self.names):
+                self.names = ()
             reported = tuple(self._body(k, *body) for k, body in enumerate(bodies))
             self.arrived(TrackerFrame(number, captured, captured, reported), now)
 
@@ -45,15 +55,20 @@ class QualisysSource(StreamedSource):
         return ReportedBody(number, name, position, orientation, tracked)
 
 
-def names_in(parameters: bytes) -> tuple[str, ...]:
-    """Return the names of the bodies in QTM's settings, in the order of the frames; raises ValueError without any."""
+def names_in(parameters: bytes, streamed: int = 0) -> tuple[str, ...]:
+    """Return the names of the bodies in QTM's settings, in the order of the frames; raises ValueError without any.
+
+    If the frames have as many bodies (`streamed`) as are enabled, they are those.
+    """
     if b"<!" in parameters:  # a document type could define entities without end
         raise ValueError("its settings are not plain XML")
     try:
         tree = Xml.fromstring(parameters)  # noqa: S314
     except Xml.ParseError as error:
         raise ValueError(f"its settings are not XML: {error}") from None
-    names = tuple((name.text or "").strip() for name in tree.iterfind(".//The_6D/Body/Name"))
+    bodies = [body for body in tree.iterfind(".//The_6D/Body") if body.find("Name") is not None]
+    enabled = [body for body in bodies if (body.findtext("Enabled") or "true").strip().lower() != "false"]
+    names = tuple((body.findtext("Name") or "").strip() for body in (enabled if len(enabled) == streamed else bodies))
     if not names:
         raise ValueError("it has no rigid bodies: enable 6DOF tracking and define bodies in QTM's project options")
     return names

@@ -5,6 +5,7 @@ import socket
 
 import pytest
 from flockwire import clock
+from flockwire.domain.time import SECOND
 from flockwire.swarm.gateway import NatNet
 from flockwire_mocap.natnet.client import NatNetClient
 from flockwire_mocap.natnet.packets import DATA_PORT, GROUP, HEADER, Kind
@@ -63,7 +64,7 @@ def test_every_frame_arrives_once_with_names(version, multicast):
         assert all(body.position == (float(body.identity), frame.number / 4, 1.0) for body in frame.bodies)
         assert frame.transmitted - frame.captured == 8_000_000
         assert 0 <= now - frame.transmitted < 500_000_000
-    assert trouble(session) is None
+    assert trouble(session, delivered[-1][1]) is None
 
 
 def test_frames_come_by_number_from_a_server_that_publishes_no_names():
@@ -109,7 +110,7 @@ def test_a_server_that_is_not_there_is_a_line_and_no_hang():
             await client.open()
             greeting = await asyncio.wait_for(asyncio.get_running_loop().sock_recv(taken, 1000), SOON)
             client.close()
-            return HEADER.unpack_from(greeting)[0], trouble(session), port
+            return HEADER.unpack_from(greeting)[0], trouble(session, clock.now()), port
 
     kind, found, port = asyncio.run(wait())
     assert kind == Kind.CONNECT
@@ -173,3 +174,31 @@ def test_a_group_that_the_server_has_not_announced_is_left(bitstream):
     session, delivered = asyncio.run(eavesdrop())
     assert [frame.number for frame in delivered] == list(range(5))
     assert session.frames == 5
+
+
+def test_the_group_is_joined_again_when_frames_stay_away(monkeypatch):
+    monkeypatch.setattr("flockwire_mocap.natnet.client.SILENCE", SECOND // 5)
+
+    async def replug():
+        server = NatNetServer(TwinOptions((4, 1), multicast=True, data_port=0), NAMES, command_port=0)
+        await server.open()
+        session = session_of(server.command_port, multicast=True)
+        client = NatNetClient(session, lambda frame, now: None)
+        await client.open()
+        endless = frames(100_000)
+
+        def arrives():
+            server.publish(next(endless))
+            return clock.now() - session.framed_at < SECOND // 10
+
+        await until(arrives)
+        client._sockets[-1].setsockopt(  # what a network adapter that is unplugged does to its groups
+            socket.IPPROTO_IP, socket.IP_DROP_MEMBERSHIP, socket.inet_aton(GROUP) + socket.inet_aton(HOME)
+        )
+        await until(lambda: not arrives())
+        await until(arrives)
+        assert len(client._sockets) == 2
+        client.close()
+        server.close()
+
+    asyncio.run(replug())

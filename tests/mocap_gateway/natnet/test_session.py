@@ -10,7 +10,7 @@ from flockwire_mocap.natnet.encoding import (
     encode_server_info,
 )
 from flockwire_mocap.natnet.packets import BodyDescription, Kind, MocapFrame, RigidBody, ServerInfo, Stamps
-from flockwire_mocap.natnet.session import NatNetSession
+from flockwire_mocap.natnet.session import MODEL_PAUSE, PERIOD, NatNetSession
 from flockwire_mocap.natnet.source import trouble
 
 SERVER = "10.0.0.1"
@@ -169,6 +169,89 @@ def test_in_multicast_the_bitstream_that_is_set_is_read_without_any_answer():
     assert deaf.receive(frame(), SERVER, 0) is not None
 
 
+NAMES = {1: "uav1", 2: "uav2"}
+AT = 100 * SECOND
+
+
+class Motive:
+    """A server of bodies with these `names`, whose client is examined; time passes by frames of 10 ms."""
+
+    def __init__(self, names=NAMES, **options):
+        self.names, self.number, self.now, self.asked = dict(names), 0, AT, 0
+        self.client = NatNetSession(NatNet(server=SERVER, **options), NAMES.values())
+        self.client.receive(encode_server_info(INFO), SERVER, self.now)
+
+    def passes(self, seconds, *, parameters=0, answers=True, streams=True, lost=False):
+        """Stream frames, and return the names in the newest; only the first frame has the `parameters`."""
+        seen = None
+        for k in range(round(100 * seconds)):
+            self.now += SECOND // 100
+            self.number += 1
+            for request in self.client.requests(self.now):
+                self.asked += request == MODEL_REQUEST
+                if request == MODEL_REQUEST and answers:
+                    model = encode_model([BodyDescription(*one) for one in self.names.items()], (4, 1))
+                    self.client.receive(model, SERVER, self.now)
+            if streams and not (lost and k == 0):
+                sent = frame(self.number, *map(body, self.names), parameters=parameters if k == 0 else 0)
+                got = self.client.receive(sent, SERVER, self.now)
+                seen = {one.identity: one.name for one in got.bodies} if got is not None else seen
+        return seen
+
+
+NEXT_ASKED = (PERIOD + MODEL_PAUSE) / SECOND + 0.1
+
+
+@pytest.mark.parametrize("silent", [0.0, 8.0])
+def test_after_a_restart_no_body_has_a_name_until_the_names_have_come_again(silent):
+    motive = Motive()
+    assert motive.passes(10.0) == NAMES
+    motive.passes(silent, streams=False, answers=False)
+    motive.names, motive.number = {1: "uav2", 2: "uav1"}, 0
+    assert motive.passes(0.03, answers=False) == {1: None, 2: None}
+    assert motive.passes(1.1) == motive.names
+
+
+def test_a_server_with_other_properties_is_another_server():
+    motive = Motive()
+    motive.passes(10.0)
+    motive.client.receive(encode_server_info(INFO._replace(name="another")), SERVER, motive.now)
+    assert motive.client.names == {}
+    motive.passes(0.1)
+    motive.client.receive(encode_server_info(INFO._replace(name="another")), SERVER, motive.now)
+    assert motive.client.names == NAMES  # the answer to another greeting
+
+
+@pytest.mark.parametrize("before", [{1: "uav1", 2: "Rigid Body 2"}, {1: "uav1"}, {}])
+def test_names_are_requested_again_while_a_drones_body_is_missing(before):
+    motive = Motive(before)
+    motive.passes(60.0)
+    assert 10 <= motive.asked <= 13  # every few seconds
+    motive.names = dict(NAMES)
+    assert motive.passes(NEXT_ASKED) == NAMES
+    asked = motive.asked
+    motive.passes(60.0)
+    assert motive.asked == asked
+
+
+def test_a_number_without_a_name_and_a_frame_that_was_lost_request_names_again():
+    motive = Motive()
+    motive.passes(10.0)
+    motive.names[7] = "person"
+    assert motive.passes(1.0)[7] == "person"
+    motive.names = {1: "uav2", 2: "uav1"}  # the frame with the mark is lost
+    assert motive.passes(NEXT_ASKED, lost=True) == motive.names
+
+
+def test_a_server_that_does_not_answer_is_asked_a_few_times_only():
+    motive = Motive()
+    assert motive.passes(60.0, answers=False) == {1: None, 2: None}
+    assert motive.asked == 3
+    never = Motive(request_model=False)
+    never.passes(60.0, parameters=2)
+    assert never.asked == 0
+
+
 def spoken(found):
     assert found is not None
     assert "\n" not in found
@@ -176,23 +259,36 @@ def spoken(found):
 
 
 def test_troubles_name_cause_and_remedy():
-    assert "firewall" in spoken(trouble(session(info=None)))
-    assert "multicast = true" in spoken(trouble(session(INFO._replace(multicast=True))))
-    assert "multicast = false" in spoken(trouble(session(multicast=True)))
-    assert "2.9" in spoken(trouble(session(INFO._replace(natnet_version=(2, 9, 0, 0)))))
-    assert "live mode" in spoken(trouble(session()))
-    assert "interface" in spoken(trouble(session(INFO._replace(multicast=True), multicast=True)))
+    assert "firewall" in spoken(trouble(session(info=None), 0))
+    assert "multicast = true" in spoken(trouble(session(INFO._replace(multicast=True)), 0))
+    assert "multicast = false" in spoken(trouble(session(multicast=True), 0))
+    assert "2.9" in spoken(trouble(session(INFO._replace(natnet_version=(2, 9, 0, 0))), 0))
+    assert "live mode" in spoken(trouble(session(), 0))
+    assert "interface" in spoken(trouble(session(INFO._replace(multicast=True), multicast=True), 0))
 
 
 def test_troubles_with_what_comes():
     odd = session()
     odd.receive(frame()[:60], SERVER, 0)
-    assert "bitstream" in spoken(trouble(odd))
+    assert "bitstream" in spoken(trouble(odd, 0))
     other = session(info=None)
     other.receive(frame(), "10.0.0.9", 0)
-    assert "10.0.0.9" in spoken(trouble(other))
+    assert "10.0.0.9" in spoken(trouble(other, 0))
     bare = session()
     bare.receive(encode_frame(MocapFrame(1, (), Stamps(0, 0, 0.0, 1, 2, 3, (0, 0)), 0), (4, 1)), SERVER, 0)
-    assert "Rigid Bodies" in spoken(trouble(bare))
+    assert "Rigid Bodies" in spoken(trouble(bare, 0))
     bare.receive(frame(2), SERVER, 0)
-    assert trouble(bare) is None
+    assert trouble(bare, 0) is None
+
+
+def test_a_stream_that_has_ended_has_its_trouble_too():
+    motive = Motive()
+    motive.passes(2.0)
+    assert trouble(motive.client, motive.now + 2 * SECOND) is None  # nothing is known yet
+    assert "no answer from" in spoken(trouble(motive.client, motive.now + 9 * SECOND))
+    motive.client.receive(encode_server_info(INFO), SERVER, motive.now + 8 * SECOND)
+    assert "live mode" in spoken(trouble(motive.client, motive.now + 9 * SECOND))
+    motive.now += 10 * SECOND
+    motive.number = 2000
+    motive.passes(0.1)
+    assert trouble(motive.client, motive.now) is None

@@ -12,6 +12,7 @@ from flockwire_mocap.qualisys.client import QualisysClient
 from flockwire_mocap.qualisys.rotation import from_columns, to_angles, to_columns
 from flockwire_mocap.qualisys.server import QtmServer, QtmTwin
 from flockwire_mocap.qualisys.source import names_in
+from flockwire_mocap.qualisys.wire import encode_parameters
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 from hypothesis import given
 from hypothesis import strategies as st
@@ -223,3 +224,43 @@ def test_whatever_a_client_sends_the_twin_answers_or_leaves(data):
     twin = QtmTwin(NAMES, lambda data, port: None)
     twin.receive(data)
     assert twin.outgoing()
+
+
+def test_names_follow_the_settings_and_until_then_no_body_has_one(start, monkeypatch):
+    monkeypatch.setattr("flockwire_mocap.qualisys.client.NAMES_PERIOD", 0.05)
+    monkeypatch.setattr("flockwire_mocap.qualisys.client.NAMES_PAUSE", 0.05)
+
+    async def fly():
+        server = QtmServer(NAMES, port=0)
+        await server.open()
+        source = make_core(start(source="qualisys", qualisys={"port": server.port})).source
+        client = QualisysClient(source, lambda: None)
+        client.open()
+        numbers = iter(range(1, 10_000))
+
+        def seen(bodies=5):
+            sent = frame(next(numbers))
+            server.publish(sent._replace(bodies=sent.bodies[:bodies]))
+            return [body.name for one in source.take(0) for body in one.bodies]
+
+        await until(lambda: source.names and seen() == NAMES)
+        (conversation,) = (one._conversation for one in server._clients)
+        conversation._names = ("uav1", "uav0", *NAMES[2:])  # exchanged in QTM's project
+        await until(lambda: seen() == [*conversation._names])
+        answers, conversation._names = conversation._parameters, tuple(NAMES[1:])
+        conversation._parameters = lambda _: b""  # slow
+        await until(lambda: seen(4) == [None] * 4)
+        conversation._parameters = answers
+        conversation._outgoing += encode_parameters(conversation._names, "1.25")
+        await until(lambda: seen(4) == NAMES[1:])
+        await client.close()
+        server.close()
+
+    asyncio.run(fly())
+
+
+def test_bodies_that_are_not_enabled_have_no_place_in_frames_without_them():
+    body = "<Body><Name>{}</Name><Enabled>{}</Enabled></Body>"
+    settings = "".join(body.format(name, name != "b") for name in "abc")
+    xml = f"<QTM><The_6D>{settings}</The_6D></QTM>".encode()
+    assert (names_in(xml), names_in(xml, 3), names_in(xml, 2)) == (("a", "b", "c"), ("a", "b", "c"), ("a", "c"))
