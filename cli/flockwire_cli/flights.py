@@ -92,7 +92,7 @@ def up(
     wrong = faults_of(faults, plan)
     here = this_host(loaded, host)
     if cannot := refusal(wrong, plan, here):
-        refuse(f"{faults}: {cannot}")
+        refuse("\n".join(f"{faults}: {line}" for line in cannot.split("\n")))
     if without and not plan.conducts(here):
         refuse(f"--without: host {here!r} gives no orders; use it on the recorder's host")
     absent = left_out(plan, without)
@@ -152,7 +152,7 @@ def sim(
     loaded = plan.swarm
     wrong = faults_of(faults, plan)
     if cannot := refusal(wrong, plan):
-        refuse(f"{faults}: {cannot}")
+        refuse("\n".join(f"{faults}: {line}" for line in cannot.split("\n")))
     absent = left_out(plan, without)
     _predict(loaded, duration)
     flight = Flight(loaded, seed, duration, wrong, absent)

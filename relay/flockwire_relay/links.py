@@ -16,28 +16,29 @@ LinkFault = Cut | LinkChange | Partition
 Undo = Callable[[], None]
 
 
-def refusal(place: int, fault: LinkFault, plan: Plan, host: str) -> str:
-    """Return why a flight on `host` cannot have `fault`, the one at `place`; empty if it can."""
-    key = f"faults.{place}"
+def refusals(key: str, fault: LinkFault, plan: Plan, host: str) -> Iterator[str]:
+    """Yield why a flight on `host` cannot have `fault`, which stands at `key` of its file."""
     if plan.routers:
-        return f"{key}.kind = {fault.kind!r}: all links go to the router; a real flight needs network.mode = 'peers'"
+        yield f"{key}.kind = {fault.kind!r}: all links go to the router; a real flight needs network.mode = 'peers'"
+        return
     if plan.swarm.network.link == "quic" and plan.swarm.network.security != "none":
-        return f"{key}.kind = {fault.kind!r}: links are QUIC; a real flight needs network.link = 'tls'"
+        yield f"{key}.kind = {fault.kind!r}: links are QUIC; a real flight needs network.link = 'tls'"
+        return
     if isinstance(fault, LinkChange):
         for name, share in (("loss", fault.loss), ("reordering", fault.reordering)):
             if share:
-                return (
+                yield (
                     f"{key}.{name} = {share:g}: must be 0 in a real flight, whose links are TCP: bytes come late, but "
                     "all and in order"
                 )
     for source, target in directions(fault, plan):
         dialler, listener = _ends(source, target, plan)
         if plan.hosts[dialler] != host:
-            return (
+            yield (
                 f"{key}.kind = {fault.kind!r}: {dialler}, which dials {listener}, must run on this host, {host!r}, "
                 "in a real flight"
             )
-    return ""
+            return
 
 
 def directions(fault: Fault, plan: Plan) -> Iterator[tuple[str, str]]:

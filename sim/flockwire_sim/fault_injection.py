@@ -16,12 +16,12 @@ RESTART_TIME = 0.5  # s that a process takes to restart
 
 
 def refusal(faults: tuple[Fault, ...], plan: Plan) -> str:
-    """Return a line about the first fault that virtual time does not support, empty if there is none."""
-    for place, fault in enumerate(faults):
-        if isinstance(fault, Kill | Freeze | Restart | ClockStep) and fault.process in plan.routers:
-            key = f"faults.{place}.process"
-            return f"{key} = {fault.process!r}: does not exist in virtual time; cut or partition links instead"
-    return ""
+    """Return a line about each fault that virtual time does not support, empty if there is none."""
+    return "\n".join(
+        f"faults.{place}.process = {fault.process!r}: does not exist in virtual time; cut or partition links instead"
+        for place, fault in enumerate(faults)
+        if isinstance(fault, Kill | Freeze | Restart | ClockStep) and fault.process in plan.routers
+    )
 
 
 class FaultInjector:

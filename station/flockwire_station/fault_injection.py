@@ -31,15 +31,19 @@ from flockwire_station.processes import Children
 
 
 def refusal(faults: tuple[Fault, ...], plan: Plan, host: str) -> str:
-    """Return a line about the first fault that `up` on `host` cannot inject; empty if there is none."""
-    for place, fault in enumerate(faults):
-        if fault.kind in SIM_ONLY:
-            return f"faults.{place}.kind = {fault.kind!r}: only `flockwire sim` can do this; a real flight cannot"
-        if isinstance(fault, LinkFault) and (line := links.refusal(place, fault, plan, host)):
-            return line
-        if line := _real(f"faults.{place}", fault, plan) or _elsewhere(f"faults.{place}", fault, plan, host):
-            return line
-    return ""
+    """Return a line about each value of a fault that `up` on `host` cannot inject; empty if there is none."""
+    return "\n".join(
+        line for place, fault in enumerate(faults) for line in _lines(f"faults.{place}", fault, plan, host)
+    )
+
+
+def _lines(key: str, fault: Fault, plan: Plan, host: str) -> list[str]:
+    if fault.kind in SIM_ONLY:
+        return [f"{key}.kind = {fault.kind!r}: only `flockwire sim` can do this; a real flight cannot"]
+    if isinstance(fault, LinkFault) and (lines := list(links.refusals(key, fault, plan, host))):
+        return lines
+    line = _real(key, fault, plan) or _elsewhere(key, fault, plan, host)
+    return [line] if line else []
 
 
 def _real(key: str, fault: Fault, plan: Plan) -> str:

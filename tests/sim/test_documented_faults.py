@@ -40,6 +40,21 @@ def test_a_refusal_reads_as_the_page_says(make_plan: Callable[..., Plan]) -> Non
     assert f"    flockwire: wrong.toml: {said}\n" in PAGE.read_text(encoding="utf-8")
 
 
+def test_of_the_file_of_the_page_a_real_flight_refuses_what_the_page_says(
+    make_plan: Callable[..., Plan], tables: list[dict[str, Any]]
+) -> None:
+    plan = make_plan()
+    refused = refusal(parse_faults({"faults": tables}, plan, "wrong.toml"), plan, next(iter(plan.swarm.hosts)))
+    keys = [line.partition(" = ")[0].split(".") for line in refused.split("\n")]
+    assert [(tables[int(place)]["kind"], key) for _, place, key in keys] == [
+        ("link", "loss"),
+        ("link", "reordering"),
+        ("clock", "kind"),
+    ]
+    page = " ".join(PAGE.read_text(encoding="utf-8").split())
+    assert "remove the table of the `clock`, and `loss` and `reordering` of the `link`" in page
+
+
 def test_the_file_of_the_page_has_every_kind_and_flies(tables: list[dict[str, Any]], fly: Callable[..., Any]) -> None:
     assert {table["kind"] for table in tables} == KINDS.keys()
     flown = fly({"control.law": "extended"}, *tables, duration=16.0)

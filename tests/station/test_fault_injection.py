@@ -1,4 +1,4 @@
-"""Which links a file of faults concerns in a real flight, and what is refused in one line."""
+"""Which links a file of faults concerns in a real flight, and what is refused, a line for each."""
 
 import asyncio
 
@@ -64,6 +64,15 @@ def test_what_a_real_flight_cannot_have_is_refused_in_one_line(make_plan, change
     said = refusal(read(plan, fault), plan, host)
     assert said.startswith(line)
     assert "\n" not in said
+
+
+def test_all_that_a_real_flight_cannot_have_is_refused_at_once(make_plan):
+    plan = make_plan()
+    clock = {"at": 9.0, "kind": "clock", "process": "uav2", "step": 0.1}
+    said = refusal(read(plan, CUT, SLOW | {"loss": 0.1, "reordering": 0.2}, clock), plan, "local")
+    assert [line.partition(" = ")[0] for line in said.split("\n")] == [
+        "faults.1.loss", "faults.1.reordering", "faults.2.kind",
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(

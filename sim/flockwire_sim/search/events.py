@@ -87,7 +87,7 @@ def parse_events(tables: list[dict[str, Any]], plan: Plan, origin: str) -> tuple
         if isinstance(event, Retirement) and event.process not in plan.identities:
             raise StudyError(f"{origin}: process = {event.process!r}: must be one of {', '.join(pilots)}")
     if cannot := refusal(faults, plan):
-        raise StudyError(f"{origin}: {cannot}")
+        raise StudyError("\n".join(f"{origin}: {line}" for line in cannot.split("\n")))
     return faults, events
 
 

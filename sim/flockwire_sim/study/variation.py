@@ -140,7 +140,7 @@ def _faults(table: Table, swarm: Swarm, origin: str) -> tuple[Fault, ...]:
     except FaultFileError as error:
         raise StudyError(str(error)) from None
     if cannot := refusal(faults, wiring):
-        raise StudyError(f"{origin}: {cannot}")
+        raise StudyError("\n".join(f"{origin}: {line}" for line in cannot.split("\n")))
     return faults
 
 
