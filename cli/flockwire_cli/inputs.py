@@ -14,7 +14,7 @@ from flockwire import clock
 from flockwire.loading import SwarmFileError, load_swarm, read_swarm
 from flockwire.security.files import CredentialsError
 from flockwire.swarm.model import Swarm
-from flockwire.swarm.wording import meant
+from flockwire.swarm.wording import meant, printable
 from flockwire.wire.plan import Plan
 from flockwire_station.flown import Flown, as_flown
 from flockwire_station.folders import check_no_trace, complete_keys, keys_folder
@@ -27,7 +27,7 @@ ADDRESSES = "FLOCKWIRE_BY_NAME"  # set if each process has its own host, or cont
 
 def refuse(reason: str) -> NoReturn:
     """End with exit status 2; each line of `reason` names a problem."""
-    print("\n".join(f"flockwire: {line}" for line in reason.split("\n")), file=sys.stderr)
+    print("\n".join(f"flockwire: {line}" for line in printable(reason).split("\n")), file=sys.stderr)
     raise SystemExit(2)
 
 

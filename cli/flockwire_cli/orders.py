@@ -11,7 +11,7 @@ import typer
 from flockwire.ground.order import Order
 from flockwire.runtime.standard_streams import unblocked
 from flockwire.security.files import CredentialsError
-from flockwire.swarm.wording import meant
+from flockwire.swarm.wording import meant, printable
 from flockwire.wire.plan import Plan
 from flockwire_station.folders import keys_folder, renew_keys, warn_of
 
@@ -187,5 +187,5 @@ def _give(plan: Plan, keys: Path, order: Order) -> None:
         note = f"; {answer.note}" if answer.note else ""
         print(f"flockwire: {order.verb}: confirmed by {', '.join(answer.confirmed)}{note}")
     if answer.failure:
-        print(f"flockwire: {order.verb} failed: {answer.failure}", file=sys.stderr)
+        print(f"flockwire: {order.verb} failed: {printable(answer.failure)}", file=sys.stderr)
         raise typer.Exit(1)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from flockwire.extras import lacking
+from flockwire.swarm.wording import printable
 from flockwire_station.terminal.progress import progress
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ def conclude(failure: str, out: Path, trace_due: bool = True) -> int:
 
 def verdict(failures: Iterable[str]) -> int:
     """Print the verdict, with all `failures` in the last line; returns the exit status."""
-    reasons = "; ".join(failures)
+    reasons = printable("; ".join(failures))
     if reasons:
         print(f"flockwire: the flight failed: {reasons}", file=sys.stderr)
         return 1

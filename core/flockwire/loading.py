@@ -19,7 +19,7 @@ from flockwire.swarm import airframe_rules, formation_rules, gateway_rules, ros_
 from flockwire.swarm.airframes import AIRFRAMES
 from flockwire.swarm.model import Swarm
 from flockwire.swarm.outline import place
-from flockwire.swarm.reading import error_lines, faults, read_toml
+from flockwire.swarm.reading import error_lines, faults, read_text, read_toml
 from flockwire.swarm.rules import broken
 from flockwire.wire import address_rules
 
@@ -142,6 +142,6 @@ def _tables(table: dict[str, object], key: str) -> list[tuple[str, object]]:
 
 def _read_key_frames(swarm_file: Path, key: str, name: str) -> str:
     try:
-        return (swarm_file.parent / name).read_text(encoding="utf-8")
+        return read_text(swarm_file.parent / name)
     except (OSError, ValueError) as error:
         raise SwarmFileError(f"{swarm_file}: {key}.file = {name!r}: cannot read it: {error}") from error

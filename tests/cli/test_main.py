@@ -1,11 +1,13 @@
 """The exit status, as a user's script sees it."""
 
+import os
 from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 from command_line import interpreter, refused
 from flockwire.runtime.session import EndpointInUseError
+from flockwire.swarm.reading import NO_FILE
 
 PAPER = Path(__file__).parents[2] / "swarms" / "paper_simulation.toml"
 
@@ -145,3 +147,15 @@ def test_keys_lie_beside_the_swarm_file_whatever_the_working_directory(flockwire
     assert flockwire("keys", broken("speed = 3.0", "speed = 3.5")).returncode == 0
     assert (tmp_path / ".flockwire" / "paper" / "keys" / "ca.crt").exists()
     assert not list((tmp_path / "elsewhere").iterdir())
+
+
+@pytest.mark.parametrize("command", ["check", "stop"])
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path, command):
+    path = tmp_path / "pipe.toml"
+    os.mkfifo(path)
+    assert refused(interpreter(command, path)) == f"flockwire: {path}: cannot read the swarm file: {NO_FILE}"
+
+
+def test_a_name_with_control_characters_is_printed_without_them(flockwire, tmp_path):
+    line = refused(flockwire("check", tmp_path / "a\x1b[31m.toml"))
+    assert line == f"flockwire: {tmp_path}/a\\x1b[31m.toml: cannot read the swarm file: No such file or directory"

@@ -4,6 +4,7 @@ from pathlib import Path
 import pytest
 from flockwire.loading import SwarmFileError, load_swarm, parse_swarm, read_swarm
 from flockwire.swarm.model import Swarm
+from flockwire.swarm.reading import CONTROLS
 
 SHIPPED = sorted((Path(__file__).parents[2] / "swarms").glob("*.toml"))
 FRAMES = "t,drone,x,y,z\n0,1,1,0,0\n9,1,2,0,0\n0,2,0,1,0\n0,3,-1,0,0\n0,4,0,-1,0\n"
@@ -148,6 +149,32 @@ def test_a_file_without_a_swarm_is_refused(tmp_path, content, rule):
     path.write_bytes(content)
     with pytest.raises(SwarmFileError, match=rule):
         load_swarm(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "rule"),
+    [
+        ("shadow", "line 1, column 5: not TOML: a key is followed by = and a value"),
+        ("link.toml", "line 1, column 5: not TOML: a key is followed by = and a value"),
+        ("mine.toml", "line 1, column 5: not TOML: 'root:secret': a key is followed by = and a value"),
+    ],
+)
+def test_the_line_of_a_file_that_is_named_otherwise_is_not_shown(tmp_path, name, rule):
+    (tmp_path / "link.toml").symlink_to(tmp_path / "shadow")
+    for file in ("shadow", "mine.toml"):
+        (tmp_path / file).write_text("root:secret")
+    with pytest.raises(SwarmFileError) as refused:
+        load_swarm(tmp_path / name)
+    assert str(refused.value) == f"{tmp_path / name}: {rule}"
+
+
+def test_control_characters_of_a_file_are_refused_all_at_once(tmp_path):
+    path = tmp_path / "swarm.toml"
+    path.write_text('name = "a\\u001b[31m"\n[formations]\n"b\\u009b" = { note = ["c\\u202e", "d\\n\\t"] }\n')
+    with pytest.raises(SwarmFileError) as refused:
+        load_swarm(path)
+    where = ("name = 'a\\x1b[31m'", "formations.b\\x9b", "formations.b\\x9b.note.0 = 'c\\u202e'")
+    assert str(refused.value) == "\n".join(f"{path}: {key}: {CONTROLS}" for key in where)
 
 
 @pytest.fixture

@@ -15,6 +15,7 @@ from flockwire.runtime.detours import DetoursError, read_detours
 from flockwire.runtime.session import EndpointInUseError, Session, connect
 from flockwire.security.files import CredentialsError, default_folder
 from flockwire.security.verification import verify
+from flockwire.swarm.wording import printable
 from flockwire.wire.plan import Plan
 
 if TYPE_CHECKING:
@@ -34,14 +35,19 @@ class Job:
     took_off: int | None = None  # time 0 of the flight's faults, Unix ns, if known
 
 
+class PrintableFormatter(logging.Formatter):
+    """Formats a record as a terminal may show it: its text may come from another process, or a tracker."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the lines of `record`."""
+        return printable(super().format(record))
+
+
 def serve(job: Job) -> int:
     """Run the process of `job` until it must end; returns its exit status."""
-    logging.basicConfig(
-        level=logging.INFO,
-        format="%(asctime)s.%(msecs)03d %(name)s: %(message)s",
-        datefmt="%H:%M:%S",
-        stream=sys.stderr,
-    )
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(PrintableFormatter("%(asctime)s.%(msecs)03d %(name)s: %(message)s", "%H:%M:%S"))
+    logging.basicConfig(level=logging.INFO, handlers=[handler])
     logging.raiseExceptions = False  # the terminal may be closed while drones fly
     run = load_object(job.plan.rows[job.identity].runner)
     try:

@@ -15,6 +15,8 @@ from collections import Counter
 
 import zenoh
 
+from flockwire.swarm.wording import printable
+
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 _REFUSAL = re.compile(r"WARN .*zenoh_link_tls::\w+: (?P<reason>.*)")
 _NOISE = re.compile(r"(: verification time| Hint:).*")  # differs from one refusal to the next, or misleads
@@ -57,7 +59,7 @@ class Refusals:
         plain = _COLOUR.sub("", line)
         refusal = _REFUSAL.search(plain)
         if refusal is None:
-            print(plain, file=sys.stderr)
+            print(printable(plain), file=sys.stderr)
             return
         reason = _NOISE.sub("", refusal["reason"]).rstrip(".")
         if reason not in self.reasons and len(self.reasons) >= MOST_REASONS:

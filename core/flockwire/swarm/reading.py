@@ -5,7 +5,9 @@ pydantic's texts name branches of unions and Python types, and suggest no key: t
 
 from __future__ import annotations
 
+import errno
 import re
+import stat
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,8 +16,12 @@ from typing import Any, Literal, NamedTuple, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from flockwire.swarm.outline import Place, entries, is_model, kinds, place
-from flockwire.swarm.wording import meant, one_of, shown, takes
+from flockwire.swarm.wording import meant, one_of, printable, shown, takes
 
+NO_FILE = "is a pipe or a device, not a file"
+NO_TEXT = "is not UTF-8 text"
+CONTROLS = "must not have control characters"
+BREAKS = {ord(character): None for character in "\t\n\r"}
 _SYNTAX = {  # part of the parser's message; its meaning for the user
     "Invalid value": "a value is a number, true, false, 'text' in quotes, a [list] or a { table }",
     "Expected '=' after": "a key is followed by = and a value",
@@ -40,27 +46,60 @@ class Fault(NamedTuple):
     taints: tuple[str, ...]
 
 
-def read_toml(path: Path, what: str, refusal: type[ValueError]) -> dict[str, Any]:
-    """Return the content of `path`, called `what`; raises `refusal` if it cannot be read or is not TOML."""
+def read_text(path: Path) -> str:
+    """Return the text of a file; raises OSError, also for a pipe or a device, which may never end, and ValueError."""
+    if not (stat.S_ISREG(mode := path.stat().st_mode) or stat.S_ISDIR(mode)):
+        raise OSError(errno.EINVAL, NO_FILE)
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "is not UTF-8 text"
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise ValueError(NO_TEXT) from None
+
+
+def read_toml(path: Path, what: str, refusal: type[ValueError]) -> dict[str, Any]:
+    """Return the content of `path`, called `what`; raises `refusal` if it cannot be read or is not TOML.
+
+    Nor may a text or a key have control characters, which a terminal obeys.
+    """
+    try:
+        text = read_text(path)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
         raise refusal(f"{path}: cannot read the {what}: {reason}") from error
     try:
-        return tomllib.loads(text)
+        table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise refusal(f"{path}: {_syntax(str(error), text)}") from error
+        quoted = path.resolve().suffix == ".toml"  # of another file, which may be secret, no line is shown
+        raise refusal(f"{path}: {_syntax(str(error), text, quoted)}") from error
+    if lines := [f"{path}: {wrong}: {CONTROLS}" for wrong in _with_controls(table)]:
+        raise refusal("\n".join(lines))
+    return table
 
 
-def _syntax(message: str, text: str) -> str:
-    """Return place and problem of a text that is not TOML."""
+def _with_controls(table: dict[str, Any]) -> Iterator[str]:
+    """Yield keys of `table` that have control characters, or texts with them, but for tabs and line breaks."""
+    rest: list[tuple[str, Any]] = [("", table)]
+    while rest:
+        prefix, value = rest.pop()
+        inner = value.items() if isinstance(value, dict) else enumerate(value)
+        for key, one in inner:
+            where = printable(f"{prefix}{key}")
+            if not str(key).isprintable():
+                yield where
+            if isinstance(one, str) and not one.translate(BREAKS).isprintable():
+                yield f"{where} = {shown(one)}"
+            elif isinstance(one, dict | list):
+                rest.append((f"{where}.", one))
+
+
+def _syntax(message: str, text: str, quoted: bool) -> str:
+    """Return place and problem of a text that is not TOML, its line only if it may be `quoted`."""
     found = re.search(r"\(at line (\d+), column (\d+)\)", message)
     line = int(found[1]) if found else max(1, len(text.rstrip("\n").split("\n")))
     content = [*text.split("\n"), ""][line - 1].strip()
     hint = next((meaning for part, meaning in _SYNTAX.items() if part in message), "this value is not complete")
     column = f", column {found[2]}" if found else ""
-    return f"line {line}{column}: not TOML: {shown(content)}: {hint}"
+    return f"line {line}{column}: not TOML: {f'{shown(content)}: ' if quoted else ''}{hint}"
 
 
 def error_lines(error: ValidationError, model: type[BaseModel]) -> list[str]:

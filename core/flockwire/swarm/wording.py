@@ -91,5 +91,12 @@ def shown(value: object) -> str:
     return _cut(repr(value))
 
 
+def printable(text: str) -> str:
+    """Return `text` as a terminal may show it: control characters but line breaks are escaped."""
+    return "".join(
+        character if character.isprintable() or character == "\n" else repr(character)[1:-1] for character in text
+    )
+
+
 def _cut(text: str) -> str:
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"

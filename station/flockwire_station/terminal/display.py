@@ -16,6 +16,7 @@ from pathlib import Path
 from flockwire import clock
 from flockwire.domain.time import SECOND
 from flockwire.runtime.standard_streams import busy, later
+from flockwire.swarm.wording import printable
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
 from rich.console import Console
@@ -81,4 +82,4 @@ class Display:
         live.update(draw(title, self._plan, self._order, statuses, self._rates, now), refresh=True)
 
     def _line(self, event: str, now: int) -> str:
-        return f"flockwire: {(now - self._began) / SECOND:5.1f} s  {event}"
+        return f"flockwire: {(now - self._began) / SECOND:5.1f} s  {printable(event)}"

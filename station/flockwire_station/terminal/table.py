@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from flockwire.domain.time import SECOND
 from flockwire.pilot.off_place import AT_THE_FENCE, NO_PLACE, OFF, shown_phase
+from flockwire.swarm.wording import printable
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
@@ -115,13 +116,12 @@ def _notes(order: tuple[str, ...], statuses: Mapping[str, Status], now: int) -> 
             f"{status.refused} connections refused" if status.refused else "",
         ]
         if text := ", ".join(filter(None, said)):
-            printable = "".join(character for character in text if character.isprintable())
-            yield Text(f"{identity}: {printable}", style="dim", overflow="ellipsis", no_wrap=True)
+            yield Text(f"{identity}: {printable(text)}", style="dim", overflow="ellipsis", no_wrap=True)
 
 
 def _plain(text: str) -> str:
     """Return `text` without markup and control characters: other processes publish it."""
-    return escape("".join(character for character in text if character.isprintable()))
+    return escape(printable(text))
 
 
 def _figure(value: float, factor: float, digits: int = 1) -> str:
