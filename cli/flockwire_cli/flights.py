@@ -24,6 +24,7 @@ from flockwire_cli.inputs import (
     refuse,
     refuse_a_second_trace,
     refuse_endless,
+    refuse_unused,
     refused,
     this_host,
     unwritable,
@@ -199,11 +200,17 @@ def study(
 
     from flockwire_cli import study as studies  # noqa: PLC0415  (numpy)
 
-    if corpus is not None and not (search or liveness):
-        refuse("--corpus: only a search has one; add --search")
+    if replay is not None:
+        refuse_unused("--replay", {"STUDY": file, "--search": search, "--runs": runs, "--random-starts": random_starts,
+                                   "--jobs": jobs, "--scheduler": scheduler, "--first": first, "--corpus": corpus,
+                                   "--out": out, "--pdf": pdf})  # fmt: skip
+    elif search or liveness:
+        refuse_unused("a search, which draws no figures", {"--pdf": pdf})
+    else:
+        refuse_unused("a study without --search", {"--first": first, "--corpus": corpus})
+    if scheduler:
+        refuse_unused("--scheduler", {"--jobs": jobs})
     if search or liveness or replay is not None:
-        if pdf:
-            refuse("--pdf: a search draws no figures; remove it")
         from flockwire_cli import search as searches  # noqa: PLC0415  (cma, ribs)
 
     loaded = load(swarm).swarm

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from math import isfinite
 from pathlib import Path
@@ -60,6 +60,12 @@ def refuse_endless(duration: float) -> None:
     """Refuse a --duration that is not a number of seconds."""
     if not isfinite(duration):
         refuse(f"--duration = {duration}: must be a number of seconds; 0 flies until Ctrl-C")
+
+
+def refuse_unused(what: str, options: Mapping[str, object]) -> None:
+    """Refuse those of the `options`, by name, that are given, because they have no effect with `what`."""
+    if given := [option for option, value in options.items() if value]:
+        refuse("\n".join(f"{option}: has no effect with {what}; remove it" for option in given))
 
 
 def refuse_a_second_trace(out: Path) -> None:

@@ -7,6 +7,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from types import FrameType
 from typing import NoReturn
@@ -44,8 +45,11 @@ def study(
 ) -> int:
     """Fly the remaining runs, write and print the results; returns the exit status.
 
-    Raises StudyError and SwarmFileError for bad input, before anything is written; OSError if `out` fails.
+    Raises StudyError and SwarmFileError for bad input and ModuleNotFoundError without matplotlib, before anything is
+    written; OSError if `out` fails.
     """
+    if find_spec("matplotlib") is None:  # said before all flights have flown
+        raise ModuleNotFoundError("No module named 'matplotlib'", name="matplotlib")
     table = swarm_table(swarm)
     checked = parse_swarm(table, str(swarm))
     plan = load_study(file, options, Study)

@@ -127,10 +127,29 @@ def known(point: tuple[float, ...]) -> Judged:
     return Judged({"distance": Margin(away - 0.1, 1.0, "uav1", "")}, cell=("stop" if point[0] > 0.5 else "", "", ""))
 
 
-def test_figures_as_pdf_of_a_search_are_refused(files: tuple[Path, Path], tmp_path: Path) -> None:
-    result = flockwire(*files, "--search", "--pdf", "--out", tmp_path / "out")
+@pytest.mark.parametrize(
+    ("given", "unused", "what"),
+    [
+        (["--search", "--pdf"], ["--pdf"], "a search, which draws no figures"),
+        (["--first"], ["--first"], "a study without --search"),
+        (["--corpus", "x"], ["--corpus"], "a study without --search"),
+        (["--scheduler", "tcp://x", "--jobs", "2"], ["--jobs"], "--scheduler"),
+        (
+            ["--replay", __file__, "--runs", "3", "--jobs", "2", "--first"],
+            ["STUDY", "--runs", "--jobs", "--first", "--out"],
+            "--replay",
+        ),
+    ],
+)
+def test_options_without_an_effect_are_refused(
+    files: tuple[Path, Path], tmp_path: Path, given: list[str], unused: list[str], what: str
+) -> None:
+    result = flockwire(*files, *given, "--out", tmp_path / "out")
     assert result.exit_code == 2
-    assert result.stderr == "flockwire: --pdf: a search draws no figures; remove it\n"
+    assert sorted(result.stderr.splitlines()) == sorted(
+        f"flockwire: {option}: has no effect with {what}; remove it" for option in unused
+    )
+    assert not (tmp_path / "out").exists()
 
 
 def test_the_search_goes_where_the_margin_is_least_and_draws_do_not() -> None:

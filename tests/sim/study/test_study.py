@@ -67,6 +67,16 @@ def flockwire(*arguments: object) -> Ended:
     return CliRunner().invoke(app, ["study", *map(str, arguments)])
 
 
+def test_without_the_package_of_its_figures_a_study_flies_nothing(
+    files: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("flockwire_cli.study.find_spec", lambda _: None)
+    ended = flockwire(*files, "--out", tmp_path / "out")
+    assert isinstance(ended.exception, ModuleNotFoundError)
+    assert ended.exception.name == "matplotlib"  # `entry` prints the package and the command that installs it
+    assert not (tmp_path / "out").exists()
+
+
 def lines(out: Path) -> list[Result]:
     return [TypeAdapter(Result).validate_json(line) for line in (out / "runs.jsonl").read_text().splitlines()]
 
