@@ -28,6 +28,7 @@ TIME_ZONES = (
 
 def main() -> NoReturn:
     """Run the command line."""
+    os.environ["MPLBACKEND"] = "agg"  # a notebook's, which its cells pass on, may not be installed here
     try:
         from flockwire.runtime.standard_streams import report, tolerant  # noqa: PLC0415
 

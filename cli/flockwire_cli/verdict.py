@@ -61,11 +61,11 @@ def _report(trace: Path, out: Path) -> Iterable[str]:
             write_files(read, summary, out)
     except OSError as error:
         yield f"the report cannot be written: {out}: {error.strerror}"
-    except (ImportError, MemoryError) as error:  # its libraries are large
+    except Exception as error:  # its libraries are large, and may fail in any way
         if isinstance(error, ModuleNotFoundError) and (line := lacking(error)):
             print(f"  no report: {line}")
         else:
-            yield f"the report cannot be written: {str(error) or 'not enough memory'}"
+            yield f"the report cannot be written: {str(error) or type(error).__name__}"
     else:
         print(f"  report: {out / 'report.html'}")
 
