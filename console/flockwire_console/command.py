@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import secrets
+import sys
 from contextlib import ExitStack, closing
 from pathlib import Path
 
@@ -19,6 +20,13 @@ from flockwire_console.foxglove_server import FoxgloveServer
 from flockwire_console.server import Pages
 
 POLL = 0.1  # s
+UNSAFE_PORT = "--port = {port}: browsers refuse to open this port (ERR_UNSAFE_PORT); choose another, like 8420"
+UNSAFE = frozenset({  # the "bad ports" of https://fetch.spec.whatwg.org
+    1, 7, 9, 11, 13, 15, 17, 19, 20, 21, 22, 23, 25, 37, 42, 43, 53, 69, 77, 79, 87, 95, 101, 102, 103, 104, 109, 110,
+    111, 113, 115, 117, 119, 123, 135, 137, 139, 143, 161, 179, 389, 427, 465, 512, 513, 514, 515, 526, 530, 531, 532,
+    540, 548, 554, 556, 563, 587, 601, 636, 989, 990, 993, 995, 1719, 1720, 1723, 2049, 3659, 4045, 4190, 5060, 5061,
+    6000, 6566, 6665, 6666, 6667, 6668, 6669, 6679, 6697, 10080,
+})  # fmt: skip
 
 
 async def serve(plan: Plan, keys: Path, address: str, port: int, foxglove: int | None = None) -> bool:
@@ -27,6 +35,8 @@ async def serve(plan: Plan, keys: Path, address: str, port: int, foxglove: int |
     Returns False if it was interrupted before the router answered. Raises OSError if the port cannot be opened,
     CredentialsError, FoxgloveError.
     """
+    if port in UNSAFE:
+        print(f"flockwire: warning: {UNSAFE_PORT.format(port=port)}", file=sys.stderr)
     token = secrets.token_urlsafe(16)
     with interrupts() as interrupted, ExitStack() as stack:
         session = await connected(plan, CONSOLE.kind, keys, interrupted)

@@ -35,7 +35,10 @@ MOST_PAGES = 32
 LONGEST_SEND = 1.0  # s for a page to accept a picture
 HEARTBEAT = 20.0  # s: with less, a busy station could disconnect a page that is about to order a stop
 OTHER_LINK = "this link has the token of another console; open the link that the console printed at its last start"
-POLICY = "default-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+POLICY = (
+    "default-src 'self'; connect-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; "
+    "form-action 'none'"
+)
 _HOST = re.compile(r"(?:\[(?P<v6>[^\]]*)\]|(?P<name>[^:]*))(?::\d+)?")
 
 

@@ -9,7 +9,7 @@ from contextlib import asynccontextmanager, suppress
 import aiohttp
 import pytest
 from flockwire.wire.phase import Phase
-from flockwire_console import server
+from flockwire_console import command, server
 from flockwire_station import planning
 from served_pages import TOKEN, serving
 from simulated_pilots import SimulatedSwarm, started
@@ -167,3 +167,24 @@ def test_an_order_waits_for_no_plan_of_a_change_and_ends_it(make_plan, verb, mon
         assert os.waitpid(int(began.read_text()), 0)[1] == signal.SIGKILL
     with pytest.raises(ProcessLookupError):
         os.kill(int(began.read_text()), 0)
+
+
+def test_the_page_keeps_to_its_own_policy(swarm):
+    async def run():
+        async with serving(swarm) as (_, port), aiohttp.ClientSession() as session:
+            page = await session.get(f"http://127.0.0.1:{port}/")
+            return await page.text(), page.headers["Content-Security-Policy"].split("; ")
+
+    text, policy = asyncio.run(run())
+    assert '<link rel="icon" href="data:,">' in text
+    assert "img-src 'self' data:" in policy
+
+
+def test_a_port_that_browsers_refuse_is_warned_of(make_plan, monkeypatch, capsys, tmp_path):
+    async def unanswered(*_):
+        return None
+
+    monkeypatch.setattr(command, "connected", unanswered)
+    for port, warned in ((6667, True), (8420, False)):
+        assert not asyncio.run(command.serve(make_plan(), tmp_path, "127.0.0.1", port))
+        assert (command.UNSAFE_PORT.format(port=port) in capsys.readouterr().err) == warned
