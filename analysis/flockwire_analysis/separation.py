@@ -139,22 +139,6 @@ def _max_speed(trace: Trace, number: int, span: Span) -> float | None:
     return float((moved * SECOND / (stamps[after[first]] - stamps[first])).max())
 
 
-RECOVERY = 4 * SECOND  # ns for a follower to return to its place
-
-
-def undisturbed(trace: Trace, errors: dict[int, Errors]) -> dict[int, Errors]:
-    """Return `errors` without the samples of followers whose places were near obstacles.
-
-    A place is h_i + x_0; near means within the obstacles' influence radius. Samples within RECOVERY after it are left
-    out too.
-    """
-    return {
-        number: Errors(error.stamps[free], error.values[free])
-        for number, error in errors.items()
-        for free in [~_disturbed(trace, number, error.stamps)]
-    }
-
-
 def excused(trace: Trace, errors: dict[int, Errors]) -> dict[int, Errors]:
     """Return `errors`, zero where a follower's place cannot be had."""
     return {
@@ -168,7 +152,7 @@ def without_place(trace: Trace, number: int, stamps: Integers) -> Booleans:
 
     It is then nearer to an obstacle than the distance that the safety filter keeps, or outside the fence.
     """
-    places, found = _places(trace, number, stamps), place_outside(trace, number, stamps)
+    places, found = own_places(trace, number, stamps), place_outside(trace, number, stamps)
     for obstacle in trace.swarm.obstacles:
         found |= surface_distance(places, obstacle) < trace.swarm.avoidance.kept.obstacle
     return found
@@ -176,26 +160,13 @@ def without_place(trace: Trace, number: int, stamps: Integers) -> Booleans:
 
 def place_outside(trace: Trace, number: int, stamps: Integers) -> Booleans:
     """Return at which of `stamps` (Unix ns) the place of follower `number` is outside the fence."""
-    places, room = _places(trace, number, stamps), trace.swarm.limits.fence.room()
+    places, room = own_places(trace, number, stamps), trace.swarm.limits.fence.room()
     found = np.any((places < np.array(room.low)) | (places > np.array(room.high)), axis=1)
     if room.corners:
         found |= [room.outside((x, y, z)) > 0.0 for x, y, z in places.tolist()]
     return np.asarray(found)
 
 
-def _places(trace: Trace, number: int, stamps: Integers) -> Floats:
+def own_places(trace: Trace, number: int, stamps: Integers) -> Floats:
     """Return h_i + x_0 of follower `number`, m, shape n x 3, NaN if it is unknown."""
     return offsets(trace, number, stamps) + interpolated(trace.positions(0), stamps)
-
-
-def _disturbed(trace: Trace, number: int, stamps: Integers) -> Booleans:
-    """Return at which of `stamps` (Unix ns, ascending) follower `number` is, or just was, near an obstacle."""
-    if not trace.swarm.obstacles or not len(stamps):
-        return np.zeros(len(stamps), np.bool_)
-    places = _places(trace, number, stamps)
-    reach = trace.swarm.avoidance.obstacle_influence_radius
-    near = nearest_surface(places, trace.swarm.obstacles) < reach
-    if not near.any():
-        return np.asarray(near)
-    last = np.where(near, stamps, 0)
-    return np.asarray(stamps - np.maximum.accumulate(last) < RECOVERY)

@@ -8,13 +8,15 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.swarm.model import uav
+from flockwire.wire.processes import GATEWAY
 
 from flockwire_analysis import gaps, separation, tracking
 from flockwire_analysis.checks import Check, checks, kept_within
+from flockwire_analysis.free_places import undisturbed
 from flockwire_analysis.latency import HOPS, Percentiles, latencies, percentiles
 from flockwire_analysis.phases import FormationPhase, Span, airborne, formation_of, formation_phases
 from flockwire_analysis.recorded import Trace
-from flockwire_analysis.separation import excused, undisturbed, without_place
+from flockwire_analysis.separation import excused, without_place
 from flockwire_analysis.tracking import ErrorFigures
 
 LONG_ENOUGH = 5.0  # s, shortest formation phase in which followers can settle for 2 s

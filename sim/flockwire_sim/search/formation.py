@@ -11,10 +11,11 @@ from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.domain.vector import add
 from flockwire.pilot.orders import flown_place
 from flockwire.swarm.model import Swarm, uav
-from flockwire_analysis.separation import RECOVERY, surface_distance
+from flockwire_analysis.separation import surface_distance
 
 from flockwire_sim.search.record import Recorder
 
+RECOVERY = 4 * SECOND  # ns for a follower to return to its place
 AT_PLACE = 0.2  # s between two looks at the tail
 TAIL = SECOND  # ns
 PLACELESS = 1000.0  # m, error of a follower that holds no place of an auction
