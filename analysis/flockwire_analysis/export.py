@@ -22,9 +22,10 @@ from flockwire_analysis.series import Integers
 from flockwire_analysis.tracking import formation_errors, observation_errors
 
 _POINT, _VELOCITY = ("x_m", "y_m", "z_m"), ("vx_m_s", "vy_m_s", "vz_m_s")
+_POSE = (*_POINT, "qx", "qy", "qz", "qw")
 COLUMNS: dict[str, tuple[str, ...]] = {
-    "truth": _POINT,
-    "pose": _POINT,
+    "truth": _POSE,
+    "pose": _POSE,
     "estimate": _POINT + _VELOCITY,
     "command": _VELOCITY,
     "telemetry": ("state", "battery", "height_m", "command_age_s"),
@@ -41,13 +42,13 @@ def tables(trace: Trace) -> Iterator[tuple[str, Table]]:
 
     `t_s` is mission time in s (time since the trace's start if no formation was flown), `stamp_ns` Unix time. The
     `phase` of an error is the number of summary.json's phase, from 1 on; 0 outside all, as after a hold or in a
-    landing. `tail` is 1 in the judged part of the phase, else 0.
+    landing. `in_tail` is 1 in the judged part of the phase, else 0.
     """
     phases = [phase.span for phase in formation_phases(trace)]
     origin = phases[0].begin if phases else trace.begin
     for kind, columns in COLUMNS.items():
         series = [(i, one) for i in sorted({0, *trace.flying}) if len(one := trace.of(kind, i))]
-        parts = [(i, one.stamps, one.values) for i, one in series]
+        parts = [(i, one.stamps, np.hstack([one.values, one.orientations])) for i, one in series]
         if parts:
             yield kind, _table(parts, columns, origin)
     for name, errors in (
@@ -78,7 +79,7 @@ def _phases(phases: Sequence[Span], stamps: Integers) -> Table:
     for number, span in enumerate(phases, 1):
         phase[span.holds(stamps)] = number
         tail[span.tail().holds(stamps)] = 1
-    return {"phase": phase.tolist(), "tail": tail.tolist()}
+    return {"phase": phase.tolist(), "in_tail": tail.tolist()}
 
 
 def open_trace(path: str | Path) -> dict[str, Any]:
@@ -88,19 +89,20 @@ def open_trace(path: str | Path) -> dict[str, Any]:
     `open_trace(path)["formation_error"]["error_m"]` is a column. Raises ValueError for a file that is not the trace of
     a swarm, OSError for one that cannot be read.
     """
-    found = dict(tables(read_trace(Path(path))))
+    found = dict(tables(read_trace(path)))
     if find_spec("pandas") is None:
         return {name: {key: np.array(column) for key, column in table.items()} for name, table in found.items()}
     frame = import_module("pandas").DataFrame
     return {name: frame(table) for name, table in found.items()}
 
 
-def write_csv(trace: Trace, out: Path) -> tuple[Path, ...]:
+def write_csv(trace: Trace, out: str | Path) -> tuple[Path, ...]:
     """Write each table as a CSV file into the folder `out`; returns the files. Raises OSError."""
-    out.mkdir(parents=True, exist_ok=True)
+    folder = Path(out)
+    folder.mkdir(parents=True, exist_ok=True)
     written = []
     for name, table in tables(trace):
-        written.append(out / f"{name}.csv")
+        written.append(folder / f"{name}.csv")
         with written[-1].open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow(table)
@@ -108,7 +110,7 @@ def write_csv(trace: Trace, out: Path) -> tuple[Path, ...]:
     return tuple(written)
 
 
-def write_parquet(trace: Trace, out: Path) -> tuple[Path, ...]:
+def write_parquet(trace: Trace, out: str | Path) -> tuple[Path, ...]:
     """Write each table as a Parquet file into the folder `out`; returns the files. Raises ExportError, OSError."""
     try:
         import pyarrow  # noqa: PLC0415  (an extra)
@@ -116,9 +118,10 @@ def write_parquet(trace: Trace, out: Path) -> tuple[Path, ...]:
     except ImportError:
         line = f"--format = 'parquet': needs the package pyarrow: {remedy('parquet')} (or take csv)"
         raise ExportError(line) from None
-    out.mkdir(parents=True, exist_ok=True)
+    folder = Path(out)
+    folder.mkdir(parents=True, exist_ok=True)
     written = []
     for name, table in tables(trace):
-        written.append(out / f"{name}.parquet")
+        written.append(folder / f"{name}.parquet")
         parquet.write_table(pyarrow.table(table), written[-1])
     return tuple(written)

@@ -15,12 +15,13 @@ from flockwire_analysis.collecting import Collector
 from flockwire_analysis.recorded import Trace
 
 
-def read_trace(path: Path) -> Trace:
+def read_trace(path: str | Path) -> Trace:
     """Read the trace `path` with its other parts; truncated and malformed data is counted, not raised.
 
     Raises ValueError for a file that is not MCAP or does not start with a swarm, or a part of another swarm; OSError if
     one cannot be read.
     """
+    path = Path(path)
     collector: Collector | None = None
     files = [WholeRecords(part) for part in parts(path)]
     for records in files:

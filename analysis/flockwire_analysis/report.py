@@ -16,7 +16,7 @@ from flockwire_analysis.reading import read_trace
 from flockwire_analysis.recorded import ProcessRecord, Trace
 from flockwire_analysis.replay import NAME as REPLAY
 from flockwire_analysis.replay import write_replay
-from flockwire_analysis.summary import Summary, summarise
+from flockwire_analysis.summary import Summary, bad_input, summarise
 
 if TYPE_CHECKING:
     from flockwire_analysis.figures.drawing import Picture
@@ -79,7 +79,11 @@ def page(trace: Trace, summary: Summary, pictures: Sequence[Picture], probe: dic
         processes=[_process(one, summary.rate.get(one.last.identity)) for one in vitals],
         messages=summary.messages,
         rejected=[(key, f"{count:,}") for key, count in summary.messages.rejected_by_key.items()],
-        tracker=[(name, f"{count:,}") for name, count in summary.tracker.items()],
+        bad_input=[
+            (identity, name, f"{count:,}")
+            for identity, counts in sorted(bad_input(trace).items())
+            for name, count in counts.items()
+        ],
         probe=probe,
         attackers=_attackers(probe) if probe else (),
         toml=trace.metadata.get("toml", ""),
@@ -162,7 +166,7 @@ def length(value: float | None) -> str:
     return f"{1000 * value:.1f} mm" if abs(value) < 0.1 else f"{value:.2f} m"
 
 
-def write_report(path: Path, out: Path, vector: bool = False) -> Summary:
+def write_report(path: str | Path, out: str | Path, vector: bool = False) -> Summary:
     """Read the trace `path` with its other parts, and write its report as `write_files` does.
 
     A truncated trace is read up to its end. Raises ValueError for a file that is not a trace of a swarm, OSError if one
@@ -170,7 +174,7 @@ def write_report(path: Path, out: Path, vector: bool = False) -> Summary:
     """
     trace = read_trace(path)
     summary = summarise(trace)
-    write_files(trace, summary, out, vector)
+    write_files(trace, summary, Path(out), vector)
     return summary
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import hypot, inf
 
 import numpy as np
@@ -20,7 +20,7 @@ Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
 
-_WIDTHS: dict[type[Message], int] = {Pose: 3, Estimate: 6, Command: 3, Telemetry: 4, Nearby: 1}  # columns
+_WIDTHS: dict[type[Message], int] = {Pose: 3 + 4, Estimate: 6, Command: 3, Telemetry: 4, Nearby: 1}  # columns
 
 
 NOWHERE = 1e9  # m, m/s: larger values are limited to this, whose square is finite
@@ -33,7 +33,8 @@ class Series:
     `stamps` (for which the content is valid), `published` and `logged` are Unix times in ns, `sequences` the
     publishers' counts. Columns of `values`, in m, m/s and s: pose and truth x y z; estimate x y z vx vy vz; command vx
     vy vz; telemetry flight state, battery (share of full), height, command age; nearby the distance to the surface of
-    the nearest mover, infinite without one; none for the others. Finite ones are at most NOWHERE.
+    the nearest mover, infinite without one; none for the others. Finite ones are at most NOWHERE. `orientations` of
+    poses and truth are unit quaternions x y z w, from body to world; other kinds have no columns of them.
     """
 
     stamps: Integers
@@ -41,6 +42,7 @@ class Series:
     logged: Integers
     sequences: Integers
     values: Floats
+    orientations: Floats = field(default_factory=lambda: np.empty((0, 0)))
 
     def __len__(self) -> int:
         return len(self.stamps)
@@ -72,6 +74,7 @@ class Columns:
         self._times = array("q")
         self._values = array("d")
         self._width = _WIDTHS.get(ROWS[kind].message, 0)
+        self._oriented = ROWS[kind].message is Pose
         self._sensed_at = array("q")
         self._sensed = array("d")
         self._signals: dict[str, tuple[array[int], array[float]]] = {}
@@ -81,7 +84,7 @@ class Columns:
         self._times.extend((message.stamp, published, logged, sequence))
         match message:
             case Pose():
-                self._values.extend(message.position)
+                self._values.extend((*message.position, *message.orientation))
             case Estimate():
                 self._values.extend((*message.motion.position, *message.motion.velocity))
             case Command():
@@ -120,8 +123,9 @@ class Columns:
     def series(self) -> Series:
         """Return the added messages, in the order of their stamps."""
         times = np.array(self._times, np.int64).reshape(-1, 4)
-        values = np.array(self._values, np.float64).reshape(len(times), self._width)
         order = np.argsort(times[:, 0], kind="stable")
+        rows = np.array(self._values, np.float64).reshape(len(times), self._width)[order]
+        values, orientations = np.split(rows, [3 if self._oriented else self._width], axis=1)
         stamps, published, logged, sequences = np.ascontiguousarray(times[order].T)
         np.clip(values, -NOWHERE, NOWHERE, out=values, where=np.isfinite(values))
-        return Series(stamps, published, logged, sequences, values[order])
+        return Series(stamps, published, logged, sequences, values, orientations)

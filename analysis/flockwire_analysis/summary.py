@@ -66,7 +66,7 @@ class Summary:
     """The content of summary.json; lengths in m, speeds in m/s, None if unknown.
 
     The errors are those of the worst formation phase. `rate` is each agent's share of the due steps in all phases;
-    `tracker` counts bad frames of the tracker; `left_out` are the drones that stayed on the ground by order; `missing`
+    `tracker` counts the gateway's bad frames; `left_out` are the drones that stayed on the ground by order; `missing`
     has a sentence for all missing data.
     """
 
@@ -134,12 +134,20 @@ def summarise(trace: Trace) -> Summary:
         latency_ms={hop: percentiles(latencies(trace, hop)) for hop in HOPS},
         steps=_steps(trace),
         messages=_messages(trace),
-        tracker={name: count for vitals in trace.vitals for name, count in vitals.last.report.counts},
+        tracker=bad_input(trace).get(GATEWAY.kind, {}),
         rate=rate,
         missing=tuple(lacking.sentences),
         phases=figures,
     )
     return replace(summary, checks=checks(trace, summary, lacking.places, lacking.formation))
+
+
+def bad_input(trace: Trace) -> dict[str, dict[str, int]]:
+    """Return each process's counts of bad input by name, those of its restarts added."""
+    found: dict[str, Counter[str]] = {}
+    for vitals in trace.vitals:
+        found.setdefault(vitals.last.identity, Counter()).update(dict(vitals.last.report.counts))
+    return {identity: dict(counts) for identity, counts in found.items() if counts}
 
 
 def _judged(phases: tuple[PhaseFigures, ...]) -> tuple[PhaseFigures, ...]:

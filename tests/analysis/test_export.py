@@ -4,7 +4,11 @@ import csv
 
 import numpy as np
 import pytest
-from flockwire_analysis.export import write_csv, write_parquet
+from flockwire.domain.pose import Pose
+from flockwire.domain.time import SECOND
+from flockwire.wire.keys import Key
+from flockwire_analysis.collecting import Collector
+from flockwire_analysis.export import tables, write_csv, write_parquet
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.summary import summarise
 from pyarrow import parquet
@@ -27,6 +31,19 @@ def test_every_row_of_a_topic_is_a_row_of_its_table(exported):
     )
 
 
+def test_a_table_of_poses_has_the_orientation(make_swarm, tmp_path):
+    swarm = make_swarm()
+    collector, key = Collector(swarm, {}), Key("pose", "uav1")
+    turned = [(0.0, 0.0, 0.6, 0.8), (0.0, 0.0, -0.6, 0.8)]
+    for number, orientation in enumerate(turned):  # the newer one first
+        stamp = SECOND * (2 - number)
+        collector.add("gateway", key, Pose(stamp, "world", (1.0, 2.0, 3.0), orientation), number, stamp, stamp)
+    table = dict(tables(collector.trace(tmp_path)))["pose"]
+    found = list(zip(*(table[name] for name in ("qx", "qy", "qz", "qw")), strict=True))
+    assert found == turned[::-1]
+    assert (table["x_m"], table["z_m"]) == ([1.0, 1.0], [3.0, 3.0])
+
+
 def test_time_counts_from_the_formation(exported):
     _, files = exported
     with files["events"].open() as file:
@@ -38,7 +55,7 @@ def test_time_counts_from_the_formation(exported):
 def test_figures_made_of_a_table_agree_with_the_summary(exported):
     trace, files = exported
     with files["formation_error"].open() as file:
-        rows = [(int(row["phase"]), int(row["tail"]), float(row["error_m"])) for row in csv.DictReader(file)]
+        rows = [(int(row["phase"]), int(row["in_tail"]), float(row["error_m"])) for row in csv.DictReader(file)]
     assert {phase for phase, _, _ in rows} == {0, 1}  # 0 in the landing
     assert max(error for phase, tail, error in rows if phase == 1 and tail) == pytest.approx(
         summarise(trace).formation_error_m.max_tail

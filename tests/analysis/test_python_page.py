@@ -46,11 +46,19 @@ def test_the_tables_give_each_follower_s_largest_error(good_flight, without_or_w
         assert all(f"`{column}`" in columns for column in set(table) - {"t_s", "stamp_ns", "drone"}), name
     kind = pandas.DataFrame if without_or_with_pandas == "pandas" else dict
     assert all(isinstance(table, kind) for table in tables.values())
+    hidden = [(name, column) for name, table in tables.items() for column in table if hasattr(pandas.DataFrame, column)]
+    assert hidden == []  # table.tail would be a method
     errors = tables["formation_error"]
     for drone in ("uav1", "uav4"):
         assert re.search(rf"^{drone} 3\.\d+$", printed, re.MULTILINE)
-    judged = np.asarray(errors["error_m"])[(np.asarray(errors["phase"]) == 1) & (np.asarray(errors["tail"]) == 1)]
+    judged = np.asarray(errors["error_m"])[(np.asarray(errors["phase"]) == 1) & (np.asarray(errors["in_tail"]) == 1)]
     assert judged.max() == pytest.approx(summarise(read_trace(good_flight)).formation_error_m.max_tail)
+
+
+def test_a_trace_is_opened_by_its_path_as_text(good_flight):
+    assert read_trace(str(good_flight)).swarm == read_trace(good_flight).swarm
+    with pytest.raises(FileNotFoundError, match="nothing"):
+        read_trace("nothing.mcap")
 
 
 def test_the_notebook_of_the_examples_runs(good_flight, tmp_path):

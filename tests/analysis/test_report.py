@@ -1,6 +1,7 @@
 """The report as files: what a person opens, what a script reads."""
 
 import json
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -43,6 +44,25 @@ def test_summary_json_is_the_summary(report):
     summary, out = report
     assert json.loads((out / "summary.json").read_text()) == json.loads(json.dumps(summary.as_json()))
     assert summary.ok
+
+
+def test_bad_input_is_that_of_the_process_that_had_it(report):
+    """Two pilots rejected orders; the gateway had bad frames before and after a restart."""
+    _, out = report
+    trace = read_trace(out / "trace.mcap")
+
+    def counting(identity, *counts):
+        last = trace.vitals[0].last
+        status = last._replace(identity=identity, report=last.report._replace(counts=counts))
+        return replace(trace.vitals[0], last=status)
+
+    frames, orders = ("frames missing", 3), ("orders rejected", 5)
+    processes = (counting("gateway", frames), counting("gateway", frames), counting("uav1", orders))
+    trace = replace(trace, vitals=processes)
+    summary = summarise(trace)
+    assert summary.tracker == {"frames missing": 6}
+    text = Page(page(trace, summary, (), None)).text
+    assert re.search(r"gateway\s+frames missing\s+6\s+uav1\s+orders rejected\s+5", text)
 
 
 def test_the_page_needs_nothing_else(report):
