@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 from flockwire.wire.plan import Plan
+from typer.core import TyperGroup
 
 from flockwire_cli.inputs import refuse
 
@@ -19,12 +20,14 @@ FaultsFile = Annotated[Path | None, typer.Option(help="The faults to inject (TOM
 Without = Annotated[
     list[int] | None, typer.Option(metavar="ID", help="A drone to leave on the ground; may be repeated.")
 ]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON (docs/scripting.md has its keys).")]
 Number = Annotated[int, typer.Argument(metavar="ID", help="The drone's id.")]
 
 
-def application() -> typer.Typer:
-    """Return a command line without commands; its help and its errors are plain text."""
+def application(group: type[TyperGroup] = TyperGroup) -> typer.Typer:
+    """Return a command line without commands; its help, by `group`, and its errors are plain text."""
     return typer.Typer(
+        cls=group,
         help="Distributed edge runtime for formation flight: one process per drone, on Zenoh.",
         no_args_is_help=True,
         context_settings={"help_option_names": ["-h", "--help"]},

@@ -16,7 +16,7 @@ from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
 from flockwire_station.folders import keys_folder, warn_of
 
-from flockwire_cli.arguments import FaultsFile, Keys, SwarmFile, Without, left_out
+from flockwire_cli.arguments import AsJson, FaultsFile, Keys, SwarmFile, Without, left_out
 from flockwire_cli.inputs import (
     faults_of,
     load,
@@ -39,22 +39,30 @@ def check(
     duration: Annotated[float, typer.Option(min=0.0, help="Seconds of flight to predict; 0: no end.")] = 40.0,
     live: Annotated[bool, typer.Option("--live", help="Check instead whether the running swarm may take off.")] = False,
     keys: Keys = None,
+    as_json: AsJson = False,
 ) -> None:
     """Validate a swarm file; print its graph, observer bounds, formations, links, and predicted problems in flight."""
     from flockwire.security.pki import expiring  # noqa: PLC0415
-    from flockwire_station.check import describe  # noqa: PLC0415  (numpy)
+    from flockwire_station.answers import description, text  # noqa: PLC0415  (numpy)
+    from flockwire_station.check import describe, warnings  # noqa: PLC0415  (numpy)
+    from flockwire_station.prediction import predicted  # noqa: PLC0415
 
     plan = load(swarm)
     if live:
-        raise typer.Exit(_check_live(plan, keys_folder(swarm, plan, keys)))
+        raise typer.Exit(_check_live(plan, keys_folder(swarm, plan, keys), as_json))
+    expired = expiring(plan, keys_folder(swarm, plan, keys), clock.utc())
+    if as_json:
+        print(text(description(plan, [*warnings(plan.swarm), *predicted(plan.swarm, duration), *expired])))
+        return
     print(describe(plan, duration))
-    for line in expiring(plan, keys_folder(swarm, plan, keys), clock.utc()):
+    for line in expired:
         print(f"warning: {line}")
 
 
-def _check_live(plan: Plan, keys: Path) -> int:
+def _check_live(plan: Plan, keys: Path, as_json: bool) -> int:
     """Print the state of the running swarm; returns the exit status."""
     from flockwire.runtime.session import RouterAbsentError  # noqa: PLC0415  (zenoh)
+    from flockwire_station.answers import text  # noqa: PLC0415
     from flockwire_station.live_check import findings, look, table  # noqa: PLC0415
 
     try:
@@ -62,7 +70,7 @@ def _check_live(plan: Plan, keys: Path) -> int:
             found = list(findings(plan, asyncio.run(look(plan, keys))))
     except RouterAbsentError:
         refuse(f"the router at {plan.endpoints[plan.routers[0]]} does not answer")
-    print("\n".join(table(found)))
+    print(text({"checks": [line._asdict() for line in found]}) if as_json else "\n".join(table(found)))
     failed = [line for line in found if line.remedy]
     if failed:
         print(f"flockwire: not ready: {len(failed)} of {len(found)} checks failed", file=sys.stderr)
@@ -183,16 +191,27 @@ def study(
     jobs: Annotated[int, typer.Option(min=0, help="Number of processes; 0: one for each core.")] = 0,
     scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="Address of a Dask cluster to use instead.")] = "",
     pdf: Annotated[bool, typer.Option("--pdf", help="Write each figure as PDF too.")] = False,
-    search: Annotated[bool, typer.Option("--search", help="Look for the worst flight instead of drawing.")] = False,
+    search: Annotated[
+        bool,
+        typer.Option(
+            "--search", help="Look for the worst flight, by an optimizer, instead of drawing values at random."
+        ),
+    ] = False,
     liveness: Annotated[
         bool, typer.Option("--liveness", help="With --search: faults end, then the formation must come back.")
     ] = False,
     first: Annotated[bool, typer.Option("--first", help="With --search: end at the first violation.")] = False,
     corpus: Annotated[
-        Path | None, typer.Option(metavar="FOLDER", help="With --search: fly first what an earlier search found.")
+        Path | None,
+        typer.Option(
+            metavar="FOLDER", help="With --search: first fly the flights that an earlier search kept, in its folder."
+        ),
     ] = None,
     replay: Annotated[
-        Path | None, typer.Option(metavar="FAULTS", exists=True, help="Fly what a search found again: its faults.")
+        Path | None,
+        typer.Option(
+            metavar="FAULTS", exists=True, help="Fly again one flight that a search found: its file of faults."
+        ),
     ] = None,
 ) -> None:
     """Fly the swarm many times in virtual time with variations; report the success rate, or the worst flight."""

@@ -5,15 +5,42 @@ Exit status: 0 success; 1 a flight failed, with the reason on the last line; 2 b
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from flockwire_cli import airframes, files, flights, kinds, orders, traces, tracker
 from flockwire_cli.arguments import application
 from flockwire_cli.entry import print_version
 
-app = application()
+SECTIONS = {
+    "A swarm": ("init", "check", "keys", "deploy"),
+    "Flights": ("up", "sim", "study", "conduct", "status", "console", "teleop"),
+    "Orders in flight": ("start", "formation", "hold", "land", "stop"),
+    "Traces of flights": ("report", "view", "animate", "compare", "export", "recover"),
+    "Trackers, drones, links": ("tracker", "align", "identify", "tello-sim", "probe"),
+    "Single processes, which `up` starts together": tuple(kinds.KINDS),
+}
+
+
+class SectionedGroup(TyperGroup):
+    """Lists the commands in SECTIONS."""
+
+    def list_commands(self, ctx: Any) -> list[str]:  # noqa: ANN401  (typer has no public type of it)
+        """Return the names of all commands, in the order of the help."""
+        known = super().list_commands(ctx)
+        return sorted(known, key=[name for names in SECTIONS.values() for name in names].index)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:  # noqa: ANN401  (as above)
+        """Write a section for each kind of command."""
+        width = max(map(len, self.commands))
+        for title, names in SECTIONS.items():
+            with formatter.section(title):
+                formatter.write_dl([(name.ljust(width), (self.commands[name].help or "").strip()) for name in names])
+
+
+app = application(SectionedGroup)
 for part in (files, flights, orders, airframes, traces, tracker):
     app.add_typer(part.app)
 

@@ -15,7 +15,7 @@ from flockwire.swarm.wording import meant, printable
 from flockwire.wire.plan import Plan
 from flockwire_station.folders import keys_folder, renew_keys, warn_of
 
-from flockwire_cli.arguments import Keys, SwarmFile, Without, application, left_out
+from flockwire_cli.arguments import AsJson, Keys, SwarmFile, Without, application, left_out
 from flockwire_cli.inputs import load, load_flying, refuse, refused
 
 app = application()
@@ -73,13 +73,14 @@ def status(
     swarm: SwarmFile,
     once: Annotated[bool, typer.Option("--once", help="Print it once; exit status 1 if a process has none.")] = False,
     keys: Keys = None,
+    as_json: AsJson = False,
 ) -> None:
     """Show every drone and process of a running swarm: phase, position, battery, errors."""
     from flockwire_station.watching import watch  # noqa: PLC0415
 
     plan, folder = load_flying(swarm, keys)
     with refused():
-        missing = asyncio.run(watch(plan, folder, once))
+        missing = asyncio.run(watch(plan, folder, once, as_json))
     if missing:
         print(f"flockwire: no status of {', '.join(missing)}", file=sys.stderr)
         raise typer.Exit(1)

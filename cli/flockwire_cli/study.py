@@ -74,7 +74,7 @@ def study(
 def write_marks(coverage: Coverage, out: Path) -> None:
     """Write the table of the marks that the flights reached, print how many they are. Raises OSError."""
     (out / MARKS).write_text("\n".join(coverage.table()) + "\n", encoding="utf-8")
-    print(f"  marks: {coverage.line}: {out / MARKS}")
+    print(f"  marks (rare events in the code): {coverage.line}: {out / MARKS}")
 
 
 def _fly(plan: Study, table: Table, ledger: Ledger[Result], workers: Workers) -> str:

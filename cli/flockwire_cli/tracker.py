@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import sys
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from flockwire.swarm.wording import printable
 from flockwire.wire.plan import Plan
 
-from flockwire_cli.arguments import SwarmFile
+from flockwire_cli.arguments import AsJson, SwarmFile
 from flockwire_cli.inputs import load, refuse
 
 if TYPE_CHECKING:
@@ -23,22 +25,32 @@ app = typer.Typer()
 
 
 @app.command()
-def tracker(swarm: SwarmFile, seconds: Seconds = 1.5) -> None:
+def tracker(swarm: SwarmFile, seconds: Seconds = 1.5, as_json: AsJson = False) -> None:
     """List the tracker's bodies with rate, jitter, latency, loss, and the problems to correct before a flight."""
     plan = load(swarm)
     inspection, state = _listen(plan, seconds)
     rows, problems = inspection.figures(), inspection.problems(state.trouble)
+    if as_json:
+        from flockwire_station.answers import text  # noqa: PLC0415
+
+        print(text({"bodies": [row._asdict() for row in rows], "counts": dict(state.counts), "problems": problems}))
+    else:
+        _print(rows, state)
+    for problem in problems:
+        print(f"flockwire: {printable(problem)}", file=sys.stderr)
+    if problems:
+        raise typer.Exit(1)
+    if not as_json:
+        print("all drones' bodies are present, tracked, still, and at their starts")
+
+
+def _print(rows: Sequence[BodyFigures], state: SourceState) -> None:
     if rows:
         print(f"{'body':20}{'drone':>7}{'Hz':>8}{'jitter ms':>11}{'latency ms':>12}{'lost':>8}  position, m")
     for row in rows:
         print(_line(row))
     if state.counts:
-        print(", ".join(f"{count} {what}" for what, count in state.counts))
-    for problem in problems:
-        print(f"flockwire: {problem}", file=sys.stderr)
-    if problems:
-        raise typer.Exit(1)
-    print("all drones' bodies are present, tracked, still, and at their starts")
+        print(", ".join(f"{count} {printable(what)}" for what, count in state.counts))
 
 
 @app.command()
@@ -83,7 +95,7 @@ def _line(row: BodyFigures) -> str:
     drone = "" if row.drone is None else str(row.drone)
     where = "not tracked" if row.position is None else "  ".join(f"{part:.3f}" for part in row.position)
     times = f"{row.rate:8.1f}{1000 * row.jitter:11.2f}{1000 * row.latency:12.2f}"
-    return f"{row.name:20}{drone:>7}{times}{row.lost:8.1%}  {where}"
+    return f"{printable(row.name):20}{drone:>7}{times}{row.lost:8.1%}  {where}"
 
 
 def _places(plan: Plan, given: list[str]) -> dict[str, Vector]:

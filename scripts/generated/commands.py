@@ -15,8 +15,9 @@ HEAD = """# Command line
 <!-- made by scripts/document from the commands themselves; change those -->
 
 `flockwire COMMAND --help` prints the same. The exit status is 0 if all is well, 1 if the flight failed a check (the
-last line gives the reason), 2 for bad usage or a bad swarm file. The first commands run one process of a swarm each;
-`up`, systemd and containers start them. """
+last line gives the reason), 2 for bad usage or a bad swarm file. The last commands run one process of a swarm each;
+`up`, systemd and containers start them.
+"""
 
 
 class Argument(NamedTuple):
@@ -38,7 +39,8 @@ class Command(NamedTuple):
 def commands() -> Iterator[Command]:
     """Yield every command, in the order of `flockwire --help`."""
     group: Any = typer.main.get_command(app)
-    for name, command in group.commands.items():
+    for name in group.list_commands(None):
+        command = group.commands[name]
         if name in KINDS:
             actions = parser_of(KINDS[name])._actions
             arguments = tuple(_of_process(one) for one in actions if one.help != SUPPRESS and one.dest != "help")

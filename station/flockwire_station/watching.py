@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 from flockwire import clock
@@ -15,22 +16,24 @@ from flockwire.wire.processes import OPERATOR
 from rich.console import Console
 from rich.live import Live
 
+from flockwire_station.answers import state, text
 from flockwire_station.connecting import connected
 from flockwire_station.operator import Operator
 from flockwire_station.terminal.interrupts import interrupts
+from flockwire_station.terminal.keyboard import foreground
 from flockwire_station.terminal.table import Rates, draw
 
 LOOK_TIME = 1.5  # s for all linked processes to report
 REFRESH = 0.25  # s
 
 
-async def watch(plan: Plan, keys: Path, once: bool) -> tuple[str, ...]:
-    """Show the table until it is interrupted, or print it once; returns processes without a status.
+async def watch(plan: Plan, keys: Path, once: bool, as_json: bool = False) -> tuple[str, ...]:
+    """Show the table until it is interrupted, or print it once, also `as_json`; returns processes without a status.
 
     Printed once, it does not wait for a router. Raises CredentialsError.
     """
     console = Console()
-    once = once or not console.is_terminal
+    once = once or as_json or not foreground(sys.stdout)
     late = clock.monotonic() + nanoseconds(LOOK_TIME)
     with interrupts() as interrupted:
         session = await connected(
@@ -41,8 +44,11 @@ async def watch(plan: Plan, keys: Path, once: bool) -> tuple[str, ...]:
         with session:
             operator, rates = Operator(plan, session), Rates()
             await operator.watch(LOOK_TIME, lambda: len(operator.statuses) >= len(plan.started))
-            if once:
+            if as_json:
+                print(text(state(plan, operator.statuses, operator.poll())))
+            elif once:
                 console.print(draw(_title(plan), plan, plan.started, operator.statuses, rates, operator.poll()))
+            if once:
                 return tuple(identity for identity in plan.started if identity not in operator.statuses)
             with Live(console=console, refresh_per_second=1 / REFRESH) as live:
 
