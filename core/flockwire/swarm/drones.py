@@ -11,7 +11,7 @@ from pydantic import Field, create_model
 
 from flockwire.objects import load_object
 from flockwire.swarm.airframes import AIRFRAMES, KINEMATICS
-from flockwire.swarm.tables import Finite, Model, NotNegative, Point, Positive
+from flockwire.swarm.tables import Finite, Lag, Model, NotNegative, Point, Positive
 
 
 class DroneKeys(Model):
@@ -31,8 +31,8 @@ class AirframeKeys(Model):
 
     kind: str = KINEMATICS.kind  # its row in the airframe table
     gain: Positive = 1.0  # speed over commanded speed, in steady state (simulated airframes)
-    lag: NotNegative = 0.0  # s, time constant
-    dead_time: NotNegative = 0.0  # s, before it responds
+    lag: Lag = 0.0  # s, time constant
+    dead_time: Lag = 0.0  # s, before it responds
     endurance: Positive = 900.0  # s, of flight on a full battery (simulated airframes)
 
 

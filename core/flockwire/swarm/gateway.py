@@ -9,13 +9,14 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import AfterValidator, Field
 
 from flockwire.swarm.ros import Domain, RouterAddress, absolute_name
-from flockwire.swarm.tables import Finite, Model, NotNegative, Point, Positive
+from flockwire.swarm.tables import Delay, Finite, Model, Point, Positive, Size
 from flockwire.swarm.wording import Takes
 
 Port = Annotated[int, Field(ge=1, le=65535)]
 Share = Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)]
 UpAxis = Literal["y", "z"]
 Unit = Literal["m", "mm"]
+Noise = Annotated[float, Field(ge=0, le=0.5, allow_inf_nan=False)]  # m; more is millimetres
 UNIT_TOLERANCE = 0.01  # of a quaternion's length: rounding by a person
 
 
@@ -73,7 +74,7 @@ class Vrpn(Axes):
 
     server: str = "127.0.0.1"  # its name or address
     port: Port = 3883  # of TCP
-    latency: NotNegative = 0.0  # s, from exposure to the server's stamp
+    latency: Delay = 0.0  # s, from exposure to the server's stamp
 
 
 class Qualisys(Axes):
@@ -81,7 +82,7 @@ class Qualisys(Axes):
 
     server: str = "127.0.0.1"  # its name or address
     port: Port = 22223  # of TCP, for little-endian
-    latency: NotNegative = 0.0  # s, from exposure to arrival, if known
+    latency: Delay = 0.0  # s, from exposure to arrival, if known
     unit: Unit = "mm"  # of its lengths
 
 
@@ -89,7 +90,7 @@ class Vicon(Axes):
     """Vicon's Tracker or Nexus (`scripts/extra vicon`)."""
 
     server: str = "127.0.0.1"  # its name or address
-    latency: NotNegative = 0.0  # s, from exposure to arrival, if known
+    latency: Delay = 0.0  # s, from exposure to arrival, if known
 
 
 class BodyTopics(Axes):
@@ -108,7 +109,7 @@ class RosPoses(BodyTopics):
     router: RouterAddress = "127.0.0.1:7447"  # address and port of rmw_zenohd
     domain: Domain = 0  # ROS_DOMAIN_ID
     topic: BodyTopic = "/vrpn_mocap/{body}/pose"  # PoseStamped or TransformStamped, one for each body
-    latency: NotNegative = 0.0  # s, from exposure to arrival, if known
+    latency: Delay = 0.0  # s, from exposure to arrival, if known
 
     @property
     def server(self) -> str:
@@ -147,7 +148,7 @@ class Gateway(Model):
     rate_hz: Annotated[int, Field(ge=10, le=500)] = 100  # Hz, of the cameras
     rotation: Rotation = (0.0, 0.0, 0.0, 1.0)  # quaternion x, y, z, w: from the tracker's axes, z up, to the field's
     offset: Point = (0.0, 0.0, 0.0)  # m, of the tracker's origin on the field
-    person_radius: Positive = 0.4  # m, round a body that this file does not name: a person with markers
+    person_radius: Size = 0.4  # m, round a body that this file does not name: a person with markers
     natnet: NatNet = NatNet()  # the table of source = "natnet"
     vrpn: Vrpn = Vrpn()  # the table of source = "vrpn"
     qualisys: Qualisys = Qualisys()  # the table of source = "qualisys"
@@ -155,8 +156,8 @@ class Gateway(Model):
     ros: RosPoses = RosPoses()  # the table of source = "ros"
     replay: Replay = Replay()  # the table of source = "replay"
     twin: Twin | None = None  # a simulated tracker; this table enables it
-    noise: NotNegative = 0.0  # m, standard deviation per axis (simulated cameras)
-    latency: NotNegative = 0.0  # s, from exposure to sending (simulated cameras)
+    noise: Noise = 0.0  # m, standard deviation per axis (simulated cameras)
+    latency: Delay = 0.0  # s, from exposure to sending (simulated cameras)
     dropout: Share = 0.0  # share of lost samples (simulated cameras)
     seed: Annotated[int, Field(ge=0)] = 0  # of noise and losses
 

@@ -15,7 +15,7 @@ from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from flockwire.swarm.outline import Place, entries, is_model, kinds, place
+from flockwire.swarm.outline import Place, entries, explanation, is_model, kinds, place
 from flockwire.swarm.wording import meant, one_of, printable, shown, takes
 
 NO_FILE = "is a pipe or a device, not a file"
@@ -139,10 +139,19 @@ def _lines(model: type[BaseModel], where: Place, detail: dict[str, Any]) -> list
         where = place(model, detail["loc"][:-1])  # a list that is too short lacks an item
         return [f"{where.text} = {shown(value)}: must be {takes(where.kind, where.metadata)}"]
     told = takes(where.kind, where.metadata)
+    if kind in ("less_than", "less_than_equal"):
+        told += _unit(model, detail["loc"])
     if kind == "missing":
         return [f"{key}: missing; this key has no default" + (f" and must be {told}" if told else "")]
     near = meant(value, map(str, get_args(where.kind))) if get_origin(where.kind) is Literal else ""
     return [f"{key} = {shown(value)}: " + (f"must be {told}{near}" if told else "this is not allowed here")]
+
+
+def _unit(model: type[BaseModel], location: tuple[str | int, ...]) -> str:
+    """Return the unit of a number that is too large, to follow its bounds: it may have been given in another one."""
+    table = place(model, location[:-1]).kind if len(location) > 1 else model
+    unit = explanation(table, str(location[-1]))[0] if is_model(table) else ""
+    return f", in {unit}" if unit else ""
 
 
 def _unknown(model: type[BaseModel], where: Place, location: tuple[str | int, ...], value: object) -> Fault:

@@ -16,6 +16,11 @@ from flockwire.swarm.wording import Takes
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Age = Annotated[float, Field(gt=0, le=60, allow_inf_nan=False)]  # s; the bounds refuse milliseconds and millimetres
+Delay = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]  # s
+Lag = Annotated[float, Field(ge=0, le=10, allow_inf_nan=False)]  # s
+Margin = Annotated[float, Field(ge=0, le=10, allow_inf_nan=False)]  # m
+Size = Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]  # m
 Probability = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 Point = tuple[Finite, Finite, Finite]
 Port = Annotated[int, Field(ge=1024, le=65535)]
@@ -62,7 +67,7 @@ class Control(Model):
     parameters: dict[str, JsonValue] = Field(default={})  # those of your own law
     formation_gain: Positive = 3.0  # 1/s, K: gain towards the follower's place
     compensation_gain: NotNegative = 0.2  # m/s, phi: compensates the leader's unknown motion (law "paper")
-    compensation_smoothing: Positive = 0.01  # m, epsilon: width of the soft sign behind it (law "paper")
+    compensation_smoothing: Size = 0.01  # m, epsilon: width of the soft sign behind it (law "paper")
     disturbance: NotNegative = 0.0  # m/s, most that pilots estimate and compensate: wind, a wrong gain (safety filter)
     safety_filter: bool | None = None  # whether it is used; default: with every law but "paper"
 
@@ -83,8 +88,8 @@ class Observer(Model):
     step: Literal["implicit", "explicit"] = "implicit"  # of the integration (law "paper"; "extended" is implicit)
     gain: Positive = 3.0  # m/s, mu
     exponent: Annotated[float, Field(gt=1, allow_inf_nan=False)] = 1.5  # p
-    velocity_time_constant: Positive = 0.15  # s, of the filter behind the published velocity estimate (law "paper")
-    leader_time_constant: Positive | None = None  # s, of the tracker of the leader's velocity; default: by the depth
+    velocity_time_constant: Age = 0.15  # s, of the filter behind the published velocity estimate (law "paper")
+    leader_time_constant: Age | None = None  # s, of the tracker of the leader's velocity; default: by the depth
 
 
 class Avoidance(Model):
@@ -94,13 +99,13 @@ class Avoidance(Model):
     sensing_radius: Positive = 1.5  # m, within which bodies are sensed
     drone_gain: NotNegative = 0.3  # K_uav, of the potentials (law "paper")
     obstacle_gain: NotNegative = 0.5  # K_obs, of the potentials (law "paper")
-    drone_influence_radius: Positive = 0.5  # m, rho_uav: distance below which a drone repels
-    obstacle_influence_radius: Positive = 0.5  # m, rho_obs, from the obstacle's surface
-    drone_safety_distance: Positive = 0.4  # m, r_safe_uav: minimum between centres
-    obstacle_safety_distance: Positive = 0.3  # m, r_safe_obs: minimum from the obstacle's surface
-    margin: NotNegative = 0.03  # m, added to both by the safety filter, for noise and model errors
+    drone_influence_radius: Size = 0.5  # m, rho_uav: distance below which a drone repels
+    obstacle_influence_radius: Size = 0.5  # m, rho_obs, from the obstacle's surface
+    drone_safety_distance: Size = 0.4  # m, r_safe_uav: minimum between centres
+    obstacle_safety_distance: Size = 0.3  # m, r_safe_obs: minimum from the obstacle's surface
+    margin: Margin = 0.03  # m, added to both by the safety filter, for noise and model errors
     barrier_rate: Positive = 5.0  # 1/s, alpha: rate at which the safety filter lets a gap close
-    sidestep_reach: Positive = 0.2  # m, gap below which a drone sidesteps
+    sidestep_reach: Size = 0.2  # m, gap below which a drone sidesteps
 
     @property
     def safe(self) -> Separation:
@@ -121,7 +126,7 @@ class Fence(Model):
     polygon: tuple[Corner, ...] = ()  # m, corners [x, y] in order, convex or not
     floor: Finite | None = None  # m, in place of min's height
     ceiling: Finite | None = None  # m, in place of max's height
-    margin: Positive = 0.5  # m, distance outside at which a drone lands
+    margin: Size = 0.5  # m, distance outside at which a drone lands
 
     @property
     def low(self) -> Point:
@@ -149,23 +154,21 @@ class Fence(Model):
 class Staleness(Model):
     """Ages of inputs, in seconds, at which the agent or the driver reacts."""
 
-    pose_zero: Positive = 0.1  # s, age of the own pose at which a drone stops
-    pose_land: Positive = 1.0  # s, age of the own pose at which it lands
-    estimate_drop: Positive = 0.3  # s, age at which a neighbour's estimate is ignored
-    estimates_hold: Positive = 1.0  # s, time without any neighbour's estimate: hold
-    estimates_land: Positive = 5.0  # s, time without any neighbour's estimate: land
-    leader_silent: Positive = (
-        1.0  # s, without the leader's status (tracked leader: pose), after which it counts as down
-    )
-    leader_land: Positive = 5.0  # s, after the leader is down, its followers land
-    steering_stop: Positive = 0.3  # s, age of the steering command at which a teleoperated leader stops
-    nearby_slow: Positive = 0.1  # s, age of the nearby bodies at which a drone slows to limits.blind_speed
-    nearby_hold: Positive = 0.5  # s, age of the nearby bodies at which it holds
-    command_zero: Positive = 0.2  # s, age of the command at which the driver stops the drone
-    command_land: Positive = 1.0  # s, age of the command at which the driver lands the drone
-    identity_land: Positive = 5.0  # s, after the tracker confused its body with another
-    telemetry_warn: Positive = 1.0  # s, age of the drone's telemetry at which its status reports it
-    telemetry_land: Positive = 3.0  # s, age of the drone's telemetry at which it lands
+    pose_zero: Age = 0.1  # s, age of the own pose at which a drone stops
+    pose_land: Age = 1.0  # s, age of the own pose at which it lands
+    estimate_drop: Age = 0.3  # s, age at which a neighbour's estimate is ignored
+    estimates_hold: Age = 1.0  # s, time without any neighbour's estimate: hold
+    estimates_land: Age = 5.0  # s, time without any neighbour's estimate: land
+    leader_silent: Age = 1.0  # s, without the leader's status (tracked leader: pose), after which it counts as down
+    leader_land: Age = 5.0  # s, after the leader is down, its followers land
+    steering_stop: Age = 0.3  # s, age of the steering command at which a teleoperated leader stops
+    nearby_slow: Age = 0.1  # s, age of the nearby bodies at which a drone slows to limits.blind_speed
+    nearby_hold: Age = 0.5  # s, age of the nearby bodies at which it holds
+    command_zero: Age = 0.2  # s, age of the command at which the driver stops the drone
+    command_land: Age = 1.0  # s, age of the command at which the driver lands the drone
+    identity_land: Age = 5.0  # s, after the tracker confused its body with another
+    telemetry_warn: Age = 1.0  # s, age of the drone's telemetry at which its status reports it
+    telemetry_land: Age = 3.0  # s, age of the drone's telemetry at which it lands
 
 
 class Limits(Model):
@@ -177,12 +180,12 @@ class Limits(Model):
     blind_speed: Positive = 0.5  # m/s, while the nearby bodies are stale
     takeoff_height: Positive = 1.0  # m, above the start, of take-off
     vertical_speed: Positive = 0.7  # m/s, of take-off and landing
-    start_tolerance: Positive = 0.2  # m, of a drone's position before its first flight
-    disagreement: Positive = 0.3  # m, between the estimates of a follower's neighbours (all laws but "paper")
+    start_tolerance: Size = 0.2  # m, of a drone's position before its first flight
+    disagreement: Size = 0.3  # m, between the estimates of a follower's neighbours (all laws but "paper")
     body_drift: NotNegative = (
         0.0  # m/s, of a tracked body apart from its commands; above it lands (all laws but "paper"; 0: not watched)
     )
-    clock_offset_bound: Positive = 0.05  # s, largest uncertainty of a process's clock offset
+    clock_offset_bound: Delay = 0.05  # s, largest uncertainty of a process's clock offset
     battery_takeoff: Probability = 0.2  # share of the battery below which no drone takes off
     battery_land: Probability = 0.1  # share of the battery below which a drone lands
     fence: Fence = Fence()  # the room that no drone may leave
@@ -198,14 +201,14 @@ class Checks(Model):
     A check is switched off by its name: `NAME = false`, also in place of a bound.
     """
 
-    formation_tail: Positive = 0.1  # m, formation error in the last 30 % of each formation phase
-    observation_tail: Positive = 0.1  # m, observation error in the same part
+    formation_tail: Size = 0.1  # m, formation error in the last 30 % of each formation phase
+    observation_tail: Size = 0.1  # m, observation error in the same part
     settle_within: Positive = 20.0  # s, from the formation's time 0
-    off_place: Positive = 5.0  # s, longest time off its place for a follower, after all have settled
-    fence: NotNegative = 0.1  # m, largest distance of a flying drone outside limits.fence
-    landing_radius: Positive = 0.5  # m, horizontal distance between begin and end of a landing
+    off_place: Age = 5.0  # s, longest time off its place for a follower, after all have settled
+    fence: Margin = 0.1  # m, largest distance of a flying drone outside limits.fence
+    landing_radius: Size = 0.5  # m, horizontal distance between begin and end of a landing
     control_rate: Probability = 0.95  # share of its steps that the slowest agent must make in the formation phases
-    recording_gap: Positive = 0.5  # s, longest gap in a recorded topic
+    recording_gap: Age = 0.5  # s, longest gap in a recorded topic
     separation: bool = True  # whether this check judges, as those below
     obstacle_clearance: bool = True  # likewise
     speed: bool = True  # likewise
@@ -258,7 +261,7 @@ class TrackedObstacle(Model):
     """An obstacle that moves: an upright cylinder round a body of the tracker, endless unless it has a height."""
 
     body: str  # its name at the tracker
-    radius: Positive  # m, round the body
+    radius: Size  # m, round the body
     height: Positive | None = None  # m, above the ground; default: endless
 
 
@@ -274,11 +277,11 @@ class Network(Model):
 class Sim(Model):
     """The network and the clocks of `flockwire sim`; a real flight has its own."""
 
-    delay: NotNegative = 0.0003  # s, from sending to arrival
-    jitter: NotNegative = 0.0  # s, largest addition to the delay; a link keeps its order
+    delay: Delay = 0.0003  # s, from sending to arrival
+    jitter: Delay = 0.0  # s, largest addition to the delay; a link keeps its order
     loss: Probability = 0.0  # share of lost messages; events (orders, stops) are repeated instead
     reordering: Probability = 0.0  # share of messages that arrive after later ones
-    clock_offset: NotNegative = 0.0  # s, largest offset of a process's clock, either sign
+    clock_offset: Delay = 0.0  # s, largest offset of a process's clock, either sign
     clock_drift: NotNegative = 0.0  # s per s, largest drift, either sign
 
 

@@ -1,0 +1,55 @@
+"""Milliseconds for seconds and millimetres for metres are refused, with the unit that is meant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from flockwire.swarm.model import Swarm
+from flockwire.swarm.outline import entries, explanation, of_field
+from flockwire.swarm.wording import takes
+
+MISTAKEN = {
+    "gateway.latency": 8,
+    "gateway.noise": 1.0,
+    "gateway.vrpn.latency": 8.0,
+    "gateway.ros.latency": 8.0,
+    "gateway.person_radius": 400,
+    "limits.staleness.pose_zero": 100,
+    "limits.start_tolerance": 200,
+    "limits.clock_offset_bound": 50,
+    "avoidance.drone_safety_distance": 400,
+    "checks.formation_tail": 100,
+    "sim.delay": 5,
+    "airframes.slow": {"kind": "kinematics", "lag": 250},
+}
+
+
+@pytest.mark.parametrize("key", MISTAKEN)
+def test_a_number_in_a_smaller_unit_is_refused_with_the_unit(make_swarm: Callable[..., Any], key: str) -> None:
+    with pytest.raises(ValueError, match=key) as refused:
+        make_swarm({key: MISTAKEN[key]})
+    line = next(line for line in str(refused.value).splitlines() if key in line)
+    assert line.endswith((", in s", ", in m"))
+
+
+OF_A_PLACE = ("formation.", "formations.", "leader.", "limits.fence.floor", "limits.fence.ceiling", "limits.floor",
+              "limits.takeoff_height")  # fmt: skip  # rules compare them with the fence
+ANY = ("avoidance.sensing_radius", "airframes.NAME.endurance", "checks.settle_within",
+       "obstacles.N.", "tracked_obstacles.N.height")  # fmt: skip  # of any size, or compared with the starts
+
+
+def test_every_time_and_length_has_an_upper_bound_or_a_rule() -> None:
+    unbounded = set()
+    for entry in entries(Swarm):
+        kind, metadata = of_field(entry.field)
+        unit, _ = explanation(entry.model, entry.name)
+        if (
+            kind is float
+            and unit in ("s", "m")
+            and " less" not in (text := takes(kind, metadata))
+            and " to " not in text
+        ):
+            unbounded.add(entry.text)
+    assert {key for key in unbounded if not key.startswith((*OF_A_PLACE, *ANY))} == set()
