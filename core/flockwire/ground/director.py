@@ -119,8 +119,8 @@ class Director:
         return self._go(self.stage, order)
 
     def unready(self, fleet: Fleet) -> tuple[str, ...]:
-        """Return a sentence for each pilot that is not ready, and for each failed pre-flight check."""
-        return (*fleet.others_than(Phase.READY, *FLYING), *problems(self._swarm, fleet))
+        """Return a sentence for a gateway without poses, each pilot that is not ready, and each failed check."""
+        return (*fleet.without_poses(), *fleet.others_than(Phase.READY, *FLYING), *problems(self._swarm, fleet))
 
     def stop(self, now: int) -> None:
         """Record an emergency stop: the flight has failed, and ends when no drone flies."""

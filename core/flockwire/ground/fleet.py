@@ -84,6 +84,10 @@ class Fleet:
         late = [drone for drone in self.pilots if self.phase(drone) not in phases]
         return tuple(f"{self.pilots[drone]}: {self.why(drone)}" for drone in late)
 
+    def without_poses(self) -> tuple[str, ...]:
+        """Return the reason of a gateway that has no poses: then pilots only wait for theirs."""
+        return tuple(f"{s.identity}: {s.report.detail}" for s in self._gateway if s.report.phase == Phase.WAITING)
+
     def clocks_off(self, bound: float) -> dict[str, float]:
         """Return the clock bounds, s, by process, that are above `bound` or unknown (-1)."""
         fresh = [status for status in self._statuses.values() if self.now - status.stamp < STALE]

@@ -681,6 +681,23 @@ def test_on_the_ground_patience_ends_with_what_is_waited_for(tower):
     assert tower.failure == "still preparing after 30 s (uav1: waits for its own pose; uav2: no status)"
 
 
+class Blind(Tower):
+    """A tower whose gateway has no poses."""
+
+    def received(self):
+        statuses, telemetry = super().received()
+        report = Report(Phase.WAITING, "no answer from 10.0.0.1:1510: check its address")
+        gateway = Status(self.now, "world", "gateway", report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
+        return statuses | {"gateway": gateway}, telemetry
+
+
+def test_without_poses_the_reason_of_the_gateway_comes_first():
+    tower = Blind()
+    tower.all((Phase.GROUNDED, "waits for its own pose"))
+    tower.step(STAGE_TIME / SECOND + 1)
+    assert "30 s (gateway: no answer from 10.0.0.1:1510: check its address; leader: waits" in tower.failure
+
+
 @pytest.mark.parametrize("phase", [Phase.LANDING, Phase.READY, Phase.GROUNDED, None])
 def test_a_drone_that_is_lost_during_take_off_ends_it(tower, phase):
     tower.all(Phase.READY)
